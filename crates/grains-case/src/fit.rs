@@ -1,0 +1,89 @@
+//! Checks across sections: whether particles fit the domain, and whether every pair has a contact law.
+
+use crate::case::Case;
+use crate::check::Checker;
+use crate::diagnostic::rounded;
+use crate::sections::insert::Component;
+use crate::vector::norm;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Every particle must fit the domain, and a periodic axis must be longer than the particle.
+pub(crate) fn check_sizes(case: &Case, checker: &mut Checker) {
+    for component in case.inserts.iter().flat_map(|insert| &insert.particles) {
+        if let Some(message) = misfit(case, component) {
+            let key = case.shapes[component.shape].size_key();
+            checker.error(&format!("shape[{}].{key}", component.shape), message);
+        }
+    }
+}
+
+/// Why the largest particle of a component does not fit, if so.
+fn misfit(case: &Case, component: &Component) -> Option<String> {
+    let shape = &case.shapes[component.shape];
+    let scale = component.scale.largest();
+    let extents = case.domain.extents();
+    let narrowest = (0..3).fold(0, |best, a| if extents[a] < extents[best] { a } else { best });
+    let thickness = 2.0 * scale * shape.inscribed_radius().unwrap_or(0.0);
+    let length = scale * shape.diameter().unwrap_or(0.0);
+    let (size, room, along) = if thickness > extents[narrowest] {
+        (thickness, extents[narrowest], format!("along {}", AXES[narrowest]))
+    } else if length > norm(extents) {
+        (length, norm(extents), "across its diagonal".into())
+    } else {
+        let axis = (0..3).find(|&a| case.domain.periodic[a] && length >= extents[a])?;
+        return Some(format!(
+            "a particle of {} m meets its own periodic image along {}, {} m long; lengthen the domain",
+            rounded(length),
+            AXES[axis],
+            rounded(extents[axis])
+        ));
+    };
+    let (size, room) = (rounded(size), rounded(room));
+    let in_metres = rounded(size / 1000.0);
+    let hint = if in_metres < 0.5 * room {
+        format!("; lengths are in metres: {size} mm is {in_metres} m")
+    } else {
+        "; reduce the particle or its scale, or enlarge the domain".into()
+    };
+    Some(format!("a particle of {size} m does not fit the domain, {room} m {along}{hint}"))
+}
+
+/// Every pair of materials that can meet must have a contact law.
+pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
+    let components: Vec<(String, usize)> = (case.inserts.iter().enumerate())
+        .flat_map(|(i, insert)| {
+            let path = move |j| format!("insert[{i}].particles[{j}].material");
+            insert.particles.iter().enumerate().map(move |(j, c)| (path(j), c.material))
+        })
+        .collect();
+    let counts = case.inserts.iter().map(|insert| insert.count.map(|count| count.min(2)));
+    let is_alone = counts.sum::<Option<u64>>() == Some(1);
+    let mut reported: Vec<[usize; 2]> = Vec::new();
+    let mut require = |path: &str, a: usize, b: usize| {
+        let pair = [a.min(b), a.max(b)];
+        if case.contact(a, b).is_none() && !reported.contains(&pair) {
+            reported.push(pair);
+            checker.error(path, missing_contact(case, a, b));
+        }
+    };
+    if !is_alone {
+        for (i, (path, a)) in components.iter().enumerate() {
+            components[..=i].iter().for_each(|(_, b)| require(path, *b, *a));
+        }
+    }
+    for (i, wall) in case.walls.iter().enumerate() {
+        for (_, particle) in &components {
+            require(&format!("wall[{i}].material"), *particle, wall.material);
+        }
+    }
+}
+
+/// The message about a pair of materials without a law.
+pub(crate) fn missing_contact(case: &Case, a: usize, b: usize) -> String {
+    let (a, b) = (&case.materials[a].name, &case.materials[b].name);
+    format!(
+        "no contact law between \"{a}\" and \"{b}\"; add [[contact]] with between = [\"{a}\", \"{b}\"], \
+         normal_stiffness (N/m), restitution and friction"
+    )
+}

@@ -1,0 +1,39 @@
+//! The case file: TOML text in, checked SI values out.
+//!
+//! ```text
+//! text ── toml ──▶ spanned tree ── structure ──▶ RawCase ── sections::*::check ──▶ Case
+//!                                  (JSON schema)            (names, geometry, files)
+//! ```
+//!
+//! The serde types of [`sections`] are the one description of the format. Their JSON schema
+//! ([`schema`]) serves editors and, here, the `structure` pass, which reports every unknown key, wrong
+//! type and value out of range at once, with file, line and remedy. What a schema cannot say (names,
+//! geometry, files) is checked afterwards, section by section. The core only ever meets a [`Case`].
+
+mod case;
+mod check;
+mod diagnostic;
+mod fit;
+mod particle_file;
+pub mod sections;
+mod source;
+mod structure;
+mod values;
+mod vector;
+
+pub use case::{Case, RawCase};
+pub use diagnostic::{CaseErrors, Diagnostic};
+pub use particle_file::ParticleColumns;
+pub use sections::contact::{Contact, Tangential};
+pub use sections::domain::{Domain, Face};
+pub use sections::insert::{Component, Insert, Orientation};
+pub use sections::material::Material;
+pub use sections::motion::Motion;
+pub use sections::output::{Output, Precision};
+pub use sections::place::{Place, Window, default_spacing, lattice_sites};
+pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};
+pub use sections::scale::Scale;
+pub use sections::shape::{Shape, ShapeKind, Solid};
+pub use sections::time::{Time, TimeStep};
+pub use sections::wall::{Side, Wall, WallKind};
+pub use structure::schema;

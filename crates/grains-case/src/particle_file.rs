@@ -1,0 +1,331 @@
+//! Particles listed in a file: the columns of a CSV, and the checks that also serve HDF5.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::case::Case;
+use crate::diagnostic::{CaseErrors, Diagnostic, unknown};
+use crate::fit::missing_contact;
+use crate::sections::insert::Insert;
+use crate::sections::shape::ShapeKind;
+use crate::vector::norm;
+
+/// The columns a particle file may have, in any order; x, y and z are required.
+const COLUMNS: [&str; 17] = [
+    "x", "y", "z", "radius", "scale", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz", "shape",
+    "material",
+];
+
+/// More remarks than this about one file say nothing new.
+const MOST_REMARKS: usize = 20;
+
+/// Particles as columns, one entry per particle; an absent column takes its value from `[[insert]]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParticleColumns {
+    /// Line of each particle in the file, from 1; for a file without lines, the row.
+    pub lines: Vec<usize>,
+    /// Centres (m).
+    pub position: Vec<[f64; 3]>,
+    /// Radii (m), for spheres; excludes `scale`.
+    pub radius: Option<Vec<f64>>,
+    /// Factors on the lengths of the shape (-).
+    pub scale: Option<Vec<f64>>,
+    /// Quaternions (w, x, y, z), body to world (-), of any length.
+    pub orientation: Option<Vec<[f64; 4]>>,
+    /// Velocities (m/s).
+    pub velocity: Option<Vec<[f64; 3]>>,
+    /// Angular velocities (rad/s).
+    pub angular_velocity: Option<Vec<[f64; 3]>>,
+    /// Names of shapes.
+    pub shape: Option<Vec<String>>,
+    /// Names of materials.
+    pub material: Option<Vec<String>>,
+}
+
+impl ParticleColumns {
+    /// Reads a CSV file: a header, then one particle per line; `#` begins a comment line.
+    ///
+    /// # Errors
+    /// Unreadable file, unknown, repeated or missing columns, and every field that is no number.
+    pub fn read_csv(path: &Path) -> Result<Self, CaseErrors> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| CaseErrors::of_file(&file, format!("cannot read the particle file: {error}")))?;
+        Self::parse_csv(&text, &file)
+    }
+
+    /// Parses the text of a CSV file named `file`; see [`Self::read_csv`].
+    ///
+    /// # Errors
+    /// As for [`Self::read_csv`].
+    pub fn parse_csv(text: &str, file: &str) -> Result<Self, CaseErrors> {
+        let mut remarks = Remarks::new(file);
+        let mut lines = (text.trim_start_matches('\u{feff}').lines().enumerate())
+            .map(|(i, line)| (i + 1, line.trim()))
+            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let (header_line, header) = lines.next().unwrap_or((1, ""));
+        let header: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
+        check_header(header_line, &header, &mut remarks);
+        remarks.check()?;
+        let mut table = Table { header, rows: Vec::new() };
+        for (line, text) in lines {
+            let fields: Vec<&str> = text.split(',').map(|field| field.trim().trim_matches('"')).collect();
+            if fields.len() == table.header.len() {
+                table.rows.push((line, fields));
+            } else {
+                let (has, wants) = (fields.len(), table.header.len());
+                remarks.add(line, "", None, format!("{has} fields, but the header names {wants} columns"));
+            }
+        }
+        let columns = table.columns(&mut remarks);
+        remarks.check()?;
+        Ok(columns)
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Index of each particle's shape, if the file names shapes and all of them exist.
+    pub fn shape_indices(&self, case: &Case) -> Option<Vec<usize>> {
+        self.shape.as_ref()?.iter().map(|name| case.shape_index(name)).collect()
+    }
+
+    /// Index of each particle's material, if the file names materials and all of them exist.
+    pub fn material_indices(&self, case: &Case) -> Option<Vec<usize>> {
+        self.material.as_ref()?.iter().map(|name| case.material_index(name)).collect()
+    }
+
+    /// Checks the particles of `file` against the case and the insertion that names the file.
+    ///
+    /// # Errors
+    /// Too few particles, centres outside the domain, sizes that are not positive or do not fit, unknown
+    /// names, materials without density or contact law, numbers that are not finite.
+    pub fn check(&self, file: &str, case: &Case, insert: &Insert) -> Result<(), CaseErrors> {
+        let mut remarks = Remarks::new(file);
+        if let Some(count) = insert.count
+            && count > self.len() as u64
+        {
+            let message = format!(
+                "only {} particles, but {count} are asked for; lower count of insert \"{}\" or leave it out",
+                self.len(),
+                insert.name
+            );
+            remarks.add(0, "", None, message);
+        }
+        self.check_positions(case, &mut remarks);
+        self.check_sizes(case, insert, &mut remarks);
+        self.check_names(case, &mut remarks);
+        self.check_motion(&mut remarks);
+        remarks.check()
+    }
+
+    fn check_positions(&self, case: &Case, remarks: &mut Remarks) {
+        for (line, position) in self.lines.iter().zip(&self.position) {
+            if !case.domain.contains(*position) {
+                let (lower, upper) = (case.domain.lower, case.domain.upper);
+                remarks.add(
+                    *line,
+                    "x, y, z",
+                    Some(format!("{position:?}")),
+                    format!("outside the domain {lower:?} to {upper:?} m; lengths are in metres"),
+                );
+            }
+        }
+    }
+
+    fn check_sizes(&self, case: &Case, insert: &Insert, remarks: &mut Remarks) {
+        if self.radius.is_some() && self.scale.is_some() {
+            remarks.add(0, "radius", None, "excludes the column scale; remove one of them".into());
+        }
+        for (key, sizes) in [("radius", &self.radius), ("scale", &self.scale)] {
+            for (line, size) in self.lines.iter().zip(sizes.iter().flatten()) {
+                if !(*size > 0.0 && size.is_finite()) {
+                    remarks.add(*line, key, Some(size.to_string()), "must be above 0".into());
+                }
+            }
+        }
+        let Some(radii) = &self.radius else { return };
+        let named = self.shape_indices(case);
+        let is_sphere = |index: usize| matches!(case.shapes[index].kind, ShapeKind::Sphere { .. });
+        let mixture_is_round = insert.particles.iter().all(|component| is_sphere(component.shape));
+        let room = case.domain.extents().into_iter().fold(f64::INFINITY, f64::min);
+        for (i, (line, radius)) in self.lines.iter().zip(radii).enumerate() {
+            let is_round = named.as_ref().map_or(mixture_is_round, |shapes| is_sphere(shapes[i]));
+            let message = if !is_round {
+                "only spheres have a radius; use the column scale".to_owned()
+            } else if 2.0 * radius > room {
+                format!("does not fit the domain, {room} m wide; lengths are in metres")
+            } else {
+                continue;
+            };
+            remarks.add(*line, "radius", Some(radius.to_string()), message);
+        }
+    }
+
+    fn check_names(&self, case: &Case, remarks: &mut Remarks) {
+        let shapes: Vec<&str> = case.shapes.iter().map(|shape| shape.name.as_str()).collect();
+        for (line, name) in self.lines.iter().zip(self.shape.iter().flatten()) {
+            if case.shape_index(name).is_none() {
+                remarks.add(*line, "shape", Some(name.clone()), unknown("shape", name, &shapes));
+            }
+        }
+        // The first line of each material, in order of index.
+        let mut used: BTreeMap<usize, usize> = BTreeMap::new();
+        let materials: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
+        for (line, name) in self.lines.iter().zip(self.material.iter().flatten()) {
+            match case.material_index(name) {
+                Some(index) => drop(used.entry(index).or_insert(*line)),
+                None => {
+                    remarks.add(*line, "material", Some(name.clone()), unknown("material", name, &materials))
+                }
+            }
+        }
+        let partners = (case.walls.iter().map(|wall| wall.material))
+            .chain(case.inserts.iter().flat_map(|i| &i.particles).map(|component| component.material))
+            .chain(used.keys().copied());
+        let partners: std::collections::BTreeSet<usize> = partners.collect();
+        for (&index, &line) in &used {
+            let name = Some(case.materials[index].name.clone());
+            if case.materials[index].density.is_none() {
+                let message = "has no density; add density (kg/m³) to that [[material]]";
+                remarks.add(line, "material", name.clone(), message.into());
+            }
+            for &other in &partners {
+                let is_first = other >= index || !used.contains_key(&other);
+                if is_first && case.contact(index, other).is_none() {
+                    remarks.add(line, "material", name.clone(), missing_contact(case, index, other));
+                }
+            }
+        }
+    }
+
+    fn check_motion(&self, remarks: &mut Remarks) {
+        for (key, vectors) in [("vx, vy, vz", &self.velocity), ("wx, wy, wz", &self.angular_velocity)] {
+            for (line, vector) in self.lines.iter().zip(vectors.iter().flatten()) {
+                if !vector.iter().all(|x| x.is_finite()) {
+                    remarks.add(*line, key, Some(format!("{vector:?}")), "must be finite numbers".into());
+                }
+            }
+        }
+        for (line, q) in self.lines.iter().zip(self.orientation.iter().flatten()) {
+            if !(q.iter().all(|x| x.is_finite()) && norm(*q) > 0.0) {
+                let message = "is no orientation; [1, 0, 0, 0] is the unturned body";
+                remarks.add(*line, "qw, qx, qy, qz", Some(format!("{q:?}")), message.into());
+            }
+        }
+    }
+}
+
+/// Remarks about one file, up to a sensible number.
+struct Remarks<'a> {
+    file: &'a str,
+    list: Vec<Diagnostic>,
+    omitted: usize,
+}
+
+impl<'a> Remarks<'a> {
+    fn new(file: &'a str) -> Self {
+        Self { file, list: Vec::new(), omitted: 0 }
+    }
+
+    fn add(&mut self, line: usize, key: &str, value: Option<String>, message: String) {
+        if self.list.len() == MOST_REMARKS {
+            self.omitted += 1;
+            return;
+        }
+        let file = self.file.to_owned();
+        self.list.push(Diagnostic { file, line, column: 0, key: key.to_owned(), value, message });
+    }
+
+    fn check(&mut self) -> Result<(), CaseErrors> {
+        if self.list.is_empty() {
+            return Ok(());
+        }
+        let mut list = std::mem::take(&mut self.list);
+        list.sort_by_key(|remark| remark.line);
+        if self.omitted > 0 {
+            list.extend(CaseErrors::of_file(self.file, format!("and {} more like these", self.omitted)).0);
+        }
+        Err(CaseErrors(list))
+    }
+}
+
+fn check_header(line: usize, header: &[&str], remarks: &mut Remarks) {
+    for (i, name) in header.iter().enumerate() {
+        if !COLUMNS.contains(name) {
+            remarks.add(line, name, None, unknown("column", name, &COLUMNS));
+        } else if header[..i].contains(name) {
+            remarks.add(line, name, None, "this column appears twice; remove one".into());
+        }
+    }
+    let groups: [&[&str]; 4] =
+        [&["x", "y", "z"], &["qw", "qx", "qy", "qz"], &["vx", "vy", "vz"], &["wx", "wy", "wz"]];
+    for (i, group) in groups.into_iter().enumerate() {
+        let is_wanted = i == 0 || group.iter().any(|name| header.contains(name));
+        for name in group.iter().filter(|name| is_wanted && !header.contains(name)) {
+            let message = format!("missing column; the header must name {}", group.join(", "));
+            remarks.add(line, name, None, message);
+        }
+    }
+}
+
+/// The fields of a CSV file as text.
+struct Table<'t> {
+    header: Vec<&'t str>,
+    rows: Vec<(usize, Vec<&'t str>)>,
+}
+
+impl Table<'_> {
+    fn columns(&self, remarks: &mut Remarks) -> ParticleColumns {
+        ParticleColumns {
+            lines: self.rows.iter().map(|(line, _)| *line).collect(),
+            position: self.numbers(["x", "y", "z"], remarks).unwrap_or_default(),
+            radius: self.single("radius", remarks),
+            scale: self.single("scale", remarks),
+            orientation: self.numbers(["qw", "qx", "qy", "qz"], remarks),
+            velocity: self.numbers(["vx", "vy", "vz"], remarks),
+            angular_velocity: self.numbers(["wx", "wy", "wz"], remarks),
+            shape: self.words("shape"),
+            material: self.words("material"),
+        }
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|other| *other == name)
+    }
+
+    fn words(&self, name: &str) -> Option<Vec<String>> {
+        let index = self.index(name)?;
+        Some(self.rows.iter().map(|(_, fields)| fields[index].to_owned()).collect())
+    }
+
+    fn single(&self, name: &str, remarks: &mut Remarks) -> Option<Vec<f64>> {
+        Some(self.numbers([name], remarks)?.into_iter().map(|[x]| x).collect())
+    }
+
+    fn numbers<const N: usize>(&self, names: [&str; N], remarks: &mut Remarks) -> Option<Vec<[f64; N]>> {
+        let mut indices = [0; N];
+        for (index, name) in indices.iter_mut().zip(names) {
+            *index = self.index(name)?;
+        }
+        let mut column = Vec::with_capacity(self.rows.len());
+        for (line, fields) in &self.rows {
+            column.push(std::array::from_fn(|i| {
+                let field = fields[indices[i]];
+                field.parse().unwrap_or_else(|_| {
+                    let message = "must be a number with a decimal point".to_owned();
+                    remarks.add(*line, names[i], Some(field.to_owned()), message);
+                    0.0
+                })
+            }));
+        }
+        Some(column)
+    }
+}

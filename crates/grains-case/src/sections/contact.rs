@@ -1,0 +1,104 @@
+//! `[[contact]]`: the contact law of a pair of materials.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::check::{Checker, Names};
+
+/// How a contact resists sliding; friction caps the force either way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Tangential {
+    /// Spring and dashpot with a memory of the displacement (Wachs 2009, eqs 15-17).
+    Spring {
+        /// Tangential over normal stiffness k_t/k_n (-); 2/7 gives equal periods for spheres.
+        #[serde(default = "two_sevenths")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.01, 2]))]
+        stiffness_ratio: f64,
+        /// Tangential over normal damping rate γ_t/γ_n (-).
+        #[serde(default = "half")]
+        #[schemars(extend("minimum" = 0, "x-plausible" = [0, 10]))]
+        damping_ratio: f64,
+    },
+    /// Memoryless viscous force −2 γ_t m v_t (Rakotonirina 2016, eqs 3.20-3.21).
+    Viscous {
+        /// Tangential damping rate γ_t (1/s).
+        #[schemars(extend("minimum" = 0))]
+        gamma_t: f64,
+    },
+}
+
+fn two_sevenths() -> f64 {
+    2.0 / 7.0
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+impl Default for Tangential {
+    fn default() -> Self {
+        Self::Spring { stiffness_ratio: two_sevenths(), damping_ratio: half() }
+    }
+}
+
+/// The law between two materials: linear spring and dashpot, Coulomb friction, rolling resistance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Contact")]
+pub struct Contact<Name = usize> {
+    /// The two materials, in any order; the same one twice for a material with itself.
+    pub between: [Name; 2],
+    /// Normal stiffness k_n (N/m).
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e2, 1e11]))]
+    pub normal_stiffness: f64,
+    /// Coefficient of restitution e_n (-); 1 is perfectly elastic, 0.1 very dissipative.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-plausible" = [0.05, 1]))]
+    pub restitution: f64,
+    /// Coulomb friction coefficient (-).
+    #[schemars(extend("minimum" = 0, "x-plausible" = [0, 2]))]
+    pub friction: f64,
+    /// Resistance to sliding.
+    #[serde(default)]
+    pub tangential: Tangential,
+    /// Rolling friction coefficient (-): rolling torque over (effective radius × normal force).
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0, "x-plausible" = [0, 1]))]
+    pub rolling_friction: f64,
+}
+
+impl<Name> Contact<Name> {
+    /// The same contact with its two materials named otherwise.
+    pub(crate) fn rename<Other>(self, mut name: impl FnMut(usize, Name) -> Other) -> Contact<Other> {
+        let Self { between, normal_stiffness, restitution, friction, tangential, rolling_friction } = self;
+        let mut side = 0..;
+        let between = between.map(|n| name(side.next().unwrap_or_default(), n));
+        Contact { between, normal_stiffness, restitution, friction, tangential, rolling_friction }
+    }
+}
+
+/// Resolves the names and refuses a pair that is described twice.
+pub(crate) fn check(raw: Vec<Contact<String>>, names: &Names, checker: &mut Checker) -> Vec<Contact> {
+    let mut contacts: Vec<Contact> = Vec::new();
+    for (i, contact) in raw.into_iter().enumerate() {
+        let errors_before = checker.error_count();
+        let contact = contact.rename(|side, name| {
+            checker.reference(&format!("contact[{i}].between[{side}]"), &name, "material", &names.materials)
+        });
+        if let Some(first) = find(&contacts, contact.between[0], contact.between[1])
+            && checker.error_count() == errors_before
+        {
+            checker.error(
+                &format!("contact[{i}].between"),
+                format!("this pair is already described by contact[{first}]; remove one of them"),
+            );
+        }
+        contacts.push(contact);
+    }
+    contacts
+}
+
+/// Index of the law between two materials, in either order.
+pub(crate) fn find(contacts: &[Contact], a: usize, b: usize) -> Option<usize> {
+    contacts.iter().position(|c| c.between == [a, b] || c.between == [b, a])
+}

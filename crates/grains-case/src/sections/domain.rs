@@ -1,0 +1,109 @@
+//! `[domain]`: the box of the computation.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::check::Checker;
+
+/// A face of the domain, named by its outward direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Face {
+    /// Lower x.
+    #[serde(rename = "-x")]
+    LowerX,
+    /// Upper x.
+    #[serde(rename = "+x")]
+    UpperX,
+    /// Lower y.
+    #[serde(rename = "-y")]
+    LowerY,
+    /// Upper y.
+    #[serde(rename = "+y")]
+    UpperY,
+    /// Lower z.
+    #[serde(rename = "-z")]
+    LowerZ,
+    /// Upper z.
+    #[serde(rename = "+z")]
+    UpperZ,
+}
+
+impl Face {
+    /// Axis the face is normal to: 0, 1 or 2.
+    pub fn axis(self) -> usize {
+        self as usize / 2
+    }
+
+    /// Whether the face is the upper one of its axis.
+    pub fn is_upper(self) -> bool {
+        self as usize % 2 == 1
+    }
+}
+
+/// The box that holds all particles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Lower corner (m).
+    pub lower: [f64; 3],
+    /// Upper corner (m), above the lower one along every axis.
+    pub upper: [f64; 3],
+    /// Whether what leaves through one face of an axis enters at the other, per axis (x, y, z).
+    #[serde(default)]
+    pub periodic: [bool; 3],
+    /// Faces through which particles may leave; anywhere else a leaving particle is an error.
+    #[serde(default)]
+    pub outlets: Vec<Face>,
+    /// Number of ranks along each axis (-); chosen by the program if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(schema_with = "ranks_per_axis")]
+    pub ranks: Option<[u64; 3]>,
+}
+
+fn ranks_per_axis(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({
+        "type": "array", "minItems": 3, "maxItems": 3,
+        "items": {"type": "integer", "minimum": 1, "maximum": 1_000_000}
+    })
+}
+
+impl Domain {
+    /// Edges of the box (m).
+    pub fn extents(&self) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.upper[a] - self.lower[a])
+    }
+
+    /// Whether a point (m) lies in the box, faces included.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        (0..3).all(|a| self.lower[a] <= point[a] && point[a] <= self.upper[a])
+    }
+
+    /// Whether the upper corner is above the lower one; if not, checks against the box say nothing.
+    pub(crate) fn is_upright(&self) -> bool {
+        self.extents().iter().all(|extent| *extent > 0.0)
+    }
+
+    /// The corners of the box (m).
+    pub(crate) fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|i| {
+            [0, 1, 2].map(|a| if i >> a & 1 == 1 { self.upper[a] } else { self.lower[a] })
+        })
+    }
+
+    pub(crate) fn check(&self, checker: &mut Checker) {
+        checker.ordered_corners("domain", self.lower, self.upper);
+        for (i, face) in self.outlets.iter().enumerate() {
+            let path = format!("domain.outlets[{i}]");
+            if self.periodic[face.axis()] {
+                let axis = ["x", "y", "z"][face.axis()];
+                checker.error(
+                    &path,
+                    format!("no particle can leave along {axis}, which is periodic; remove one of the two"),
+                );
+            }
+            if self.outlets[..i].contains(face) {
+                checker.error(&path, "named twice; remove one".into());
+            }
+        }
+    }
+}

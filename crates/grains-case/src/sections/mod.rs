@@ -1,0 +1,52 @@
+//! The sections of a case file: one module each, with its keys, defaults and checks.
+//!
+//! A type that names materials, shapes or planes is generic in the name: `String` in the file, an
+//! index (`usize`) once checked. Keywords of the schema that belong to no standard: `x-plausible`, the
+//! range outside which a value draws a warning, and `x-infinite`, set where `inf` is a sensible value.
+
+pub mod contact;
+pub mod domain;
+pub mod insert;
+pub mod material;
+pub mod motion;
+pub mod output;
+pub mod place;
+pub mod run;
+pub mod scale;
+pub mod shape;
+pub mod time;
+pub mod wall;
+
+use schemars::{Schema, json_schema};
+
+pub(crate) fn one() -> f64 {
+    1.0
+}
+
+pub(crate) fn infinity() -> f64 {
+    f64::INFINITY
+}
+
+pub(crate) fn yes() -> bool {
+    true
+}
+
+/// Schema of a vector of three positive lengths (m).
+pub(crate) fn three_lengths(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "array", "minItems": 3, "maxItems": 3,
+        "items": {"type": "number", "exclusiveMinimum": 0, "x-plausible": [1e-7, 1.0]}
+    })
+}
+
+/// Schema of a list of positive numbers, not empty.
+pub(crate) fn positive_list(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}
+    })
+}
+
+/// Schema of a list of non-negative numbers, not empty.
+pub(crate) fn share_list(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({"type": "array", "minItems": 1, "items": {"type": "number", "minimum": 0}})
+}

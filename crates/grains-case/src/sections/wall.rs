@@ -1,0 +1,250 @@
+//! `[[wall]]`: boundaries of the particles.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::check::{Checker, Names};
+use crate::sections::domain::Domain;
+use crate::sections::motion::Motion;
+use crate::vector::{cross, dot, norm, sub, unit};
+
+/// The side of a closed surface on which the particles are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// A container.
+    #[default]
+    Inside,
+    /// An obstacle.
+    Outside,
+}
+
+/// The form of a wall.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum WallKind {
+    /// Infinite plane.
+    Plane {
+        /// A point of the plane (m).
+        point: [f64; 3],
+        /// Normal towards the particles (-), of any length.
+        normal: [f64; 3],
+    },
+    /// Rectangular box.
+    Box {
+        /// Lower corner (m).
+        lower: [f64; 3],
+        /// Upper corner (m).
+        upper: [f64; 3],
+        /// Whether particles are inside (a container) or outside (an obstacle).
+        #[serde(default)]
+        side: Side,
+    },
+    /// Circular cylinder.
+    Cylinder {
+        /// Middle of the cylinder (m); any point of the axis if the height is infinite.
+        center: [f64; 3],
+        /// Direction of the axis (-), of any length.
+        axis: [f64; 3],
+        /// Radius (m).
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// Height (m); infinite by default.
+        #[serde(default = "super::infinity")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-infinite" = true))]
+        height: f64,
+        /// Whether particles are inside (a drum) or outside (a pillar).
+        #[serde(default)]
+        side: Side,
+        /// Whether flat discs close the two ends; without effect on an infinite cylinder.
+        #[serde(default = "super::yes")]
+        caps: bool,
+    },
+    /// Surface from an STL or OBJ file; particles meet both of its sides.
+    Mesh {
+        /// STL or OBJ file, relative to the folder of the case file.
+        path: PathBuf,
+        /// Factor from the file's unit to metres (m per unit): 0.001 for a file in millimetres.
+        #[serde(default = "super::one")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        scale: f64,
+        /// Translation after scaling (m).
+        #[serde(default)]
+        translate: [f64; 3],
+    },
+    /// Flat convex polygons given here; particles meet both of their sides.
+    Polygons {
+        /// Corners (m).
+        #[schemars(length(min = 3))]
+        vertices: Vec<[f64; 3]>,
+        /// Polygons as lists of indices into `vertices`, from 0, going round.
+        #[schemars(schema_with = "polygon_list")]
+        faces: Vec<Vec<u64>>,
+    },
+}
+
+fn polygon_list(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({
+        "type": "array", "minItems": 1,
+        "items": {"type": "array", "minItems": 3, "items": {"type": "integer", "minimum": 0}}
+    })
+}
+
+/// A wall, fixed or moving, present all the time or for a while.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "Wall", extend("unevaluatedProperties" = false))]
+pub struct Wall<Name = usize> {
+    /// Name, which also heads the columns of its force and torque in the time series.
+    pub name: String,
+    /// Material, which sets the contact law with each particle material.
+    pub material: Name,
+    /// Time from which the wall exists (s).
+    #[serde(default)]
+    pub from: f64,
+    /// Time until which the wall exists (s).
+    #[serde(default = "super::infinity")]
+    #[schemars(extend("x-infinite" = true))]
+    pub until: f64,
+    /// The form.
+    #[serde(flatten)]
+    pub kind: WallKind,
+    /// Prescribed motion; fixed if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Motion>,
+}
+
+impl<Name> Wall<Name> {
+    /// The same wall with its material named otherwise.
+    pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
+        let Self { name: label, material, from, until, kind, motion } = self;
+        Wall { name: label, material: name(material), from, until, kind, motion }
+    }
+
+    fn check(&mut self, path: &str, domain: &Domain, checker: &mut Checker) {
+        checker.ordered_times(&format!("{path}.until"), ("from", self.from), self.until);
+        if let Some(motion) = &mut self.motion {
+            motion.check(&format!("{path}.motion"), checker);
+        }
+        match &mut self.kind {
+            WallKind::Plane { point, normal } => {
+                *normal = checker.direction(&format!("{path}.normal"), *normal);
+                let is_behind = |corner: [f64; 3]| dot(sub(corner, *point), *normal) <= 0.0;
+                if self.motion.is_none()
+                    && norm(*normal) > 0.0
+                    && domain.is_upright()
+                    && domain.corners().into_iter().all(is_behind)
+                {
+                    checker.error(
+                        &format!("{path}.normal"),
+                        "the whole domain lies behind this plane; let the normal point to the particles"
+                            .into(),
+                    );
+                }
+            }
+            WallKind::Box { lower, upper, .. } => checker.ordered_corners(path, *lower, *upper),
+            WallKind::Cylinder { axis, .. } => {
+                *axis = checker.direction(&format!("{path}.axis"), *axis);
+            }
+            WallKind::Mesh { path: file, .. } => {
+                *file = checker.file(&format!("{path}.path"), file, &["stl", "obj"]);
+            }
+            WallKind::Polygons { vertices, faces } => {
+                for (i, face) in faces.iter().enumerate() {
+                    if let Err(message) = check_polygon(vertices, face) {
+                        checker.error(&format!("{path}.faces[{i}]"), message);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Checks the walls and resolves their materials.
+pub(crate) fn check(
+    raw: Vec<Wall<String>>,
+    domain: &Domain,
+    names: &Names,
+    checker: &mut Checker,
+) -> Vec<Wall> {
+    let walls = raw.into_iter().enumerate().map(|(i, mut wall)| {
+        wall.check(&format!("wall[{i}]"), domain, checker);
+        wall.rename(|name| {
+            checker.reference(&format!("wall[{i}].material"), &name, "material", &names.materials)
+        })
+    });
+    walls.collect()
+}
+
+/// A polygon must have existing, distinct corners, be flat and be convex.
+fn check_polygon(vertices: &[[f64; 3]], face: &[u64]) -> Result<(), String> {
+    const FLATNESS: f64 = 1e-6;
+    let corner = |index: u64| usize::try_from(index).ok().and_then(|i| vertices.get(i)).copied();
+    let mut corners = Vec::with_capacity(face.len());
+    for (i, &index) in face.iter().enumerate() {
+        let Some(point) = corner(index) else {
+            return Err(format!(
+                "there is no vertex {index}; vertices are numbered 0 to {}",
+                vertices.len() - 1
+            ));
+        };
+        if face[..i].contains(&index) {
+            return Err(format!("vertex {index} is named twice; name each corner once, going round"));
+        }
+        corners.push(point);
+    }
+    let count = corners.len();
+    let edge = |i: usize| sub(corners[(i + 1) % count], corners[i % count]);
+    // Twice the area along the normal, whatever the first corners are.
+    let doubled_area = (1..count - 1)
+        .map(|i| cross(sub(corners[i], corners[0]), sub(corners[i + 1], corners[0])))
+        .fold([0.0; 3], |sum, c| [sum[0] + c[0], sum[1] + c[1], sum[2] + c[2]]);
+    let size = (0..count).map(|i| norm(edge(i))).fold(0.0, f64::max);
+    let Some(normal) = unit(doubled_area).filter(|_| norm(doubled_area) > 1e-12 * size * size) else {
+        return Err(
+            "the polygon encloses no area: its corners lie on one line or do not go round; reorder them"
+                .into(),
+        );
+    };
+    if corners.iter().any(|c| dot(sub(*c, corners[0]), normal).abs() > FLATNESS * size) {
+        return Err("the corners do not lie in one plane; split the polygon into triangles".into());
+    }
+    let is_outside =
+        |i: usize, c: [f64; 3]| dot(cross(edge(i), sub(c, corners[i])), normal) < -FLATNESS * size * size;
+    if (0..count).any(|i| corners.iter().any(|c| is_outside(i, *c))) {
+        return Err("the polygon is not convex or its corners do not go round; split or reorder it".into());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polygons_must_be_flat_convex_and_ordered() {
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.6, 0.6, 0.0],
+            [0.5, 0.0, 0.0],
+        ];
+        assert_eq!(check_polygon(&corners, &[0, 1, 2, 3]), Ok(()));
+        assert_eq!(check_polygon(&corners, &[3, 2, 1, 0]), Ok(()));
+        let fails = |face: &[u64], word: &str| {
+            let message = check_polygon(&corners, face).expect_err(word);
+            assert!(message.contains(word), "{message}");
+        };
+        fails(&[0, 2, 1, 3], "do not go round");
+        fails(&[1, 2, 3, 4], "convex");
+        fails(&[0, 1, 9], "no vertex 9");
+        fails(&[0, 1, 1], "twice");
+        fails(&[0, 5, 1], "no area");
+        let mut bent = corners;
+        bent[2][2] = 0.01;
+        assert!(check_polygon(&bent, &[0, 1, 2, 3]).is_err_and(|m| m.contains("plane")));
+    }
+}

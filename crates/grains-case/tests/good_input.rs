@@ -1,0 +1,181 @@
+//! Good cases parse, keep their values through the resolved file, and agree with the schema.
+
+use std::path::{Path, PathBuf};
+
+use grains_case::{
+    Case, Motion, Orientation, ParticleColumns, Place, Precision, ShapeKind, Side, Tangential, TimeStep,
+    WallKind, schema,
+};
+use serde_json::Value;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/good")
+}
+
+fn load(name: &str) -> Case {
+    Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+#[test]
+fn the_silo_is_resolved_to_indices_units_and_defaults() {
+    let case = load("silo.toml");
+    assert!(case.warnings.is_empty(), "{:?}", case.warnings);
+    assert_eq!((case.name.as_str(), case.seed, case.gravity), ("silo discharge", 7, [0.0, 0.0, -9.81]));
+    assert_eq!((case.time.dt, case.time.end, case.time.steps_per_contact), (TimeStep::Auto, 32.0, 25.0));
+    assert_eq!(case.domain.ranks, Some([1, 1, 2]));
+    assert!(!case.domain.outlets[0].is_upper() && case.domain.outlets[0].axis() == 2);
+    let (glass, steel) =
+        (case.material_index("glass").expect("glass"), case.material_index("steel").expect("steel"));
+    assert_eq!(case.contact(steel, glass), Some(1));
+    assert_eq!(case.contact(steel, steel), None);
+    assert_eq!(
+        case.contacts[0].tangential,
+        Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 }
+    );
+    assert_eq!(case.contacts[1].tangential, Tangential::Viscous { gamma_t: 1e5 });
+    let beads = &case.inserts[0];
+    assert_eq!((beads.particles[0].shape, beads.particles[0].material), (0, glass));
+    assert_eq!(
+        (beads.count, beads.batch, beads.orientation),
+        (Some(10_000), Some(10_000), Orientation::Random)
+    );
+    let Place::Lattice { spacing: Some(spacing), noise, .. } = beads.place else { panic!("lattice") };
+    assert!(spacing * (1.0 - 2.0 * noise) > 2.0 * 0.0069);
+    assert_eq!(case.walls[1].kind, WallKind::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+    assert_eq!((case.walls[1].from, case.walls[1].until, case.walls[0].until), (0.0, 2.0, f64::INFINITY));
+    assert_eq!((case.output.precision, case.output.particles), (Precision::F32, 0.1));
+    assert_eq!(case.stop.all_passed, Some(0));
+}
+
+#[test]
+fn the_mixture_has_every_kind_with_its_defaults() {
+    let case = load("mixture.toml");
+    assert_eq!(case.name, "mixture");
+    assert_eq!(case.output.directory, Path::new("results/mixture"));
+    assert_eq!(case.shapes[0].crust, Some(0.05));
+    assert_eq!(case.shapes[1].crust, Some(0.02));
+    assert!(
+        matches!(&case.shapes[4].kind, ShapeKind::HullFile { path, .. } if path.is_absolute() && path.is_file())
+    );
+    let Orientation::Quaternion(q) = case.inserts[0].orientation else { panic!("quaternion") };
+    assert!((q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-15);
+    assert_eq!(case.inserts[0].particles[2].scale.largest(), 2.0);
+    let WallKind::Cylinder { axis, height, side, .. } = case.walls[0].kind else { panic!("cylinder") };
+    assert_eq!((axis, height, side), ([0.0, 1.0, 0.0], 0.9, Side::Inside));
+    assert!(matches!(case.walls[1].motion, Some(Motion::Oscillation { end: 0.5, .. })));
+}
+
+#[test]
+fn the_resolved_case_parses_to_the_same_case() {
+    for name in ["silo.toml", "mixture.toml", "single.toml"] {
+        let case = load(name);
+        let resolved = case.to_toml();
+        let again = Case::parse(&resolved, "anything.toml", Path::new("/nowhere"));
+        let again = again.unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(case, again);
+        assert_eq!(resolved, again.to_toml());
+    }
+}
+
+#[test]
+fn unlikely_values_are_warned_about_with_their_place() {
+    let text = std::fs::read_to_string(folder().join("silo.toml")).expect("text");
+    let text =
+        text.replace("density = 2500.0", "density = 2.5e6").replace("1e6", "10").replace("-9.81", "9.81");
+    let case = Case::parse(&text, "odd.toml", &folder()).expect("allowed");
+    let warnings: Vec<String> = case.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(warnings.len(), 4, "{warnings:?}");
+    assert!(warnings[0].starts_with("odd.toml:4:11: gravity = [0, 0, 9.81]: points up"), "{}", warnings[0]);
+    assert!(warnings[1].contains("material[0].density = 2.5e6: unusual, mostly between 1.0 and 30000.0"));
+    assert!(warnings[2].contains("contact[0].normal_stiffness = 10: unusual"));
+}
+
+/// A particle alone meets no other: its law is only needed with the walls.
+#[test]
+fn a_single_particle_needs_no_law_with_itself() {
+    assert_eq!(load("single.toml").contacts.len(), 1);
+}
+
+#[test]
+fn particle_files_are_checked_against_the_case() {
+    let case = load("mixture.toml");
+    let insert = &case.inserts[1];
+    let Place::File { path } = &insert.place else { panic!("file") };
+    let columns = ParticleColumns::read_csv(path).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((columns.len(), columns.lines.as_slice()), (3, [3, 4, 6].as_slice()));
+    assert_eq!(columns.scale, Some(vec![1.0, 0.5, 1.0]));
+    assert_eq!(columns.velocity.as_ref().expect("velocity")[0], [0.0, 0.0, -1.0]);
+    assert_eq!(columns.check("beads.csv", &case, insert), Ok(()));
+    assert_eq!(columns.shape_indices(&case), Some(vec![3, 3, 4]));
+    let text = "x,y,z,shape,material,scale\n0.1,0.1,3,wege,rock,1\n0.1,0.1,0.1,wedge,rok,0\n";
+    let columns = ParticleColumns::parse_csv(text, "b.csv").expect("numbers");
+    let errors = columns.check("b.csv", &case, insert).expect_err("bad").to_string();
+    let expected = [
+        "b.csv:2: x, y, z = [0.1, 0.1, 3.0]: outside the domain",
+        "b.csv:2: shape = wege: unknown shape; did you mean `wedge`?",
+        "b.csv:3: scale = 0: must be above 0",
+        "b.csv:3: material = rok: unknown material; did you mean `rock`?",
+    ];
+    expected.iter().for_each(|part| assert!(errors.contains(part), "{part}\n{errors}"));
+}
+
+#[test]
+fn broken_particle_files_are_refused_by_line() {
+    let message = |text: &str| ParticleColumns::parse_csv(text, "b.csv").expect_err(text).to_string();
+    assert!(message("x,y,z\n1,2,3\n1,two,3\n").contains("b.csv:3: y = two: must be a number"));
+    assert!(message("x,y,z\n1,2\n").contains("b.csv:2: 2 fields, but the header names 3 columns"));
+    assert!(message("x,y\n1,2\n").contains("b.csv:1: z: missing column"));
+    assert!(message("x,y,z,raduis\n").contains("b.csv:1: raduis: unknown column; did you mean `radius`?"));
+    assert!(message("x,y,z,vx\n").contains("b.csv:1: vy: missing column"));
+    assert!(message("x,y,z,x\n").contains("appears twice"));
+    assert!(message("").contains("missing column"));
+    let many = "x,y,z\n".to_owned() + &"a,b,c\n".repeat(50);
+    assert!(message(&many).ends_with("and 130 more like these"));
+}
+
+/// Every key of the schema has a description, and every number in it a unit.
+#[test]
+fn the_schema_describes_every_key_with_its_unit() {
+    let schema = schema();
+    let mut keys = Vec::new();
+    collect_keys(&schema, "", &mut keys);
+    assert!(keys.len() > 100, "{}", keys.len());
+    for (path, key) in &keys {
+        let description = key.get("description").and_then(Value::as_str).unwrap_or_default();
+        let kind = &key["type"];
+        if !path.ends_with(".kind") {
+            assert!(!description.is_empty(), "{path} has no description");
+        }
+        let is_number =
+            [kind, &kind[0], &key["items"]["type"]].iter().any(|t| **t == "number" || **t == "integer");
+        assert!(!is_number || description.contains('('), "{path}: no unit in `{description}`");
+    }
+}
+
+/// Both good files together use every key but the few that exclude each other.
+#[test]
+fn the_schema_has_every_key_of_the_resolved_cases() {
+    let mut keys = Vec::new();
+    collect_keys(&schema(), "", &mut keys);
+    let known: Vec<&str> = keys.iter().filter_map(|(path, _)| path.rsplit('.').next()).collect();
+    let resolved = load("silo.toml").to_toml() + &load("mixture.toml").to_toml();
+    let used: Vec<&str> = resolved.lines().filter_map(|l| Some(l.split_once(" = ")?.0)).collect();
+    used.iter().for_each(|key| assert!(known.contains(key), "{key} is not in the schema"));
+    for key in known {
+        let is_section = resolved.contains(&format!("[{key}]")) || resolved.contains(&format!(".{key}]"));
+        assert!(is_section || used.contains(&key), "{key} is in no good case");
+    }
+}
+
+fn collect_keys(schema: &Value, path: &str, keys: &mut Vec<(String, Value)>) {
+    match schema {
+        Value::Object(map) => {
+            if let Some(properties) = map.get("properties").and_then(Value::as_object) {
+                keys.extend(properties.iter().map(|(key, value)| (format!("{path}.{key}"), value.clone())));
+            }
+            map.iter().for_each(|(key, value)| collect_keys(value, &format!("{path}.{key}"), keys));
+        }
+        Value::Array(list) => list.iter().for_each(|value| collect_keys(value, path, keys)),
+        _ => {}
+    }
+}

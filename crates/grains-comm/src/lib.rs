@@ -1,0 +1,101 @@
+//! [`Transport`] over MPI, and how a job begins, ends and is aborted.
+
+mod transport;
+
+pub use transport::MpiTransport;
+
+use mpi::environment::Universe;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{AsRaw, Communicator};
+
+/// Exit codes of the program, the same on every rank.
+pub mod exit {
+    /// The case file, the command line or an input file is wrong.
+    pub const CASE: i32 = 2;
+    /// The run became unphysical: lost particle, NaN, overlap beyond its limit.
+    pub const UNSTABLE: i32 = 3;
+    /// A file could not be written or read.
+    pub const FILES: i32 = 4;
+    /// A bug: a panic on some rank.
+    pub const PANIC: i32 = 101;
+}
+
+/// The MPI job: initialised once per process, finalised when dropped.
+pub struct Job {
+    universe: Universe,
+}
+
+impl Job {
+    /// Starts MPI; a panic on any rank from here on ends all ranks instead of hanging them.
+    ///
+    /// A program started without mpirun is a job of one rank. Errors if MPI was already initialised.
+    pub fn start() -> Result<Self, String> {
+        let universe = mpi::initialize().ok_or("MPI is already initialised in this process")?;
+        let report = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            report(info);
+            abort(exit::PANIC);
+        }));
+        Ok(Self { universe })
+    }
+
+    /// All ranks.
+    pub fn world(&self) -> SimpleCommunicator {
+        self.universe.world()
+    }
+
+    /// The text of rank 0 on every rank (an error text likewise).
+    pub fn broadcast(&self, text: Result<String, String>) -> Result<String, String> {
+        use mpi::traits::Root;
+        let world = self.world();
+        let root = world.process_at_rank(0);
+        let is_ok = text.is_ok();
+        let bytes = match text {
+            Ok(text) | Err(text) => text.into_bytes(),
+        };
+        let mut header = [bytes.len() as u64, u64::from(is_ok)];
+        root.broadcast_into(&mut header[..]);
+        let mut buffer = bytes;
+        buffer.resize(header[0] as usize, 0);
+        root.broadcast_into(&mut buffer[..]);
+        let text = String::from_utf8_lossy(&buffer).into_owned();
+        if header[1] == 1 { Ok(text) } else { Err(text) }
+    }
+}
+
+/// Ends all ranks of the job with an exit code.
+pub fn abort(code: i32) -> ! {
+    // SAFETY: MPI_Abort may be called at any time between initialisation and finalisation.
+    #[allow(unsafe_code)]
+    unsafe {
+        mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, code);
+    }
+    std::process::exit(code)
+}
+
+/// Cartesian communicator whose ranks are numbered with x fastest, as the decomposition numbers them.
+///
+/// MPI numbers the last axis fastest, so the axes are handed over as z, y, x and ranks are not reordered.
+pub fn cartesian(world: &SimpleCommunicator, ranks: [usize; 3], periodic: [bool; 3]) -> SimpleCommunicator {
+    let dims = [ranks[2] as i32, ranks[1] as i32, ranks[0] as i32];
+    let periods = [periodic[2], periodic[1], periodic[0]];
+    match world.create_cartesian_communicator(&dims, &periods, false) {
+        Some(cartesian) => {
+            debug_assert_eq!(cartesian.rank(), world.rank());
+            let _ = cartesian.as_raw();
+            world.duplicate_of(&cartesian)
+        }
+        None => world.duplicate(),
+    }
+}
+
+/// A plain communicator with the group and order of a Cartesian one.
+trait DuplicateOf {
+    fn duplicate_of(&self, cartesian: &mpi::topology::CartesianCommunicator) -> SimpleCommunicator;
+}
+
+impl DuplicateOf for SimpleCommunicator {
+    fn duplicate_of(&self, cartesian: &mpi::topology::CartesianCommunicator) -> SimpleCommunicator {
+        cartesian.split_by_color(mpi::topology::Color::with_value(0)).unwrap_or_else(|| self.duplicate())
+    }
+}

@@ -1,0 +1,17 @@
+//! Contact laws: forces as pure functions of the relative motion of two bodies at one contact.
+//!
+//! The same [`ContactLaw::force`] serves particle against particle, wall and mesh; a wall is a body of
+//! infinite mass. Nothing here knows of cells, ranks or arrays of particles.
+//!
+//! Conventions: the normal n points from body 1 to body 2, the overlap δ is positive in contact, the
+//! relative velocity is Vr = V2 − V1 at the contact point, so dδ/dt = −Vr·n. Forces are those on body 1.
+//! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
+//! [`CollisionEstimate`] assume.
+//!
+//! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17.
+
+mod collision;
+mod law;
+
+pub use collision::CollisionEstimate;
+pub use law::{Contact, ContactLaw, Tangential, reduced_mass};

@@ -1,0 +1,268 @@
+//! Contacts between bodies that are not both spheres: GJK on their cores, part by part.
+
+use crate::error::vector;
+use crate::forces::{LoadLattice, Tally};
+use crate::walls::SurfaceContact;
+use crate::{Catalogue, Load, Particles, StepError};
+use grains_contact::{Contact, reduced_mass};
+use grains_geometry::epa::penetration;
+use grains_geometry::gjk::{Separation, distance};
+use grains_geometry::obb::boxes_apart;
+use grains_geometry::{Core, GjkError, Mat3, Placement, Shape, Simplex, Vec3};
+
+/// A part of a particle where it is now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedPart<'a> {
+    pub(crate) core: &'a Core,
+    /// Half edges of the box around the part at scale 1 (m).
+    pub(crate) half_extents: &'a Vec3,
+    /// Rotation from the part's frame.
+    pub(crate) rotation: Mat3,
+    pub(crate) scale: f64,
+    /// Part centre from the particle's centre of mass, in the world frame (m).
+    pub(crate) offset: Vec3,
+    /// Crust (m), scaled.
+    pub(crate) crust: f64,
+}
+
+impl<'a> PlacedPart<'a> {
+    pub(crate) fn of(shape: &'a Shape, part: u16, frame: &Mat3, scale: f64) -> Self {
+        let is_convex = shape.parts.len() == 1;
+        let part = &shape.parts[part as usize];
+        // The only part of a convex shape has the frame of its body.
+        let (rotation, offset) = if is_convex {
+            (*frame, Vec3::zeros())
+        } else {
+            (frame * part.rotation, frame * part.center * scale)
+        };
+        let crust = part.crust * scale;
+        Self { core: &part.core, half_extents: &part.half_extents, rotation, scale, offset, crust }
+    }
+
+    /// Point of the core farthest along a direction, from the part's centre (m).
+    pub(crate) fn farthest(&self, direction: &Vec3) -> Vec3 {
+        self.rotation * self.core.support(&self.rotation.tr_mul(direction)) * self.scale
+    }
+
+    /// Point of the core farthest from an axis through the origin, the part's centre being at `center`:
+    /// the point from that centre, its unit direction away from the axis, and its distance (m).
+    ///
+    /// Each pass asks for the point farthest along the last one's direction; the distance can only grow.
+    pub(crate) fn farthest_from_axis(&self, center: &Vec3, axis: &Vec3) -> (Vec3, Vec3, f64) {
+        let away = |p: &Vec3| {
+            let off = p - axis * p.dot(axis);
+            (off, off.norm())
+        };
+        let (mut off, mut distance) = away(center);
+        let mut best = Vec3::zeros();
+        for _ in 0..20 {
+            let direction = if distance > 0.0 { off / distance } else { axis.cross(&Vec3::new(0.36, 0.48, 0.8)) };
+            let point = self.farthest(&direction);
+            let (next, next_distance) = away(&(center + point));
+            let settled = next_distance <= distance * (1.0 + 1e-15) && best != Vec3::zeros();
+            (best, off, distance) = (point, next, next_distance);
+            if settled {
+                break;
+            }
+        }
+        (best, if distance > 0.0 { off / distance } else { Vec3::zeros() }, distance)
+    }
+
+    /// Contact of the core point `deepest` lying `depth` (m) behind a wall (negative before it), whose
+    /// inward normal is `normal`: the body reaches a crust farther.
+    pub(crate) fn contact_behind(&self, deepest: &Vec3, normal: Vec3, depth: f64) -> Option<SurfaceContact> {
+        let overlap = depth + self.crust;
+        (overlap > 0.0).then(|| SurfaceContact {
+            normal,
+            overlap,
+            point: deepest + normal * (self.crust - 0.5 * overlap),
+        })
+    }
+
+    /// Placement of another frame (its rotation, scale, and centre from ours in the world) in this part's.
+    #[inline]
+    pub(crate) fn placement(&self, rotation: &Mat3, scale: f64, separation: &Vec3) -> Placement {
+        let inverse = 1.0 / self.scale;
+        Placement {
+            matrix: self.rotation.tr_mul(rotation) * (scale * inverse),
+            translation: self.rotation.tr_mul(separation) * inverse,
+        }
+    }
+}
+
+/// Where two bodies touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PartContact {
+    /// Unit normal from the first to the second, in the world.
+    pub(crate) normal: Vec3,
+    /// Overlap (m), positive.
+    pub(crate) overlap: f64,
+    /// Contact point from the centre of the first part, in the world (m).
+    pub(crate) point: Vec3,
+    /// Whether the cores met and the penetration routine answered.
+    pub(crate) cores_met: bool,
+}
+
+/// Contact of a part with another core placed in its frame: δ = r1 + r2 − d (thesis eqs 3.14-3.16).
+///
+/// `other_crust` is in metres. The contact point is midway between the two deepest surface points.
+pub(crate) fn touch(
+    part: &PlacedPart,
+    other: &Core,
+    placement: &Placement,
+    other_crust: f64,
+    simplex: &mut Simplex,
+) -> Result<Option<PartContact>, GjkError> {
+    let crusts = part.crust + other_crust;
+    let (gap, normal, point_a, point_b, cores_met) =
+        match distance(part.core, other, placement, crusts / part.scale, simplex)? {
+            Separation::Beyond => return Ok(None),
+            Separation::Apart { distance, normal, point_a, point_b } => (distance, normal, point_a, point_b, false),
+            Separation::Meeting => {
+                let p = penetration(part.core, other, placement, simplex)?;
+                (-p.depth, p.normal, p.point_a, p.point_b, true)
+            }
+        };
+    let overlap = crusts - gap * part.scale;
+    if overlap <= 0.0 {
+        return Ok(None);
+    }
+    let normal = part.rotation * normal;
+    let middle = part.rotation * (point_a + point_b) * (0.5 * part.scale);
+    let point = middle + normal * (0.5 * (part.crust - other_crust));
+    Ok(Some(PartContact { normal, overlap, point, cores_met }))
+}
+
+/// A pair of parts that may touch; `a` is the particle of lower id.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyPair {
+    pub(crate) a: u32,
+    pub(crate) b: u32,
+    pub(crate) parts: [u16; 2],
+    /// Separating axis tried first; it changes the speed of the answer, not the answer.
+    pub(crate) hint: u8,
+    /// Tangential spring (m).
+    pub(crate) spring: Vec3,
+    /// Simplex of the last step; cold unless the boxes met in the last step.
+    pub(crate) simplex: Simplex,
+}
+
+impl BodyPair {
+    /// Forgets what the pair remembered: it was apart in this step.
+    fn forget(&mut self) {
+        self.simplex.len = 0;
+        self.spring = Vec3::zeros();
+    }
+}
+
+/// Adds the loads of all contacts between bodies that are not both spheres.
+pub(crate) fn add_forces(
+    particles: &mut Particles,
+    pairs: &mut [BodyPair],
+    catalogue: &Catalogue,
+    lattice: &LoadLattice,
+    dt: f64,
+    tally: &mut Tally,
+) {
+    for pair in pairs {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        match pair_contact(particles, pair, catalogue) {
+            Ok(None) => {}
+            Ok(Some((contact, radius))) => {
+                tally.cores_met += u64::from(contact.cores_met);
+                let (load_a, load_b) = loads(particles, pair, catalogue, &contact, lattice, dt);
+                for (index, load) in [(a, load_a), (b, load_b)] {
+                    if index < particles.owned {
+                        particles.loads[index].force += load.force;
+                        particles.loads[index].torque += load.torque;
+                    }
+                }
+                if tally.note(contact.overlap, radius) {
+                    tally.error = Some(StepError::Overlap {
+                        id: particles.ids[a],
+                        other: format!("particle {}", particles.ids[b]),
+                        overlap: contact.overlap,
+                        percent: 100.0 * contact.overlap / radius,
+                        limit: 100.0 * tally.limit(),
+                        place: vector(&particles.bodies[a].position),
+                    });
+                }
+            }
+            Err(reason) => {
+                tally.error = Some(StepError::Distance {
+                    id: particles.ids[a],
+                    other: format!("particle {}", particles.ids[b]),
+                    place: vector(&particles.bodies[a].position),
+                    reason: reason.to_string(),
+                });
+            }
+        }
+    }
+}
+
+/// Contact of a pair, its point taken from the centre of mass of `a`, and the smaller inscribed radius (m).
+pub(crate) fn pair_contact(
+    particles: &Particles,
+    pair: &mut BodyPair,
+    catalogue: &Catalogue,
+) -> Result<Option<(PartContact, f64)>, GjkError> {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
+    let separation = body_b.position - body_a.position;
+    let reach = body_a.radius + body_b.radius;
+    if separation.norm_squared() >= reach * reach {
+        pair.forget();
+        return Ok(None);
+    }
+    let (shape_a, shape_b) = (catalogue.shape(body_a.kind), catalogue.shape(body_b.kind));
+    let scales = [body_a.radius / shape_a.bounding_radius, body_b.radius / shape_b.bounding_radius];
+    let part_a = PlacedPart::of(shape_a, pair.parts[0], &particles.frames[a], scales[0]);
+    let part_b = PlacedPart::of(shape_b, pair.parts[1], &particles.frames[b], scales[1]);
+    let between = separation + (part_b.offset - part_a.offset);
+    let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
+    if boxes_apart(part_a.half_extents, part_b.half_extents, &placement, 0.0, &mut pair.hint) {
+        pair.forget();
+        return Ok(None);
+    }
+    let contact = touch(&part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex)?;
+    if contact.is_none() {
+        pair.spring = Vec3::zeros();
+    }
+    let radius = (shape_a.inscribed_radius * scales[0]).min(shape_b.inscribed_radius * scales[1]);
+    Ok(contact.map(|c| (PartContact { point: c.point + part_a.offset, ..c }, radius)))
+}
+
+/// Loads on the two bodies of a contact whose point is given from the centre of mass of `a`.
+fn loads(
+    particles: &Particles,
+    pair: &mut BodyPair,
+    catalogue: &Catalogue,
+    contact: &PartContact,
+    lattice: &LoadLattice,
+    dt: f64,
+) -> (Load, Load) {
+    let (a, b) = (&particles.bodies[pair.a as usize], &particles.bodies[pair.b as usize]);
+    let arm_a = contact.point;
+    let arm_b = contact.point - (b.position - a.position);
+    let velocity =
+        (b.velocity + b.angular_velocity.cross(&arm_b)) - (a.velocity + a.angular_velocity.cross(&arm_a));
+    let contact = Contact {
+        normal: contact.normal,
+        overlap: contact.overlap,
+        velocity,
+        reduced_mass: reduced_mass(a.mass, b.mass),
+    };
+    let law = catalogue.contacts.law(a.kind.material, b.kind.material);
+    let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));
+    let mut torque_a = lattice.torque(&arm_a.cross(&force));
+    let mut torque_b = -lattice.torque(&arm_b.cross(&force));
+    if law.rolling_friction > 0.0 {
+        let (length_a, length_b) = (arm_a.norm(), arm_b.norm());
+        let spin = a.angular_velocity - b.angular_velocity;
+        let arm = length_a * length_b / (length_a + length_b);
+        let rolling = lattice.torque(&law.rolling_torque(&contact, &spin, arm));
+        torque_a += rolling;
+        torque_b -= rolling;
+    }
+    (Load { force, torque: torque_a }, Load { force: -force, torque: torque_b })
+}

@@ -1,0 +1,76 @@
+//! What particles are made of: shapes, materials, and the law of every pair of materials.
+
+use grains_contact::ContactLaw;
+use grains_geometry::Shape;
+
+/// Shape and material of a particle, as indices into the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Kind {
+    /// Shape number.
+    pub shape: u16,
+    /// Material number.
+    pub material: u16,
+}
+
+/// Contact laws by pair of materials.
+#[derive(Clone, Debug)]
+pub struct ContactTable {
+    laws: Vec<Option<ContactLaw>>,
+    materials: usize,
+}
+
+impl ContactTable {
+    /// Table without laws for a number of materials.
+    pub fn new(materials: usize) -> Self {
+        Self { laws: vec![None; materials * materials], materials }
+    }
+
+    /// Sets the law between two materials, in either order.
+    pub fn set(&mut self, a: usize, b: usize, law: ContactLaw) {
+        self.laws[a * self.materials + b] = Some(law);
+        self.laws[b * self.materials + a] = Some(law);
+    }
+
+    /// Law between two materials; the case guarantees one for every pair that can meet.
+    #[inline(always)]
+    pub fn law(&self, a: u16, b: u16) -> &ContactLaw {
+        match &self.laws[a as usize * self.materials + b as usize] {
+            Some(law) => law,
+            None => panic!("materials {a} and {b} touch but have no contact law"),
+        }
+    }
+
+    /// All laws.
+    pub fn laws(&self) -> impl Iterator<Item = &ContactLaw> {
+        self.laws.iter().flatten()
+    }
+}
+
+/// Shapes, densities and contact laws of a case.
+#[derive(Clone, Debug)]
+pub struct Catalogue {
+    /// Particle shapes at scale 1.
+    pub shapes: Vec<Shape>,
+    /// Density of each material (kg/m³).
+    pub densities: Vec<f64>,
+    /// Contact laws.
+    pub contacts: ContactTable,
+}
+
+impl Catalogue {
+    /// Whether every shape is a sphere, so that no orientation is needed.
+    pub fn all_spheres(&self) -> bool {
+        self.shapes.iter().all(Shape::is_sphere)
+    }
+
+    /// Shape of a kind.
+    #[inline(always)]
+    pub fn shape(&self, kind: Kind) -> &Shape {
+        &self.shapes[kind.shape as usize]
+    }
+
+    /// Mass ρ V s³ (kg) of a kind at scale s.
+    pub fn mass(&self, kind: Kind, scale: f64) -> f64 {
+        self.densities[kind.material as usize] * self.shape(kind).volume * scale.powi(3)
+    }
+}

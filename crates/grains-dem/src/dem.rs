@@ -1,0 +1,517 @@
+//! The granular phase of one rank and its step.
+
+use crate::bodies::{self, BodyPair};
+use crate::error::vector;
+use crate::exchange::{Exchange, Exits};
+use crate::forces::{LoadLattice, Tally};
+use crate::integrate::{self, Rates};
+use crate::measure::{self, Crossings, FlowPlane, Totals};
+use crate::memory::Memories;
+use crate::neighbours::{Neighbours, Skin, Surroundings};
+use crate::spheres;
+use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
+use crate::{Catalogue, Clock, ParticleRecord, Particles, Phase, StepError};
+use grains_domain::{CellGrid, Decomposition, DecompositionError, GlobalBox, Transport};
+use grains_geometry::Vec3;
+
+/// Everything that defines a granular system, apart from its particles.
+#[derive(Clone, Debug)]
+pub struct DemSetup {
+    /// The box.
+    pub global: GlobalBox,
+    /// Faces −x, +x, −y, +y, −z, +z through which particles may leave.
+    pub outlets: [bool; 6],
+    /// Ranks per axis.
+    pub ranks: [usize; 3],
+    /// Shapes, materials, laws.
+    pub catalogue: Catalogue,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Planes through which particles are counted.
+    pub planes: Vec<FlowPlane>,
+    /// Gravity and time step.
+    pub rates: Rates,
+    /// Largest bounding radius of any particle (m).
+    pub largest_radius: f64,
+    /// Largest admissible overlap over inscribed radius (-).
+    pub overlap_limit: f64,
+    /// Verlet skin.
+    pub skin: Skin,
+}
+
+/// Why a step could not be done; the same kind of answer on every rank.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// This rank met the error.
+    Here(StepError),
+    /// Another rank did.
+    Elsewhere,
+}
+
+/// The other side of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// A particle of this rank's arrays, owned or clone.
+    Particle(usize),
+    /// A wall.
+    Wall(usize),
+}
+
+/// A contact of an owned particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// The owned particle.
+    pub particle: usize,
+    /// What it touches.
+    pub other: Partner,
+    /// Overlap (m).
+    pub overlap: f64,
+    /// Smaller inscribed radius of the two (m).
+    pub radius: f64,
+}
+
+/// What the last evaluation of the contacts found on this rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// Largest overlap over inscribed radius (-).
+    pub largest_overlap: f64,
+    /// Contacts since the start that the penetration routine had to resolve.
+    pub cores_met: u64,
+    /// Rebuilds of the lists since the start.
+    pub rebuilds: u64,
+}
+
+/// What the ranks agree on after a step: the highest level wins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Level {
+    Fine,
+    Stale,
+    Interrupted,
+    Failed,
+}
+
+/// Particles in and out, summed over this rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ledger {
+    /// Particles inserted since the case began.
+    pub inserted: u64,
+    /// Particles that left through outlets.
+    pub left: u64,
+}
+
+/// The granular phase of one rank.
+#[derive(Clone, Debug)]
+pub struct Dem {
+    /// Definition of the system.
+    pub setup: DemSetup,
+    /// Division of the box.
+    pub decomposition: Decomposition,
+    /// Particles of this rank.
+    pub particles: Particles,
+    /// Steps done.
+    pub step: u64,
+    /// Particles in and out on this rank.
+    pub ledger: Ledger,
+    /// Time by phase.
+    pub clock: Clock,
+    /// Loads on the walls by this rank's particles.
+    pub wall_loads: Vec<WallLoad>,
+    /// Whether some rank was asked to stop: set it on any rank, read it on all after [`Dem::advance`].
+    pub interrupt: bool,
+    /// Result of the last force evaluation.
+    pub report: StepReport,
+    grid: CellGrid,
+    lattice: LoadLattice,
+    exchange: Exchange,
+    neighbours: Neighbours,
+    memories: Memories,
+    crossings: Vec<Crossings>,
+    states: Vec<WallState>,
+    /// Whether `memories` holds what the pairs remember, and the lists are to be rebuilt.
+    gathered: bool,
+    stale: bool,
+    steps_since_build: u64,
+    stays: Vec<u32>,
+    order: Vec<u32>,
+    error: Option<StepError>,
+}
+
+impl Dem {
+    /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
+    pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
+        let range = 2.0 * setup.largest_radius * (1.0 + setup.skin.most);
+        let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
+        let mut dem = Self {
+            particles: Particles::new(setup.catalogue.all_spheres()),
+            step: 0,
+            ledger: Ledger::default(),
+            clock: Clock::default(),
+            wall_loads: vec![WallLoad::default(); setup.walls.len()],
+            interrupt: false,
+            report: StepReport::default(),
+            grid: CellGrid::new(&decomposition, range),
+            lattice: LoadLattice::new(&setup.catalogue.contacts, setup.largest_radius, setup.overlap_limit),
+            exchange: Exchange::new(&decomposition),
+            neighbours: Neighbours::default(),
+            memories: Memories::default(),
+            crossings: vec![Crossings::default(); setup.planes.len()],
+            states: Vec::new(),
+            gathered: true,
+            stale: true,
+            steps_since_build: 0,
+            stays: Vec::new(),
+            order: Vec::new(),
+            error: None,
+            decomposition,
+            setup,
+        };
+        dem.place_walls();
+        Ok(dem)
+    }
+
+    /// Time of the present positions (s).
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.setup.rates.dt
+    }
+
+    /// Continues from a step, as after a restart: the walls take their places.
+    pub fn resume_at(&mut self, step: u64) {
+        self.step = step;
+        self.place_walls();
+    }
+
+    /// Whether this rank owns a position inside the box.
+    pub fn owns(&self, position: &Vec3) -> bool {
+        let rank = self.decomposition.rank_at(self.decomposition.coordinates);
+        self.decomposition.owner((*position).into()) == rank
+    }
+
+    /// Poses of the walls now.
+    pub fn wall_states(&self) -> &[WallState] {
+        &self.states
+    }
+
+    /// Takes a particle that this rank owns; its contacts remember nothing.
+    ///
+    /// Every rank must call [`Dem::announce_insertion`] when particles were inserted anywhere.
+    pub fn insert(&mut self, record: &ParticleRecord) {
+        self.restore(record, &[0.0; 3]);
+        self.ledger.inserted += 1;
+    }
+
+    /// Takes a particle with what its contacts remember, as written by [`Dem::packed_memory`].
+    pub fn restore(&mut self, record: &ParticleRecord, memory: &[f64]) {
+        self.gather();
+        let mut record = *record;
+        let snap = |x: f64| self.setup.global.lattice.snap(x);
+        record.body.position = record.body.position.map(snap);
+        record.sides = measure::sides(&self.setup.planes, &record.body.position);
+        self.particles.push(&record);
+        self.memories.read(memory);
+    }
+
+    /// Declares the lists stale on this rank; all ranks must do so together.
+    pub fn announce_insertion(&mut self) {
+        self.stale = true;
+    }
+
+    /// Gathers what contacts remember and drops the clones, if that has not been done.
+    fn gather(&mut self) {
+        if !self.gathered {
+            self.neighbours.remember(&self.particles, &mut self.memories);
+            self.gathered = true;
+        }
+        self.stale = true;
+        self.particles.drop_clones();
+    }
+
+    /// What the contacts of each owned particle remember, packed; for a checkpoint.
+    pub fn packed_memory(&self) -> (Vec<u32>, Vec<f64>) {
+        let mut gathered = Memories::default();
+        let memories = if self.gathered {
+            &self.memories
+        } else {
+            self.neighbours.remember(&self.particles, &mut gathered);
+            &gathered
+        };
+        let (mut lengths, mut packed) = (Vec::new(), Vec::new());
+        for i in 0..self.particles.owned {
+            let before = packed.len();
+            memories.write(i, &mut packed);
+            lengths.push((packed.len() - before) as u32);
+        }
+        (lengths, packed)
+    }
+
+    /// One leap-frog step: refreshes lists or clones, adds the contact loads, kicks and drifts.
+    pub fn step(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        self.refresh(transport)?;
+        self.add_forces();
+        self.advance(transport)
+    }
+
+    /// Makes clones and lists fit the positions.
+    pub fn refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        self.clock.start();
+        if self.stale {
+            self.rebuild(transport)?;
+            self.clock.charge(Phase::Lists);
+        } else {
+            self.exchange.update_clones(&mut self.particles, transport);
+            self.clock.charge(Phase::Clones);
+        }
+        Ok(())
+    }
+
+    /// Adds the loads of all contacts at the present positions.
+    pub fn add_forces(&mut self) {
+        self.clock.start();
+        let dt = self.setup.rates.dt;
+        let mut tally = Tally::new(self.setup.overlap_limit);
+        let Self { particles, neighbours, setup, lattice, .. } = self;
+        let contacts = &setup.catalogue.contacts;
+        spheres::add_forces(particles, &mut neighbours.spheres, contacts, lattice, dt, &mut tally);
+        bodies::add_forces(particles, &mut neighbours.bodies, &setup.catalogue, lattice, dt, &mut tally);
+        self.clock.charge(Phase::Contacts);
+        self.add_wall_forces(&mut tally);
+        self.clock.charge(Phase::Walls);
+        self.report.largest_overlap = tally.largest_overlap();
+        self.report.cores_met += tally.cores_met;
+        self.error = self.error.take().or(tally.error);
+    }
+
+    fn add_wall_forces(&mut self, tally: &mut Tally) {
+        self.wall_loads.fill(WallLoad::default());
+        let time = self.time();
+        let Self { particles, neighbours, setup, lattice, states, wall_loads, .. } = self;
+        let scene = WallScene::new(setup, states, time);
+        walls::add_forces(particles, &mut neighbours.walls, &scene, &setup.catalogue, lattice, wall_loads, tally);
+    }
+
+    /// Kicks and drifts, moves the walls, and agrees with the other ranks on errors and stale lists.
+    pub fn advance(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        self.clock.start();
+        let Self { particles, neighbours, setup, lattice, .. } = self;
+        let outcome = integrate::advance(
+            particles,
+            neighbours,
+            &setup.catalogue,
+            &setup.global.lattice,
+            &setup.rates,
+            lattice.largest_force,
+        );
+        if let (Some((i, force)), None) = (outcome.overloaded, &self.error) {
+            let (id, place) = (self.particles.ids[i], vector(&self.particles.bodies[i].position));
+            self.error = Some(StepError::Load { id, place, force });
+        }
+        self.step += 1;
+        self.steps_since_build += 1;
+        self.place_walls();
+        self.clock.charge(Phase::Motion);
+        let own = if self.error.is_some() {
+            Level::Failed
+        } else if self.interrupt {
+            Level::Interrupted
+        } else if outcome.is_stale || self.walls_moved_far() {
+            Level::Stale
+        } else {
+            Level::Fine
+        };
+        let level = transport.highest(own as u8);
+        self.clock.charge(Phase::Agreement);
+        self.stale |= level >= Level::Stale as u8;
+        self.interrupt = level >= Level::Interrupted as u8;
+        self.agreed(level >= Level::Failed as u8)
+    }
+
+    fn agreed(&mut self, failed: bool) -> Result<(), Failure> {
+        match (failed, self.error.take()) {
+            (false, _) => Ok(()),
+            (true, Some(error)) => Err(Failure::Here(error)),
+            (true, None) => Err(Failure::Elsewhere),
+        }
+    }
+
+    fn place_walls(&mut self) {
+        let time = self.time();
+        self.states.clear();
+        self.states.extend(self.setup.walls.iter().map(|w| w.motion.at(time)));
+    }
+
+    /// Steps after which the fastest wall has used up its reach.
+    fn wall_horizon(&self) -> (f64, u64) {
+        let global = &self.setup.global;
+        let corner = (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
+        let speed = self.setup.walls.iter().map(|w| w.motion.largest_speed(corner)).fold(0.0, f64::max);
+        let per_step = speed * self.setup.rates.dt;
+        let most = self.setup.skin.most * self.setup.largest_radius;
+        let steps = (most / per_step).min(self.setup.skin.horizon).max(1.0);
+        (per_step * steps, steps as u64)
+    }
+
+    fn walls_moved_far(&self) -> bool {
+        let (reach, steps) = self.wall_horizon();
+        reach > 0.0 && self.steps_since_build >= steps
+    }
+
+    fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        measure::count_crossings(&mut self.particles, &self.setup.planes, &mut self.crossings);
+        self.check_jumps();
+        self.gather();
+        let mut exits = Exits::default();
+        let Self { particles, memories, decomposition, setup, stays, exchange, .. } = self;
+        let migrated =
+            exchange.migrate(particles, memories, decomposition, &setup.outlets, &mut exits, stays, transport);
+        self.error = self.error.take().or(migrated.err());
+        let failed = transport.highest(u8::from(self.error.is_some())) > 0;
+        self.agreed(failed)?;
+        self.ledger.left += exits.ids.len() as u64;
+        self.sort_and_list(transport);
+        self.gathered = false;
+        self.stale = false;
+        self.steps_since_build = 0;
+        self.report.rebuilds += 1;
+        Ok(())
+    }
+
+    fn sort_and_list(&mut self, transport: &impl Transport) {
+        let (wall_reach, _) = self.wall_horizon();
+        let Self { particles, memories, decomposition, setup, stays, order, exchange, neighbours, grid, .. } = self;
+        neighbours.sort_by_cell(particles, stays, grid, order);
+        particles.reorder(order);
+        for i in 0..particles.owned {
+            // A wrapped particle changes sides without crossing.
+            particles.sides[i] = measure::sides(&setup.planes, &particles.bodies[i].position);
+        }
+        exchange.create_clones(particles, grid, transport);
+        let around = Surroundings {
+            decomposition,
+            grid,
+            catalogue: &setup.catalogue,
+            walls: &setup.walls,
+            states: &self.states,
+            skin: setup.skin,
+            dt: setup.rates.dt,
+        };
+        neighbours.wall_reach = wall_reach;
+        neighbours.choose_reaches(particles, &around);
+        neighbours.build(particles, order, memories, &around);
+    }
+
+    /// A particle that outran a cell since the last check may have passed through another.
+    fn check_jumps(&mut self) {
+        let references = &self.neighbours.references;
+        for (i, reference) in references.iter().enumerate().take(self.particles.owned) {
+            let body = &self.particles.bodies[i];
+            let distance = (body.position - reference.position).norm();
+            if distance > reference.reach + body.radius {
+                self.error = Some(StepError::Jump {
+                    id: self.particles.ids[i],
+                    distance,
+                    width: reference.reach + body.radius,
+                    place: vector(&body.position),
+                    velocity: vector(&body.velocity),
+                });
+            }
+        }
+    }
+
+    /// Sums over all ranks.
+    pub fn totals(&self, transport: &impl Transport) -> Totals {
+        let own = Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity);
+        let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
+        transport.sum(&mut sums);
+        transport.max(&mut speed);
+        Totals::from_sums(sums, speed[0])
+    }
+
+    /// Checks that every particle inserted is inside or has left; returns the sums of all ranks.
+    pub fn check_ledger(&self, transport: &impl Transport) -> Result<Ledger, StepError> {
+        let mut counts = [self.ledger.inserted, self.ledger.left, self.particles.owned as u64];
+        transport.sum_counts(&mut counts);
+        let [inserted, left, inside] = counts;
+        if inserted == left + inside {
+            return Ok(Ledger { inserted, left });
+        }
+        let missing = inserted as i64 - left as i64 - inside as i64;
+        Err(StepError::Ledger { inserted, inside, left, missing })
+    }
+
+    /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.
+    pub fn crossings(&mut self, transport: &impl Transport) -> Vec<(i64, f64)> {
+        measure::count_crossings(&mut self.particles, &self.setup.planes, &mut self.crossings);
+        let mut sums: Vec<f64> = self.crossings.iter().flat_map(|c| [c.count as f64, c.mass]).collect();
+        transport.sum(&mut sums);
+        sums.chunks_exact(2).map(|c| (c[0] as i64, c[1])).collect()
+    }
+
+    /// Sets the crossings counted so far (on one rank; zero on the others), as after a restart.
+    pub fn restore_crossings(&mut self, counts: &[(i64, f64)]) {
+        for (crossing, &(count, mass)) in self.crossings.iter_mut().zip(counts) {
+            *crossing = Crossings { count, mass };
+        }
+    }
+
+    /// Force (N) and torque about the origin (N m) on each wall, over all ranks.
+    pub fn wall_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
+        let mut sums: Vec<f64> =
+            self.wall_loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()).copied().collect::<Vec<_>>()).collect();
+        transport.sum(&mut sums);
+        let vector = |s: &[f64]| Vec3::new(s[0], s[1], s[2]);
+        sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
+    }
+
+    /// Touching neighbours and touching walls of each owned particle, at the present positions.
+    pub fn coordination(&self) -> (Vec<u32>, Vec<u32>) {
+        let owned = self.particles.owned;
+        let (mut neighbours, mut touching_walls) = (vec![0; owned], vec![0; owned]);
+        self.for_each_contact(|touch| match touch.other {
+            Partner::Wall(_) => touching_walls[touch.particle] += 1,
+            Partner::Particle(other) => {
+                for i in [touch.particle, other].into_iter().filter(|&i| i < owned) {
+                    neighbours[i] += 1;
+                }
+            }
+        });
+        (neighbours, touching_walls)
+    }
+
+    /// Calls `visit` with every contact of an owned particle at the present positions.
+    pub fn for_each_contact(&self, mut visit: impl FnMut(&Touch)) {
+        let bodies = &self.particles.bodies;
+        let inscribed = |i: usize| {
+            let shape = self.setup.catalogue.shape(bodies[i].kind);
+            bodies[i].radius * (shape.inscribed_radius / shape.bounding_radius)
+        };
+        for i in 0..self.particles.owned {
+            let list = &self.neighbours.spheres;
+            for pair in &list.pairs[list.first[i] as usize..list.first[i + 1] as usize] {
+                let other = &bodies[pair.other as usize];
+                let overlap = bodies[i].radius + other.radius - (other.position - bodies[i].position).norm();
+                if overlap > 0.0 {
+                    let radius = bodies[i].radius.min(other.radius);
+                    visit(&Touch { particle: i, other: Partner::Particle(pair.other as usize), overlap, radius });
+                }
+            }
+        }
+        for pair in &self.neighbours.bodies {
+            let mut pair: BodyPair = *pair;
+            if let Ok(Some((contact, radius))) = bodies::pair_contact(&self.particles, &mut pair, &self.setup.catalogue)
+            {
+                let (own, other) = if (pair.a as usize) < self.particles.owned { (pair.a, pair.b) } else { (pair.b, pair.a) };
+                let other = Partner::Particle(other as usize);
+                visit(&Touch { particle: own as usize, other, overlap: contact.overlap, radius });
+            }
+        }
+        let scene = WallScene::new(&self.setup, &self.states, self.time());
+        let mut list = self.neighbours.walls.clone();
+        walls::for_each_contact(&self.particles, &mut list, &scene, &self.setup.catalogue, |i, wall, overlap| {
+            visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius: inscribed(i) });
+        });
+    }
+
+    /// Lengths of the lists (sphere pairs, body pairs, wall pairs) and clones sent per step.
+    pub fn list_sizes(&self) -> ([usize; 3], usize) {
+        (self.neighbours.sizes(), self.exchange.clones_sent())
+    }
+}

@@ -1,0 +1,97 @@
+//! What ends a run, with the particle, step, place and likely cause.
+
+use thiserror::Error;
+
+/// A run that can no longer be trusted.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StepError {
+    /// A particle left the box where the case declares no outlet.
+    #[error("particle {id} left the domain through {face} at {place} (velocity {velocity}): declare the face in domain.outlets if that is meant, else a wall leaks or is missing there, or the time step is too large")]
+    Lost {
+        /// Identity.
+        id: u64,
+        /// Face name.
+        face: String,
+        /// Position.
+        place: String,
+        /// Velocity.
+        velocity: String,
+    },
+    /// A state that is not a number.
+    #[error("particle {id} has a position or velocity that is not a number, last seen near {place}: the time step is too large or a contact is too stiff (see `grains-mpi check`)")]
+    NotANumber {
+        /// Identity.
+        id: u64,
+        /// Last position.
+        place: String,
+    },
+    /// Two bodies overlap too much.
+    #[error("particle {id} overlaps {other} by {overlap:.4e} m, {percent:.1} % of its inscribed radius, at {place}; the limit is {limit:.1} % (limits.overlap): the time step is too large, the stiffness too low for the impact speed, or bodies were placed into each other")]
+    Overlap {
+        /// Identity.
+        id: u64,
+        /// The other body.
+        other: String,
+        /// Overlap (m).
+        overlap: f64,
+        /// Overlap over inscribed radius (%).
+        percent: f64,
+        /// Limit (%).
+        limit: f64,
+        /// Position.
+        place: String,
+    },
+    /// A particle moved farther than a cell between two checks.
+    #[error("particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the cell width {width:.4e} m, at {place} (velocity {velocity}): the time step is too large")]
+    Jump {
+        /// Identity.
+        id: u64,
+        /// Distance (m).
+        distance: f64,
+        /// Cell width (m).
+        width: f64,
+        /// Position.
+        place: String,
+        /// Velocity.
+        velocity: String,
+    },
+    /// A load that the exact sums cannot hold.
+    #[error("particle {id} at {place} feels a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large")]
+    Load {
+        /// Identity.
+        id: u64,
+        /// Position.
+        place: String,
+        /// Force (N).
+        force: f64,
+    },
+    /// The ledger does not close.
+    #[error("{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for")]
+    Ledger {
+        /// Inserted so far.
+        inserted: u64,
+        /// Inside now.
+        inside: u64,
+        /// Left so far.
+        left: u64,
+        /// Difference.
+        missing: i64,
+    },
+    /// The distance of two bodies was not found.
+    #[error("the distance of particle {id} and {other} at {place} was not found: {reason}")]
+    Distance {
+        /// Identity.
+        id: u64,
+        /// The other body.
+        other: String,
+        /// Position.
+        place: String,
+        /// What the narrow phase says.
+        reason: String,
+    },
+}
+
+/// A place or velocity for a message.
+pub(crate) fn vector(v: &grains_geometry::Vec3) -> String {
+    format!("({:.6e}, {:.6e}, {:.6e})", v.x, v.y, v.z)
+}

@@ -1,0 +1,270 @@
+//! Migration and clones: the three kinds of message between subdomains.
+//!
+//! *migrate* when lists are rebuilt, particles that crossed a border move with all their contacts
+//! remember; *create clones* right after, every particle in a buffer cell is copied to the neighbours of
+//! its GEOLOC; *update clones* in every step between rebuilds, only positions, velocities and orientations.
+//! All messages to one neighbour are packed into one.
+
+use crate::error::vector;
+use crate::memory::Memories;
+use crate::record::{CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation};
+use crate::{Particles, ParticleRecord, StepError};
+use grains_domain::{CellGrid, CellTag, Decomposition, Direction, Transport};
+use grains_geometry::{Rotation, Vec3};
+use std::ops::Range;
+
+/// Particles that left the box through an outlet since the last rebuild.
+#[derive(Clone, Debug, Default)]
+pub struct Exits {
+    /// Identities of those this rank saw leaving.
+    pub ids: Vec<u64>,
+}
+
+/// A neighbour direction: who is there, and what it gets.
+#[derive(Clone, Debug)]
+struct Link {
+    direction: Direction,
+    rank: usize,
+    shift: Vec3,
+    /// Owned particles cloned in this direction.
+    sent: Vec<u32>,
+}
+
+/// The messages of one rank.
+#[derive(Clone, Debug)]
+pub(crate) struct Exchange {
+    links: Vec<Link>,
+    own_rank: usize,
+    /// Neighbour ranks other than the own one, ascending.
+    peers: Vec<usize>,
+    sent: Vec<Vec<f64>>,
+    received: Vec<Vec<f64>>,
+    /// Per peer, the clones its update messages fill, in order.
+    filled: Vec<Range<usize>>,
+    /// Per self link, the first clone it fills.
+    own_clones: Vec<(usize, usize)>,
+}
+
+/// Faces of the box and whether particles may leave there.
+pub(crate) const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+
+impl Exchange {
+    /// Messages of a subdomain.
+    pub(crate) fn new(decomposition: &Decomposition) -> Self {
+        let own_rank = decomposition.rank_at(decomposition.coordinates);
+        let links: Vec<Link> = Direction::all()
+            .filter_map(|direction| {
+                let (rank, shift) = decomposition.neighbour(direction)?;
+                Some(Link { direction, rank, shift: Vec3::from(shift), sent: Vec::new() })
+            })
+            .collect();
+        let mut peers: Vec<usize> = links.iter().map(|l| l.rank).filter(|&r| r != own_rank).collect();
+        peers.sort_unstable();
+        peers.dedup();
+        let buffers = vec![Vec::new(); peers.len()];
+        Self {
+            links,
+            own_rank,
+            filled: vec![0..0; peers.len()],
+            peers,
+            sent: buffers.clone(),
+            received: buffers,
+            own_clones: Vec::new(),
+        }
+    }
+
+    /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
+    /// crossed a border, and appends arrivals. `stays` gets the indices of particles now owned here.
+    pub(crate) fn migrate(
+        &mut self,
+        particles: &mut Particles,
+        memories: &mut Memories,
+        decomposition: &Decomposition,
+        outlets: &[bool; 6],
+        exits: &mut Exits,
+        stays: &mut Vec<u32>,
+        transport: &impl Transport,
+    ) -> Result<(), StepError> {
+        particles.drop_clones();
+        stays.clear();
+        self.sent.iter_mut().for_each(Vec::clear);
+        let mut failure = None;
+        for i in 0..particles.owned {
+            match self.destination(particles, i, decomposition, outlets) {
+                Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
+                Ok(Some(rank)) => match self.peers.binary_search(&rank) {
+                    Ok(peer) => {
+                        particles.record(i).write(&mut self.sent[peer]);
+                        memories.write(i, &mut self.sent[peer]);
+                    }
+                    Err(_) => failure = failure.or(Some(far_jump(particles, i))),
+                },
+                Ok(None) => exits.ids.push(particles.ids[i]),
+                Err(error) => failure = failure.or(Some(error)),
+            }
+        }
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        for message in &self.received {
+            let mut rest = &message[..];
+            while !rest.is_empty() {
+                stays.push(particles.owned as u32);
+                particles.push(&ParticleRecord::read(rest));
+                rest = memories.read(&rest[ParticleRecord::LENGTH..]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.
+    fn destination(
+        &self,
+        particles: &mut Particles,
+        i: usize,
+        decomposition: &Decomposition,
+        outlets: &[bool; 6],
+    ) -> Result<Option<usize>, StepError> {
+        let global = &decomposition.global;
+        let body = &mut particles.bodies[i];
+        if !(body.position + body.velocity).norm().is_finite() {
+            return Err(StepError::NotANumber { id: particles.ids[i], place: vector(&body.position) });
+        }
+        for a in (0..3).filter(|&a| !global.periodic[a]) {
+            let beyond = [body.position[a] < global.lower[a], body.position[a] >= global.upper[a]];
+            for side in 0..2 {
+                if beyond[side] && !outlets[2 * a + side] {
+                    return Err(StepError::Lost {
+                        id: particles.ids[i],
+                        face: FACES[2 * a + side].to_string(),
+                        place: vector(&body.position),
+                        velocity: vector(&body.velocity),
+                    });
+                }
+            }
+            if beyond[0] || beyond[1] {
+                return Ok(None);
+            }
+        }
+        let wrapped = global.wrap(body.position.into());
+        body.position = Vec3::from(wrapped);
+        Ok(Some(decomposition.owner(wrapped)))
+    }
+
+    /// Creates the clones of this rank after particles were sorted by cell.
+    pub(crate) fn create_clones(&mut self, particles: &mut Particles, grid: &CellGrid, transport: &impl Transport) {
+        self.choose_sent(particles, grid);
+        let identity = Rotation::identity();
+        self.sent.iter_mut().for_each(Vec::clear);
+        for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
+            let Ok(peer) = self.peers.binary_search(&link.rank) else { continue };
+            for &i in &link.sent {
+                let i = i as usize;
+                let orientation = particles.orientations.get(i).unwrap_or(&identity);
+                write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.shift, &mut self.sent[peer]);
+            }
+        }
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        self.own_clones.clear();
+        for (index, link) in self.links.iter().enumerate().filter(|(_, l)| l.rank == self.own_rank) {
+            self.own_clones.push((index, particles.len()));
+            for &i in &link.sent {
+                let i = i as usize;
+                let mut body = particles.bodies[i];
+                body.position += link.shift;
+                let orientation = *particles.orientations.get(i).unwrap_or(&identity);
+                particles.push_clone(particles.ids[i], body, orientation);
+            }
+        }
+        for (message, filled) in self.received.iter().zip(&mut self.filled) {
+            let first = particles.len();
+            for record in message.chunks_exact(CLONE_LENGTH) {
+                let (id, body, orientation) = read_clone(record);
+                particles.push_clone(id, body, orientation);
+            }
+            *filled = first..particles.len();
+        }
+    }
+
+    /// Lists the owned particles of each direction from the tags of their cells.
+    fn choose_sent(&mut self, particles: &Particles, grid: &CellGrid) {
+        self.links.iter_mut().for_each(|l| l.sent.clear());
+        for i in 0..particles.owned {
+            let place = grid.own_place(particles.bodies[i].position.into());
+            let CellTag::Buffer { low, high } = grid.tag(place) else { continue };
+            for link in &mut self.links {
+                let is_target = (0..3).all(|a| match link.direction.0[a] {
+                    -1 => low[a],
+                    1 => high[a],
+                    _ => true,
+                });
+                if is_target {
+                    link.sent.push(i as u32);
+                }
+            }
+        }
+    }
+
+    /// Brings the clones up to date.
+    pub(crate) fn update_clones(&mut self, particles: &mut Particles, transport: &impl Transport) {
+        let turning = !particles.orientations.is_empty();
+        for &(index, first) in &self.own_clones {
+            let link = &self.links[index];
+            for (&i, clone) in link.sent.iter().zip(first..) {
+                let i = i as usize;
+                let mut body = particles.bodies[i];
+                body.position += link.shift;
+                particles.bodies[clone] = body;
+                if turning {
+                    particles.orientations[clone] = particles.orientations[i];
+                    particles.frames[clone] = particles.frames[i];
+                }
+            }
+        }
+        if self.peers.is_empty() {
+            return;
+        }
+        let length = if turning { 13 } else { 9 };
+        self.sent.iter_mut().for_each(Vec::clear);
+        for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
+            let Ok(peer) = self.peers.binary_search(&link.rank) else { continue };
+            let message = &mut self.sent[peer];
+            for &i in &link.sent {
+                let i = i as usize;
+                write_motion(&particles.bodies[i], &link.shift, message);
+                if turning {
+                    write_orientation(&particles.orientations[i], message);
+                }
+            }
+        }
+        for (message, filled) in self.received.iter_mut().zip(&self.filled) {
+            message.resize(length * filled.len(), 0.0);
+        }
+        transport.exchange(&self.peers, &self.sent, &mut self.received);
+        for (message, filled) in self.received.iter().zip(&self.filled) {
+            for (record, clone) in message.chunks_exact(length).zip(filled.clone()) {
+                read_motion(&mut particles.bodies[clone], record);
+                if turning {
+                    particles.set_orientation(clone, read_orientation(&record[9..]));
+                }
+            }
+        }
+    }
+
+    /// Number of clones whose updates this rank sends in a step.
+    pub(crate) fn clones_sent(&self) -> usize {
+        self.links.iter().map(|l| l.sent.len()).sum()
+    }
+}
+
+fn far_jump(particles: &Particles, i: usize) -> StepError {
+    let body = &particles.bodies[i];
+    StepError::Jump {
+        id: particles.ids[i],
+        distance: f64::INFINITY,
+        width: body.radius,
+        place: vector(&body.position),
+        velocity: vector(&body.velocity),
+    }
+}

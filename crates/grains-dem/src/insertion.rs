@@ -1,0 +1,194 @@
+//! New particles, and whether there is room for them.
+
+use crate::bodies::{PlacedPart, touch};
+use crate::integrate::{half_step_back, inertia};
+use crate::{Body, Catalogue, Dem, Kind, ParticleRecord};
+use grains_geometry::{Mat3, Rotation, Simplex, Vec3};
+
+/// A particle to be placed.
+#[derive(Clone, Copy, Debug)]
+pub struct NewParticle {
+    /// Identity, unique in the case.
+    pub id: u64,
+    /// Shape and material.
+    pub kind: Kind,
+    /// Scale of its shape (-).
+    pub scale: f64,
+    /// Centre of mass (m).
+    pub position: Vec3,
+    /// Orientation, body to world.
+    pub orientation: Rotation,
+    /// Velocity (m/s).
+    pub velocity: Vec3,
+    /// Angular velocity (rad/s).
+    pub angular_velocity: Vec3,
+}
+
+impl NewParticle {
+    /// The particle's state when it is placed; it has flown freely until then.
+    pub fn record(&self, dem: &Dem) -> ParticleRecord {
+        let catalogue = &dem.setup.catalogue;
+        let shape = catalogue.shape(self.kind);
+        let body = Body {
+            position: self.position.map(|x| dem.setup.global.lattice.snap(x)),
+            radius: shape.bounding_radius * self.scale,
+            velocity: self.velocity,
+            mass: catalogue.mass(self.kind, self.scale),
+            angular_velocity: self.angular_velocity,
+            kind: self.kind,
+        };
+        let half_spin = if shape.is_sphere() {
+            self.angular_velocity
+        } else {
+            let frame = self.frame();
+            frame * inertia(catalogue, &body).component_mul(&frame.tr_mul(&self.angular_velocity))
+        };
+        let half_velocity = half_step_back(self.velocity, &dem.setup.rates);
+        ParticleRecord { id: self.id, body, orientation: self.orientation, half_velocity, half_spin, sides: 0 }
+    }
+
+    fn frame(&self) -> Mat3 {
+        crate::rotation::frame(&self.orientation)
+    }
+
+    fn placed<'a>(&self, catalogue: &'a Catalogue, part: u16) -> PlacedPart<'a> {
+        PlacedPart::of(catalogue.shape(self.kind), part, &self.frame(), self.scale)
+    }
+
+    /// Largest overlap (m) with another particle at `separation` (m) from this one; 0 if apart.
+    pub fn overlap_with(&self, other: &NewParticle, separation: &Vec3, catalogue: &Catalogue) -> f64 {
+        let (shape, other_shape) = (catalogue.shape(self.kind), catalogue.shape(other.kind));
+        let radii = shape.bounding_radius * self.scale + other_shape.bounding_radius * other.scale;
+        let distance = separation.norm();
+        if distance >= radii {
+            return 0.0;
+        }
+        if shape.is_sphere() && other_shape.is_sphere() {
+            return radii - distance;
+        }
+        let mut worst = 0.0_f64;
+        for a in 0..shape.parts.len() as u16 {
+            let part = self.placed(catalogue, a);
+            for b in 0..other_shape.parts.len() as u16 {
+                let other_part = other.placed(catalogue, b);
+                let between = separation + other_part.offset - part.offset;
+                let placement = part.placement(&other_part.rotation, other_part.scale, &between);
+                let mut cold = Simplex::default();
+                if let Ok(Some(contact)) = touch(&part, other_part.core, &placement, other_part.crust, &mut cold) {
+                    worst = worst.max(contact.overlap);
+                }
+            }
+        }
+        worst
+    }
+}
+
+/// The owned particles of a rank by place, to ask what is in the way of new ones.
+///
+/// Build it once per batch; particles accepted meanwhile are added with [`Occupancy::add`].
+pub struct Occupancy {
+    cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
+    width: f64,
+    held: Vec<NewParticle>,
+}
+
+impl Occupancy {
+    /// Particles owned by this rank.
+    pub fn new(dem: &Dem) -> Self {
+        let mut occupancy = Self { cells: Default::default(), width: 2.0 * dem.setup.largest_radius, held: Vec::new() };
+        let particles = &dem.particles;
+        for i in 0..particles.owned {
+            let body = &particles.bodies[i];
+            occupancy.add(NewParticle {
+                id: particles.ids[i],
+                kind: body.kind,
+                scale: body.radius / dem.setup.catalogue.shape(body.kind).bounding_radius,
+                position: Vec3::from(dem.setup.global.wrap(body.position.into())),
+                orientation: particles.orientations.get(i).copied().unwrap_or_else(Rotation::identity),
+                velocity: body.velocity,
+                angular_velocity: body.angular_velocity,
+            });
+        }
+        occupancy
+    }
+
+    /// Adds a particle.
+    pub fn add(&mut self, particle: NewParticle) {
+        let cell = self.cell(&particle.position);
+        self.cells.entry(cell).or_default().push(self.held.len() as u32);
+        self.held.push(particle);
+    }
+
+    fn cell(&self, position: &Vec3) -> [i32; 3] {
+        std::array::from_fn(|a| (position[a] / self.width).floor() as i32)
+    }
+
+    /// The particle of lowest id that a new one would overlap by more than `tolerance` (m), with the overlap.
+    pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
+        let global = &dem.setup.global;
+        let mut found: Option<(u64, f64)> = None;
+        for code in 0..27 {
+            let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
+            if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
+                continue;
+            }
+            let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
+            let image = new.position + shift;
+            let outside = (0..3).any(|a| image[a] < global.lower[a] - self.width || image[a] > global.upper[a] + self.width);
+            if outside {
+                continue;
+            }
+            let center = self.cell(&image);
+            for near in 0..27 {
+                let key = std::array::from_fn(|a| center[a] + [near % 3, near / 3 % 3, near / 9][a] - 1);
+                for &k in self.cells.get(&key).into_iter().flatten() {
+                    let other = &self.held[k as usize];
+                    let overlap = new.overlap_with(other, &(other.position - image), &dem.setup.catalogue);
+                    if overlap > tolerance && found.is_none_or(|(id, _)| other.id < id) {
+                        found = Some((other.id, overlap));
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Name of a wall that a new particle would overlap by more than `tolerance` (m), with the overlap.
+pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(String, f64)> {
+    let catalogue = &dem.setup.catalogue;
+    let shape = catalogue.shape(new.kind);
+    let radius = shape.bounding_radius * new.scale;
+    for (wall, state) in dem.setup.walls.iter().zip(dem.wall_states()) {
+        if !wall.exists_at(dem.time()) {
+            continue;
+        }
+        let center = state.to_wall(&new.position);
+        for surface in &wall.surfaces {
+            let mut elements = Vec::new();
+            surface.for_each_near(&center, radius, |e| elements.push(e));
+            for element in elements {
+                let mut worst = 0.0_f64;
+                if shape.is_sphere() {
+                    if let Ok(Some(contact)) = surface.meets_sphere(element, &center, radius) {
+                        worst = contact.overlap;
+                    }
+                } else {
+                    for part in 0..shape.parts.len() as u16 {
+                        let mut placed = new.placed(catalogue, part);
+                        placed.rotation = state.rotation.tr_mul(&placed.rotation);
+                        placed.offset = state.rotation.tr_mul(&placed.offset);
+                        let at = center + placed.offset;
+                        if let Ok(Some(c)) = surface.meets_part(element, &at, &placed, &mut Simplex::default()) {
+                            worst = worst.max(c.overlap);
+                        }
+                    }
+                }
+                if worst > tolerance {
+                    return Some((wall.name.clone(), worst));
+                }
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,57 @@
+//! The granular phase: particles, walls, neighbour lists, contact forces and the leap-frog step.
+//!
+//! # Flow of one step
+//!
+//! ```text
+//! refresh     stale lists: migrate, sort by cell, clone, rebuild     otherwise: update the clones
+//! add_forces  spheres | bodies | walls, each pair once per rank, into one load per particle
+//! advance     kick, drift, and the velocity of the next contact evaluation
+//! ```
+//!
+//! # Data
+//!
+//! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
+//! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
+//! arrays. Particles are sorted by cell, owned ones first, clones after. A pair of spheres is one 32-byte
+//! record, neighbour and tangential spring, read in sequence.
+//!
+//! # Same bits on any number of ranks
+//!
+//! * Positions are multiples of a power of two, so separations are exact in every periodic image.
+//! * Every contribution to a force or torque is rounded to a lattice on which sums are exact, so the
+//!   order of contacts, and with it the number of ranks and the order of particles, cannot matter.
+//! * What a pair remembers (tangential spring, GJK simplex) lives only while the pair is evaluated in
+//!   consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
+//!   where a particle lives, or where a run was stopped and continued.
+//!
+//! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009.
+
+mod bodies;
+mod catalogue;
+mod clock;
+mod dem;
+mod error;
+mod exchange;
+mod forces;
+mod insertion;
+mod integrate;
+mod measure;
+mod memory;
+mod neighbours;
+mod record;
+mod rotation;
+mod spheres;
+mod store;
+mod walls;
+
+pub use catalogue::{Catalogue, ContactTable, Kind};
+pub use clock::{Clock, Phase};
+pub use dem::{Dem, DemSetup, Failure, Ledger, Partner, StepReport, Touch};
+pub use error::StepError;
+pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
+pub use integrate::{half_step_back, Rates};
+pub use measure::{FlowPlane, Totals};
+pub use neighbours::Skin;
+pub use record::ParticleRecord;
+pub use store::{Body, Load, Particles};
+pub use walls::{Motion, Surface, Wall, WallLoad, WallState};

@@ -1,0 +1,130 @@
+//! Quantities of a state: energies, momentum, ledger, flow through planes, touching pairs.
+
+use crate::integrate::inertia;
+use crate::{Catalogue, Particles};
+use grains_geometry::Vec3;
+
+/// A plane through which particles are counted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowPlane {
+    /// Name in the case.
+    pub name: String,
+    /// A point of the plane (m).
+    pub point: Vec3,
+    /// Normal: the counted direction.
+    pub normal: Vec3,
+}
+
+impl FlowPlane {
+    fn is_beyond(&self, position: &Vec3) -> bool {
+        (position - self.point).dot(&self.normal) >= 0.0
+    }
+}
+
+/// Bits telling on which side of each plane a position lies.
+pub(crate) fn sides(planes: &[FlowPlane], position: &Vec3) -> u32 {
+    planes.iter().enumerate().fold(0, |bits, (k, plane)| bits | u32::from(plane.is_beyond(position)) << k)
+}
+
+/// Net number and mass (kg) of particles that crossed a plane along its normal, on this rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Crossings {
+    pub(crate) count: i64,
+    pub(crate) mass: f64,
+}
+
+/// Counts what crossed the planes since the last count.
+pub(crate) fn count_crossings(particles: &mut Particles, planes: &[FlowPlane], crossings: &mut [Crossings]) {
+    if planes.is_empty() {
+        return;
+    }
+    for i in 0..particles.owned {
+        let now = sides(planes, &particles.bodies[i].position);
+        let changed = now ^ particles.sides[i];
+        if changed == 0 {
+            continue;
+        }
+        for (k, crossing) in crossings.iter_mut().enumerate().filter(|(k, _)| changed >> k & 1 == 1) {
+            let step = if now >> k & 1 == 1 { 1 } else { -1 };
+            crossing.count += step;
+            crossing.mass += step as f64 * particles.bodies[i].mass;
+        }
+        particles.sides[i] = now;
+    }
+}
+
+/// Sums over all particles of all ranks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Particles inside.
+    pub particles: u64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Kinetic energy of translation (J).
+    pub kinetic_translation: f64,
+    /// Kinetic energy of rotation (J).
+    pub kinetic_rotation: f64,
+    /// Potential energy in gravity, −M g·x (J).
+    pub potential: f64,
+    /// Momentum (kg m/s).
+    pub momentum: Vec3,
+    /// Angular momentum about the origin (kg m²/s).
+    pub angular_momentum: Vec3,
+    /// Largest speed (m/s).
+    pub largest_speed: f64,
+}
+
+impl Totals {
+    /// Sums over the owned particles of one rank.
+    pub(crate) fn of(particles: &Particles, catalogue: &Catalogue, gravity: &Vec3) -> Self {
+        let mut totals = Totals { particles: particles.owned as u64, ..Totals::default() };
+        for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
+            let (m, v, w) = (body.mass, body.velocity, body.angular_velocity);
+            let inertia = inertia(catalogue, body);
+            let spin = match particles.frames.get(i) {
+                Some(frame) => frame * inertia.component_mul(&frame.tr_mul(&w)),
+                None => inertia.component_mul(&w),
+            };
+            totals.mass += m;
+            totals.kinetic_translation += 0.5 * m * v.norm_squared();
+            totals.kinetic_rotation += 0.5 * w.dot(&spin);
+            totals.potential -= m * gravity.dot(&body.position);
+            totals.momentum += v * m;
+            totals.angular_momentum += body.position.cross(&v) * m + spin;
+            totals.largest_speed = totals.largest_speed.max(v.norm());
+        }
+        totals
+    }
+
+    /// The sums as plain numbers, without the maximum.
+    pub(crate) fn sums(&self) -> [f64; 11] {
+        let (p, l) = (self.momentum, self.angular_momentum);
+        let t = self;
+        [
+            t.particles as f64,
+            t.mass,
+            t.kinetic_translation,
+            t.kinetic_rotation,
+            t.potential,
+            p.x,
+            p.y,
+            p.z,
+            l.x,
+            l.y,
+            l.z,
+        ]
+    }
+
+    pub(crate) fn from_sums(s: [f64; 11], largest_speed: f64) -> Self {
+        Self {
+            particles: s[0] as u64,
+            mass: s[1],
+            kinetic_translation: s[2],
+            kinetic_rotation: s[3],
+            potential: s[4],
+            momentum: Vec3::new(s[5], s[6], s[7]),
+            angular_momentum: Vec3::new(s[8], s[9], s[10]),
+            largest_speed,
+        }
+    }
+}

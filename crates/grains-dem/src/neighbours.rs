@@ -1,0 +1,410 @@
+//! Verlet lists with a skin per particle, built from linked cells.
+//!
+//! A particle may move by its *reach* before the lists must be rebuilt; fast particles get a larger reach,
+//! so that a few falling grains do not force a dense bed to rebuild. Reaches, and so the times of rebuilds,
+//! cannot change a result: a pair remembers something only while it is evaluated in consecutive steps.
+
+use crate::bodies::{BodyPair, PlacedPart};
+use crate::memory::{BodyMemory, Memories, SphereMemory, WallMemory};
+use crate::spheres::{SphereList, SpherePair};
+use crate::walls::{Wall, WallList, WallPair, WallState};
+use crate::{Body, Catalogue, Particles, Surface};
+use grains_domain::{CellGrid, Decomposition};
+use grains_geometry::obb::boxes_apart;
+use grains_geometry::{Rotation, Simplex, Vec3};
+
+/// How far particles may move before lists are rebuilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skin {
+    /// Smallest reach over radius (-).
+    pub least: f64,
+    /// Largest reach over radius (-).
+    pub most: f64,
+    /// Steps a particle should go at its present speed (-).
+    pub horizon: f64,
+}
+
+impl Default for Skin {
+    fn default() -> Self {
+        Self { least: 0.025, most: 0.4, horizon: 60.0 }
+    }
+}
+
+/// Where a particle was when the lists were built, and how far it may go from there.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(crate) struct Reference {
+    pub(crate) position: Vec3,
+    /// Reach (m).
+    pub(crate) reach: f64,
+}
+
+/// The lists of one rank.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Neighbours {
+    pub(crate) references: Vec<Reference>,
+    /// Orientations when the lists were built; empty if all shapes are spheres.
+    pub(crate) reference_orientations: Vec<Rotation>,
+    pub(crate) spheres: SphereList,
+    pub(crate) bodies: Vec<BodyPair>,
+    pub(crate) walls: WallList,
+    /// Distance any wall may move before the lists are rebuilt (m).
+    pub(crate) wall_reach: f64,
+    // scratch
+    reaches: Vec<f64>,
+    probes: Vec<[f64; 4]>,
+    owned_start: Vec<u32>,
+    clone_start: Vec<u32>,
+    clone_order: Vec<u32>,
+    cells: Vec<u32>,
+}
+
+/// What list building needs to know besides the particles.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) decomposition: &'a Decomposition,
+    pub(crate) grid: &'a CellGrid,
+    pub(crate) catalogue: &'a Catalogue,
+    pub(crate) walls: &'a [Wall],
+    pub(crate) states: &'a [WallState],
+    pub(crate) skin: Skin,
+    pub(crate) dt: f64,
+}
+
+impl Neighbours {
+    /// Order of the particles in `stays` by cell, into `order`.
+    pub(crate) fn sort_by_cell(&mut self, particles: &Particles, stays: &[u32], grid: &CellGrid, order: &mut Vec<u32>) {
+        let cell_of = |i: u32| grid.index(grid.own_place(particles.bodies[i as usize].position.into())) as u32;
+        self.cells.clear();
+        self.cells.extend(stays.iter().map(|&i| cell_of(i)));
+        bin(&self.cells, grid.len(), &mut self.owned_start, order);
+        for slot in order.iter_mut() {
+            *slot = stays[*slot as usize];
+        }
+    }
+
+    /// Reach of every owned particle (m), from its speed and the faces it must not cross unseen.
+    pub(crate) fn choose_reaches(&mut self, particles: &Particles, around: &Surroundings) {
+        let global = &around.decomposition.global;
+        self.references.clear();
+        self.reference_orientations.clear();
+        for i in 0..particles.owned {
+            let body = &particles.bodies[i];
+            let mut reach = nominal_reach(body, around);
+            for a in (0..3).filter(|&a| !global.periodic[a]) {
+                // The lists are rebuilt in the very step in which a particle crosses a face.
+                reach = reach.min(body.position[a] - global.lower[a]).min(global.upper[a] - body.position[a]);
+            }
+            self.references.push(Reference { position: body.position, reach });
+        }
+        self.reference_orientations.extend(particles.orientations.iter().take(particles.owned));
+    }
+
+    /// Builds all lists from sorted owned particles and their clones.
+    pub(crate) fn build(
+        &mut self,
+        particles: &Particles,
+        origins: &[u32],
+        memories: &Memories,
+        around: &Surroundings,
+    ) {
+        self.probe(particles, around);
+        self.bin_clones(particles, around.grid);
+        self.spheres.first.clear();
+        self.spheres.first.push(0);
+        self.spheres.pairs.clear();
+        self.bodies.clear();
+        self.walls.pairs.clear();
+        self.walls.simplexes.clear();
+        let all_spheres = around.catalogue.all_spheres();
+        let grid = around.grid;
+        let near_walls = WallSearch::new(around, self.wall_reach);
+        self.walls.shifts.clear();
+        self.walls.shifts.extend_from_slice(&near_walls.shifts);
+        for i in 0..particles.owned {
+            let [x, y, z] = grid.own_place(particles.bodies[i].position.into());
+            for (dy, dz) in [(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
+                let (row_y, row_z) = (y as isize + dy, z as isize + dz);
+                let row = (row_z as usize * grid.counts[1] + row_y as usize) * grid.counts[0] + x;
+                let own_row = dy == 0 && dz == 0;
+                let start = if own_row { i + 1 } else { self.owned_start[row - 1] as usize };
+                let end = self.owned_start[row + 2] as usize;
+                self.pair_up(i, start..end, particles, origins[i], memories, around, all_spheres);
+            }
+            if !self.clone_order.is_empty() && near_border([x, y, z], grid) {
+                for dz in -1..=1 {
+                    for dy in -1..=1 {
+                        let row = ((z as isize + dz) as usize * grid.counts[1] + (y as isize + dy) as usize)
+                            * grid.counts[0]
+                            + x;
+                        let range = self.clone_start[row - 1] as usize..self.clone_start[row + 2] as usize;
+                        for k in range {
+                            let j = self.clone_order[k] as usize;
+                            self.pair_up(i, j..j + 1, particles, origins[i], memories, around, all_spheres);
+                        }
+                    }
+                }
+            }
+            self.spheres.first.push(self.spheres.pairs.len() as u32);
+            near_walls.search(&mut self.walls, particles, i, self.references[i].reach, memories.walls.row(origins[i] as usize));
+        }
+    }
+
+    /// Fills `probes` with position and radius plus reach of owned particles and clones.
+    ///
+    /// Faces may have shortened the reach of a clone for its owner; that only makes this list longer.
+    fn probe(&mut self, particles: &Particles, around: &Surroundings) {
+        self.probes.clear();
+        self.reaches.clear();
+        for (i, body) in particles.bodies.iter().enumerate() {
+            let reach = match self.references.get(i) {
+                Some(reference) => reference.reach,
+                None => nominal_reach(body, around),
+            };
+            self.reaches.push(reach);
+            let p = body.position;
+            self.probes.push([p.x, p.y, p.z, body.radius + reach]);
+        }
+    }
+
+    fn bin_clones(&mut self, particles: &Particles, grid: &CellGrid) {
+        self.cells.clear();
+        let clones = &particles.bodies[particles.owned..];
+        self.cells.extend(clones.iter().map(|b| grid.index(grid.place(b.position.into())) as u32));
+        bin(&self.cells, grid.len(), &mut self.clone_start, &mut self.clone_order);
+        for slot in &mut self.clone_order {
+            *slot += particles.owned as u32;
+        }
+    }
+
+    /// Adds the pairs of particle `i` with the candidates within range.
+    #[allow(clippy::too_many_arguments)] // inner loop: a struct built per particle would cost time
+    #[inline]
+    fn pair_up(
+        &mut self,
+        i: usize,
+        candidates: std::ops::Range<usize>,
+        particles: &Particles,
+        origin: u32,
+        memories: &Memories,
+        around: &Surroundings,
+        all_spheres: bool,
+    ) {
+        let [x, y, z, r] = self.probes[i];
+        for j in candidates {
+            let [xj, yj, zj, rj] = self.probes[j];
+            let (dx, dy, dz, range) = (xj - x, yj - y, zj - z, r + rj);
+            if dx * dx + dy * dy + dz * dz >= range * range {
+                continue;
+            }
+            let both_spheres = all_spheres
+                || [i, j].iter().all(|&k| around.catalogue.shape(particles.bodies[k].kind).is_sphere());
+            if both_spheres {
+                let id = particles.ids[j];
+                let known = memories.spheres.row(origin as usize).iter().find(|m| m.partner == id);
+                let spring = known.map_or(Vec3::zeros(), |m| m.spring);
+                self.spheres.pairs.push(SpherePair { other: j as u32, spring });
+            } else {
+                self.pair_parts(i, j, particles, origin, memories, around);
+            }
+        }
+    }
+
+    /// Adds the pairs of parts of two bodies whose boxes come within reach.
+    fn pair_parts(
+        &mut self,
+        i: usize,
+        j: usize,
+        particles: &Particles,
+        origin: u32,
+        memories: &Memories,
+        around: &Surroundings,
+    ) {
+        let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
+        let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
+        let [shape_a, shape_b] = [body_a, body_b].map(|body| around.catalogue.shape(body.kind));
+        let margin = self.reaches[a] + self.reaches[b];
+        let separation = body_b.position - body_a.position;
+        for part in 0..shape_a.parts.len() as u16 {
+            let scale = body_a.radius / shape_a.bounding_radius;
+            let part_a = PlacedPart::of(shape_a, part, &particles.frames[a], scale);
+            for other in 0..shape_b.parts.len() as u16 {
+                let scale = body_b.radius / shape_b.bounding_radius;
+                let part_b = PlacedPart::of(shape_b, other, &particles.frames[b], scale);
+                let between = separation + (part_b.offset - part_a.offset);
+                let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
+                let mut hint = 0;
+                let gap = margin / part_a.scale;
+                if boxes_apart(part_a.half_extents, part_b.half_extents, &placement, gap, &mut hint) {
+                    continue;
+                }
+                let (partner, parts) = (particles.ids[j], [part, other]);
+                let known = memories.bodies.row(origin as usize).iter();
+                let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
+                let (spring, simplex) = known.map_or((Vec3::zeros(), Simplex::default()), |m| (m.spring, m.simplex));
+                self.bodies.push(BodyPair { a: a as u32, b: b as u32, parts, hint, spring, simplex });
+            }
+        }
+    }
+
+    /// Gathers what all pairs remember into rows by owned particle.
+    pub(crate) fn remember(&self, particles: &Particles, memories: &mut Memories) {
+        let owned = particles.owned as u32;
+        let ids = &particles.ids;
+        memories.fill(
+            particles.owned,
+            |add| {
+                for i in 0..self.spheres.first.len().saturating_sub(1) {
+                    let row = self.spheres.first[i] as usize..self.spheres.first[i + 1] as usize;
+                    for pair in self.spheres.pairs[row].iter().filter(|p| p.spring != Vec3::zeros()) {
+                        add(i as u32, SphereMemory { partner: ids[pair.other as usize], spring: pair.spring });
+                        if pair.other < owned {
+                            add(pair.other, SphereMemory { partner: ids[i], spring: -pair.spring });
+                        }
+                    }
+                }
+            },
+            |add| {
+                for pair in self.bodies.iter().filter(|p| p.simplex.len > 0 || p.spring != Vec3::zeros()) {
+                    for (own, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
+                        if own < owned {
+                            let partner = ids[other as usize];
+                            let (parts, spring, simplex) = (pair.parts, pair.spring, pair.simplex);
+                            add(own, BodyMemory { partner, parts, spring, simplex });
+                        }
+                    }
+                }
+            },
+            |add| {
+                for pair in &self.walls.pairs {
+                    let cold = Simplex::default();
+                    let simplex = self.walls.simplexes.get(pair.simplex as usize).unwrap_or(&cold);
+                    if pair.spring != Vec3::zeros() || simplex.len > 0 {
+                        let &WallPair { wall, surface, part, element, spring, .. } = pair;
+                        let memory = WallMemory { wall, surface, part, element, spring, simplex: *simplex };
+                        add(pair.particle, memory);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Number of pairs in the lists: spheres, bodies, walls.
+    pub(crate) fn sizes(&self) -> [usize; 3] {
+        [self.spheres.pairs.len(), self.bodies.len(), self.walls.pairs.len()]
+    }
+}
+
+/// Reach of a body (m) by its size and speed: owner and clone agree on it, bit for bit.
+fn nominal_reach(body: &Body, around: &Surroundings) -> f64 {
+    let Surroundings { catalogue, skin, dt, .. } = around;
+    let mut speed = body.velocity.norm();
+    if !catalogue.shape(body.kind).is_sphere() {
+        speed += body.radius * body.angular_velocity.norm();
+    }
+    (speed * skin.horizon * dt).clamp(skin.least * body.radius, skin.most * body.radius)
+}
+
+fn near_border(place: [usize; 3], grid: &CellGrid) -> bool {
+    (0..3).any(|a| place[a] == 1 || place[a] == grid.counts[a] - 2)
+}
+
+/// Counting sort: `order` lists the items cell by cell, those of cell c at `start[c]..start[c + 1]`.
+fn bin(cells: &[u32], count: usize, start: &mut Vec<u32>, order: &mut Vec<u32>) {
+    start.clear();
+    start.resize(count + 1, 0);
+    for &c in cells {
+        start[c as usize + 1] += 1;
+    }
+    for c in 0..count {
+        start[c + 1] += start[c];
+    }
+    order.clear();
+    order.resize(cells.len(), 0);
+    for (item, &c) in cells.iter().enumerate() {
+        let at = &mut start[c as usize];
+        order[*at as usize] = item as u32;
+        *at += 1;
+    }
+    start.rotate_right(1);
+    start[0] = 0;
+}
+
+/// Search for the walls near a particle and its periodic images.
+struct WallSearch<'a> {
+    around: &'a Surroundings<'a>,
+    wall_reach: f64,
+    shifts: Vec<Vec3>,
+    elements: std::cell::RefCell<Vec<u32>>,
+}
+
+impl<'a> WallSearch<'a> {
+    fn new(around: &'a Surroundings<'a>, wall_reach: f64) -> Self {
+        let global = &around.decomposition.global;
+        let length = Vec3::from_fn(|a, _| if global.periodic[a] { global.length(a) } else { 0.0 });
+        let shifts = (0..27)
+            .map(|code: i32| Vec3::new((code % 3 - 1) as f64, (code / 3 % 3 - 1) as f64, (code / 9 - 1) as f64))
+            .map(|s| s.component_mul(&length))
+            .collect();
+        Self { around, wall_reach, shifts, elements: Default::default() }
+    }
+
+    /// Images (codes of `shifts`) of a particle that may touch a finite wall beyond a periodic face.
+    fn images(&self, position: &Vec3, reach: f64, is_finite: bool) -> impl Iterator<Item = usize> + use<'_> {
+        let global = &self.around.decomposition.global;
+        let position = *position;
+        (0..27usize).filter(move |&code| {
+            let steps = [code % 3, code / 3 % 3, code / 9];
+            (0..3).all(|a| match steps[a] {
+                1 => true,
+                _ if !is_finite || !global.periodic[a] => false,
+                // moved up: the particle must be near the lower face, and the other way round
+                2 => position[a] - global.lower[a] < reach,
+                _ => global.upper[a] - position[a] < reach,
+            })
+        })
+    }
+
+    /// Adds the wall pairs of an owned particle.
+    fn search(&self, list: &mut WallList, particles: &Particles, i: usize, reach: f64, known: &[WallMemory]) {
+        let body = &particles.bodies[i];
+        let shape = self.around.catalogue.shape(body.kind);
+        let range = body.radius + reach + self.wall_reach;
+        for (w, wall) in self.around.walls.iter().enumerate() {
+            let state = &self.around.states[w];
+            for (s, surface) in wall.surfaces.iter().enumerate() {
+                for image in self.images(&body.position, range, surface.is_finite()) {
+                    let center = state.to_wall(&(body.position + self.shifts[image]));
+                    let mut elements = self.elements.borrow_mut();
+                    elements.clear();
+                    surface.for_each_near(&center, range, |e| elements.push(e));
+                    elements.sort_unstable();
+                    for part in 0..shape.parts.len() as u16 {
+                        for &element in elements.iter() {
+                            let memory = known.iter().find(|m| {
+                                (m.wall, m.surface, m.part, m.element) == (w as u16, s as u16, part, element)
+                            });
+                            let closed = shape.is_sphere()
+                                || matches!(surface, Surface::Plane { .. } | Surface::Tube { .. });
+                            let simplex = if closed {
+                                WallPair::CLOSED_FORM
+                            } else {
+                                list.simplexes.push(memory.map_or(Simplex::default(), |m| m.simplex));
+                                list.simplexes.len() as u32 - 1
+                            };
+                            list.pairs.push(WallPair {
+                                particle: i as u32,
+                                element,
+                                wall: w as u16,
+                                surface: s as u16,
+                                part,
+                                image: image as u8,
+                                spring: memory.map_or(Vec3::zeros(), |m| m.spring),
+                                simplex,
+                            });
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

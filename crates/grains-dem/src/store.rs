@@ -1,0 +1,142 @@
+//! The particles of one rank: owned ones first, then clones of neighbours' particles.
+
+use crate::rotation::frame;
+use crate::{Kind, ParticleRecord};
+use grains_geometry::{Mat3, Rotation, Vec3};
+
+/// What a contact needs to know of a particle: one and a half cache lines.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct Body {
+    /// Centre of mass (m), on the position lattice.
+    pub position: Vec3,
+    /// Radius of the bounding sphere (m); of a sphere, its radius.
+    pub radius: f64,
+    /// Velocity (m/s) at the time of `position`.
+    pub velocity: Vec3,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Angular velocity (rad/s) at the time of `position`.
+    pub angular_velocity: Vec3,
+    /// Shape and material.
+    pub kind: Kind,
+}
+
+/// Sum of the contact forces (N) and torques (N m) on a particle.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct Load {
+    /// Force (N).
+    pub force: Vec3,
+    /// Torque about the centre of mass (N m).
+    pub torque: Vec3,
+}
+
+/// Struct of arrays of particles; the arrays of owned particles are `owned` long.
+#[derive(Clone, Debug, Default)]
+pub struct Particles {
+    /// Number of owned particles; clones follow in `bodies`, `ids` and `orientations`.
+    pub owned: usize,
+    /// Mechanical state, owned and clones.
+    pub bodies: Vec<Body>,
+    /// Identity, owned and clones.
+    pub ids: Vec<u64>,
+    /// Orientation, body to world, owned and clones; empty if all particles are spheres.
+    pub orientations: Vec<Rotation>,
+    /// Rotation matrices of `orientations`.
+    pub frames: Vec<Mat3>,
+    /// Contact loads, owned.
+    pub loads: Vec<Load>,
+    /// Velocity half a step before `position` (m/s), owned.
+    pub half_velocity: Vec<Vec3>,
+    /// Half a step before: angular velocity (rad/s) of a sphere, angular momentum (kg m²/s) of other shapes; owned.
+    pub half_spin: Vec<Vec3>,
+    /// Side of each flow plane, one bit per plane; owned.
+    pub sides: Vec<u32>,
+    turning: bool,
+}
+
+impl Particles {
+    /// Number of particles held, clones included.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether this rank holds no particle.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Forgets all clones.
+    pub fn drop_clones(&mut self) {
+        self.bodies.truncate(self.owned);
+        self.ids.truncate(self.owned);
+        self.orientations.truncate(self.owned);
+        self.frames.truncate(self.owned);
+    }
+
+    /// Particles without orientation if all shapes are spheres.
+    pub fn new(all_spheres: bool) -> Self {
+        Self { turning: !all_spheres, ..Self::default() }
+    }
+
+    /// Appends an owned particle; there must be no clones.
+    pub fn push(&mut self, record: &ParticleRecord) {
+        debug_assert_eq!(self.owned, self.bodies.len(), "owned particles come before clones");
+        self.push_clone(record.id, record.body, record.orientation);
+        self.loads.push(Load::default());
+        self.half_velocity.push(record.half_velocity);
+        self.half_spin.push(record.half_spin);
+        self.sides.push(record.sides);
+        self.owned += 1;
+    }
+
+    /// Appends a clone.
+    pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
+        self.ids.push(id);
+        self.bodies.push(body);
+        if self.turning {
+            self.orientations.push(orientation);
+            self.frames.push(frame(&orientation));
+        }
+    }
+
+    /// Sets an orientation and its matrix.
+    #[inline]
+    pub(crate) fn set_orientation(&mut self, i: usize, orientation: Rotation) {
+        self.orientations[i] = orientation;
+        self.frames[i] = frame(&orientation);
+    }
+
+    /// The packed form of an owned particle.
+    pub fn record(&self, i: usize) -> ParticleRecord {
+        ParticleRecord {
+            id: self.ids[i],
+            body: self.bodies[i],
+            orientation: self.orientations.get(i).copied().unwrap_or_else(Rotation::identity),
+            half_velocity: self.half_velocity[i],
+            half_spin: self.half_spin[i],
+            sides: self.sides[i],
+        }
+    }
+
+    /// Reorders the owned particles: the new i-th is the old `order[i]`. There must be no clones.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
+        permute(&mut self.bodies, order);
+        permute(&mut self.ids, order);
+        if self.turning {
+            permute(&mut self.orientations, order);
+            permute(&mut self.frames, order);
+        }
+        permute(&mut self.loads, order);
+        permute(&mut self.half_velocity, order);
+        permute(&mut self.half_spin, order);
+        permute(&mut self.sides, order);
+        self.owned = order.len();
+    }
+}
+
+fn permute<T: Copy>(items: &mut Vec<T>, order: &[u32]) {
+    let sorted: Vec<T> = order.iter().map(|&k| items[k as usize]).collect();
+    *items = sorted;
+}

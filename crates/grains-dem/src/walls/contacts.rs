@@ -1,0 +1,275 @@
+//! Contacts of particles with walls: the same law as between particles, against a body of infinite mass.
+
+use super::surface::SurfaceContact;
+use super::{Wall, WallLoad, WallState};
+use crate::bodies::PlacedPart;
+use crate::error::vector;
+use crate::forces::{LoadLattice, Tally};
+use crate::{Catalogue, DemSetup, Load, Particles, StepError};
+use grains_contact::Contact;
+use grains_geometry::{GjkError, Simplex, Vec3};
+
+/// A part of a particle and an element of a wall that may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallPair {
+    pub(crate) particle: u32,
+    /// Triangle of a mesh, else 0.
+    pub(crate) element: u32,
+    pub(crate) wall: u16,
+    pub(crate) surface: u16,
+    pub(crate) part: u16,
+    /// Periodic image of the particle, an index into the shifts of the list.
+    pub(crate) image: u8,
+    pub(crate) spring: Vec3,
+    /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
+    pub(crate) simplex: u32,
+}
+
+impl WallPair {
+    pub(crate) const CLOSED_FORM: u32 = u32::MAX;
+
+    fn group(&self) -> (u32, u16, u16, u16, u8) {
+        (self.particle, self.wall, self.surface, self.part, self.image)
+    }
+}
+
+/// All wall pairs of a rank, those of one particle and surface side by side, triangles ascending.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WallList {
+    pub(crate) pairs: Vec<WallPair>,
+    pub(crate) simplexes: Vec<Simplex>,
+    /// Shift (m) of each periodic image.
+    pub(crate) shifts: Vec<Vec3>,
+    touching: Vec<Option<SurfaceContact>>,
+}
+
+impl WallList {
+    /// End of the group of pairs of one particle, image and surface that begins at `start`.
+    fn group_end(&self, start: usize) -> usize {
+        let group = self.pairs[start].group();
+        self.pairs[start..].iter().position(|p| p.group() != group).map_or(self.pairs.len(), |n| start + n)
+    }
+}
+
+/// Where and when the walls are met.
+pub(crate) struct WallScene<'a> {
+    pub(crate) walls: &'a [Wall],
+    pub(crate) states: &'a [WallState],
+    pub(crate) time: f64,
+    pub(crate) dt: f64,
+    /// Periodic box: walls that span it are met at the wrapped position.
+    pub(crate) lower: Vec3,
+    pub(crate) upper: Vec3,
+}
+
+impl<'a> WallScene<'a> {
+    pub(crate) fn new(setup: &'a DemSetup, states: &'a [WallState], time: f64) -> Self {
+        Self {
+            walls: &setup.walls,
+            states,
+            time,
+            dt: setup.rates.dt,
+            lower: Vec3::from(setup.global.lower),
+            upper: Vec3::from(setup.global.upper),
+        }
+    }
+}
+
+/// Calls `touches` with particle, wall and overlap (m) of every wall contact.
+pub(crate) fn for_each_contact(
+    particles: &Particles,
+    list: &mut WallList,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+    mut touches: impl FnMut(usize, usize, f64),
+) {
+    let mut start = 0;
+    while start < list.pairs.len() {
+        let end = list.group_end(start);
+        if find_contacts(particles, list, start..end, scene, catalogue).is_ok() {
+            let first = &list.pairs[start];
+            for contact in list.touching.iter().flatten() {
+                touches(first.particle as usize, first.wall as usize, contact.overlap);
+            }
+        }
+        start = end;
+    }
+}
+
+/// Adds the loads of all wall contacts to particles and walls.
+pub(crate) fn add_forces(
+    particles: &mut Particles,
+    list: &mut WallList,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+    lattice: &LoadLattice,
+    wall_loads: &mut [WallLoad],
+    tally: &mut Tally,
+) {
+    let mut start = 0;
+    while start < list.pairs.len() {
+        let end = list.group_end(start);
+        if let Err(reason) = find_contacts(particles, list, start..end, scene, catalogue) {
+            let pair = &list.pairs[start];
+            tally.error = Some(StepError::Distance {
+                id: particles.ids[pair.particle as usize],
+                other: format!("wall `{}`", scene.walls[pair.wall as usize].name),
+                place: vector(&particles.bodies[pair.particle as usize].position),
+                reason: reason.to_string(),
+            });
+            return;
+        }
+        if end > start + 1 {
+            hand_over_springs(&mut list.pairs[start..end], &list.touching, scene);
+        }
+        for k in start..end {
+            match list.touching[k - start] {
+                None => list.pairs[k].spring = Vec3::zeros(),
+                Some(contact) => {
+                    let pair = &mut list.pairs[k];
+                    let shift = list.shifts[pair.image as usize];
+                    add_contact(particles, pair, &contact, &shift, scene, catalogue, lattice, wall_loads, tally);
+                }
+            }
+        }
+        start = end;
+    }
+}
+
+/// Finds which pairs of a group touch, in the wall's frame.
+fn find_contacts(
+    particles: &Particles,
+    list: &mut WallList,
+    group: std::ops::Range<usize>,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+) -> Result<(), GjkError> {
+    let first = list.pairs[group.start];
+    let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
+    let body = &particles.bodies[first.particle as usize];
+    let position = body.position + list.shifts[first.image as usize];
+    let outside = (0..3).any(|a| wall.spans[a] && !(position[a] >= scene.lower[a] && position[a] < scene.upper[a]));
+    list.touching.clear();
+    if outside || !wall.exists_at(scene.time) {
+        list.touching.resize(group.len(), None);
+        for pair in &list.pairs[group] {
+            if pair.simplex != WallPair::CLOSED_FORM {
+                list.simplexes[pair.simplex as usize].len = 0;
+            }
+        }
+        return Ok(());
+    }
+    let surface = &wall.surfaces[first.surface as usize];
+    let shape = catalogue.shape(body.kind);
+    let center = state.to_wall(&position);
+    if shape.is_sphere() {
+        for pair in &list.pairs[group] {
+            list.touching.push(surface.meets_sphere(pair.element, &center, body.radius)?);
+        }
+        return Ok(());
+    }
+    let scale = body.radius / shape.bounding_radius;
+    let mut part = PlacedPart::of(shape, first.part, &particles.frames[first.particle as usize], scale);
+    if state.is_displaced {
+        part.rotation = state.rotation.tr_mul(&part.rotation);
+        part.offset = state.rotation.tr_mul(&part.offset);
+    }
+    for pair in &list.pairs[group] {
+        let simplex = match pair.simplex {
+            WallPair::CLOSED_FORM => &mut Simplex::default(),
+            index => &mut list.simplexes[index as usize],
+        };
+        list.touching.push(surface.meets_part(pair.element, &(center + part.offset), &part, simplex)?);
+    }
+    keep_deepest_of_flat_patches(&mut list.touching);
+    Ok(())
+}
+
+/// Of contacts with nearly the same normal only the deepest remains: a flat patch is one contact,
+/// however it is tessellated. Spheres need no such rule: they meet a flat patch in one point.
+fn keep_deepest_of_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
+    const SAME_DIRECTION: f64 = 1.0 - 1e-6;
+    for k in 1..contacts.len() {
+        for l in 0..k {
+            if let (Some(a), Some(b)) = (contacts[l], contacts[k])
+                && a.normal.dot(&b.normal) > SAME_DIRECTION
+            {
+                contacts[if a.overlap >= b.overlap { k } else { l }] = None;
+            }
+        }
+    }
+}
+
+/// Gives the spring of a contact that ended to one that began beside it on the same surface, as when a
+/// ball rolls from one triangle of a flat floor to the next.
+fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
+    const SIMILAR_DIRECTION: f64 = 0.9;
+    let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
+    for k in 0..pairs.len() {
+        let Some(contact) = touching[k] else { continue };
+        if pairs[k].spring != Vec3::zeros() {
+            continue;
+        }
+        let orphan = (0..pairs.len()).find(|&l| {
+            touching[l].is_none()
+                && pairs[l].spring != Vec3::zeros()
+                && surface.element_normal(pairs[l].element).is_some_and(|n| n.dot(&contact.normal).abs() > SIMILAR_DIRECTION)
+        });
+        if let Some(l) = orphan {
+            pairs[k].spring = pairs[l].spring;
+            pairs[l].spring = Vec3::zeros();
+        }
+    }
+}
+
+/// Adds the load of one contact.
+#[allow(clippy::too_many_arguments)] // the one place where particle, wall and sums come together
+#[inline]
+fn add_contact(
+    particles: &mut Particles,
+    pair: &mut WallPair,
+    found: &SurfaceContact,
+    shift: &Vec3,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+    lattice: &LoadLattice,
+    wall_loads: &mut [WallLoad],
+    tally: &mut Tally,
+) {
+    let (i, w) = (pair.particle as usize, pair.wall as usize);
+    let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
+    let normal = state.to_world(&found.normal);
+    let center = body.position + shift;
+    let arm = state.to_world(&(found.point - state.to_wall(&center)));
+    let point = center + arm;
+    let contact = Contact {
+        normal,
+        overlap: found.overlap,
+        velocity: state.velocity_at(&point) - (body.velocity + body.angular_velocity.cross(&arm)),
+        reduced_mass: body.mass,
+    };
+    let law = catalogue.contacts.law(body.kind.material, wall.material);
+    let force = lattice.force(&law.force(&contact, &mut pair.spring, scene.dt));
+    let mut torque = lattice.torque(&arm.cross(&force));
+    if law.rolling_friction > 0.0 {
+        let spin = body.angular_velocity - state.angular_velocity;
+        torque += lattice.torque(&law.rolling_torque(&contact, &spin, arm.norm()));
+    }
+    let shape = catalogue.shape(body.kind);
+    let radius = body.radius * (shape.inscribed_radius / shape.bounding_radius);
+    if tally.note(found.overlap, radius) {
+        tally.error = Some(StepError::Overlap {
+            id: particles.ids[i],
+            other: format!("wall `{}`", wall.name),
+            overlap: found.overlap,
+            percent: 100.0 * found.overlap / radius,
+            limit: 100.0 * tally.limit(),
+            place: vector(&body.position),
+        });
+    }
+    let load: &mut Load = &mut particles.loads[i];
+    load.force += force;
+    load.torque += torque;
+    wall_loads[w].force -= force;
+    wall_loads[w].torque -= lattice.torque(&point.cross(&force));
+}

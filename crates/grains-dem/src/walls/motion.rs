@@ -1,0 +1,174 @@
+//! Prescribed motions, as functions of time alone so that a restart cannot change them.
+
+use grains_geometry::{Mat3, Vec3};
+use nalgebra::{Rotation3, Unit};
+use std::f64::consts::TAU;
+
+/// How a wall moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Not at all.
+    Fixed,
+    /// At constant velocity during a window of time.
+    Translation {
+        /// Velocity (m/s).
+        velocity: Vec3,
+        /// Begin (s).
+        start: f64,
+        /// End (s).
+        end: f64,
+    },
+    /// x = A sin(2π f τ + φ) − A sin φ, τ the time since the start, during a window of time.
+    Oscillation {
+        /// Amplitude A (m).
+        amplitude: Vec3,
+        /// Frequency f (Hz).
+        frequency: f64,
+        /// Phase φ (rad).
+        phase: f64,
+        /// Begin (s).
+        start: f64,
+        /// End (s).
+        end: f64,
+    },
+    /// About an axis at constant rate during a window of time.
+    Rotation {
+        /// Point on the axis (m).
+        point: Vec3,
+        /// Unit vector of the axis.
+        axis: Vec3,
+        /// Rate (rad/s).
+        rate: f64,
+        /// Begin (s).
+        start: f64,
+        /// End (s).
+        end: f64,
+    },
+}
+
+/// Pose and velocity of a wall: a point p of its frame is at `rotation` p + `translation`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallState {
+    /// Rotation from the wall's frame to the world.
+    pub rotation: Mat3,
+    /// Translation (m).
+    pub translation: Vec3,
+    /// Velocity of the point at `pivot` (m/s).
+    pub velocity: Vec3,
+    /// Angular velocity (rad/s).
+    pub angular_velocity: Vec3,
+    /// Point about which `angular_velocity` turns (m).
+    pub pivot: Vec3,
+    /// Whether the pose differs from that at time zero.
+    pub is_displaced: bool,
+}
+
+impl WallState {
+    /// The pose at time zero, at rest.
+    pub fn at_rest() -> Self {
+        Self {
+            rotation: Mat3::identity(),
+            translation: Vec3::zeros(),
+            velocity: Vec3::zeros(),
+            angular_velocity: Vec3::zeros(),
+            pivot: Vec3::zeros(),
+            is_displaced: false,
+        }
+    }
+
+    /// Velocity of the wall at a point of space (m/s).
+    #[inline(always)]
+    pub fn velocity_at(&self, point: &Vec3) -> Vec3 {
+        self.velocity + self.angular_velocity.cross(&(point - self.pivot))
+    }
+
+    /// A point of space (m) in the wall's frame.
+    #[inline(always)]
+    pub fn to_wall(&self, point: &Vec3) -> Vec3 {
+        if self.is_displaced { self.rotation.tr_mul(&(point - self.translation)) } else { *point }
+    }
+
+    /// A direction of the wall's frame in the world.
+    #[inline(always)]
+    pub fn to_world(&self, direction: &Vec3) -> Vec3 {
+        if self.is_displaced { self.rotation * direction } else { *direction }
+    }
+}
+
+impl Motion {
+    /// State at a time (s).
+    pub fn at(&self, time: f64) -> WallState {
+        let rest = WallState::at_rest();
+        match *self {
+            Motion::Fixed => rest,
+            Motion::Translation { velocity, start, end } => WallState {
+                translation: velocity * (time.min(end) - start).max(0.0),
+                velocity: if time >= start && time < end { velocity } else { Vec3::zeros() },
+                is_displaced: true,
+                ..rest
+            },
+            Motion::Oscillation { amplitude, frequency, phase, start, end } => {
+                let angle = TAU * frequency * (time.min(end) - start).max(0.0) + phase;
+                let speed = if time >= start && time < end { TAU * frequency * angle.cos() } else { 0.0 };
+                WallState {
+                    translation: amplitude * (angle.sin() - phase.sin()),
+                    velocity: amplitude * speed,
+                    is_displaced: true,
+                    ..rest
+                }
+            }
+            Motion::Rotation { point, axis, rate, start, end } => {
+                let angle = rate * (time.min(end) - start).max(0.0);
+                let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(axis), angle).into_inner();
+                let turning = time >= start && time < end;
+                WallState {
+                    rotation,
+                    translation: point - rotation * point,
+                    angular_velocity: if turning { axis.normalize() * rate } else { Vec3::zeros() },
+                    pivot: point,
+                    is_displaced: true,
+                    ..rest
+                }
+            }
+        }
+    }
+
+    /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin.
+    pub fn largest_speed(&self, reach: f64) -> f64 {
+        match *self {
+            Motion::Fixed => 0.0,
+            Motion::Translation { velocity, .. } => velocity.norm(),
+            Motion::Oscillation { amplitude, frequency, .. } => amplitude.norm() * TAU * frequency,
+            Motion::Rotation { point, rate, .. } => rate.abs() * (reach + point.norm()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn velocities_are_the_derivatives_of_the_poses() {
+        let motions = [
+            Motion::Translation { velocity: Vec3::new(1.0, -2.0, 0.5), start: 0.1, end: 2.0 },
+            Motion::Oscillation { amplitude: Vec3::new(0.1, 0.0, 0.2), frequency: 3.0, phase: 0.4, start: 0.1, end: 9.0 },
+            Motion::Rotation {
+                point: Vec3::new(0.3, 0.1, -0.2),
+                axis: Vec3::new(0.0, 0.6, 0.8),
+                rate: 2.5,
+                start: 0.2,
+                end: 5.0,
+            },
+        ];
+        let (p, h) = (Vec3::new(0.7, -0.4, 0.9), 1e-6);
+        for motion in motions {
+            let place = |t: f64| motion.at(t).rotation * p + motion.at(t).translation;
+            let slope = (place(1.0 + h) - place(1.0 - h)) / (2.0 * h);
+            let state = motion.at(1.0);
+            assert!((state.velocity_at(&place(1.0)) - slope).norm() < 1e-7 * (1.0 + slope.norm()));
+            assert!((state.to_wall(&place(1.0)) - p).norm() < 1e-14);
+            assert!(slope.norm() <= motion.largest_speed(2.0) + 1e-9);
+        }
+    }
+}

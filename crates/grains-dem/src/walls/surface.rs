@@ -1,0 +1,212 @@
+//! The surfaces walls are made of, and their contact with a sphere in closed form.
+
+use crate::bodies::{PlacedPart, touch};
+use grains_geometry::gjk::{Separation, distance};
+use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
+use std::sync::Arc;
+
+/// A piece of wall in the wall's frame.
+#[derive(Clone, Debug)]
+pub enum Surface {
+    /// Half space behind a plane; the unit normal points to the particles' side.
+    Plane {
+        /// A point of the plane (m).
+        point: Vec3,
+        /// Unit normal.
+        normal: Vec3,
+    },
+    /// The inside of a cylinder, open at its ends.
+    Tube {
+        /// Centre (m).
+        center: Vec3,
+        /// Unit vector of the axis.
+        axis: Vec3,
+        /// Radius (m).
+        radius: f64,
+        /// Half of the length (m), or infinity.
+        half_length: f64,
+    },
+    /// The outside of a convex body.
+    Solid {
+        /// The body.
+        core: Core,
+        /// Its rotation.
+        rotation: Mat3,
+        /// Its centre (m).
+        center: Vec3,
+        /// Radius of its bounding sphere (m).
+        bounding_radius: f64,
+    },
+    /// Both sides of a triangle mesh.
+    Mesh(Arc<WallMesh>),
+}
+
+/// Contact of a convex body with a surface, in the wall's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceContact {
+    /// Unit normal from the body into the wall.
+    pub(crate) normal: Vec3,
+    /// Overlap (m), positive.
+    pub(crate) overlap: f64,
+    /// Contact point (m).
+    pub(crate) point: Vec3,
+}
+
+impl SurfaceContact {
+    /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
+    #[inline(always)]
+    fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
+        Self { normal, overlap, point: center + normal * (radius - 0.5 * overlap) }
+    }
+}
+
+impl Surface {
+    /// Whether periodic images of a particle may meet this surface elsewhere: planes are their own images.
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Surface::Plane { .. } => false,
+            Surface::Tube { half_length, .. } => half_length.is_finite(),
+            Surface::Solid { .. } | Surface::Mesh(_) => true,
+        }
+    }
+
+    /// Calls `found` with every element (triangle, or 0) within `reach` (m) of a point.
+    pub(crate) fn for_each_near(&self, center: &Vec3, reach: f64, mut found: impl FnMut(u32)) {
+        match self {
+            Surface::Plane { point, normal } => {
+                if (center - point).dot(normal) < reach {
+                    found(0);
+                }
+            }
+            Surface::Tube { center: middle, axis, radius, half_length } => {
+                let from = center - middle;
+                let along = from.dot(axis);
+                let off = (from - axis * along).norm();
+                if off > radius - reach && along.abs() < half_length + reach {
+                    found(0);
+                }
+            }
+            Surface::Solid { center: middle, bounding_radius, .. } => {
+                if (center - middle).norm() < bounding_radius + reach {
+                    found(0);
+                }
+            }
+            Surface::Mesh(mesh) => {
+                let half = Vec3::repeat(reach);
+                mesh.for_each_in_box(&(center - half), &(center + half), found);
+            }
+        }
+    }
+
+    /// Contact of a sphere with one element, if they touch.
+    #[inline]
+    pub(crate) fn meets_sphere(
+        &self,
+        element: u32,
+        center: &Vec3,
+        radius: f64,
+    ) -> Result<Option<SurfaceContact>, GjkError> {
+        let contact = match self {
+            Surface::Plane { point, normal } => {
+                let overlap = radius - (center - point).dot(normal);
+                (overlap > 0.0).then(|| SurfaceContact::of_sphere(center, radius, -normal, overlap))
+            }
+            Surface::Tube { center: middle, axis, radius: wall_radius, half_length } => {
+                let from = center - middle;
+                let along = from.dot(axis);
+                let outward = from - axis * along;
+                let off = outward.norm();
+                let overlap = off + radius - wall_radius;
+                (overlap > 0.0 && off > 0.0 && along.abs() <= *half_length)
+                    .then(|| SurfaceContact::of_sphere(center, radius, outward / off, overlap))
+            }
+            Surface::Solid { core, rotation, center: middle, .. } => {
+                let placement = Placement { matrix: *rotation, translation: middle - center };
+                match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
+                    Separation::Apart { distance, normal, .. } if distance < radius => {
+                        Some(SurfaceContact::of_sphere(center, radius, normal, radius - distance))
+                    }
+                    // The centre is inside the wall: far beyond any overlap limit, and so reported.
+                    Separation::Meeting => Some(SurfaceContact::of_sphere(center, radius, Vec3::z(), radius)),
+                    _ => None,
+                }
+            }
+            Surface::Mesh(mesh) => mesh.closest_on_triangle(element, center).and_then(|c| {
+                (c.distance < radius)
+                    .then(|| SurfaceContact::of_sphere(center, radius, -c.normal, radius - c.distance))
+            }),
+        };
+        Ok(contact)
+    }
+
+    /// Contact of a part (placed in the wall's frame, centre at `center`) with one element, if they touch.
+    pub(crate) fn meets_part(
+        &self,
+        element: u32,
+        center: &Vec3,
+        part: &PlacedPart,
+        simplex: &mut Simplex,
+    ) -> Result<Option<SurfaceContact>, GjkError> {
+        if self.is_out_of_reach(element, center, part.half_extents.norm() * part.scale) {
+            // What a pair remembers must not depend on how long it was in a list before it came near.
+            simplex.len = 0;
+            return Ok(None);
+        }
+        match self {
+            Surface::Plane { point, normal } => {
+                let deepest = center + part.farthest(&-normal);
+                Ok(part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal)))
+            }
+            Surface::Tube { center: middle, axis, radius, half_length } => {
+                let (deepest, outward, off) = part.farthest_from_axis(&(center - middle), axis);
+                let along = (center - middle + deepest).dot(axis);
+                if along.abs() > *half_length {
+                    return Ok(None);
+                }
+                Ok(part.contact_behind(&(center + deepest), outward, off - radius))
+            }
+            Surface::Solid { core, rotation, center: middle, .. } => {
+                let placement = part.placement(rotation, 1.0, &(middle - center));
+                let contact = touch(part, core, &placement, 0.0, simplex)?;
+                Ok(contact.map(|c| SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point }))
+            }
+            Surface::Mesh(mesh) => {
+                let core = Core::Triangle(mesh.mesh().corners(element as usize));
+                let placement = part.placement(&Mat3::identity(), 1.0, &-center);
+                let Some(c) = touch(part, &core, &placement, 0.0, simplex)? else { return Ok(None) };
+                let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point };
+                // The triangle's point lies half an overlap behind the contact point.
+                let on_triangle = contact.point - c.normal * (0.5 * c.overlap);
+                let owns = c.cores_met || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
+                Ok(owns.then_some(contact))
+            }
+        }
+    }
+
+    /// Whether a ball is certainly apart from an element.
+    fn is_out_of_reach(&self, element: u32, center: &Vec3, radius: f64) -> bool {
+        match self {
+            Surface::Plane { .. } | Surface::Tube { .. } => false,
+            Surface::Solid { center: middle, bounding_radius, .. } => {
+                (center - middle).norm() >= radius + bounding_radius
+            }
+            Surface::Mesh(mesh) => {
+                let [a, b, c] = mesh.mesh().corners(element as usize);
+                let nearest = center.sup(&a.inf(&b).inf(&c)).inf(&a.sup(&b).sup(&c));
+                (center - nearest).norm_squared() >= radius * radius
+            }
+        }
+    }
+
+    /// Unit normal of an element that has one of its own.
+    pub(crate) fn element_normal(&self, element: u32) -> Option<Vec3> {
+        match self {
+            Surface::Plane { normal, .. } => Some(*normal),
+            Surface::Mesh(mesh) => {
+                let [a, b, c] = mesh.mesh().corners(element as usize);
+                Some((b - a).cross(&(c - a)).normalize())
+            }
+            _ => None,
+        }
+    }
+}

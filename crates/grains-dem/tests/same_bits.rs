@@ -1,0 +1,111 @@
+//! The state does not depend on the number of ranks, the decomposition, or a restart: bit for bit.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
+use grains_dem::{Motion, Skin, Surface};
+use grains_geometry::{SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
+use std::sync::Arc;
+
+const GRIDS: [[usize; 3]; 6] = [[2, 1, 1], [1, 3, 1], [2, 2, 1], [1, 1, 4], [2, 2, 2], [4, 1, 2]];
+
+fn assert_same(a: &State, b: &State, what: &str) {
+    assert_eq!(a.len(), b.len(), "{what}: number of particles");
+    for (p, q) in a.iter().zip(b) {
+        assert_eq!(p.0, q.0, "{what}: identities");
+        let first = (0..p.1.len().max(q.1.len())).find(|&k| p.1.get(k) != q.1.get(k));
+        assert_eq!(first, None, "{what}: particle {} differs first in word {first:?} of {} and {}", p.0, p.1.len(), q.1.len());
+    }
+}
+
+/// Bed of spheres of several sizes between a vibrating floor, a plane and a mesh hopper, settling.
+fn silo() -> Scene {
+    let mut setup = setup([0.04, 0.04, 0.06], [false; 3], vec![Shape::sphere(1.5e-3).unwrap()], law(true));
+    let hopper = TriMesh::from_polygons(
+        vec![
+            Vec3::new(-0.001, -0.001, 0.02),
+            Vec3::new(0.041, -0.001, 0.02),
+            Vec3::new(0.041, 0.041, 0.02),
+            Vec3::new(-0.001, 0.041, 0.02),
+            Vec3::new(0.015, 0.015, 0.004),
+            Vec3::new(0.025, 0.015, 0.004),
+            Vec3::new(0.025, 0.025, 0.004),
+            Vec3::new(0.015, 0.025, 0.004),
+        ],
+        &[vec![0, 1, 5, 4], vec![1, 2, 6, 5], vec![2, 3, 7, 6], vec![3, 0, 4, 7]],
+    )
+    .unwrap();
+    let shake = Motion::Oscillation {
+        amplitude: Vec3::new(2e-4, 1e-4, 1e-4),
+        frequency: 60.0,
+        phase: 0.3,
+        start: 0.0,
+        end: f64::INFINITY,
+    };
+    setup.walls = vec![
+        wall("hopper", Surface::Mesh(Arc::new(WallMesh::new(&hopper, SMOOTH_ANGLE).unwrap())), shake),
+        wall("floor", Surface::Plane { point: Vec3::new(0.0, 0.0, 0.002), normal: Vec3::z() }, shake),
+    ];
+    for (a, normal) in [(0, Vec3::x()), (0, -Vec3::x()), (1, Vec3::y()), (1, -Vec3::y())] {
+        let mut point = Vec3::repeat(0.0005);
+        if normal[a] < 0.0 {
+            point[a] = 0.0395;
+        }
+        setup.walls.push(wall("side", Surface::Plane { point, normal }, Motion::Fixed));
+    }
+    let particles = lattice([0.001, 0.001, 0.022], [0.039, 0.039, 0.04], 3.2e-3, 1, 1.0);
+    Scene { setup, particles }
+}
+
+/// Periodic shear of mixed cubes, cylinders, icosahedra and spheres.
+fn shear(spring: bool) -> Scene {
+    let mut setup = setup([0.03, 0.03, 0.03], [true; 3], mixed_shapes(1.4e-3), law(spring));
+    setup.rates.gravity = Vec3::new(3.0, -2.0, -9.81);
+    let mut particles = lattice([0.0; 3], [0.03; 3], 3.0e-3, 4, 2.0);
+    for p in &mut particles {
+        p.velocity.x += 100.0 * (p.position.z - 0.015);
+    }
+    Scene { setup, particles }
+}
+
+#[test]
+fn a_shaken_hopper_of_spheres_is_the_same_on_any_ranks() {
+    let scene = silo();
+    let reference = scene.run([1, 1, 1], 3000);
+    for grid in GRIDS {
+        assert_same(&reference, &scene.run(grid, 3000), &format!("grid {grid:?}"));
+    }
+}
+
+#[test]
+fn a_periodic_shear_of_mixed_shapes_is_the_same_on_any_ranks() {
+    for spring in [true, false] {
+        let scene = shear(spring);
+        let reference = scene.run([1, 1, 1], 800);
+        for grid in GRIDS {
+            assert_same(&reference, &scene.run(grid, 800), &format!("spring {spring}, grid {grid:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_restart_on_other_ranks_continues_the_very_same_run() {
+    for (scene, steps) in [(silo(), 1500), (shear(true), 400)] {
+        let reference = scene.run([2, 1, 1], 2 * steps);
+        for (first, second) in [([1, 1, 1], [2, 2, 1]), ([2, 2, 2], [1, 1, 1]), ([2, 1, 1], [1, 3, 1])] {
+            let restarted = scene.run_with_restart(first, steps + 7, second, steps - 7);
+            assert_same(&reference, &restarted, &format!("{first:?} then {second:?}"));
+        }
+    }
+}
+
+#[test]
+fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
+    for (mut scene, steps) in [(silo(), 1500), (shear(true), 400)] {
+        let reference = scene.run([2, 1, 1], steps);
+        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
+        assert_same(&reference, &scene.run([1, 1, 1], steps), "another skin");
+    }
+}

@@ -1,0 +1,205 @@
+//! One Cartesian subdomain per rank.
+
+use crate::{Direction, GlobalBox};
+use thiserror::Error;
+
+/// A box that cannot be divided as asked.
+#[derive(Debug, Error, PartialEq)]
+pub enum DecompositionError {
+    /// The product of ranks per axis is not the number of ranks.
+    #[error("domain.ranks = {ranks:?} makes {product} subdomains for {size} ranks: start mpirun with -n {product}, or change or remove domain.ranks")]
+    WrongCount {
+        /// Ranks per axis.
+        ranks: [usize; 3],
+        /// Their product.
+        product: usize,
+        /// Ranks of the job.
+        size: usize,
+    },
+    /// A subdomain is thinner than the interaction range.
+    #[error("{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter and skin): use at most {most} there (domain.ranks, or fewer ranks)")]
+    TooThin {
+        /// Axis name.
+        axis: char,
+        /// Ranks along it.
+        ranks: usize,
+        /// Width of one subdomain (m).
+        width: f64,
+        /// Interaction range (m).
+        range: f64,
+        /// Most ranks that fit.
+        most: usize,
+    },
+    /// A periodic axis is so short that a particle would meet another twice.
+    #[error("the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter and skin): a particle would meet the same neighbour twice; widen the domain along {axis}")]
+    PeriodTooShort {
+        /// Axis name.
+        axis: char,
+        /// Period (m).
+        length: f64,
+        /// Interaction range (m).
+        range: f64,
+    },
+}
+
+/// Division of the global box into equal subdomains, seen from one of them.
+#[derive(Clone, Debug)]
+pub struct Decomposition {
+    /// The whole box.
+    pub global: GlobalBox,
+    /// Ranks per axis.
+    pub ranks: [usize; 3],
+    /// Own place in the grid of ranks.
+    pub coordinates: [usize; 3],
+    /// Borders of the subdomains along each axis (m): ranks + 1 ascending numbers.
+    pub cuts: [Vec<f64>; 3],
+}
+
+impl Decomposition {
+    /// Division for rank `rank` of `ranks[0] ranks[1] ranks[2]`, numbered with x fastest.
+    ///
+    /// `range` is the largest distance (m) of the centres of interacting particles, skin included.
+    pub fn new(global: GlobalBox, ranks: [usize; 3], rank: usize, range: f64) -> Result<Self, DecompositionError> {
+        for axis in 0..3 {
+            let (length, name) = (global.length(axis), ['x', 'y', 'z'][axis]);
+            if global.periodic[axis] && length < 2.0 * range {
+                return Err(DecompositionError::PeriodTooShort { axis: name, length, range });
+            }
+            let width = length / ranks[axis] as f64;
+            if ranks[axis] > 1 && width < range {
+                let most = ((length / range) as usize).max(1);
+                return Err(DecompositionError::TooThin { axis: name, ranks: ranks[axis], width, range, most });
+            }
+        }
+        let cuts = std::array::from_fn(|a| {
+            let n = ranks[a];
+            let cut = |k: usize| global.lattice.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
+            (0..=n).map(|k| if k == n { global.upper[a] } else { cut(k) }).collect()
+        });
+        let coordinates = [rank % ranks[0], rank / ranks[0] % ranks[1], rank / (ranks[0] * ranks[1])];
+        Ok(Self { global, ranks, coordinates, cuts })
+    }
+
+    /// Lower corner of the own subdomain (m).
+    pub fn lower(&self) -> [f64; 3] {
+        std::array::from_fn(|a| self.cuts[a][self.coordinates[a]])
+    }
+
+    /// Upper corner of the own subdomain (m).
+    pub fn upper(&self) -> [f64; 3] {
+        std::array::from_fn(|a| self.cuts[a][self.coordinates[a] + 1])
+    }
+
+    /// Place in the grid of ranks that owns a position inside the box.
+    pub fn owner_coordinates(&self, position: [f64; 3]) -> [usize; 3] {
+        std::array::from_fn(|a| {
+            let inner = &self.cuts[a][1..self.ranks[a]];
+            inner.partition_point(|&cut| cut <= position[a])
+        })
+    }
+
+    /// Rank at a place in the grid, x fastest.
+    pub fn rank_at(&self, coordinates: [usize; 3]) -> usize {
+        (coordinates[2] * self.ranks[1] + coordinates[1]) * self.ranks[0] + coordinates[0]
+    }
+
+    /// Rank that owns a position inside the box.
+    pub fn owner(&self, position: [f64; 3]) -> usize {
+        self.rank_at(self.owner_coordinates(position))
+    }
+
+    /// Rank of the neighbour in a direction and the shift (m) that brings a particle into its frame.
+    ///
+    /// `None` beyond a face that is not periodic. The neighbour may be the own rank.
+    pub fn neighbour(&self, direction: Direction) -> Option<(usize, [f64; 3])> {
+        let mut place = self.coordinates;
+        let mut shift = [0.0; 3];
+        for a in 0..3 {
+            let (n, at) = (self.ranks[a] as isize, self.coordinates[a] as isize + direction.0[a] as isize);
+            if at < 0 || at >= n {
+                if !self.global.periodic[a] {
+                    return None;
+                }
+                shift[a] = if at < 0 { self.global.length(a) } else { -self.global.length(a) };
+            }
+            place[a] = at.rem_euclid(n) as usize;
+        }
+        Some((self.rank_at(place), shift))
+    }
+}
+
+/// Ranks per axis for `size` ranks: least surface between subdomains, none thinner than `range` if that
+/// can be had, and the axis along which particles pile up (`gravity`) cut last.
+pub fn choose_ranks(global: &GlobalBox, size: usize, range: f64, gravity: [f64; 3]) -> [usize; 3] {
+    let length: [f64; 3] = std::array::from_fn(|a| global.length(a));
+    let strongest = gravity.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+    let mut best = ([size, 1, 1], f64::INFINITY);
+    for px in (1..=size).filter(|p| size % p == 0) {
+        for py in (1..=size / px).filter(|p| (size / px) % p == 0) {
+            let ranks = [px, py, size / px / py];
+            let mut cost = 0.0;
+            for a in 0..3 {
+                let area = length[(a + 1) % 3] * length[(a + 2) % 3];
+                let piles_up = strongest > 0.0 && gravity[a].abs() > 0.5 * strongest;
+                let faces = (ranks[a] - 1) as f64 * if piles_up { 100.0 } else { 1.0 };
+                let too_thin = ranks[a] > 1 && length[a] / (ranks[a] as f64) < 2.0 * range;
+                cost += faces * area * if too_thin { 1e6 } else { 1.0 };
+            }
+            if cost < best.1 {
+                best = (ranks, cost);
+            }
+        }
+    }
+    best.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit_box(periodic: bool) -> GlobalBox {
+        GlobalBox::new([0.0; 3], [1.0, 2.0, 4.0], [periodic; 3])
+    }
+
+    #[test]
+    fn every_position_has_one_owner_also_on_a_cut() {
+        let d = Decomposition::new(unit_box(false), [3, 2, 1], 0, 0.1).unwrap();
+        for rank in 0..6 {
+            let own = Decomposition::new(unit_box(false), [3, 2, 1], rank, 0.1).unwrap();
+            let (lower, upper) = (own.lower(), own.upper());
+            assert_eq!(d.owner(lower), rank);
+            let inside = std::array::from_fn(|a| 0.5 * (lower[a] + upper[a]));
+            assert_eq!(d.owner(inside), rank);
+        }
+    }
+
+    #[test]
+    fn neighbours_are_mutual_and_their_shifts_opposite() {
+        for rank in 0..6 {
+            let own = Decomposition::new(unit_box(true), [3, 2, 1], rank, 0.1).unwrap();
+            for direction in Direction::all() {
+                let (other, shift) = own.neighbour(direction).unwrap();
+                let back = Decomposition::new(unit_box(true), [3, 2, 1], other, 0.1).unwrap();
+                assert_eq!(back.neighbour(direction.opposite()), Some((rank, shift.map(|s| -s))));
+            }
+        }
+        let closed = Decomposition::new(unit_box(false), [3, 2, 1], 0, 0.1).unwrap();
+        assert_eq!(closed.neighbour(Direction([-1, 0, 0])), None);
+    }
+
+    #[test]
+    fn thin_subdomains_and_short_periods_are_refused_with_the_remedy() {
+        let thin = Decomposition::new(unit_box(false), [4, 1, 1], 0, 0.3).unwrap_err();
+        assert!(thin.to_string().contains("at most 3"), "{thin}");
+        let short = Decomposition::new(unit_box(true), [1, 1, 1], 0, 0.6).unwrap_err();
+        assert!(short.to_string().contains("widen the domain along x"), "{short}");
+    }
+
+    #[test]
+    fn the_axis_of_gravity_is_cut_last() {
+        assert_eq!(choose_ranks(&unit_box(false), 2, 0.1, [0.0, 0.0, -9.81]), [1, 2, 1]);
+        assert_eq!(choose_ranks(&unit_box(false), 2, 0.1, [0.0; 3]), [1, 1, 2]);
+        let thin = GlobalBox::new([0.0; 3], [0.1, 0.1, 4.0], [false; 3]);
+        assert_eq!(choose_ranks(&thin, 4, 0.1, [0.0, 0.0, -9.81]), [1, 1, 4]);
+    }
+}

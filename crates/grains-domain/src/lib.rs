@@ -1,0 +1,20 @@
+//! The global box, its Cartesian decomposition over ranks, the cell grid of one subdomain, and the
+//! routing of particles to the 26 neighbours (Rakotonirina 2016, ch. 5, section 3).
+//!
+//! **Exact positions.** Every coordinate is a multiple of a power of two, the [`Lattice`] spacing, about
+//! the resolution of f64 at the far end of the box. Adding a period and subtracting two coordinates are
+//! then exact, so a pair has bit for bit the same separation on both sides of a border and in every
+//! periodic image. The same rounding applied to forces makes their sums exact and so independent of
+//! their order: this is what makes a state the same on any number of ranks.
+
+mod cells;
+mod decomposition;
+mod direction;
+mod lattice;
+mod transport;
+
+pub use cells::{CellGrid, CellTag};
+pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
+pub use direction::Direction;
+pub use lattice::{GlobalBox, Lattice};
+pub use transport::{SerialTransport, Transport};

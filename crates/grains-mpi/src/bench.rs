@@ -1,0 +1,58 @@
+//! `grains-mpi bench`: time per particle and step, without output.
+
+use crate::population::Population;
+use crate::run::RunError;
+use crate::system;
+use grains_case::Case;
+use grains_comm::{MpiTransport, exit};
+use grains_dem::{Clock, Dem, Failure, Phase};
+use grains_domain::Transport;
+use std::time::Instant;
+
+/// Runs `warm` steps and then `segments` times `steps` steps, and prints what each took.
+///
+/// # Errors
+/// As for a run.
+pub fn time(case: &Case, transport: &MpiTransport, warm: u64, steps: u64, segments: u64) -> Result<(), RunError> {
+    let setup = system::build(case, transport.size()).map_err(RunError::case)?.setup;
+    let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
+    let mut population = Population::new(case).map_err(RunError::case)?;
+    population.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+    let failed = |failure: Failure| RunError {
+        code: exit::UNSTABLE,
+        message: if let Failure::Here(error) = failure { error.to_string() } else { String::new() },
+    };
+    for _ in 0..warm {
+        dem.step(transport).map_err(failed)?;
+    }
+    let particles = dem.totals(transport).particles as f64;
+    for _ in 0..segments {
+        dem.clock = Clock::default();
+        let rebuilds = dem.report.rebuilds;
+        let begun = Instant::now();
+        for _ in 0..steps {
+            dem.step(transport).map_err(failed)?;
+        }
+        let mut seconds = [begun.elapsed().as_secs_f64()];
+        transport.max(&mut seconds);
+        let per = |s: f64| 1e6 * s / steps as f64 / particles;
+        if transport.rank() == 0 {
+            let ([spheres, bodies, walls], clones) = dem.list_sizes();
+            println!(
+                "us_per_particle_step {:.5} particles {particles} rebuilds {} pairs {spheres} {bodies} {walls} clones {clones}",
+                per(seconds[0]), dem.report.rebuilds - rebuilds
+            );
+            for (k, (_, name)) in Phase::ALL.iter().enumerate() {
+                print!("  {name} {:.5}", per(dem.clock.seconds()[k]));
+            }
+            println!();
+        }
+    }
+    let (neighbours, walls) = dem.coordination();
+    let mut counts = [neighbours.iter().map(|&c| u64::from(c)).sum::<u64>(), walls.iter().map(|&c| u64::from(c)).sum()];
+    transport.sum_counts(&mut counts);
+    if transport.rank() == 0 {
+        println!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! `grains-mpi check`: what a case is and what it will cost, before it runs.
+
+use crate::population::Population;
+use crate::system::{self, System};
+use crate::timestep::Encounter;
+use grains_case::{Case, TimeStep};
+use grains_domain::Decomposition;
+use std::fmt::Write;
+
+/// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
+const COST: [f64; 2] = [1.2e-7, 1.0e-6];
+
+/// Bytes per particle of all arrays and lists, for spheres and for other shapes.
+const MEMORY: [f64; 2] = [800.0, 5000.0];
+
+/// Explains a case for a number of ranks.
+///
+/// # Errors
+/// Whatever would stop the run before its first step.
+pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
+    let System { setup, step } = system::build(case, ranks)?;
+    let population = Population::new(case)?;
+    let range = 2.0 * setup.largest_radius * (1.0 + setup.skin.most);
+    let size: usize = setup.ranks.iter().product();
+    if size != ranks && case.domain.ranks.is_none() {
+        return Err(format!("no decomposition for {ranks} ranks"));
+    }
+    let decomposition =
+        Decomposition::new(setup.global.clone(), setup.ranks, 0, range).map_err(|e| e.to_string())?;
+    let mut text = String::new();
+    let out = &mut text;
+    let count = population.total() as f64;
+    let kind = usize::from(!setup.catalogue.all_spheres());
+    let _ = writeln!(out, "case           {}", case.name);
+    let _ = writeln!(out, "particles      {} in {} insertion(s)", population.total(), case.inserts.len());
+    let _ = writeln!(out, "mass           {:.6} kg", population.mass(case, &setup.catalogue));
+    for shape in &setup.catalogue.shapes {
+        let _ = writeln!(
+            out,
+            "  shape        {}: volume {:.4e} m3, equivalent diameter {:.4e} m, bounding radius {:.4e} m, crust {:.2e} m",
+            shape.name, shape.volume, shape.sphere_equivalent_diameter(), shape.bounding_radius, shape.parts[0].crust
+        );
+    }
+    for wall in &setup.walls {
+        for surface in &wall.surfaces {
+            if let grains_dem::Surface::Mesh(mesh) = surface {
+                let report = &mesh.report().mesh;
+                let _ = writeln!(
+                    out,
+                    "  wall         {}: {} triangles, {} open edges, {} non-manifold edges, smallest triangle {:.2e} m2",
+                    wall.name, mesh.mesh().triangles.len(), report.open_edges, report.non_manifold_edges, report.smallest_area
+                );
+            }
+        }
+    }
+    let [px, py, pz] = setup.ranks;
+    let (lower, upper) = (decomposition.lower(), decomposition.upper());
+    let _ = writeln!(
+        out,
+        "decomposition  {px} x {py} x {pz} ranks, each {:.4e} x {:.4e} x {:.4e} m; interaction range {range:.4e} m",
+        upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]
+    );
+    let _ = writeln!(out, "memory         about {:.0} MB in all, {:.0} MB per rank", 30.0 * size as f64 + count * MEMORY[kind] / 1e6, 30.0 + count * MEMORY[kind] / 1e6 / size as f64);
+    let _ = writeln!(out, "\ncollisions at {} m/s (time.impact_speed), lightest bodies of each pair:", case.time.impact_speed);
+    let _ = writeln!(
+        out,
+        "  {:<24} {:>6} {:>11} {:>11} {:>11} {:>11} {:>9} {:>8}",
+        "pair", "e_n", "m_ij (kg)", "gamma (1/s)", "T_c (s)", "d_max (m)", "d_max/R", "T_c/dt"
+    );
+    for encounter in &step.encounters {
+        let _ = writeln!(out, "  {}", row(encounter, case.time.impact_speed, step.dt));
+    }
+    let deepest = step.encounters.iter().map(|e| e.collision.largest_overlap(case.time.impact_speed) / e.radius).fold(0.0, f64::max);
+    if deepest > case.limits.overlap {
+        let _ = writeln!(
+            out,
+            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise normal_stiffness by {:.1} times",
+            100.0 * deepest, 100.0 * case.limits.overlap, (deepest / case.limits.overlap).powi(2)
+        );
+    }
+    let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
+    let _ = writeln!(out, "\ntime step      {:e} s ({chosen}); T_c/dt = {:.2}", step.dt, step.steps_per_contact());
+    let _ = writeln!(out, "  recommended  {:.3e} s: {}", step.recommended, step.reason);
+    if let Some(warning) = &step.warning {
+        let _ = writeln!(out, "warning: {warning}");
+    }
+    let steps = case.time.end / step.dt;
+    let seconds = steps * count * COST[kind] / size as f64;
+    let _ = writeln!(out, "steps          {steps:.3e} to t = {} s", case.time.end);
+    let _ = writeln!(out, "time needed    about {} on {size} rank(s), at {:.2} microseconds per particle and step and core", duration(seconds), 1e6 * COST[kind]);
+    let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
+    let _ = writeln!(out, "disk           about {:.0} MB in {} ({snapshots:.0} snapshots)", snapshots * count * 200.0 / 1e6, case.output.directory.display());
+    Ok(text)
+}
+
+fn row(e: &Encounter, impact_speed: f64, dt: f64) -> String {
+    let deepest = e.collision.largest_overlap(impact_speed);
+    let pair = format!("{} - {}{}", e.materials[0], e.materials[1], if e.is_wall { " (wall)" } else { "" });
+    format!(
+        "{pair:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+        e.restitution,
+        e.collision.reduced_mass,
+        e.collision.damping_rate,
+        e.shortest_contact,
+        deepest,
+        deepest / e.radius,
+        e.shortest_contact / dt
+    )
+}
+
+/// A duration in the unit a person would use.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.1} days", s / 86_400.0),
+    }
+}

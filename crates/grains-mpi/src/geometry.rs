@@ -1,0 +1,122 @@
+//! Shapes of particles and surfaces of walls, from their description in the case.
+
+use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, WallKind};
+use grains_dem::Surface;
+use grains_geometry::{Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh, read_mesh};
+use nalgebra::Rotation3;
+use std::sync::Arc;
+
+/// Corners of the box around a finite wall (m).
+pub type Extents = (Vec3, Vec3);
+
+/// Crust over inscribed radius where the case does not say.
+const CRUST: f64 = 0.02;
+
+/// Builds a particle shape.
+///
+/// # Errors
+/// What makes the shape impossible, naming it.
+pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
+    let crust = shape.crust.unwrap_or(CRUST);
+    let built = match &shape.kind {
+        ShapeKind::Sphere { radius } => Shape::sphere(*radius),
+        ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
+        ShapeKind::Cylinder { radius, height } => Shape::cylinder(*radius, *height, crust),
+        ShapeKind::Regular { solid, circumradius } => Shape::regular(regular(*solid), *circumradius, crust),
+        ShapeKind::Hull { vertices } => {
+            let vertices: Vec<Vec3> = vertices.iter().map(|v| Vec3::from(*v)).collect();
+            Shape::hull(&vertices, crust)
+        }
+        ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
+    };
+    built.map(|s| s.named(&shape.name)).map_err(|e| format!("shape `{}`: {e}", shape.name))
+}
+
+fn regular(solid: Solid) -> RegularSolid {
+    match solid {
+        Solid::Tetrahedron => RegularSolid::Tetrahedron,
+        Solid::Cube => RegularSolid::Cube,
+        Solid::Octahedron => RegularSolid::Octahedron,
+        Solid::Dodecahedron => RegularSolid::Dodecahedron,
+        Solid::Icosahedron => RegularSolid::Icosahedron,
+    }
+}
+
+/// Builds the surfaces of a wall, and the box around them if they are finite.
+///
+/// # Errors
+/// A mesh that cannot be read or used.
+pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    Ok(match kind {
+        WallKind::Plane { point, normal } => {
+            (vec![Surface::Plane { point: Vec3::from(*point), normal: Vec3::from(*normal) }], None)
+        }
+        WallKind::Box { lower, upper, side: Side::Inside } => {
+            let corners = [Vec3::from(*lower), Vec3::from(*upper)];
+            let face = |a: usize, k: usize| {
+                let mut normal = Vec3::zeros();
+                normal[a] = if k == 0 { 1.0 } else { -1.0 };
+                Surface::Plane { point: corners[k], normal }
+            };
+            ((0..6).map(|f| face(f / 2, f % 2)).collect(), None)
+        }
+        WallKind::Box { lower, upper, side: Side::Outside } => {
+            let (lower, upper) = (Vec3::from(*lower), Vec3::from(*upper));
+            let half = (upper - lower) * 0.5;
+            let solid = Surface::Solid {
+                core: Core::Box(half),
+                rotation: Mat3::identity(),
+                center: (lower + upper) * 0.5,
+                bounding_radius: half.norm(),
+            };
+            (vec![solid], Some((lower, upper)))
+        }
+        WallKind::Cylinder { center, axis, radius, height, side, caps } => {
+            cylinder(Vec3::from(*center), Vec3::from(*axis), *radius, 0.5 * height, (*side, *caps))?
+        }
+        WallKind::Mesh { path, scale, translate } => {
+            let mesh = read_mesh(path).map_err(|e| e.to_string())?.mesh;
+            mesh_surface(&mesh.transformed(&grains_geometry::Rotation::identity(), *scale, &Vec3::from(*translate)))?
+        }
+        WallKind::Polygons { vertices, faces } => {
+            let vertices = vertices.iter().map(|v| Vec3::from(*v)).collect();
+            let faces: Vec<Vec<usize>> = faces.iter().map(|f| f.iter().map(|&v| v as usize).collect()).collect();
+            mesh_surface(&TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?)?
+        }
+    })
+}
+
+fn mesh_surface(mesh: &TriMesh) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    let extents = mesh.extents();
+    let wall = WallMesh::new(mesh, SMOOTH_ANGLE).map_err(|e| e.to_string())?;
+    Ok((vec![Surface::Mesh(Arc::new(wall))], Some(extents)))
+}
+
+fn cylinder(
+    center: Vec3,
+    axis: Vec3,
+    radius: f64,
+    half_length: f64,
+    (side, caps): (Side, bool),
+) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    let is_finite = half_length.is_finite();
+    let reach = axis.map(|n| half_length * n.abs() + radius * (1.0 - n * n).max(0.0).sqrt());
+    let extents = is_finite.then(|| (center - reach, center + reach));
+    if side == Side::Outside {
+        if !is_finite {
+            return Err("the outside of a cylinder needs a height; give `height`".into());
+        }
+        let rotation = Rotation3::rotation_between(&Vec3::z(), &axis)
+            .unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+        let core = Core::Cylinder { radius, half_height: half_length };
+        let bounding_radius = half_length.hypot(radius);
+        return Ok((vec![Surface::Solid { core, rotation: rotation.into_inner(), center, bounding_radius }], extents));
+    }
+    let mut surfaces = vec![Surface::Tube { center, axis, radius, half_length }];
+    if caps && is_finite {
+        for sign in [-1.0, 1.0] {
+            surfaces.push(Surface::Plane { point: center + axis * (sign * half_length), normal: -axis * sign });
+        }
+    }
+    Ok((surfaces, extents))
+}

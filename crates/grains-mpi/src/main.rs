@@ -1,0 +1,166 @@
+//! `mpirun -n 2 grains-mpi case.toml`: a distributed discrete-element solver for granular flow.
+
+mod bench;
+mod check;
+mod files;
+mod geometry;
+mod population;
+mod random;
+mod run;
+mod system;
+mod timestep;
+
+use clap::{Parser, Subcommand};
+use grains_case::Case;
+use grains_comm::{Job, MpiTransport, exit};
+use grains_domain::Transport;
+use run::{Run, RunError, RunOptions};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Version and git hash of the program, as every file it writes names them.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("GRAINS_GIT_HASH"), ")");
+
+#[derive(Parser)]
+#[command(version = VERSION, about, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: Option<RunArguments>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a case (the same as giving the case alone).
+    Run(RunArguments),
+    /// Explain a case: sizes, contacts, time step, memory, cost.
+    Check {
+        /// Case file (TOML).
+        case: PathBuf,
+        /// Number of ranks the run will have; that of this job by default.
+        #[arg(long)]
+        ranks: Option<usize>,
+    },
+    /// Print the JSON schema of case files.
+    Schema,
+    /// Time the step of a case: segments without output.
+    Bench {
+        /// Case file (TOML).
+        case: PathBuf,
+        /// Steps before timing.
+        #[arg(long, default_value_t = 300)]
+        warm: u64,
+        /// Steps per timed segment.
+        #[arg(long, default_value_t = 1000)]
+        steps: u64,
+        /// Timed segments.
+        #[arg(long, default_value_t = 3)]
+        segments: u64,
+    },
+}
+
+#[derive(clap::Args)]
+struct RunArguments {
+    /// Case file (TOML).
+    case: PathBuf,
+    /// Continue from a checkpoint file, or from the last valid one with `latest`.
+    #[arg(long, value_name = "FILE|latest")]
+    restart: Option<PathBuf>,
+    /// Write a checkpoint and leave after this wall-clock time (s).
+    #[arg(long, value_name = "SECONDS", default_value_t = f64::INFINITY)]
+    max_walltime: f64,
+}
+
+fn main() {
+    // Ask for nothing from MPI before the command line is known to be right.
+    let cli = Cli::parse();
+    let job = match Job::start() {
+        Ok(job) => job,
+        Err(message) => {
+            eprintln!("grains-mpi: {message}");
+            std::process::exit(exit::FILES);
+        }
+    };
+    let transport = MpiTransport::new(job.world());
+    let outcome = match cli.command.or(cli.run.map(Command::Run)) {
+        Some(command) => execute(command, &job, &transport),
+        None => Err(RunError::case("no case file given; try `grains-mpi --help`")),
+    };
+    let code = report(&transport, outcome);
+    drop(transport);
+    drop(job);
+    std::process::exit(code);
+}
+
+fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), RunError> {
+    let is_first = transport.rank() == 0;
+    match command {
+        Command::Schema => {
+            if is_first {
+                println!("{:#}", grains_case::schema());
+            }
+            Ok(())
+        }
+        Command::Check { case, ranks } => {
+            let case = load(&case, job, transport)?;
+            let text = check::explain(&case, ranks.unwrap_or(transport.size())).map_err(RunError::case)?;
+            if is_first {
+                print!("{text}");
+            }
+            Ok(())
+        }
+        Command::Bench { case, warm, steps, segments } => {
+            let case = load(&case, job, transport)?;
+            bench::time(&case, transport, warm, steps, segments)
+        }
+        Command::Run(arguments) => {
+            let case = load(&arguments.case, job, transport)?;
+            let interrupted = Arc::new(AtomicBool::new(false));
+            for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1] {
+                signal_hook::flag::register(signal, interrupted.clone()).map_err(|e| RunError::files(e.to_string()))?;
+            }
+            let options =
+                RunOptions { restart: arguments.restart, max_walltime: arguments.max_walltime, interrupted };
+            Run::prepare(&case, transport, options)?.go()
+        }
+    }
+}
+
+/// The case on every rank: rank 0 reads the text, all ranks check it alike.
+fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunError> {
+    let text = (transport.rank() == 0).then(|| {
+        std::fs::read_to_string(path)
+            .map_err(|e| format!("{}: cannot read the case file: {e}", path.display()))
+    });
+    let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
+    let base = path.parent().unwrap_or(Path::new(""));
+    let case = Case::parse(&text, &path.display().to_string(), base).map_err(|e| RunError::case(e.to_string()))?;
+    if transport.rank() == 0 {
+        case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    Ok(case)
+}
+
+/// Prints the error of the lowest rank that has one, and returns the exit code of all.
+fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
+    let (code, message) = match outcome {
+        Ok(()) => (0, String::new()),
+        Err(error) => (error.code, error.message),
+    };
+    let mut codes = [f64::from(code)];
+    transport.max(&mut codes);
+    if codes[0] == 0.0 {
+        return 0;
+    }
+    // Texts travel as numbers: this happens once, at the end.
+    let own: Vec<f64> = message.bytes().map(f64::from).chain([-1.0]).collect();
+    let all = transport.gather(&own);
+    if transport.rank() == 0 {
+        let first = all.split(|&b| b < 0.0).find(|text| !text.is_empty()).unwrap_or(&[]);
+        let text: Vec<u8> = first.iter().map(|&b| b as u8).collect();
+        eprintln!("error: {}", String::from_utf8_lossy(&text));
+    }
+    codes[0] as i32
+}

@@ -1,0 +1,370 @@
+//! The particles of a case: when, where and how they are inserted.
+
+use crate::random::Draw;
+use grains_case::{Case, Component, Insert, Orientation, ParticleColumns, Place, Scale, Window, default_spacing, lattice_sites};
+use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, wall_in_the_way};
+use grains_domain::Transport;
+use grains_geometry::{Rotation, Vec3};
+use nalgebra::{Quaternion, Unit};
+use std::f64::consts::TAU;
+
+/// What random numbers are for.
+mod purpose {
+    pub const KIND: u64 = 1;
+    pub const ORIENTATION: u64 = 2;
+    pub const NOISE: u64 = 3;
+    /// Attempts to place a particle count up from here.
+    pub const ATTEMPT: u64 = 16;
+}
+
+/// One `[[insert]]` and how far it has come.
+#[derive(Clone, Debug)]
+struct Block {
+    insert: Insert,
+    columns: Option<ParticleColumns>,
+    first_id: u64,
+    count: u64,
+    done: u64,
+    /// Step of the last batch and the first id in it.
+    last_batch: (u64, u64),
+}
+
+/// All insertions of a case.
+#[derive(Clone, Debug)]
+pub struct Population {
+    blocks: Vec<Block>,
+    seed: u64,
+}
+
+/// The particle files of a case, one entry per insertion.
+///
+/// # Errors
+/// What is wrong in a file, with its lines.
+pub fn files(case: &Case) -> Result<Vec<Option<ParticleColumns>>, String> {
+    let read = |insert: &Insert| match &insert.place {
+        Place::File { path } => {
+            let columns = if path.extension().is_some_and(|e| e == "csv") {
+                ParticleColumns::read_csv(path).map_err(|e| e.to_string())?
+            } else {
+                grains_output::read_particle_columns(path)?
+            };
+            columns.check(&path.display().to_string(), case, insert).map_err(|e| e.to_string())?;
+            Ok(Some(columns))
+        }
+        _ => Ok(None),
+    };
+    case.inserts.iter().map(read).collect()
+}
+
+/// Kind and scale of a row of a particle file; columns it lacks come from the insertion's first component.
+pub fn row_kind(
+    case: &Case,
+    catalogue: &Catalogue,
+    columns: &ParticleColumns,
+    row: usize,
+    component: &Component,
+) -> (Kind, f64) {
+    let named = |names: &Option<Vec<String>>, index: &dyn Fn(&str) -> Option<usize>, default: usize| {
+        names.as_ref().and_then(|n| index(&n[row])).unwrap_or(default)
+    };
+    let shape = named(&columns.shape, &|n| case.shape_index(n), component.shape);
+    let material = named(&columns.material, &|n| case.material_index(n), component.material);
+    let scale = match (&columns.radius, &columns.scale) {
+        (Some(radii), _) => radii[row] / catalogue.shapes[shape].bounding_radius,
+        (_, Some(scales)) => scales[row],
+        _ => component.scale.smallest(),
+    };
+    (Kind { shape: shape as u16, material: material as u16 }, scale)
+}
+
+impl Population {
+    /// Insertions of a case, none done.
+    ///
+    /// # Errors
+    /// Particle files that cannot be read.
+    pub fn new(case: &Case) -> Result<Self, String> {
+        let mut first_id = 0;
+        let mut blocks = Vec::new();
+        for (insert, columns) in case.inserts.iter().zip(files(case)?) {
+            let listed = columns.as_ref().map_or(u64::MAX, |c| c.position.len() as u64);
+            let count = insert.count.unwrap_or(u64::MAX).min(listed);
+            blocks.push(Block { insert: insert.clone(), columns, first_id, count, done: 0, last_batch: (u64::MAX, 0) });
+            first_id += count;
+        }
+        Ok(Self { blocks, seed: case.seed })
+    }
+
+    /// Particles of all insertions together.
+    pub fn total(&self) -> u64 {
+        self.blocks.iter().map(|b| b.count).sum()
+    }
+
+    /// Mass of all particles (kg), those still to come included.
+    pub fn mass(&self, case: &Case, catalogue: &Catalogue) -> f64 {
+        let of_block = |block: &Block| -> f64 {
+            (block.first_id..block.first_id + block.count)
+                .map(|id| block.kind_and_scale(id, case, self.seed, catalogue))
+                .map(|(kind, scale)| catalogue.mass(kind, scale))
+                .sum()
+        };
+        self.blocks.iter().map(of_block).sum()
+    }
+
+    /// Particles inserted so far, per insertion.
+    pub fn done(&self) -> Vec<i64> {
+        self.blocks.iter().map(|b| b.done as i64).collect()
+    }
+
+    /// Continues where a checkpoint stood.
+    pub fn restore(&mut self, done: &[i64]) {
+        for (block, &done) in self.blocks.iter_mut().zip(done) {
+            block.done = done as u64;
+        }
+    }
+
+    /// Name of the insertion a particle came from.
+    pub fn origin(&self, id: u64) -> String {
+        let block = self.blocks.iter().position(|b| id >= b.first_id && id - b.first_id < b.count);
+        block.map_or("a checkpoint".into(), |k| format!("insert[{k}] `{}`", self.blocks[k].insert.name))
+    }
+
+    /// Whether a particle came in the batch inserted at `step`.
+    pub fn is_new(&self, id: u64, step: u64) -> bool {
+        let block = self.blocks.iter().find(|b| id >= b.first_id && id - b.first_id < b.count);
+        block.is_some_and(|b| b.last_batch.0 == step && id >= b.last_batch.1)
+    }
+
+    /// Whether a particle was listed in a file: a settled state may overlap a little.
+    pub fn is_from_file(&self, id: u64) -> bool {
+        let block = self.blocks.iter().find(|b| id >= b.first_id && id - b.first_id < b.count);
+        block.is_some_and(|b| b.columns.is_some())
+    }
+
+    /// Whether every insertion is complete.
+    pub fn is_complete(&self) -> bool {
+        self.blocks.iter().all(|b| b.done == b.count)
+    }
+
+    /// Inserts what is due at the present step; returns whether anything was.
+    ///
+    /// # Errors
+    /// A particle of a first batch for which there is no room.
+    pub fn insert_due(
+        &mut self,
+        case: &Case,
+        dem: &mut Dem,
+        transport: &impl Transport,
+    ) -> Result<bool, String> {
+        let mut inserted = false;
+        for (index, block) in self.blocks.iter_mut().enumerate() {
+            let batch = block.insert.batch.unwrap_or(block.count).max(1);
+            let batches = block.done / batch;
+            let due = block.insert.start + batches as f64 * block.insert.interval;
+            if block.done == block.count || dem.step < (due / dem.setup.rates.dt).round() as u64 {
+                continue;
+            }
+            let until = ((batches + 1) * batch).min(block.count);
+            inserted |= block.insert_until(until, index, case, self.seed, dem, transport)?;
+        }
+        if inserted {
+            dem.announce_insertion();
+        }
+        Ok(inserted)
+    }
+}
+
+impl Block {
+    fn insert_until(
+        &mut self,
+        until: u64,
+        index: usize,
+        case: &Case,
+        seed: u64,
+        dem: &mut Dem,
+        transport: &impl Transport,
+    ) -> Result<bool, String> {
+        let begun_at = self.done;
+        if let Place::Window { window, attempts } = self.insert.place.clone() {
+            let mut occupancy = Occupancy::new(dem);
+            while self.done < until {
+                let id = self.first_id + self.done;
+                let new = self.particle(id, case, seed, dem);
+                match place_in_window(new, &window, attempts, seed, &occupancy, dem, transport) {
+                    Some(placed) => {
+                        if dem.owns(&placed.position) {
+                            dem.insert(&placed.record(dem));
+                        }
+                        occupancy.add(placed);
+                        self.done += 1;
+                    }
+                    // During the run the rest waits for room; at the first batch there is nothing to wait for.
+                    None if dem.step > 0 || self.insert.interval > 0.0 => break,
+                    None => {
+                        return Err(format!(
+                            "insert[{index}] `{}`: no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or insert in batches with interval > 0",
+                            self.insert.name, self.done + 1, self.count
+                        ));
+                    }
+                }
+            }
+        } else {
+            for k in self.done..until {
+                let mut new = self.particle(self.first_id + k, case, seed, dem);
+                new.position = Vec3::from(dem.setup.global.wrap(new.position.into()));
+                if !dem.setup.global.contains(new.position.into()) {
+                    return Err(format!(
+                        "insert[{index}] `{}`: particle {} at ({}, {}, {}) lies outside the domain",
+                        self.insert.name, new.id, new.position.x, new.position.y, new.position.z
+                    ));
+                }
+                if dem.owns(&new.position) {
+                    dem.insert(&new.record(dem));
+                }
+            }
+            self.done = until;
+        }
+        self.last_batch = (dem.step, self.first_id + begun_at);
+        Ok(self.done > begun_at)
+    }
+
+    fn kind_and_scale(&self, id: u64, case: &Case, seed: u64, catalogue: &Catalogue) -> (Kind, f64) {
+        let mut draw = Draw::new(seed, id, purpose::KIND);
+        let component = choose(&self.insert.particles, draw.next());
+        match &self.columns {
+            Some(columns) => row_kind(case, catalogue, columns, (id - self.first_id) as usize, component),
+            None => {
+                let kind = Kind { shape: component.shape as u16, material: component.material as u16 };
+                (kind, sample(&component.scale, &mut draw))
+            }
+        }
+    }
+
+    /// The particle of an id; in a window its position is still to be found.
+    fn particle(&self, id: u64, case: &Case, seed: u64, dem: &Dem) -> NewParticle {
+        let catalogue = &dem.setup.catalogue;
+        let insert = &self.insert;
+        let row = (id - self.first_id) as usize;
+        let (kind, scale) = self.kind_and_scale(id, case, seed, catalogue);
+        let mut new = NewParticle {
+            id,
+            kind,
+            scale,
+            position: Vec3::zeros(),
+            orientation: orientation(&insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
+            velocity: Vec3::from(insert.velocity),
+            angular_velocity: Vec3::from(insert.angular_velocity),
+        };
+        if let Some(columns) = &self.columns {
+            new.position = Vec3::from(columns.position[row]);
+            if let Some(q) = &columns.orientation {
+                new.orientation = quaternion(q[row]);
+            }
+            if let Some(v) = &columns.velocity {
+                new.velocity = Vec3::from(v[row]);
+            }
+            if let Some(w) = &columns.angular_velocity {
+                new.angular_velocity = Vec3::from(w[row]);
+            }
+        } else if let Place::Lattice { lower, upper, spacing, noise } = &insert.place {
+            let spacing = &spacing.unwrap_or_else(|| default_spacing(dem.setup.largest_radius, *noise));
+            let batch = insert.batch.unwrap_or(self.count).max(1);
+            let site = (id - self.first_id) % batch;
+            let [nx, ny, _] = lattice_sites(*lower, *upper, *spacing);
+            let place = [site % nx, site / nx % ny, site / (nx * ny)];
+            let mut draw = Draw::new(seed, id, purpose::NOISE);
+            new.position = Vec3::from_fn(|a, _| {
+                lower[a] + (place[a] as f64 + 0.5 + noise * (2.0 * draw.next() - 1.0)) * spacing
+            });
+        }
+        // The user's orientation is that of the shape as given; ours is that of its principal frame.
+        let (to_user, center) = &catalogue.shapes[kind.shape as usize].user_to_body;
+        if self.columns.is_some() {
+            new.position += new.orientation * (center * scale);
+        }
+        new.orientation *= to_user;
+        new
+    }
+}
+
+/// The component in whose share of [0, 1) a number falls.
+fn choose(components: &[Component], number: f64) -> &Component {
+    let total: f64 = components.iter().map(|c| c.share).sum();
+    let mut rest = number * total;
+    components.iter().find(|c| { rest -= c.share; rest < 0.0 }).unwrap_or(&components[components.len() - 1])
+}
+
+fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
+    match scale {
+        Scale::Constant { value } => *value,
+        Scale::Uniform { min, max } => min + (max - min) * draw.next(),
+        Scale::Normal { mean, deviation, min, max } => loop {
+            let value = mean + deviation * draw.normal();
+            if (*min..=*max).contains(&value) {
+                return value;
+            }
+        },
+        Scale::Table { values, shares } => {
+            let mut rest = draw.next() * shares.iter().sum::<f64>();
+            let found = shares.iter().position(|s| { rest -= s; rest < 0.0 });
+            values[found.unwrap_or(values.len() - 1)]
+        }
+    }
+}
+
+fn orientation(wanted: &Orientation, draw: &mut Draw) -> Rotation {
+    match wanted {
+        Orientation::Aligned => Rotation::identity(),
+        Orientation::Quaternion(q) => quaternion(*q),
+        Orientation::Random => {
+            // Uniform over all rotations (Shoemake 1992).
+            let (u, v, w) = (draw.next(), TAU * draw.next(), TAU * draw.next());
+            let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+            quaternion([a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos()])
+        }
+    }
+}
+
+fn quaternion([w, x, y, z]: [f64; 4]) -> Rotation {
+    Unit::new_normalize(Quaternion::new(w, x, y, z))
+}
+
+/// Tries places in a window until the particle fits between particles and walls, on all ranks alike.
+fn place_in_window(
+    mut new: NewParticle,
+    window: &Window,
+    attempts: u64,
+    seed: u64,
+    occupancy: &Occupancy,
+    dem: &Dem,
+    transport: &impl Transport,
+) -> Option<NewParticle> {
+    // A later batch must not repeat the attempts that found no room before.
+    let round = dem.step.wrapping_mul(attempts);
+    for attempt in 0..attempts {
+        let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + round + attempt);
+        new.position = point_in(window, &mut draw);
+        let wrapped = dem.setup.global.wrap(new.position.into());
+        new.position = Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)));
+        let is_blocked = !dem.setup.global.contains(new.position.into())
+            || occupancy.in_the_way(&new, dem, 0.0).is_some()
+            || wall_in_the_way(&new, dem, 0.0).is_some();
+        if !transport.any(is_blocked) {
+            return Some(new);
+        }
+    }
+    None
+}
+
+fn point_in(window: &Window, draw: &mut Draw) -> Vec3 {
+    match window {
+        Window::Box { lower, upper } => Vec3::from_fn(|a, _| lower[a] + (upper[a] - lower[a]) * draw.next()),
+        Window::Disc { center, normal, radius } => {
+            let normal = Vec3::from(*normal);
+            let helper = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
+            let (u, angle) = (draw.next().sqrt() * radius, TAU * draw.next());
+            let first = normal.cross(&helper).normalize();
+            Vec3::from(*center) + (first * angle.cos() + normal.cross(&first) * angle.sin()) * u
+        }
+        Window::Point { at } => Vec3::from(*at),
+    }
+}

@@ -1,0 +1,299 @@
+//! The run loop: refresh, checkpoint, contacts, output, advance.
+
+use crate::check::duration;
+use crate::files::Files;
+use crate::population::Population;
+use crate::system::{self, System};
+use grains_case::Case;
+use grains_comm::{MpiTransport, exit};
+use grains_dem::{Dem, Failure, Partner, Phase};
+use grains_domain::Transport;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// How a run is started.
+pub struct RunOptions {
+    /// Checkpoint to continue from, or `latest`.
+    pub restart: Option<PathBuf>,
+    /// Wall-clock time after which a checkpoint is written and the run leaves (s).
+    pub max_walltime: f64,
+    /// Whether a signal asked the run to leave.
+    pub interrupted: Arc<AtomicBool>,
+}
+
+/// An error that ends all ranks with one message.
+#[derive(Clone, Debug)]
+pub struct RunError {
+    /// Exit code.
+    pub code: i32,
+    /// Message; empty on ranks that did not meet the error.
+    pub message: String,
+}
+
+impl RunError {
+    /// Error in the case or command line.
+    pub fn case(message: impl Into<String>) -> Self {
+        Self { code: exit::CASE, message: message.into() }
+    }
+
+    /// Error of a file.
+    pub fn files(message: impl Into<String>) -> Self {
+        Self { code: exit::FILES, message: message.into() }
+    }
+}
+
+/// Intervals of a run in steps; 0 for never.
+struct Schedule {
+    particles: u64,
+    series: u64,
+    checkpoint: u64,
+    surfaces: u64,
+    end: u64,
+}
+
+impl Schedule {
+    fn new(case: &Case, dt: f64) -> Self {
+        let steps = |seconds: f64| if seconds > 0.0 { ((seconds / dt).round() as u64).max(1) } else { 0 };
+        let out = &case.output;
+        Self {
+            particles: steps(out.particles),
+            series: steps(out.series),
+            checkpoint: steps(out.checkpoint),
+            surfaces: steps(out.surfaces),
+            end: (case.time.end / dt).round() as u64,
+        }
+    }
+}
+
+fn is_due(step: u64, interval: u64) -> bool {
+    interval > 0 && step % interval == 0
+}
+
+/// A run in progress.
+pub struct Run<'a> {
+    case: &'a Case,
+    transport: &'a MpiTransport,
+    /// The granular phase.
+    pub dem: Dem,
+    population: Population,
+    files: Files,
+    schedule: Schedule,
+    options: RunOptions,
+    begun: Instant,
+    first_step: u64,
+    last_progress: Instant,
+}
+
+impl<'a> Run<'a> {
+    /// Prepares a run: builds the system, and fills it or takes a checkpoint.
+    ///
+    /// # Errors
+    /// Anything wrong with the case, its files or the checkpoint.
+    pub fn prepare(case: &'a Case, transport: &'a MpiTransport, options: RunOptions) -> Result<Self, RunError> {
+        let System { setup, step } = system::build(case, transport.size()).map_err(RunError::case)?;
+        let schedule = Schedule::new(case, setup.rates.dt);
+        let size = transport.size();
+        if setup.ranks.iter().product::<usize>() != size {
+            let product: usize = setup.ranks.iter().product();
+            let error = grains_domain::DecompositionError::WrongCount { ranks: setup.ranks, product, size };
+            return Err(RunError::case(error.to_string()));
+        }
+        let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
+        let mut population = Population::new(case).map_err(RunError::case)?;
+        if transport.rank() == 0 {
+            step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
+        }
+        let files = Files::open(case, transport, &options.restart, &mut dem, &mut population)?;
+        let first_step = dem.step;
+        Ok(Self {
+            case,
+            transport,
+            dem,
+            population,
+            files,
+            schedule,
+            options,
+            begun: Instant::now(),
+            first_step,
+            last_progress: Instant::now(),
+        })
+    }
+
+    /// Runs to the end, or until a signal, the walltime or the case's stop condition.
+    ///
+    /// # Errors
+    /// A state that can no longer be trusted, or a file that cannot be written.
+    pub fn go(&mut self) -> Result<(), RunError> {
+        loop {
+            self.insert()?;
+            let step = self.dem.step;
+            self.dem.refresh(self.transport).map_err(|e| self.failed(e))?;
+            if self.dem.interrupt {
+                self.checkpoint()?;
+                self.say(&format!("stopped at step {step}, t = {:.6} s: continue with --restart latest", self.dem.time()));
+                break;
+            }
+            let is_last = step >= self.schedule.end;
+            if step > self.first_step && (is_due(step, self.schedule.checkpoint) || is_last) {
+                self.checkpoint()?;
+            }
+            self.dem.add_forces();
+            let finished = self.observe(is_last)?;
+            if finished || is_last {
+                if finished && !is_last {
+                    self.say(&format!("stop condition met at t = {:.6} s", self.dem.time()));
+                }
+                break;
+            }
+            let asked = self.options.interrupted.load(Ordering::Relaxed);
+            let out_of_time = self.begun.elapsed().as_secs_f64() > self.options.max_walltime;
+            self.dem.interrupt = asked || out_of_time;
+            self.dem.advance(self.transport).map_err(|e| self.failed(e))?;
+        }
+        self.summary();
+        Ok(())
+    }
+
+    fn say(&self, text: &str) {
+        if self.transport.rank() == 0 {
+            println!("{text}");
+        }
+    }
+
+    fn failed(&self, failure: Failure) -> RunError {
+        let message = match failure {
+            Failure::Here(error) => format!("step {} (t = {:.6e} s): {error}", self.dem.step, self.dem.time()),
+            Failure::Elsewhere => String::new(),
+        };
+        RunError { code: exit::UNSTABLE, message }
+    }
+
+    fn insert(&mut self) -> Result<(), RunError> {
+        let inserted = self.population.insert_due(self.case, &mut self.dem, self.transport).map_err(RunError::case)?;
+        if !inserted {
+            return Ok(());
+        }
+        self.dem.refresh(self.transport).map_err(|e| self.failed(e))?;
+        let mut worst: Option<(f64, String)> = None;
+        let dem = &self.dem;
+        let is_new = |id: u64| self.population.is_new(id, dem.step);
+        dem.for_each_contact(|touch| {
+            let id = dem.particles.ids[touch.particle];
+            let other_id = match touch.other {
+                Partner::Particle(j) => Some(dem.particles.ids[j]),
+                Partner::Wall(_) => None,
+            };
+            let listed = is_new(id) || other_id.is_some_and(is_new);
+            let allowed = if self.population.is_from_file(id) { dem.setup.overlap_limit } else { 1e-9 };
+            let ratio = touch.overlap / touch.radius;
+            if listed && ratio > allowed && worst.as_ref().is_none_or(|(w, _)| ratio > *w) {
+                let other = match (touch.other, other_id) {
+                    (Partner::Wall(w), _) => format!("wall `{}`", dem.setup.walls[w].name),
+                    (_, other) => format!("particle {} of {}", other.unwrap_or(0), self.population.origin(other.unwrap_or(0))),
+                };
+                let x = dem.particles.bodies[touch.particle].position;
+                worst = Some((ratio, format!(
+                    "{}: particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: move the insertion region away, or raise `spacing` or lower `noise`",
+                    self.population.origin(id), x.x, x.y, x.z, touch.overlap, 100.0 * ratio
+                )));
+            }
+        });
+        match (self.transport.any(worst.is_some()), worst) {
+            (false, _) => Ok(()),
+            (true, worst) => Err(RunError::case(worst.map_or(String::new(), |w| w.1))),
+        }
+    }
+
+    fn checkpoint(&mut self) -> Result<(), RunError> {
+        self.dem.clock.start();
+        self.files.checkpoint(&mut self.dem, &self.population, self.transport)?;
+        self.dem.clock.charge(Phase::Output);
+        Ok(())
+    }
+
+    /// Writes what is due; returns whether the case's stop condition holds.
+    fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
+        let step = self.dem.step;
+        let wants = |interval| is_due(step, interval) || is_last;
+        let (row, snapshot, surfaces) = (
+            wants(self.schedule.series),
+            wants(self.schedule.particles),
+            is_due(step, self.schedule.surfaces),
+        );
+        if !(row || snapshot || surfaces) {
+            return Ok(false);
+        }
+        self.dem.clock.start();
+        self.dem.check_ledger(self.transport).map_err(|e| self.failed(Failure::Here(e)))?;
+        if snapshot && self.case.output.particles > 0.0 {
+            self.files.snapshot(&self.dem, self.transport)?;
+        }
+        if surfaces {
+            self.files.surfaces(&self.dem, self.transport)?;
+        }
+        let mut finished = false;
+        if row {
+            finished = self.row(is_last)?;
+        }
+        self.dem.clock.charge(Phase::Output);
+        Ok(finished)
+    }
+
+    fn row(&mut self, is_last: bool) -> Result<bool, RunError> {
+        let values = self.files.row(&mut self.dem, self.transport)?;
+        let stop = &self.case.stop;
+        let all_in = self.population.is_complete();
+        let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 as u64 >= self.population.total());
+        let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
+        let finished = all_in && self.dem.time() >= stop.after && (passed || settled);
+        // In a log file one line every ten seconds is enough; the CSV has them all.
+        if self.last_progress.elapsed().as_secs_f64() > 10.0 || is_last || finished || self.dem.step == self.first_step {
+            self.last_progress = Instant::now();
+            let done = self.dem.step - self.first_step;
+            let elapsed = self.begun.elapsed().as_secs_f64();
+            let left = if done > 0 {
+                duration(elapsed / done as f64 * (self.schedule.end - self.dem.step) as f64)
+            } else {
+                "-".into()
+            };
+            self.say(&format!(
+                "step {:>9}  t {:>10.5} s  particles {:>8}  contacts {:>8}  overlap {:>6.3} %  kinetic {:.3e} J  max speed {:.2} m/s  {:>7.1} steps/s  left {left}",
+                self.dem.step, self.dem.time(), values.particles, values.contacts, 100.0 * values.largest_overlap,
+                values.kinetic_energy, values.largest_speed, done as f64 / elapsed
+            ));
+        }
+        Ok(finished)
+    }
+
+    fn summary(&mut self) {
+        let elapsed = self.begun.elapsed().as_secs_f64();
+        let steps = self.dem.step - self.first_step;
+        let seconds = self.dem.clock.seconds().to_vec();
+        let all = self.transport.gather(&seconds);
+        let mut counts = [self.dem.particles.owned as u64, self.dem.ledger.inserted, self.dem.ledger.left, self.dem.report.cores_met];
+        self.transport.sum_counts(&mut counts);
+        let ranks = self.transport.size();
+        if self.transport.rank() != 0 {
+            return;
+        }
+        println!("\ntime by phase (s)          min       mean        max      share");
+        for (k, (_, name)) in Phase::ALL.iter().enumerate() {
+            let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
+            let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
+            let (least, most) = of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
+            println!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
+        }
+        let [inside, inserted, left, cores_met] = counts;
+        println!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
+        println!("lists rebuilt {} times in {steps} steps", self.dem.report.rebuilds);
+        if cores_met > 0 {
+            println!("warning: shrunken cores met {cores_met} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster");
+        }
+        if inside > 0 && steps > 0 {
+            println!("{} on {ranks} rank(s): {:.4} microseconds per particle and step", duration(elapsed), 1e6 * elapsed / steps as f64 / inside as f64);
+        }
+        println!("results in {}", self.case.output.directory.display());
+    }
+}

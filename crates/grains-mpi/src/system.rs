@@ -1,0 +1,147 @@
+//! From a checked case to a granular system.
+
+use crate::geometry::{shape, surfaces};
+use crate::timestep::{self, TimeStepChoice};
+use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
+use grains_contact::{ContactLaw, Tangential};
+use grains_dem::{Catalogue, ContactTable, DemSetup, FlowPlane, Motion, Rates, Skin, Wall};
+use grains_domain::{GlobalBox, choose_ranks};
+use grains_geometry::Vec3;
+
+/// A system ready to be filled, and how its time step was chosen.
+pub struct System {
+    /// Definition for the solver.
+    pub setup: DemSetup,
+    /// The time step and its limits.
+    pub step: TimeStepChoice,
+}
+
+/// Builds the system of a case for a number of ranks.
+///
+/// # Errors
+/// Shapes, meshes or a time step that cannot be used, naming key, value and remedy.
+pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
+    let domain = &case.domain;
+    let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
+    let catalogue = catalogue(case)?;
+    let largest_radius = largest_radius(case, &catalogue)?;
+    let step = timestep::choose(case, &catalogue)?;
+    let gravity = Vec3::from(case.gravity);
+    let skin = skin(case, largest_radius);
+    let range = 2.0 * largest_radius * (1.0 + skin.most);
+    let ranks = match domain.ranks {
+        Some(given) => given.map(|n| n as usize),
+        None => choose_ranks(&global, ranks, range, case.gravity),
+    };
+    let mut outlets = [false; 6];
+    for face in &domain.outlets {
+        outlets[2 * face.axis() + usize::from(face.is_upper())] = true;
+    }
+    let planes = case.flow_planes.iter().map(|p| FlowPlane {
+        name: p.name.clone(),
+        point: Vec3::from(p.point),
+        normal: Vec3::from(p.normal),
+    });
+    let setup = DemSetup {
+        walls: walls(case, &global)?,
+        planes: planes.collect(),
+        rates: Rates { gravity, dt: step.dt },
+        overlap_limit: case.limits.overlap,
+        global,
+        outlets,
+        ranks,
+        catalogue,
+        largest_radius,
+        skin,
+    };
+    Ok(System { setup, step })
+}
+
+/// Shapes, densities and laws of a case.
+///
+/// # Errors
+/// A shape that cannot be built.
+pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
+    let mut contacts = ContactTable::new(case.materials.len());
+    for contact in &case.contacts {
+        let tangential = match contact.tangential {
+            CaseTangential::Spring { stiffness_ratio, damping_ratio } => {
+                Tangential::Spring { stiffness_ratio, damping_ratio }
+            }
+            CaseTangential::Viscous { gamma_t } => Tangential::Viscous { rate: gamma_t },
+        };
+        let law = ContactLaw::new(contact.normal_stiffness, contact.restitution, contact.friction, tangential);
+        let law = law.with_rolling_friction(contact.rolling_friction);
+        contacts.set(contact.between[0], contact.between[1], law);
+    }
+    let shapes = case.shapes.iter().map(shape).collect::<Result<Vec<_>, _>>()?;
+    let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
+    Ok(Catalogue { shapes, densities, contacts })
+}
+
+/// Largest bounding radius any particle of the case can have (m).
+fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
+    let mut largest = 0.0_f64;
+    for component in case.inserts.iter().flat_map(|i| &i.particles) {
+        largest = largest.max(catalogue.shapes[component.shape].bounding_radius * component.scale.largest());
+    }
+    for columns in crate::population::files(case)?.iter().flatten() {
+        let smallest_shape = catalogue.shapes.iter().map(|s| s.bounding_radius).fold(0.0, f64::max);
+        let radii = columns.radius.iter().flatten().copied();
+        let scales = columns.scale.iter().flatten().map(|s| s * smallest_shape);
+        largest = radii.chain(scales).fold(largest, f64::max);
+    }
+    Ok(largest)
+}
+
+fn skin(case: &Case, largest_radius: f64) -> Skin {
+    let mut skin = Skin::default();
+    if let Some(distance) = case.neighbours.skin {
+        // The case gives the distance of two bodies; each may use up half of it.
+        skin.most = 0.5 * distance / largest_radius;
+        skin.least = skin.least.min(skin.most);
+    }
+    if let Some(steps) = case.neighbours.horizon {
+        skin.horizon = steps as f64;
+    }
+    skin
+}
+
+fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
+    let mut walls = Vec::new();
+    for (i, wall) in case.walls.iter().enumerate() {
+        let (surfaces, extents) =
+            surfaces(&wall.kind).map_err(|e| format!("wall[{i}] `{}`: {e}", wall.name))?;
+        let spans = std::array::from_fn(|a| {
+            global.periodic[a] && extents.is_some_and(|(lower, upper)| upper[a] - lower[a] >= global.length(a))
+        });
+        walls.push(Wall {
+            name: wall.name.clone(),
+            material: wall.material as u16,
+            surfaces,
+            motion: wall.motion.as_ref().map_or(Motion::Fixed, motion),
+            from: wall.from,
+            until: wall.until,
+            spans,
+        });
+    }
+    Ok(walls)
+}
+
+fn motion(motion: &CaseMotion) -> Motion {
+    match *motion {
+        CaseMotion::Translation { velocity, start, end } => {
+            Motion::Translation { velocity: Vec3::from(velocity), start, end }
+        }
+        CaseMotion::Oscillation { amplitude, frequency, phase, start, end } => {
+            Motion::Oscillation { amplitude: Vec3::from(amplitude), frequency, phase, start, end }
+        }
+        CaseMotion::Rotation { point, axis, angular_velocity, start, end } => Motion::Rotation {
+            point: Vec3::from(point),
+            axis: Vec3::from(axis),
+            rate: angular_velocity,
+            start,
+            end,
+        },
+    }
+}

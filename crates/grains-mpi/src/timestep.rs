@@ -1,0 +1,187 @@
+//! The time step: what limits it, what is recommended, and whether the case's own will do.
+
+use grains_case::{Case, TimeStep};
+use grains_contact::{CollisionEstimate, Tangential};
+use grains_dem::Catalogue;
+
+/// One collision that can happen in the case, and what it asks of the time step.
+#[derive(Clone, Debug)]
+pub struct Encounter {
+    /// Names of the two materials; the second may be a wall's.
+    pub materials: [String; 2],
+    /// Whether the second body is a wall.
+    pub is_wall: bool,
+    /// Restitution.
+    pub restitution: f64,
+    /// Smallest radius among the bodies (m).
+    pub radius: f64,
+    /// Closed form for the lightest bodies.
+    pub collision: CollisionEstimate,
+    /// Shortest contact time (s): off-centre impacts of bodies that are not spheres are shorter.
+    pub shortest_contact: f64,
+    /// Largest stable step of the explicit tangential damping (s).
+    pub tangential_limit: f64,
+}
+
+/// The chosen step and its reasons.
+#[derive(Clone, Debug)]
+pub struct TimeStepChoice {
+    /// Time step (s).
+    pub dt: f64,
+    /// Step that the case's `steps_per_contact` asks for (s).
+    pub recommended: f64,
+    /// All collisions that can happen.
+    pub encounters: Vec<Encounter>,
+    /// What decided the recommended step.
+    pub reason: String,
+    /// Warning about the step of the case.
+    pub warning: Option<String>,
+}
+
+impl TimeStepChoice {
+    /// Shortest contact time over the time step.
+    pub fn steps_per_contact(&self) -> f64 {
+        self.encounters.iter().map(|e| e.shortest_contact).fold(f64::INFINITY, f64::min) / self.dt
+    }
+}
+
+/// Lightest particle of a material: mass (kg), radius (m), and how much an off-centre hit quickens it.
+#[derive(Clone, Copy)]
+struct Lightest {
+    mass: f64,
+    radius: f64,
+    off_centre: f64,
+}
+
+/// Chooses the time step of a case.
+///
+/// # Errors
+/// A given step below 5 steps per contact, unless the case accepts it.
+pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, String> {
+    let encounters = encounters(case, catalogue)?;
+    let wanted = case.time.steps_per_contact;
+    let mut recommended = (f64::INFINITY, String::new());
+    for e in &encounters {
+        let pair = format!("{} - {}", e.materials[0], e.materials[1]);
+        let by_contact = e.shortest_contact / wanted;
+        if by_contact < recommended.0 {
+            let reason = format!("shortest contact time {:.4e} s ({pair}) over {wanted} steps", e.shortest_contact);
+            recommended = (by_contact, reason);
+        }
+        if 0.5 * e.tangential_limit < recommended.0 {
+            let reason = format!("half the stability limit {:.4e} s of tangential damping ({pair})", e.tangential_limit);
+            recommended = (0.5 * e.tangential_limit, reason);
+        }
+    }
+    let (dt, reason) = recommended;
+    let dt = if dt.is_finite() { dt } else { 1e-3 * case.time.end };
+    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
+    match case.time.dt {
+        TimeStep::Auto => choice.dt = rounded_down(dt),
+        TimeStep::Seconds(given) => {
+            choice.dt = given;
+            judge(&mut choice, case.time.accept_coarse_dt)?;
+        }
+    }
+    Ok(choice)
+}
+
+/// A step with two leading digits: easier to read, and to repeat.
+fn rounded_down(dt: f64) -> f64 {
+    let unit = 10.0_f64.powf(dt.log10().floor() - 1.0);
+    format!("{:.1e}", (dt / unit).floor() * unit).parse().unwrap_or(dt)
+}
+
+fn judge(choice: &mut TimeStepChoice, accept_coarse: bool) -> Result<(), String> {
+    let ratio = choice.steps_per_contact();
+    let remedy = format!("take \"auto\" or at most {:.2e}", rounded_down(choice.recommended));
+    let limit = choice.encounters.iter().map(|e| e.tangential_limit).fold(f64::INFINITY, f64::min);
+    if choice.dt > limit {
+        return Err(format!(
+            "time.dt = {:e}: beyond the stability limit {limit:.3e} s of the tangential damping; {remedy}",
+            choice.dt
+        ));
+    }
+    if ratio < 5.0 && !accept_coarse {
+        return Err(format!(
+            "time.dt = {:e}: only {ratio:.2} steps per contact, below 5; {remedy}, or set time.accept_coarse_dt = true",
+            choice.dt
+        ));
+    }
+    if ratio < 10.0 {
+        choice.warning = Some(format!(
+            "time.dt = {:e}: {ratio:.2} steps per contact, below the usual 10; {remedy}",
+            choice.dt
+        ));
+    }
+    Ok(())
+}
+
+fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, String> {
+    let lightest = lightest(case, catalogue)?;
+    let name = |m: usize| case.materials[m].name.clone();
+    let mut found = Vec::new();
+    for contact in &case.contacts {
+        let [a, b] = contact.between;
+        let law = catalogue.contacts.law(a as u16, b as u16);
+        let mut add = |materials: [usize; 2], body: Lightest, other: Option<Lightest>| {
+            let reduced = other.map_or(body.mass, |o| grains_contact::reduced_mass(body.mass, o.mass));
+            let off_centre = other.map_or(body.off_centre, |o| body.off_centre.max(o.off_centre));
+            let collision = CollisionEstimate::new(law, reduced);
+            // A sphere slides under 7/2 of the tangential damping: its spin helps (errata R16-21).
+            let share = if off_centre > 1.0 { 1.0 + off_centre } else { 3.5 };
+            let rate = match law.tangential {
+                Tangential::Viscous { rate } => rate,
+                Tangential::Spring { .. } => law.tangential_rate(reduced),
+            };
+            found.push(Encounter {
+                materials: materials.map(name),
+                is_wall: other.is_none(),
+                restitution: law.restitution,
+                radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
+                shortest_contact: collision.contact_time / off_centre.sqrt(),
+                tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
+                collision,
+            });
+        };
+        if let (Some(body), Some(other)) = (lightest[a], lightest[b]) {
+            add([a, b], body, Some(other));
+        }
+        let is_wall = |m: usize| case.walls.iter().any(|w| w.material == m);
+        let mut sides = vec![[a, b], [b, a]];
+        sides.dedup();
+        for [m, wall] in sides {
+            if let (Some(body), true) = (lightest[m], is_wall(wall)) {
+                add([m, wall], body, None);
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>, String> {
+    let mut lightest: Vec<Option<Lightest>> = vec![None; case.materials.len()];
+    let mut consider = |material: usize, shape: usize, scale: f64| {
+        let form = &catalogue.shapes[shape];
+        let mass = catalogue.densities[material] * form.volume * scale.powi(3);
+        if lightest[material].is_none_or(|l| mass < l.mass) {
+            // 1/m_eff = 1/m (1 + m l²/I) for a hit whose line passes at l from the centre.
+            let lever = form.bounding_radius.powi(2) - form.inscribed_radius.powi(2);
+            let off_centre = 1.0 + lever * form.volume / form.inertia.min();
+            let off_centre = if form.is_sphere() { 1.0 } else { off_centre };
+            lightest[material] = Some(Lightest { mass, radius: form.inscribed_radius * scale, off_centre });
+        }
+    };
+    let files = crate::population::files(case)?;
+    for (insert, columns) in case.inserts.iter().zip(&files) {
+        for component in &insert.particles {
+            consider(component.material, component.shape, component.scale.smallest());
+        }
+        let (Some(columns), Some(component)) = (columns, insert.particles.first()) else { continue };
+        for row in 0..columns.position.len() {
+            let (kind, scale) = crate::population::row_kind(case, catalogue, columns, row, component);
+            consider(kind.material as usize, kind.shape as usize, scale);
+        }
+    }
+    Ok(lightest)
+}
