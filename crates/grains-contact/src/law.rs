@@ -13,14 +13,25 @@ pub struct Contact {
     pub overlap: f64,
     /// Relative velocity V2 − V1 at the contact point (m/s).
     pub velocity: Vec3,
-    /// Reduced mass (kg): M1 M2/(M1+M2), or M1 against a wall.
-    pub reduced_mass: f64,
 }
 
-/// Reduced mass of a pair of bodies, M1 M2/(M1 + M2) (kg).
+/// Reduced mass of a pair of bodies, M1 M2/(M1 + M2) (kg); M1 against a wall.
 #[inline(always)]
 pub fn reduced_mass(mass_1: f64, mass_2: f64) -> f64 {
     mass_1 * mass_2 / (mass_1 + mass_2)
+}
+
+/// The coefficients of a law for one reduced mass, computed once for bodies of equal masses.
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficients {
+    stiffness: f64,
+    /// 2 γn m (N s/m).
+    dashpot: f64,
+    tangential_stiffness: f64,
+    /// 2 γt m (N s/m).
+    tangential_dashpot: f64,
+    friction: f64,
+    rolling_friction: f64,
 }
 
 /// How a contact resists sliding.
@@ -82,35 +93,57 @@ impl ContactLaw {
         }
     }
 
+    /// Coefficients of the law for a reduced mass (kg).
+    #[inline]
+    pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
+        let dashpot = 2.0 * self.damping * (self.normal_stiffness * reduced_mass).sqrt();
+        let (tangential_stiffness, tangential_dashpot) = match self.tangential {
+            Tangential::Viscous { rate } => (0.0, 2.0 * rate * reduced_mass),
+            Tangential::Spring { stiffness_ratio, damping_ratio } => {
+                (stiffness_ratio * self.normal_stiffness, damping_ratio * dashpot)
+            }
+        };
+        Coefficients {
+            stiffness: self.normal_stiffness,
+            dashpot,
+            tangential_stiffness,
+            tangential_dashpot,
+            friction: self.friction,
+            rolling_friction: self.rolling_friction,
+        }
+    }
+}
+
+impl Coefficients {
     /// Force on body 1 (N): F1 = −(kn δ + 2 γn m dδ/dt) n + Ft, with |Ft| ≤ μ kn δ.
     ///
     /// `spring` is the tangential displacement ξ (m) of the contact, zero when it begins; it is turned
     /// into the contact plane, advanced by Vrt `dt`, and shortened while the contact slides so that
-    /// kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2).
+    /// kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2). Without a
+    /// tangential stiffness the force is the memoryless one of thesis eqs 3.20-3.21 and ξ stays zero.
     #[inline(always)]
     pub fn force(&self, contact: &Contact, spring: &mut Vec3, dt: f64) -> Vec3 {
-        let Contact { normal, overlap, velocity, reduced_mass } = *contact;
+        let Contact { normal, overlap, velocity } = *contact;
         let opening = velocity.dot(&normal);
-        let elastic = self.normal_stiffness * overlap;
-        let dashpot = 2.0 * self.damping * (self.normal_stiffness * reduced_mass).sqrt();
-        let normal_force = normal * (dashpot * opening - elastic);
+        let elastic = self.stiffness * overlap;
+        let normal_force = normal * (self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic);
         let sliding = velocity - normal * opening;
+        let viscous = sliding * self.tangential_dashpot;
         let limit = self.friction * elastic;
-        let tangential_force = match self.tangential {
-            Tangential::Viscous { rate } => capped(sliding * (2.0 * rate * reduced_mass), limit).0,
-            Tangential::Spring { stiffness_ratio, damping_ratio } => {
-                let stiffness = stiffness_ratio * self.normal_stiffness;
-                let viscous = sliding * (damping_ratio * dashpot);
-                *spring += sliding * dt;
-                *spring -= normal * spring.dot(&normal);
-                let (force, slides) = capped(*spring * stiffness + viscous, limit);
-                if slides && stiffness > 0.0 {
-                    *spring = (force - viscous) / stiffness;
-                }
-                force
-            }
-        };
-        normal_force + tangential_force
+        if self.tangential_stiffness == 0.0 {
+            return normal_force + capped(viscous, limit).0;
+        }
+        let mut stretched = *spring + sliding * dt;
+        stretched -= normal * stretched.dot(&normal);
+        let (force, slides) = capped(stretched * self.tangential_stiffness + viscous, limit);
+        *spring = if slides { (force - viscous) / self.tangential_stiffness } else { stretched };
+        normal_force + force
+    }
+
+    /// Whether bodies resist rolling.
+    #[inline(always)]
+    pub fn resists_rolling(&self) -> bool {
+        self.rolling_friction > 0.0
     }
 
     /// Rolling resistance on body 1 (N m): against the relative spin ω1 − ω2, at most μr R kn δ.
@@ -119,10 +152,20 @@ impl ContactLaw {
     /// Below the cap the torque is viscous, 2 γt m R² (ω1 − ω2), so that a body at rest stays at rest.
     #[inline(always)]
     pub fn rolling_torque(&self, contact: &Contact, spin: &Vec3, arm: f64) -> Vec3 {
-        let rate = self.tangential_rate(contact.reduced_mass);
-        let viscous = -spin * (2.0 * rate * contact.reduced_mass * arm * arm);
-        capped(viscous, self.rolling_friction * arm * self.normal_stiffness * contact.overlap).0
+        let viscous = -spin * (self.tangential_dashpot * arm * arm);
+        capped(viscous, self.rolling_friction * arm * self.stiffness * contact.overlap).0
     }
+}
+
+/// Share of the step around this instant for which the bodies touch (-), from 1/2 to 3/2.
+///
+/// The dashpot force jumps when a contact begins or ends. The first and the last evaluation of a contact
+/// stand for all of it since, or until, the overlap is zero; without this the restitution would depend
+/// to first order in dt on where between two steps the bodies meet.
+#[inline(always)]
+fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
+    let way = opening.abs() * dt;
+    if overlap < way { 0.5 + overlap / way } else { 1.0 }
 }
 
 /// The vector shortened to `limit` if it is longer, and whether it was.

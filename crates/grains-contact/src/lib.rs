@@ -1,6 +1,6 @@
 //! Contact laws: forces as pure functions of the relative motion of two bodies at one contact.
 //!
-//! The same [`ContactLaw::force`] serves particle against particle, wall and mesh; a wall is a body of
+//! The same [`Coefficients::force`] serves particle against particle, wall and mesh; a wall is a body of
 //! infinite mass. Nothing here knows of cells, ranks or arrays of particles.
 //!
 //! Conventions: the normal n points from body 1 to body 2, the overlap δ is positive in contact, the
@@ -14,4 +14,4 @@ mod collision;
 mod law;
 
 pub use collision::CollisionEstimate;
-pub use law::{Contact, ContactLaw, Tangential, reduced_mass};
+pub use law::{Coefficients, Contact, ContactLaw, Tangential, reduced_mass};

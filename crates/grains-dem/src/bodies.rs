@@ -250,13 +250,13 @@ fn loads(
         normal: contact.normal,
         overlap: contact.overlap,
         velocity,
-        reduced_mass: reduced_mass(a.mass, b.mass),
     };
     let law = catalogue.contacts.law(a.kind.material, b.kind.material);
+    let law = law.coefficients(reduced_mass(a.mass, b.mass));
     let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));
     let mut torque_a = lattice.torque(&arm_a.cross(&force));
     let mut torque_b = -lattice.torque(&arm_b.cross(&force));
-    if law.rolling_friction > 0.0 {
+    if law.resists_rolling() {
         let (length_a, length_b) = (arm_a.norm(), arm_b.norm());
         let spin = a.angular_velocity - b.angular_velocity;
         let arm = length_a * length_b / (length_a + length_b);

@@ -14,13 +14,14 @@ pub(crate) struct LoadLattice {
 }
 
 impl LoadLattice {
-    /// Lattice for the stiffest contact at the overlap limit on the largest body, with a wide margin.
+    /// Lattice for the stiffest contact at the overlap limit on the largest body, with a margin
+    /// of some ten such contacts in one direction.
     ///
     /// `overlap` is the overlap limit over the radius. A lattice spacing changes a velocity by some
     /// 10⁻¹³ m/s per step, about what f64 itself does at metres per second.
     pub(crate) fn new(contacts: &ContactTable, largest_radius: f64, overlap: f64) -> Self {
         let stiffness = contacts.laws().map(|law| law.normal_stiffness).fold(f64::MIN_POSITIVE, f64::max);
-        let largest = 256.0 * stiffness * overlap * largest_radius;
+        let largest = 32.0 * stiffness * overlap * largest_radius;
         let (force, torque) = (Lattice::for_sums_below(largest), Lattice::for_sums_below(largest * largest_radius));
         Self { force, torque, largest_force: 0.25 * largest }
     }

@@ -3,7 +3,7 @@
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Body, ContactTable, Load, Particles, StepError};
-use grains_contact::{Contact, reduced_mass};
+use grains_contact::{Coefficients, Contact, reduced_mass};
 use grains_geometry::Vec3;
 
 /// A neighbour of an owned sphere and the tangential spring between them (m).
@@ -36,6 +36,7 @@ pub(crate) fn add_forces(
     let owned = particles.owned;
     let bodies = &particles.bodies[..];
     let loads = &mut particles.loads[..owned];
+    let mut known = KnownPair::default();
     for i in 0..owned {
         let body = &bodies[i];
         let mut sum = Load::default();
@@ -59,14 +60,13 @@ pub(crate) fn add_forces(
                 normal,
                 overlap,
                 velocity: (other.velocity - body.velocity) - turning.cross(&normal),
-                reduced_mass: reduced_mass(body.mass, other.mass),
             };
-            let law = contacts.law(body.kind.material, other.kind.material);
+            let law = known.of(body, other, contacts);
             let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));
             let moment = normal.cross(&force);
             let mut torque = lattice.torque(&(moment * arm));
             let mut other_torque = lattice.torque(&(moment * other_arm));
-            if law.rolling_friction > 0.0 {
+            if law.resists_rolling() {
                 let spin = body.angular_velocity - other.angular_velocity;
                 let rolling = lattice.torque(&law.rolling_torque(&contact, &spin, arm * other_arm / (arm + other_arm)));
                 torque += rolling;
@@ -87,7 +87,32 @@ pub(crate) fn add_forces(
     }
 }
 
-/// Velocity V2 − V1 of two spheres at their contact is antisymmetric; so is this message's subject.
+/// The coefficients of the last pair: bodies often come in few sizes, and a root and a division are slow.
+#[derive(Default)]
+struct KnownPair {
+    masses: (f64, f64),
+    materials: (u16, u16),
+    coefficients: Option<Coefficients>,
+}
+
+impl KnownPair {
+    #[inline(always)]
+    fn of(&mut self, body: &Body, other: &Body, contacts: &ContactTable) -> Coefficients {
+        let masses = (body.mass, other.mass);
+        let materials = (body.kind.material, other.kind.material);
+        match self.coefficients {
+            Some(known) if masses == self.masses && materials == self.materials => known,
+            _ => {
+                let law = contacts.law(materials.0, materials.1);
+                let coefficients = law.coefficients(reduced_mass(masses.0, masses.1));
+                *self = Self { masses, materials, coefficients: Some(coefficients) };
+                coefficients
+            }
+        }
+    }
+}
+
+#[cold]
 fn too_deep(tally: &Tally, id: u64, other_id: u64, overlap: f64, body: &Body, other: &Body) -> StepError {
     StepError::Overlap {
         id: id.min(other_id),

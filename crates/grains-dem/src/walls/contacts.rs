@@ -246,12 +246,11 @@ fn add_contact(
         normal,
         overlap: found.overlap,
         velocity: state.velocity_at(&point) - (body.velocity + body.angular_velocity.cross(&arm)),
-        reduced_mass: body.mass,
     };
-    let law = catalogue.contacts.law(body.kind.material, wall.material);
+    let law = catalogue.contacts.law(body.kind.material, wall.material).coefficients(body.mass);
     let force = lattice.force(&law.force(&contact, &mut pair.spring, scene.dt));
     let mut torque = lattice.torque(&arm.cross(&force));
-    if law.rolling_friction > 0.0 {
+    if law.resists_rolling() {
         let spin = body.angular_velocity - state.angular_velocity;
         torque += lattice.torque(&law.rolling_torque(&contact, &spin, arm.norm()));
     }
