@@ -27,10 +27,10 @@ pub(crate) struct PlacedPart<'a> {
 
 impl<'a> PlacedPart<'a> {
     pub(crate) fn of(shape: &'a Shape, part: u16, frame: &Mat3, scale: f64) -> Self {
-        let is_convex = shape.parts.len() == 1;
+        let is_alone = shape.parts.len() == 1;
         let part = &shape.parts[part as usize];
-        // The only part of a convex shape has the frame of its body.
-        let (rotation, offset) = if is_convex {
+        // Round bodies and boxes are centred on their principal axes; polyhedra have a box of their own.
+        let (rotation, offset) = if is_alone && !matches!(part.core, Core::Polyhedron(_)) {
             (*frame, Vec3::zeros())
         } else {
             (frame * part.rotation, frame * part.center * scale)

@@ -6,9 +6,11 @@ mod files;
 mod geometry;
 mod population;
 mod random;
+mod restart;
 mod run;
 mod system;
 mod timestep;
+mod wall_surfaces;
 
 use clap::{Parser, Subcommand};
 use grains_case::Case;

@@ -46,7 +46,8 @@ pub fn files(case: &Case) -> Result<Vec<Option<ParticleColumns>>, String> {
             let columns = if path.extension().is_some_and(|e| e == "csv") {
                 ParticleColumns::read_csv(path).map_err(|e| e.to_string())?
             } else {
-                grains_output::read_particle_columns(path)?
+                let text = grains_output::read_columns_as_csv(path).map_err(|e| e.to_string())?;
+                ParticleColumns::parse_csv(&text, &path.display().to_string()).map_err(|e| e.to_string())?
             };
             columns.check(&path.display().to_string(), case, insert).map_err(|e| e.to_string())?;
             Ok(Some(columns))

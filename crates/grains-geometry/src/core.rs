@@ -1,0 +1,314 @@
+//! The convex cores of bodies and their support mapping.
+
+use crate::{Mat3, Vec3};
+use std::sync::Arc;
+
+/// A convex core, centred on its own frame's origin, in metres at scale 1.
+#[derive(Clone, Debug)]
+pub enum Core {
+    /// The origin alone (a sphere is this with its radius for crust).
+    Point,
+    /// Axis-aligned box of the given half edges (m).
+    Box(Vec3),
+    /// Cylinder about z: radius and half height (m).
+    Cylinder {
+        /// Radius (m).
+        radius: f64,
+        /// Half of the height (m).
+        half_height: f64,
+    },
+    /// Convex hull of the given vertices (m).
+    Polyhedron(Arc<Polyhedron>),
+    /// A triangle of a wall mesh (m).
+    Triangle([Vec3; 3]),
+}
+
+impl Core {
+    /// Convex hull of `vertices` (m); points inside the hull are harmless but cost time.
+    ///
+    /// # Panics
+    /// If `vertices` is empty.
+    pub fn polyhedron(vertices: Vec<Vec3>) -> Self {
+        Self::Polyhedron(Arc::new(Polyhedron::new(vertices)))
+    }
+
+    /// Point of the core farthest along `direction`: argmax of d·x; any such point for a zero direction.
+    pub fn support(&self, direction: &Vec3) -> Vec3 {
+        match self {
+            Self::Point => Vec3::zeros(),
+            Self::Box(half) => BoxCore(*half).farthest(direction),
+            Self::Cylinder { radius, half_height } => CylinderCore { radius: *radius, half_height: *half_height }.farthest(direction),
+            Self::Polyhedron(hull) => hull.farthest(direction),
+            Self::Triangle(corners) => TriangleCore(*corners).farthest(direction),
+        }
+    }
+
+    /// Lowest and highest corner of the axis-aligned bounding box in the core's frame (m).
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Point => (Vec3::zeros(), Vec3::zeros()),
+            Self::Box(half) => (-half, *half),
+            Self::Cylinder { radius, half_height } => {
+                let half = Vec3::new(*radius, *radius, *half_height);
+                (-half, half)
+            }
+            Self::Polyhedron(hull) => bounds_of(&hull.vertices),
+            Self::Triangle(corners) => bounds_of(corners),
+        }
+    }
+
+    /// Radius of the smallest ball about the frame's origin that holds the core (m).
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Point => 0.0,
+            Self::Box(half) => half.norm(),
+            Self::Cylinder { radius, half_height } => radius.hypot(*half_height),
+            Self::Polyhedron(hull) => hull.radius,
+            Self::Triangle(corners) => radius_of(corners),
+        }
+    }
+}
+
+/// Vertices of a convex polyhedron, also laid out for a vectorised support scan.
+#[derive(Clone, Debug)]
+pub struct Polyhedron {
+    vertices: Vec<Vec3>,
+    /// x, y, z of four vertices at a time; the last group is filled up with the first vertex.
+    lanes: Vec<[[f64; LANES]; 3]>,
+    /// Largest distance of a vertex from the origin (m).
+    radius: f64,
+}
+
+const LANES: usize = 4;
+
+impl Polyhedron {
+    fn new(vertices: Vec<Vec3>) -> Self {
+        assert!(!vertices.is_empty(), "a polyhedron needs at least one vertex");
+        let lanes = vertices
+            .chunks(LANES)
+            .map(|group| {
+                std::array::from_fn(|axis| std::array::from_fn(|lane| group.get(lane).unwrap_or(&vertices[0])[axis]))
+            })
+            .collect();
+        let radius = radius_of(&vertices);
+        Self { vertices, lanes, radius }
+    }
+
+    /// The vertices, in the order given (m).
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+}
+
+/// Support mapping of one kind of core; the distance loop is compiled once for each pair of kinds.
+pub(crate) trait Support {
+    /// Whether the core has curved parts, so that its support points are not a finite set.
+    const CURVED: bool;
+
+    /// Point farthest along `direction`, which need not be of unit length.
+    fn farthest(&self, direction: &Vec3) -> Vec3;
+
+    /// Support function max d·x: what [`Support::farthest`] reaches, at less cost.
+    fn height(&self, direction: &Vec3) -> f64;
+
+    /// A length within a factor 2 of the largest distance of the core from its origin (m).
+    fn extent(&self) -> f64;
+
+    /// The cylinder, if the core is one.
+    fn cylinder(&self) -> Option<&CylinderCore> {
+        None
+    }
+}
+
+/// The origin.
+pub(crate) struct PointCore;
+
+impl Support for PointCore {
+    const CURVED: bool = false;
+
+    #[inline]
+    fn farthest(&self, _direction: &Vec3) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    #[inline]
+    fn height(&self, _direction: &Vec3) -> f64 {
+        0.0
+    }
+
+    fn extent(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Box of half edges (m).
+pub(crate) struct BoxCore(pub Vec3);
+
+impl Support for BoxCore {
+    const CURVED: bool = false;
+
+    #[inline(always)]
+    fn farthest(&self, direction: &Vec3) -> Vec3 {
+        self.0.zip_map(direction, f64::copysign)
+    }
+
+    #[inline(always)]
+    fn height(&self, direction: &Vec3) -> f64 {
+        self.0.dot(&direction.abs())
+    }
+
+    #[inline(always)]
+    fn extent(&self) -> f64 {
+        self.0.x + self.0.y + self.0.z
+    }
+}
+
+/// Cylinder about z.
+pub(crate) struct CylinderCore {
+    pub radius: f64,
+    pub half_height: f64,
+}
+
+impl Support for CylinderCore {
+    const CURVED: bool = true;
+
+    #[inline(always)]
+    fn farthest(&self, direction: &Vec3) -> Vec3 {
+        let radial = (direction.x * direction.x + direction.y * direction.y).sqrt();
+        let z = self.half_height.copysign(direction.z);
+        if radial > 0.0 {
+            let scale = self.radius / radial;
+            Vec3::new(direction.x * scale, direction.y * scale, z)
+        } else {
+            Vec3::new(self.radius, 0.0, z)
+        }
+    }
+
+    #[inline(always)]
+    fn height(&self, direction: &Vec3) -> f64 {
+        let radial = (direction.x * direction.x + direction.y * direction.y).sqrt();
+        self.radius * radial + self.half_height * direction.z.abs()
+    }
+
+    #[inline(always)]
+    fn extent(&self) -> f64 {
+        self.radius + self.half_height
+    }
+
+    #[inline(always)]
+    fn cylinder(&self) -> Option<&CylinderCore> {
+        Some(self)
+    }
+}
+
+impl Support for Polyhedron {
+    const CURVED: bool = false;
+
+    #[inline]
+    fn farthest(&self, direction: &Vec3) -> Vec3 {
+        let mut best = [f64::NEG_INFINITY; LANES];
+        let mut group = [0; LANES];
+        for (number, points) in self.lanes.iter().enumerate() {
+            let heights = heights(points, direction);
+            for lane in 0..LANES {
+                let higher = heights[lane] > best[lane];
+                best[lane] = if higher { heights[lane] } else { best[lane] };
+                group[lane] = if higher { number } else { group[lane] };
+            }
+        }
+        let pick = |i: usize, j: usize| if best[j] > best[i] { j } else { i };
+        let (low, high) = (pick(0, 1), pick(2, 3));
+        let lane = pick(low, high);
+        let [x, y, z] = &self.lanes[group[lane]];
+        Vec3::new(x[lane], y[lane], z[lane])
+    }
+
+    /// Four running maxima side by side: no branch in the scan.
+    #[inline]
+    fn height(&self, direction: &Vec3) -> f64 {
+        let mut best = [f64::NEG_INFINITY; LANES];
+        for points in &self.lanes {
+            let heights = heights(points, direction);
+            for lane in 0..LANES {
+                best[lane] = larger(heights[lane], best[lane]);
+            }
+        }
+        larger(larger(best[0], best[1]), larger(best[2], best[3]))
+    }
+
+    #[inline(always)]
+    fn extent(&self) -> f64 {
+        self.radius
+    }
+}
+
+/// d·x of four points.
+#[inline(always)]
+fn heights([x, y, z]: &[[f64; LANES]; 3], direction: &Vec3) -> [f64; LANES] {
+    std::array::from_fn(|lane| x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z)
+}
+
+/// The larger of two numbers, one machine instruction where `f64::max` must mind NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// Triangle (m).
+pub(crate) struct TriangleCore(pub [Vec3; 3]);
+
+impl Support for TriangleCore {
+    const CURVED: bool = false;
+
+    #[inline(always)]
+    fn farthest(&self, direction: &Vec3) -> Vec3 {
+        let [a, b, c] = &self.0;
+        let (ha, hb, hc) = (a.dot(direction), b.dot(direction), c.dot(direction));
+        let (first, height) = if hb > ha { (b, hb) } else { (a, ha) };
+        if hc > height { *c } else { *first }
+    }
+
+    #[inline(always)]
+    fn height(&self, direction: &Vec3) -> f64 {
+        let [a, b, c] = self.0.map(|corner| corner.dot(direction));
+        larger(larger(a, b), c)
+    }
+
+    #[inline(always)]
+    fn extent(&self) -> f64 {
+        self.0.iter().fold(0.0, |extent, corner| corner.amax().max(extent))
+    }
+}
+
+/// Placement of one core in the frame of another: x = matrix p + translation.
+///
+/// `matrix` is a rotation times a uniform scale, so bodies of one shape may differ in size.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    /// Rotation times uniform scale (-).
+    pub matrix: Mat3,
+    /// Position of the core's origin (m).
+    pub translation: Vec3,
+}
+
+impl Placement {
+    /// The placed point: matrix p + translation (m).
+    #[inline(always)]
+    pub fn apply(&self, point: &Vec3) -> Vec3 {
+        self.matrix * point + self.translation
+    }
+
+    /// The placement of the first core in the frame of the second.
+    pub fn inverse(&self) -> Self {
+        let matrix = self.matrix.transpose() / self.matrix.column(0).norm_squared();
+        Self { matrix, translation: -(matrix * self.translation) }
+    }
+}
+
+fn bounds_of(points: &[Vec3]) -> (Vec3, Vec3) {
+    points.iter().fold((points[0], points[0]), |(low, high), p| (low.inf(p), high.sup(p)))
+}
+
+fn radius_of(points: &[Vec3]) -> f64 {
+    points.iter().map(Vec3::norm).fold(0.0, f64::max)
+}

@@ -1,0 +1,179 @@
+//! Penetration depth of two meeting cores by the expanding polytope algorithm (van den Bergen 2001).
+//!
+//! The polytope is inscribed in the set B − A. Its face nearest the origin bounds the depth from below,
+//! the support plane parallel to it from above; as long as they differ the support point is added.
+//! Face distances are signed, so the origin may be outside the first polytope or on its surface, as it
+//! is for bodies that barely touch.
+
+mod polytope;
+
+use crate::gjk::{GjkError, Separation, distance, nearest_weights};
+use crate::{Core, Placement, Simplex, Vec3};
+use polytope::{Polytope, Start, start};
+
+/// How far, and which way, one core has to move to leave the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penetration {
+    /// Least translation that separates the cores (m); rounding may make it a trifle negative.
+    pub depth: f64,
+    /// Unit vector from A to B: moving B by depth · normal separates the cores (-).
+    pub normal: Vec3,
+    /// Deepest point of A in B, in the frame of A (m).
+    pub point_a: Vec3,
+    /// Deepest point of B in A, in the frame of A (m): point A − depth · normal.
+    pub point_b: Vec3,
+}
+
+/// Gap of the bounds at which the polytope is exact, relative to the size of the pair.
+const TOLERANCE: f64 = 1e-14;
+/// Gap at which a curved pair is handed over to [`polish`].
+const CURVED_TOLERANCE: f64 = 1e-6;
+/// Gap accepted when the polytope has all its vertices: bodies of revolution about one common axis
+/// have a circle of equal depths and no end.
+const CROWDED_TOLERANCE: f64 = 1e-3;
+/// Support points before the search ends.
+const MAX_VERTICES: usize = 600;
+/// Distance of the probes of [`polish`] from the surface, relative to the size of the pair.
+const PROBE: f64 = 1e-3;
+/// Projections of [`polish`]; each gains a factor of about depth over radius of curvature.
+const MAX_PROBES: usize = 20;
+
+/// The pair of cores as the set B − A.
+pub(crate) struct Difference<'a> {
+    pub a: &'a Core,
+    pub b: &'a Core,
+    pub placement: &'a Placement,
+    pub size: f64,
+}
+
+/// A point of the set B − A.
+#[derive(Clone, Copy)]
+pub(crate) struct Vertex {
+    pub a: Vec3,
+    pub w: Vec3,
+}
+
+impl<'a> Difference<'a> {
+    fn new(a: &'a Core, b: &'a Core, placement: &'a Placement) -> Self {
+        let scale = placement.matrix.column(0).norm();
+        let size = a.radius() + b.radius() * scale + placement.translation.norm();
+        Self { a, b, placement, size }
+    }
+
+    /// The point of B − A farthest along `direction`.
+    pub fn support(&self, direction: &Vec3) -> Vertex {
+        let a = self.a.support(&-direction);
+        let b = self.b.support(&self.placement.matrix.tr_mul(direction));
+        Vertex { a, w: self.placement.apply(&b) - a }
+    }
+
+    fn curved(&self) -> bool {
+        [self.a, self.b].into_iter().any(|core| matches!(core, Core::Cylinder { .. }))
+    }
+
+    fn failure(&self, gap: f64, iterations: usize) -> GjkError {
+        GjkError {
+            query: "penetration",
+            gap,
+            iterations,
+            a: Box::new(self.a.clone()),
+            b: Box::new(self.b.clone()),
+            placement: Box::new(*self.placement),
+        }
+    }
+}
+
+/// Least translation that separates core `a` from core `b`, put at `placement` in the frame of `a`.
+///
+/// To be asked when [`distance`] answers `Meeting`; `simplex` is what that query left. Exact for
+/// polyhedral cores; for cylinders exact to first order in the direction, thus in depth to rounding.
+/// Allocates.
+///
+/// # Errors
+/// [`GjkError`] if the bounds of the depth have not closed.
+pub fn penetration(a: &Core, b: &Core, placement: &Placement, simplex: &Simplex) -> Result<Penetration, GjkError> {
+    let set = Difference::new(a, b, placement);
+    let vertices = match start(&set) {
+        Start::Solid(vertices) => vertices,
+        Start::Flat(normal) => return flat(&set, normal, simplex),
+    };
+    let tolerance = if set.curved() { CURVED_TOLERANCE } else { TOLERANCE } * set.size;
+    let mut polytope = Polytope::new(vertices);
+    loop {
+        let Some(number) = polytope.nearest_face() else {
+            return Err(set.failure(f64::INFINITY, polytope.vertices.len()));
+        };
+        let face = polytope.faces[number];
+        let outward = face.normal;
+        let farthest = set.support(&outward);
+        let gap = outward.dot(&farthest.w) - face.distance;
+        // A known vertex a little above its own face is rounding.
+        let ended = gap <= tolerance
+            || polytope.vertices.len() >= MAX_VERTICES
+            || polytope.vertices.iter().any(|v| v.w == farthest.w)
+            || !polytope.expand(farthest, number, 1e-15 * set.size);
+        if !ended {
+            continue;
+        }
+        if gap > CROWDED_TOLERANCE * set.size || gap.is_nan() {
+            return Err(set.failure(gap, polytope.vertices.len()));
+        }
+        let corners = face.corners.map(|i| polytope.vertices[i]);
+        let found = exposed(corners, outward, outward.dot(&farthest.w));
+        return Ok(if set.curved() { polish(&set, found) } else { found });
+    }
+}
+
+/// The answer for the face with `corners` and outward normal: A is on the far side of it from B.
+fn exposed(corners: [Vertex; 3], outward: Vec3, depth: f64) -> Penetration {
+    let w = corners.map(|corner| corner.w);
+    let weights = nearest_weights(&w);
+    let point_a = corners.iter().zip(weights).map(|(corner, weight)| corner.a * weight).sum::<Vec3>();
+    Penetration { depth, normal: -outward, point_a, point_b: point_a + outward * depth }
+}
+
+/// Penetration of a set without volume: the cores meet in their common plane.
+fn flat(set: &Difference, normal: Vec3, simplex: &Simplex) -> Result<Penetration, GjkError> {
+    let mut simplex = *simplex;
+    if simplex.len == 0 {
+        distance(set.a, set.b, set.placement, f64::INFINITY, &mut simplex)?;
+    }
+    let len = simplex.len as usize;
+    let point_a = match (set.a, len) {
+        // Queries with a point core need no simplex.
+        (Core::Point, 0) => Vec3::zeros(),
+        (_, 0) => set.placement.translation,
+        _ => {
+            let w: Vec<Vec3> = (0..len).map(|i| set.placement.apply(&simplex.b[i]) - simplex.a[i]).collect();
+            let weights = nearest_weights(&w);
+            (0..len).map(|i| simplex.a[i] * weights[i]).sum()
+        }
+    };
+    let normal = if normal.dot(&set.placement.translation) < 0.0 { -normal } else { normal };
+    let depth = -normal.dot(&set.support(&-normal).w);
+    Ok(Penetration { depth, normal, point_a, point_b: point_a - normal * depth })
+}
+
+/// Moves to the nearby least depth on a curved surface: B is moved out a little farther than it has to
+/// be and the normal of the distance taken for the next direction.
+fn polish(set: &Difference, mut best: Penetration) -> Penetration {
+    let mut simplex = Simplex::default();
+    for _ in 0..MAX_PROBES {
+        let shift = best.normal * (best.depth + PROBE * set.size);
+        let moved = Placement { matrix: set.placement.matrix, translation: set.placement.translation + shift };
+        let Ok(Separation::Apart { normal, point_a, .. }) = distance(set.a, set.b, &moved, f64::INFINITY, &mut simplex)
+        else {
+            break;
+        };
+        let depth = -normal.dot(&set.support(&-normal).w);
+        if depth >= best.depth {
+            break;
+        }
+        let settled = best.depth - depth <= TOLERANCE * set.size;
+        best = Penetration { depth, normal, point_a, point_b: point_a - normal * depth };
+        if settled {
+            break;
+        }
+    }
+    best
+}

@@ -1,0 +1,167 @@
+//! The growing polytope: a closed surface of triangles around points of the set B − A.
+
+use super::{Difference, Vertex};
+use crate::Vec3;
+
+/// Thickness of a set, relative to its size, below which it has no volume.
+const FLAT: f64 = 1e-12;
+/// Sine of the angle at its first corner below which a face is a sliver without a normal.
+const SLIVER: f64 = 1e-12;
+
+/// A triangle of the surface, counter-clockwise seen from outside.
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    pub corners: [usize; 3],
+    /// The faces across the edges from corner i to corner i + 1.
+    neighbours: [usize; 3],
+    /// Outward unit normal; zero for a sliver.
+    pub normal: Vec3,
+    /// Signed distance of its plane from the origin (m); infinite for a sliver, which is never nearest.
+    pub distance: f64,
+    /// False once the face is under the surface.
+    exposed: bool,
+}
+
+impl Face {
+    /// Slivers hide nothing: they go with the faces next to them.
+    fn visible_from(&self, point: &Vec3, margin: f64) -> bool {
+        self.distance == f64::INFINITY || self.normal.dot(point) - self.distance > margin
+    }
+}
+
+/// Edge of the hole where a vertex is added, and the face outside it.
+struct Rim {
+    from: usize,
+    to: usize,
+    outside: usize,
+}
+
+/// Vertices and faces.
+pub(super) struct Polytope {
+    pub vertices: Vec<Vertex>,
+    pub faces: Vec<Face>,
+}
+
+impl Polytope {
+    /// The tetrahedron of four points, of any orientation.
+    pub fn new([p, q, r, s]: [Vertex; 4]) -> Self {
+        let outside = (q.w - p.w).cross(&(r.w - p.w)).dot(&(s.w - p.w)) > 0.0;
+        let (q, r) = if outside { (r, q) } else { (q, r) };
+        let mut polytope = Self { vertices: vec![p, q, r, s], faces: Vec::new() };
+        let faces = [([0, 1, 2], [1, 2, 3]), ([0, 3, 1], [3, 2, 0]), ([1, 3, 2], [1, 3, 0]), ([2, 3, 0], [2, 1, 0])];
+        for (corners, neighbours) in faces {
+            polytope.faces.push(polytope.face(corners, neighbours));
+        }
+        polytope
+    }
+
+    /// Number of the first of the exposed faces of least distance.
+    pub fn nearest_face(&self) -> Option<usize> {
+        let mut best = None;
+        let mut least = f64::INFINITY;
+        for (number, face) in self.faces.iter().enumerate() {
+            if face.exposed && face.distance < least {
+                (best, least) = (Some(number), face.distance);
+            }
+        }
+        best
+    }
+
+    /// Replaces the faces that `vertex` is above, from `seen` on, by a fan around it.
+    ///
+    /// Heights up to `margin` (m) are rounding. False if the hole is not bounded by one ring.
+    pub fn expand(&mut self, vertex: Vertex, seen: usize, margin: f64) -> bool {
+        let apex = self.vertices.len();
+        self.vertices.push(vertex);
+        let ring = self.dig(&vertex.w, seen, margin);
+        let first = self.faces.len();
+        for rim in &ring {
+            let next = ring.iter().position(|other| other.from == rim.to);
+            let last = ring.iter().position(|other| other.to == rim.from);
+            let (Some(next), Some(last)) = (next, last) else { return false };
+            let number = self.faces.len();
+            self.faces.push(self.face([rim.from, rim.to, apex], [rim.outside, first + next, first + last]));
+            let outside = &mut self.faces[rim.outside];
+            for i in 0..3 {
+                if outside.corners[i] == rim.to && outside.corners[(i + 1) % 3] == rim.from {
+                    outside.neighbours[i] = number;
+                }
+            }
+        }
+        !ring.is_empty()
+    }
+
+    /// Takes away the faces visible from `point` that are connected to `seen`; returns the rim.
+    fn dig(&mut self, point: &Vec3, seen: usize, margin: f64) -> Vec<Rim> {
+        let mut ring = Vec::new();
+        let mut hole = vec![seen];
+        self.faces[seen].exposed = false;
+        while let Some(number) = hole.pop() {
+            let Face { corners, neighbours, .. } = self.faces[number];
+            for (i, outside) in neighbours.into_iter().enumerate() {
+                let face = &mut self.faces[outside];
+                if face.exposed && face.visible_from(point, margin) {
+                    face.exposed = false;
+                    hole.push(outside);
+                } else if face.exposed {
+                    ring.push(Rim { from: corners[i], to: corners[(i + 1) % 3], outside });
+                }
+            }
+        }
+        ring
+    }
+
+    fn face(&self, corners: [usize; 3], neighbours: [usize; 3]) -> Face {
+        let [p, q, r] = corners.map(|i| self.vertices[i].w);
+        let normal = (q - p).cross(&(r - p));
+        let (normal, distance) = match normal.try_normalize(SLIVER * (q - p).norm() * (r - p).norm()) {
+            Some(normal) => (normal, normal.dot(&p)),
+            None => (Vec3::zeros(), f64::INFINITY),
+        };
+        Face { corners, neighbours, normal, distance, exposed: true }
+    }
+}
+
+/// What the set offers for a first polytope.
+pub(super) enum Start {
+    /// Four points well apart.
+    Solid([Vertex; 4]),
+    /// The set lies in a plane of this unit normal.
+    Flat(Vec3),
+}
+
+/// Grows point, line, plane and solid, each by the support points farthest from what there is.
+pub(super) fn start(set: &Difference) -> Start {
+    let thin = FLAT * set.size;
+    let both = |direction: &Vec3| [set.support(direction), set.support(&-direction)];
+    let (p, q) = (0..3)
+        .map(|axis| both(&Vec3::ith(axis, 1.0)))
+        .map(|[p, q]| (p, q))
+        .reduce(|best, pair| if length(&pair) > length(&best) { pair } else { best })
+        .unwrap_or_else(|| (set.support(&Vec3::x()), set.support(&-Vec3::x())));
+    if length(&(p, q)) <= thin {
+        let normal = set.placement.translation.try_normalize(0.0).unwrap_or_else(Vec3::z);
+        return Start::Flat(normal);
+    }
+    let line = (q.w - p.w).normalize();
+    let aside = line.cross(&Vec3::ith(line.iamin(), 1.0)).normalize();
+    let above = line.cross(&aside);
+    let off_line = |v: &Vertex| (v.w - p.w).cross(&line).norm();
+    let r = farthest([both(&aside), both(&above)].concat(), off_line);
+    if off_line(&r) <= thin {
+        return Start::Flat(aside);
+    }
+    let normal = line.cross(&(r.w - p.w)).normalize();
+    let off_plane = |v: &Vertex| (v.w - p.w).dot(&normal).abs();
+    let s = farthest(both(&normal).to_vec(), off_plane);
+    if off_plane(&s) <= thin { Start::Flat(normal) } else { Start::Solid([p, q, r, s]) }
+}
+
+fn length((p, q): &(Vertex, Vertex)) -> f64 {
+    (q.w - p.w).norm()
+}
+
+/// The first of the vertices of largest measure; there is at least one.
+fn farthest(vertices: Vec<Vertex>, measure: impl Fn(&Vertex) -> f64) -> Vertex {
+    vertices.iter().fold(vertices[0], |best, v| if measure(v) > measure(&best) { *v } else { best })
+}

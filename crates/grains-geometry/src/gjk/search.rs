@@ -1,0 +1,210 @@
+//! The search for the nearest simplex, compiled once for each pair of kinds of cores.
+
+use super::curved::{self, Touch};
+use super::nearest::{Nearest, nearest};
+use super::{CURVED_TOLERANCE, MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
+use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
+use crate::{Core, Placement, Vec3};
+
+/// What is asked of a pair of cores.
+pub(super) struct Query<'a> {
+    pub placement: &'a Placement,
+    pub cutoff: f64,
+}
+
+/// The bounds did not close.
+pub(super) struct Stall {
+    /// Least difference of the bounds (m).
+    pub gap: f64,
+    /// Iteration that reached it.
+    pub iterations: usize,
+    /// The answer it belongs to, if acceptable.
+    answer: Option<Separation>,
+}
+
+/// A point of each core, in its own coordinates, and their difference B − A in the frame of A.
+struct Pair {
+    a: Vec3,
+    b: Vec3,
+    w: Vec3,
+}
+
+/// What the support point in direction −v says of v.
+enum Verdict {
+    Beyond,
+    Nearest,
+    Improvable { gap: f64 },
+}
+
+impl Query<'_> {
+    #[inline]
+    pub(super) fn with_first<A: Support>(
+        &self,
+        a: &A,
+        b: &Core,
+        simplex: &mut Simplex,
+    ) -> Result<Separation, Stall> {
+        match b {
+            Core::Point => self.search(a, &PointCore, simplex),
+            Core::Box(half) => self.search(a, &BoxCore(*half), simplex),
+            Core::Cylinder { radius, half_height } => {
+                self.search(a, &CylinderCore { radius: *radius, half_height: *half_height }, simplex)
+            }
+            Core::Polyhedron(hull) => self.search(a, hull.as_ref(), simplex),
+            Core::Triangle(corners) => self.search(a, &TriangleCore(*corners), simplex),
+        }
+    }
+
+    /// Rounding may trap the search in a skinny simplex left by an earlier step: it then starts afresh.
+    #[inline]
+    fn search<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Result<Separation, Stall> {
+        let warm = simplex.len > 0;
+        self.descend(a, b, simplex).or_else(|stall| {
+            if !warm {
+                return Err(stall);
+            }
+            *simplex = Simplex::default();
+            self.descend(a, b, simplex)
+        })
+    }
+
+    #[inline]
+    fn descend<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Result<Separation, Stall> {
+        let placement = self.placement;
+        let curved = A::CURVED || B::CURVED;
+        let size = self.size(a, b);
+        if simplex.len == 0 {
+            let start = self.support(a, b, &placement.translation);
+            (simplex.a[0], simplex.b[0], simplex.len) = (start.a, start.b, 1);
+        }
+        let mut w: [Vec3; 4] = std::array::from_fn(|_| Vec3::zeros());
+        for i in 0..simplex.len as usize {
+            w[i] = placement.apply(&simplex.b[i]) - simplex.a[i];
+        }
+        let tolerance = if curved { CURVED_TOLERANCE } else { TOLERANCE } * size;
+        let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None };
+        for iteration in 0..MAX_ITERATIONS {
+            let Some(found) = nearest(simplex.len as usize, &w) else {
+                return Ok(Separation::Meeting);
+            };
+            let v = found.point;
+            let squared = v.norm_squared();
+            let weights = keep(simplex, &mut w, &found);
+            if squared <= (MEETING * size).powi(2) {
+                return Ok(Separation::Meeting);
+            }
+            match self.judge(a, b, &v, squared, tolerance) {
+                Verdict::Beyond => return Ok(Separation::Beyond),
+                Verdict::Nearest => return Ok(apart(v, squared, combine(simplex, &weights))),
+                Verdict::Improvable { gap } if gap < best.gap => {
+                    (best.gap, best.iterations) = (gap, iteration);
+                    if gap <= STALLED_TOLERANCE * size + ROUNDING * size * size / squared.sqrt() {
+                        best.answer = Some(apart(v, squared, combine(simplex, &weights)));
+                    }
+                }
+                Verdict::Improvable { .. } => {}
+            }
+            if curved
+                && iteration % 3 == 0
+                && let Some(answer) = self.touch(a, b, simplex, size)
+            {
+                return Ok(answer);
+            }
+            let pair = self.support(a, b, &v);
+            if contains(simplex, &pair) || iteration > best.iterations + PATIENCE {
+                break;
+            }
+            let len = simplex.len as usize;
+            (simplex.a[len], simplex.b[len], w[len]) = (pair.a, pair.b, pair.w);
+            simplex.len += 1;
+        }
+        best.answer.ok_or(best)
+    }
+
+    /// A length like the largest coordinate that enters the query (m).
+    #[inline(always)]
+    fn size<A: Support, B: Support>(&self, a: &A, b: &B) -> f64 {
+        let scale = self.placement.matrix.column(0).lp_norm(1);
+        let t = &self.placement.translation;
+        a.extent() + b.extent() * scale + t.x.abs() + t.y.abs() + t.z.abs()
+    }
+
+    /// The pair of points of least v·(b − a).
+    #[inline(always)]
+    fn support<A: Support, B: Support>(&self, a: &A, b: &B, v: &Vec3) -> Pair {
+        let a = a.farthest(v);
+        let b = b.farthest(&-self.placement.matrix.tr_mul(v));
+        Pair { a, b, w: self.placement.apply(&b) - a }
+    }
+
+    /// With the support function h, (v·t − h_A(v) − h_B(−v))/|v| is a lower bound of the distance.
+    ///
+    /// It is compared in squares to spare the root.
+    #[inline(always)]
+    fn judge<A: Support, B: Support>(&self, a: &A, b: &B, v: &Vec3, squared: f64, tolerance: f64) -> Verdict {
+        let reach = b.height(&-self.placement.matrix.tr_mul(v));
+        let height = v.dot(&self.placement.translation) - a.height(v) - reach;
+        if height > 0.0 && height * height > self.cutoff * self.cutoff * squared {
+            return Verdict::Beyond;
+        }
+        let slack = squared - height;
+        if slack <= 0.0 || slack * slack <= tolerance * tolerance * squared {
+            return Verdict::Nearest;
+        }
+        Verdict::Improvable { gap: slack / squared.sqrt() }
+    }
+
+    /// Solves the touching features as equations and certifies the result like any other.
+    fn touch<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex, size: f64) -> Option<Separation> {
+        let touch: Touch = curved::touch(a, b, self.placement, simplex)?;
+        let squared = touch.v.norm_squared();
+        if squared <= (MEETING * size).powi(2) {
+            return None;
+        }
+        let answer = match self.judge(a, b, &touch.v, squared, CURVED_TOLERANCE * size) {
+            Verdict::Beyond => Separation::Beyond,
+            Verdict::Nearest => apart(touch.v, squared, touch.point_a),
+            Verdict::Improvable { .. } => return None,
+        };
+        touch.refresh(simplex);
+        Some(answer)
+    }
+}
+
+#[inline(always)]
+fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
+    let distance = squared.sqrt();
+    Separation::Apart { distance, normal: v / distance, point_a, point_b: point_a + v }
+}
+
+/// Drops the vertices without weight; returns the weights of those left.
+#[inline(always)]
+fn keep(simplex: &mut Simplex, w: &mut [Vec3; 4], found: &Nearest) -> [f64; 4] {
+    let mut weights = found.weights;
+    let mut kept = 0;
+    for i in 0..simplex.len as usize {
+        if weights[i] > 0.0 {
+            if kept < i {
+                (simplex.a[kept], simplex.b[kept], w[kept]) = (simplex.a[i], simplex.b[i], w[i]);
+                weights[kept] = weights[i];
+            }
+            kept += 1;
+        }
+    }
+    simplex.len = kept as u8;
+    weights
+}
+
+/// The point of A with the given weights on the vertices.
+#[inline(always)]
+fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
+    let mut point = simplex.a[0] * weights[0];
+    for i in 1..simplex.len as usize {
+        point += simplex.a[i] * weights[i];
+    }
+    point
+}
+
+fn contains(simplex: &Simplex, pair: &Pair) -> bool {
+    (0..simplex.len as usize).any(|i| simplex.a[i] == pair.a && simplex.b[i] == pair.b)
+}

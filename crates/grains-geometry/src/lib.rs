@@ -1,0 +1,40 @@
+//! Shapes of particles and walls, their mass properties, and the distance between them.
+//!
+//! A particle is one or more convex [`Part`]s. Each part is handled as a *core* swept by a ball whose
+//! radius is its *crust* (Rakotonirina 2016, ch. 3, section 2.5): a sphere is the point core with its
+//! radius for crust; a box, cylinder or polyhedron is shrunk by a thin crust so that touching bodies
+//! have separate cores and the distance of the cores gives overlap, contact point and normal
+//! (eqs 3.14-3.16). No tolerance in this crate is absolute: bodies may measure a micrometre or a metre.
+
+pub mod bvh;
+pub mod core;
+pub mod epa;
+pub mod gjk;
+pub mod hull;
+pub mod mass;
+pub mod mesh;
+pub mod mesh_file;
+pub mod obb;
+pub mod shape;
+mod shapes;
+pub mod surface;
+
+/// Vector of three f64.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// 3 x 3 matrix of f64.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+/// Unit quaternion, body to world.
+pub type Rotation = nalgebra::UnitQuaternion<f64>;
+
+pub use bvh::{Aabb, Bvh};
+pub use core::{Core, Placement, Polyhedron};
+pub use gjk::{GjkError, Simplex};
+pub use hull::{ConvexHull, Face, HullError};
+pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};
+pub use mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
+pub use mesh_file::{
+    ImportedMesh, MeshFileError, ParseError, parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,
+};
+pub use shape::{Part, Shape, ShapeError};
+pub use shapes::RegularSolid;
+pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};

@@ -1,0 +1,114 @@
+//! Convex polyhedra.
+
+use crate::mass::{MassProperties, principal_axes};
+use crate::shape::{check_length, crust_thickness};
+use crate::{ConvexHull, Core, Mat3, Part, Rotation, Shape, ShapeError, TriMesh, Vec3, read_mesh};
+use nalgebra::Rotation3;
+use std::path::Path;
+
+/// A box must be smaller by this much than the one along the principal axes to be preferred.
+const CLEARLY_SMALLER: f64 = 1.0 - 1e-6;
+/// Polyhedra of more faces are boxed along their principal axes: they are round enough.
+const MAX_BOX_FACES: usize = 200;
+
+impl Shape {
+    /// Convex hull of the given vertices (m).
+    ///
+    /// Errors: fewer than four vertices, coincident, coplanar or infinite ones; crust out of (0, 0.5].
+    pub fn hull(vertices: &[Vec3], crust_fraction: f64) -> Result<Self, ShapeError> {
+        let user = ConvexHull::new(vertices)?;
+        let mass = MassProperties::of_closed_mesh(&user.triangles());
+        let (axes, inertia) = principal_axes(&mass.inertia);
+        let hull = in_body_frame(&user, &axes, &mass.center);
+        let inscribed_radius = hull.depth_of(&Vec3::zeros());
+        let crust = crust_thickness(crust_fraction, inscribed_radius)?;
+        let core = hull.eroded_vertices(&Vec3::zeros(), crust)?;
+        let farthest = core.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let rotation = Rotation::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        Ok(Shape {
+            name: "polyhedron".to_string(),
+            parts: vec![polyhedron_part(&hull, &core, crust)],
+            volume: mass.volume,
+            inertia,
+            bounding_radius: farthest + crust,
+            inscribed_radius,
+            user_to_body: (rotation, mass.center),
+            surface: hull.triangles(),
+        })
+    }
+
+    /// Convex hull of the vertices of a mesh multiplied by `scale` (m per unit of the mesh).
+    pub fn hull_of_mesh(mesh: &TriMesh, scale: f64, crust_fraction: f64) -> Result<Self, ShapeError> {
+        check_length("scale", scale)?;
+        let vertices: Vec<Vec3> = mesh.vertices.iter().map(|v| v * scale).collect();
+        Shape::hull(&vertices, crust_fraction)
+    }
+
+    /// Convex hull of the vertices of an STL or OBJ file multiplied by `scale` (m per unit of the
+    /// file), named after the file.
+    pub fn hull_of_file(path: &Path, scale: f64, crust_fraction: f64) -> Result<Self, ShapeError> {
+        let shape = Shape::hull_of_mesh(&read_mesh(path)?.mesh, scale, crust_fraction)?;
+        Ok(shape.named(path.file_stem().unwrap_or_default().to_string_lossy()))
+    }
+}
+
+/// The hull in its body frame: `x_body = axesᵀ (x - center)`.
+fn in_body_frame(user: &ConvexHull, axes: &Mat3, center: &Vec3) -> ConvexHull {
+    let mut hull = user.clone();
+    for vertex in &mut hull.vertices {
+        *vertex = axes.tr_mul(&(*vertex - center));
+    }
+    for face in &mut hull.faces {
+        face.offset -= face.normal.dot(center);
+        face.normal = axes.tr_mul(&face.normal);
+    }
+    hull
+}
+
+/// The part, in the frame of the smallest box among those along the principal axes and those along a
+/// face and one of its edges.
+fn polyhedron_part(hull: &ConvexHull, core: &[Vec3], crust: f64) -> Part {
+    let rotation = box_axes(hull, core, crust);
+    let (lower, upper) = box_along(&rotation, core);
+    let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
+    let vertices: Vec<Vec3> = core.iter().map(|v| rotation.tr_mul(v) - middle).collect();
+    let farthest = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    Part {
+        core: Core::polyhedron(vertices),
+        crust,
+        center: rotation * middle,
+        rotation,
+        half_extents: half.add_scalar(crust),
+        bounding_radius: farthest + crust,
+    }
+}
+
+/// Axes (columns) of the smallest box among the candidates.
+fn box_axes(hull: &ConvexHull, core: &[Vec3], crust: f64) -> Mat3 {
+    let volume = |axes: &Mat3| {
+        let (lower, upper) = box_along(axes, core);
+        (upper - lower).add_scalar(2.0 * crust).product()
+    };
+    let mut best = (Mat3::identity(), volume(&Mat3::identity()));
+    if hull.faces.len() > MAX_BOX_FACES {
+        return best.0;
+    }
+    for face in &hull.faces {
+        for (k, &a) in face.vertices.iter().enumerate() {
+            let b = face.vertices[(k + 1) % face.vertices.len()];
+            let along = (hull.vertices[b as usize] - hull.vertices[a as usize]).normalize();
+            let axes = Mat3::from_columns(&[along, face.normal.cross(&along), face.normal]);
+            let candidate = volume(&axes);
+            if candidate < best.1 * CLEARLY_SMALLER {
+                best = (axes, candidate);
+            }
+        }
+    }
+    best.0
+}
+
+/// Lower and upper corner, in the given axes, of the box around the points (m).
+fn box_along(axes: &Mat3, points: &[Vec3]) -> (Vec3, Vec3) {
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    points.iter().map(|p| axes.tr_mul(p)).fold(start, |(lower, upper), p| (lower.inf(&p), upper.sup(&p)))
+}

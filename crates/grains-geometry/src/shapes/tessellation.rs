@@ -1,0 +1,61 @@
+//! Surfaces of the shapes that are given by formulas, for output and pictures.
+
+use crate::{TriMesh, Vec3};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// Sides of the prism drawn for a cylinder.
+const CYLINDER_SIDES: u32 = 32;
+/// Times the octahedron's triangles are quartered to draw a sphere.
+const SPHERE_LEVELS: usize = 3;
+
+/// Sphere from an octahedron whose triangles are quartered and pushed outwards.
+pub(super) fn sphere_surface(radius: f64) -> TriMesh {
+    let axis = |k: usize, s: f64| Vec3::from_fn(|i, _| if i == k { s } else { 0.0 });
+    let mut vertices: Vec<Vec3> = (0..3).flat_map(|k| [axis(k, 1.0), axis(k, -1.0)]).collect();
+    let mut triangles: Vec<[u32; 3]> =
+        vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    for _ in 0..SPHERE_LEVELS {
+        let mut middles: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push((vertices[a as usize] + vertices[b as usize]).normalize());
+                vertices.len() as u32 - 1
+            })
+        };
+        let quarter = |&[a, b, c]: &[u32; 3]| {
+            let (d, e, f) = (middle(a, b), middle(b, c), middle(c, a));
+            [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+        };
+        triangles = triangles.iter().flat_map(quarter).collect();
+    }
+    TriMesh { vertices: vertices.iter().map(|v| v * radius).collect(), triangles }
+}
+
+/// The twelve triangles of a box.
+pub(super) fn cuboid_surface(half: &Vec3) -> TriMesh {
+    let sign = |i: usize, bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+    let vertices =
+        (0..8).map(|i| half.component_mul(&Vec3::new(sign(i, 1), sign(i, 2), sign(i, 4)))).collect();
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    TriMesh { vertices, triangles }
+}
+
+/// Prism inscribed in the cylinder about z.
+pub(super) fn cylinder_surface(radius: f64, height: f64) -> TriMesh {
+    let n = CYLINDER_SIDES;
+    let ring = |z: f64| {
+        (0..n).map(move |i| {
+            let (sine, cosine) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+            Vec3::new(radius * cosine, radius * sine, z)
+        })
+    };
+    let mut vertices: Vec<Vec3> = ring(-height / 2.0).chain(ring(height / 2.0)).collect();
+    vertices.extend([Vec3::new(0.0, 0.0, -height / 2.0), Vec3::new(0.0, 0.0, height / 2.0)]);
+    let side = |i: u32| {
+        let j = (i + 1) % n;
+        [[i, j, n + j], [i, n + j, n + i], [j, i, 2 * n], [n + i, n + j, 2 * n + 1]]
+    };
+    TriMesh { vertices, triangles: (0..n).flat_map(side).collect() }
+}

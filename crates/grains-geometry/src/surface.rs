@@ -1,0 +1,219 @@
+//! Walls given by triangle meshes: contact of a body with each triangle, no place counted twice.
+//!
+//! A contact is a *local minimum of the distance over the whole surface*. Where that minimum lies on an
+//! edge or a vertex, the lowest-numbered triangle there owns it. The tests of edges and vertices are
+//! inclusive by a rounding tolerance, so no minimum is lost; what they then report twice, and the faces
+//! of a valley shallower than the smooth angle, is reduced to the nearest by comparing neighbours.
+
+mod conform;
+mod topology;
+
+use crate::Vec3;
+use crate::bvh::Bvh;
+use crate::mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
+use topology::{Edge, Triangle, Vertex};
+
+/// Rounding of distances from an edge, relative to the diagonal of the mesh.
+const SIDE_TOLERANCE: f64 = 1e-14;
+/// Rounding of positions along edges near a vertex, relative to the diagonal of the mesh.
+const CORNER_TOLERANCE: f64 = 1e-11;
+/// Relative difference of distances that counts as rounding.
+const TIE: f64 = 1e-13;
+/// Accuracy of points found by iteration, relative to the length of an edge.
+const POINT_TOLERANCE: f64 = 1e-6;
+/// Accuracy of unit directions found by iteration (-).
+const DIRECTION_TOLERANCE: f64 = 1e-4;
+
+/// Default angle below which neighbouring faces count as one smooth surface (rad): one degree.
+pub const SMOOTH_ANGLE: f64 = std::f64::consts::PI / 180.0;
+
+/// Closest point of a triangle to a point, a local minimum over the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleContact {
+    /// Point on the triangle (m).
+    pub point: Vec3,
+    /// Distance of the query point from it (m).
+    pub distance: f64,
+    /// Unit vector from `point` to the query point; the face's own normal if these coincide.
+    pub normal: Vec3,
+}
+
+/// A local minimum before neighbours are compared.
+struct Minimum {
+    contact: TriangleContact,
+    /// How far inside the triangle it lies (m), 0 on the border.
+    margin: f64,
+    /// Distance (m), made to prefer face to edge to vertex where they differ by rounding only: the
+    /// normal of a face suffers least.
+    rank: f64,
+}
+
+/// What was found while a wall was built from a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WallReport {
+    /// Vertices merged and triangles dropped.
+    pub weld: WeldReport,
+    /// Triangles dropped because another has the same vertices.
+    pub duplicate_triangles: usize,
+    /// Triangles added by splitting at vertices that lay on the edges of others.
+    pub split_triangles: usize,
+    /// Edges, extents and areas of the final mesh.
+    pub mesh: MeshReport,
+}
+
+/// A triangle mesh prepared for contact detection.
+#[derive(Clone, Debug)]
+pub struct WallMesh {
+    mesh: TriMesh,
+    report: WallReport,
+    triangles: Vec<Triangle>,
+    edges: Vec<Edge>,
+    vertices: Vec<Vertex>,
+    /// Inward in-plane unit normals, one per triangle at an edge, edge by edge.
+    sides: Vec<Vec3>,
+    /// Unit edge directions away from a vertex, vertex by vertex.
+    spokes: Vec<Vec3>,
+    /// Triangles sharing a vertex with a triangle, triangle by triangle.
+    neighbours: Vec<u32>,
+    bvh: Bvh,
+    side_tolerance: f64,
+    corner_tolerance: f64,
+    smooth_sine: f64,
+    smooth_cosine: f64,
+}
+
+impl WallMesh {
+    /// Wall from a mesh: welded, split where vertices lie on edges of other triangles, then indexed.
+    ///
+    /// Two faces of a valley whose normals differ by less than `smooth_angle` (rad, see
+    /// [`SMOOTH_ANGLE`]) give one contact, with the nearer. Errors: no triangle of non-zero area.
+    pub fn new(mesh: &TriMesh, smooth_angle: f64) -> Result<Self, MeshError> {
+        let (mut mesh, weld) = mesh.welded(WELD_TOLERANCE)?;
+        let diagonal = mesh.diagonal();
+        let duplicate_triangles = conform::drop_duplicates(&mut mesh);
+        let split_triangles = conform::split_at_vertices(&mut mesh, WELD_TOLERANCE * diagonal);
+        let parts = topology::build(&mesh);
+        Ok(WallMesh {
+            report: WallReport { weld, duplicate_triangles, split_triangles, mesh: mesh.report() },
+            triangles: parts.triangles,
+            edges: parts.edges,
+            vertices: parts.vertices,
+            sides: parts.sides,
+            spokes: parts.spokes,
+            neighbours: parts.neighbours,
+            bvh: Bvh::new(&parts.boxes),
+            mesh,
+            side_tolerance: SIDE_TOLERANCE * diagonal,
+            corner_tolerance: CORNER_TOLERANCE * diagonal,
+            smooth_sine: smooth_angle.sin(),
+            smooth_cosine: smooth_angle.cos(),
+        })
+    }
+
+    /// The final mesh: triangle ids refer to it.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// Geometry checks made while building.
+    pub fn report(&self) -> &WallReport {
+        &self.report
+    }
+
+    /// Calls `f` once with each triangle whose bounding box meets the box `lower..upper` (m), in an
+    /// order fixed by the mesh.
+    #[inline]
+    pub fn for_each_in_box(&self, lower: &Vec3, upper: &Vec3, f: impl FnMut(u32)) {
+        self.bvh.for_each_in_box(lower, upper, f);
+    }
+
+    /// Contact of triangle `t` with a sphere centred at `c` (m), if `t` owns a local minimum of the
+    /// distance from `c` over the surface.
+    pub fn closest_on_triangle(&self, t: u32, c: &Vec3) -> Option<TriangleContact> {
+        let own = self.local_minimum(t, c)?;
+        // A neighbour can only compete within the strip of a shallow valley along the border.
+        if own.margin > self.side_tolerance + own.contact.distance * self.smooth_sine {
+            return Some(own.contact);
+        }
+        let duplicated = self.neighbours[self.triangles[t as usize].neighbours()].iter().any(|&other| {
+            self.local_minimum(other, c).is_some_and(|rival| {
+                rival.contact.normal.dot(&own.contact.normal) >= self.smooth_cosine
+                    && (rival.rank, other) < (own.rank, t)
+            })
+        });
+        (!duplicated).then_some(own.contact)
+    }
+
+    /// Local minimum that triangle `t` owns, before neighbours are compared.
+    #[inline]
+    fn local_minimum(&self, t: u32, c: &Vec3) -> Option<Minimum> {
+        let triangle = &self.triangles[t as usize];
+        let inside = triangle.depths(c);
+        let margin = inside[0].min(inside[1]).min(inside[2]);
+        if margin > 0.0 {
+            let height = triangle.normal.dot(&(c - triangle.corners[0]));
+            let contact = TriangleContact {
+                point: c - triangle.normal * height,
+                distance: height.abs(),
+                normal: if height < 0.0 { -triangle.normal } else { triangle.normal },
+            };
+            return Some(Minimum { contact, margin, rank: contact.distance * (1.0 - 2.0 * TIE) });
+        }
+        let (point, tie) = match self.edge_minimum(triangle, &inside, c) {
+            Some(point) => (point, TIE),
+            None => (self.vertex_minimum(triangle, c)?, 0.0),
+        };
+        let distance = (c - point).norm();
+        let normal = if distance > 0.0 { (c - point) / distance } else { triangle.normal };
+        let contact = TriangleContact { point, distance, normal };
+        Some(Minimum { contact, margin: 0.0, rank: distance * (1.0 - tie) })
+    }
+
+    /// Local minimum on an edge that the triangle owns (m).
+    fn edge_minimum(&self, triangle: &Triangle, inside: &[f64; 3], c: &Vec3) -> Option<Vec3> {
+        let owned = (0..3).filter(|&k| triangle.owned_edges[k] && inside[k] <= self.side_tolerance);
+        owned.map(|k| &self.edges[triangle.edges[k] as usize]).find_map(|edge| {
+            let from_origin = c - edge.origin;
+            let along = from_origin.dot(&edge.direction);
+            let within = along >= -self.corner_tolerance && along <= edge.length + self.corner_tolerance;
+            let is_minimum =
+                || self.sides[edge.sides()].iter().all(|side| from_origin.dot(side) <= self.side_tolerance);
+            (within && is_minimum()).then(|| edge.origin + edge.direction * along.clamp(0.0, edge.length))
+        })
+    }
+
+    /// Local minimum on a vertex that the triangle owns (m).
+    fn vertex_minimum(&self, triangle: &Triangle, c: &Vec3) -> Option<Vec3> {
+        let owned = (0..3).filter(|&k| triangle.owned_vertices[k]);
+        owned.map(|k| (triangle.corners[k], triangle.vertices[k])).find_map(|(position, v)| {
+            let spokes = &self.spokes[self.vertices[v as usize].spokes()];
+            let is_minimum = spokes.iter().all(|spoke| (c - position).dot(spoke) <= self.corner_tolerance);
+            is_minimum.then_some(position)
+        })
+    }
+
+    /// Whether triangle `t` owns a local minimum of the distance between the surface and a convex body,
+    /// for `point`, the triangle's point closest to the body (m), and the direction `toward` from it to
+    /// the body's closest point (any length).
+    ///
+    /// Both may carry the error of an iteration: 1e-6 of an edge's length, 1e-4 rad.
+    pub fn owns_local_minimum(&self, t: u32, point: &Vec3, toward: &Vec3) -> bool {
+        let triangle = &self.triangles[t as usize];
+        let Some(toward) = toward.try_normalize(0.0) else { return true };
+        let descends = |direction: &Vec3| direction.dot(&toward) > DIRECTION_TOLERANCE;
+        for k in 0..3 {
+            let vertex = &self.vertices[triangle.vertices[k] as usize];
+            if (point - triangle.corners[k]).norm() <= POINT_TOLERANCE * vertex.shortest_edge {
+                let spokes = &self.spokes[vertex.spokes()];
+                return triangle.owned_vertices[k] && !spokes.iter().any(descends);
+            }
+        }
+        for (k, depth) in triangle.depths(point).into_iter().enumerate() {
+            let edge = &self.edges[triangle.edges[k] as usize];
+            if depth <= POINT_TOLERANCE * edge.length {
+                return triangle.owned_edges[k] && !self.sides[edge.sides()].iter().any(descends);
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,340 @@
+//! The files of a run: what of the state goes where.
+
+use crate::VERSION;
+use crate::population::Population;
+use crate::run::RunError;
+use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
+use grains_case::{Case, Precision as CasePrecision};
+use grains_comm::{MpiTransport, exit};
+use grains_dem::{Dem, Totals};
+use grains_domain::Transport;
+use grains_output::{
+    Data, FieldSpec, FileError, Kind, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old,
+    write_checkpoint, write_shape,
+};
+use std::path::{Path, PathBuf};
+
+/// Fields of a particle snapshot.
+const PARTICLE_FIELDS: [FieldSpec; 12] = [
+    field("id", "-", 1, Kind::Integer),
+    field("shape", "-", 1, Kind::Integer),
+    field("material", "-", 1, Kind::Integer),
+    field("coordination", "-", 1, Kind::Integer),
+    field("wall_contacts", "-", 1, Kind::Integer),
+    field("radius", "m", 1, Kind::Real),
+    field("scale", "-", 1, Kind::Real),
+    field("orientation_wxyz", "-", 4, Kind::Real),
+    field("velocity", "m/s", 3, Kind::Real),
+    field("angular_velocity", "rad/s", 3, Kind::Real),
+    field("force", "N", 3, Kind::Real),
+    field("torque", "N m", 3, Kind::Real),
+];
+
+const SURFACE_FIELDS: [FieldSpec; 3] =
+    [field("id", "-", 1, Kind::Integer), field("shape", "-", 1, Kind::Integer), field("speed", "m/s", 1, Kind::Real)];
+
+pub(crate) const fn field(name: &'static str, unit: &'static str, components: usize, kind: Kind) -> FieldSpec {
+    FieldSpec { name, unit, components, kind }
+}
+
+/// Key numbers of a row of the time series.
+pub struct Row {
+    /// Particles inside.
+    pub particles: u64,
+    /// Contacts between particles.
+    pub contacts: u64,
+    /// Kinetic energy (J).
+    pub kinetic_energy: f64,
+    /// Largest speed (m/s).
+    pub largest_speed: f64,
+    /// Largest overlap over inscribed radius (-).
+    pub largest_overlap: f64,
+    /// Net count and mass (kg) through each flow plane.
+    pub crossings: Vec<(i64, f64)>,
+}
+
+/// Open files of a run.
+pub struct Files {
+    directory: PathBuf,
+    metadata: Metadata,
+    keep: usize,
+    particles: Option<PolyDataFile>,
+    walls: Option<PolyDataFile>,
+    surfaces: Option<PolyDataFile>,
+    /// On rank 0 only.
+    series: Option<Series>,
+}
+
+impl From<FileError> for RunError {
+    fn from(error: FileError) -> Self {
+        let message = match &error {
+            FileError::Elsewhere => String::new(),
+            FileError::Here { .. } => error.to_string(),
+        };
+        RunError { code: exit::FILES, message }
+    }
+}
+
+impl Files {
+    /// Opens the files of a run, new or continued; a continued run takes its state from a checkpoint.
+    ///
+    /// # Errors
+    /// A directory or file that cannot be used, or a checkpoint of another case.
+    pub fn open(
+        case: &Case,
+        transport: &MpiTransport,
+        restart: &Option<PathBuf>,
+        dem: &mut Dem,
+        population: &mut Population,
+    ) -> Result<Self, RunError> {
+        let communicator = transport.communicator();
+        let directory = case.output.directory.clone();
+        if let Some(checkpoint) = restart {
+            crate::restart::restore(case, transport, checkpoint, dem, population)?;
+        }
+        let is_first = transport.rank() == 0;
+        let ready = if is_first { prepare_directory(&directory, restart.is_some()) } else { Ok(()) };
+        agree(communicator, ready)?;
+        let metadata = metadata(case, transport.size());
+        if is_first {
+            write_side_files(case, dem, &directory)?;
+        }
+        let precision = match case.output.precision {
+            CasePrecision::F64 => Precision::F64,
+            CasePrecision::F32 => Precision::F32,
+        };
+        let time = dem.time();
+        let open = |name: &str, wanted: bool, specs: &[FieldSpec], is_surface: bool| {
+            let path = directory.join(name);
+            if !wanted {
+                return Ok(None);
+            }
+            // A restart right at the beginning, or one that asks for a file the first run did not write.
+            let file = if restart.is_some() && path.exists() {
+                PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time)
+            } else {
+                let format = (precision, case.output.compress);
+                PolyDataFile::create(&path, communicator, specs, is_surface, format, &metadata)
+            };
+            file.map(Some)
+        };
+        let particles = open("particles.vtkhdf", case.output.particles > 0.0, &PARTICLE_FIELDS, false)?;
+        let has_walls = case.output.particles > 0.0 && !case.walls.is_empty();
+        let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
+        let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
+        let series = if is_first && case.output.series > 0.0 {
+            let path = directory.join("series.csv");
+            let columns = columns(dem);
+            if restart.is_some() && path.exists() {
+                Series::resume(&path, &columns, dem.step).map(Some)
+            } else {
+                let mut comments = metadata.clone();
+                comments.push(("units".into(), "SI: s, J, N, N m, kg, m/s; overlap over inscribed radius".into()));
+                Series::create(&path, &columns, &comments).map(Some)
+            }
+        } else {
+            Ok(None)
+        };
+        let series = agree(communicator, series)?;
+        let keep = case.output.keep_checkpoints as usize;
+        Ok(Self { directory, metadata, keep, particles, walls, surfaces, series })
+    }
+
+    /// Writes a snapshot of particles and walls.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn snapshot(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        let particles = &dem.particles;
+        let owned = 0..particles.owned;
+        let body = |i: usize| &particles.bodies[i];
+        let integers = |value: &dyn Fn(usize) -> i64| owned.clone().map(value).collect::<Vec<_>>();
+        let reals = |value: &dyn Fn(usize) -> f64| owned.clone().map(value).collect::<Vec<_>>();
+        let vectors = |value: &dyn Fn(usize) -> grains_geometry::Vec3| {
+            owned.clone().flat_map(|i| <[f64; 3]>::from(value(i))).collect::<Vec<_>>()
+        };
+        let (neighbours, walls) = dem.coordination();
+        let shape_radius = |i: usize| dem.setup.catalogue.shape(body(i).kind).bounding_radius;
+        let points: Vec<f64> =
+            owned.clone().flat_map(|i| dem.setup.global.wrap(body(i).position.into())).collect();
+        let orientations: Vec<f64> = owned
+            .clone()
+            .flat_map(|i| {
+                let q = particles.record(i).orientation.into_inner();
+                [q.w, q.i, q.j, q.k]
+            })
+            .collect();
+        let integer_fields = [
+            integers(&|i| particles.ids[i] as i64),
+            integers(&|i| i64::from(body(i).kind.shape)),
+            integers(&|i| i64::from(body(i).kind.material)),
+            integers(&|i| i64::from(neighbours[i])),
+            integers(&|i| i64::from(walls[i])),
+        ];
+        let real_fields = [
+            reals(&|i| body(i).radius),
+            reals(&|i| body(i).radius / shape_radius(i)),
+            orientations,
+            vectors(&|i| body(i).velocity),
+            vectors(&|i| body(i).angular_velocity),
+            vectors(&|i| particles.loads[i].force),
+            vectors(&|i| particles.loads[i].torque),
+        ];
+        let fields: Vec<Data> = integer_fields
+            .iter()
+            .map(|f| Data::Integer(f))
+            .chain(real_fields.iter().map(|f| Data::Real(f)))
+            .collect();
+        if let Some(file) = &mut self.particles {
+            file.append(&Step { time: dem.time(), points: &points, triangles: &[], fields: &fields })?;
+        }
+        if let Some(file) = &mut self.walls {
+            let surface = if transport.rank() == 0 { triangles_of(dem) } else { Default::default() };
+            let fields = [Data::Integer(&surface.walls), Data::Real(&surface.velocities)];
+            file.append(&Step {
+                time: dem.time(),
+                points: &surface.points,
+                triangles: &surface.triangles,
+                fields: &fields,
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Writes the true surfaces of all particles.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn surfaces(&mut self, dem: &Dem, _: &MpiTransport) -> Result<(), RunError> {
+        let Some(file) = &mut self.surfaces else { return Ok(()) };
+        let (mut points, mut triangles) = (Vec::new(), Vec::new());
+        let (mut ids, mut shapes, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..dem.particles.owned {
+            let body = &dem.particles.bodies[i];
+            let shape = dem.setup.catalogue.shape(body.kind);
+            let scale = body.radius / shape.bounding_radius;
+            let placed = shape.surface.transformed(&dem.particles.record(i).orientation, scale, &body.position);
+            let first = (points.len() / 3) as i64;
+            points.extend(placed.vertices.iter().flat_map(|v| [v.x, v.y, v.z]));
+            triangles.extend(placed.triangles.iter().flatten().map(|&k| first + i64::from(k)));
+            ids.extend(placed.triangles.iter().map(|_| dem.particles.ids[i] as i64));
+            shapes.extend(placed.triangles.iter().map(|_| i64::from(body.kind.shape)));
+            speeds.extend(placed.triangles.iter().map(|_| body.velocity.norm()));
+        }
+        let fields = [Data::Integer(&ids), Data::Integer(&shapes), Data::Real(&speeds)];
+        file.append(&Step { time: dem.time(), points: &points, triangles: &triangles, fields: &fields })?;
+        Ok(())
+    }
+
+    /// Writes a row of the time series.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn row(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<Row, RunError> {
+        let totals = dem.totals(transport);
+        let crossings = dem.crossings(transport);
+        let loads = dem.wall_loads(transport);
+        let (neighbours, walls) = dem.coordination();
+        let count = |list: &[u32]| list.iter().map(|&c| u64::from(c)).sum::<u64>();
+        let (report, ledger) = (&dem.report, &dem.ledger);
+        let mut counts = [count(&neighbours), count(&walls), report.cores_met, ledger.inserted, ledger.left];
+        transport.sum_counts(&mut counts);
+        let mut overlap = [report.largest_overlap];
+        transport.max(&mut overlap);
+        let Totals { momentum: p, .. } = totals;
+        let mut values = vec![dem.time(), totals.particles as f64, counts[3] as f64, counts[4] as f64];
+        values.extend([0.5 * counts[0] as f64, counts[1] as f64]);
+        values.extend([totals.kinetic_translation, totals.kinetic_rotation, totals.potential, p.x, p.y, p.z]);
+        values.extend([overlap[0], totals.largest_speed, counts[2] as f64]);
+        values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
+        for load in &loads {
+            values.extend(load.force.iter().chain(load.torque.iter()));
+        }
+        let written = match &mut self.series {
+            Some(series) => series.append(dem.step, &values),
+            None => Ok(()),
+        };
+        agree(transport.communicator(), written)?;
+        Ok(Row {
+            particles: totals.particles,
+            contacts: counts[0] / 2,
+            kinetic_energy: totals.kinetic_translation + totals.kinetic_rotation,
+            largest_speed: totals.largest_speed,
+            largest_overlap: overlap[0],
+            crossings,
+        })
+    }
+
+    /// Writes a checkpoint and deletes old ones.
+    ///
+    /// # Errors
+    /// A full disk; earlier checkpoints stay.
+    pub fn checkpoint(
+        &mut self,
+        dem: &mut Dem,
+        population: &Population,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let (arrays, mut texts) = crate::restart::state(dem, population, transport);
+        texts.extend(self.metadata.iter().cloned());
+        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &texts)?;
+        if transport.rank() == 0 {
+            remove_old(&self.directory, self.keep);
+        }
+        Ok(())
+    }
+}
+
+/// Columns of the time series after the step.
+fn columns(dem: &Dem) -> Vec<String> {
+    let fixed = "step,time,particles,inserted,left,contacts,wall_contacts,kinetic_translation,kinetic_rotation,potential,momentum_x,momentum_y,momentum_z,largest_overlap,largest_speed,cores_met";
+    let mut columns: Vec<String> = fixed.split(',').map(String::from).collect();
+    for plane in &dem.setup.planes {
+        columns.extend(["count", "mass"].map(|what| format!("{}_{what}", plane.name)));
+    }
+    for wall in &dem.setup.walls {
+        columns.extend(["fx", "fy", "fz", "tx", "ty", "tz"].map(|what| format!("{}_{what}", wall.name)));
+    }
+    columns
+}
+
+fn metadata(case: &Case, ranks: usize) -> Metadata {
+    let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    vec![
+        ("program".into(), format!("grains-mpi {VERSION}")),
+        ("ranks".into(), ranks.to_string()),
+        ("written_at_unix_time".into(), since_1970.to_string()),
+        ("seed".into(), case.seed.to_string()),
+        ("case".into(), case.to_toml()),
+    ]
+}
+
+/// Makes the directory; results of an earlier run are moved aside, unless this run continues them.
+fn prepare_directory(directory: &Path, is_restart: bool) -> Result<(), FileError> {
+    let holds_run = ["series.csv", "particles.vtkhdf"].iter().any(|f| directory.join(f).exists());
+    if holds_run && !is_restart {
+        let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
+        let aside = free.unwrap_or_else(|| directory.with_extension("old"));
+        std::fs::rename(directory, &aside)
+            .map_err(|e| FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}")))?;
+        println!("the earlier results in {} are now in {}", directory.display(), aside.display());
+    }
+    std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {
+        FileError::new(directory, format!("cannot be created: {e}; choose another output.directory"))
+    })
+}
+
+/// The resolved case, the reference surfaces of the shapes, and a script that shows all in ParaView.
+fn write_side_files(case: &Case, dem: &Dem, directory: &Path) -> Result<(), FileError> {
+    let write = |name: &str, text: &str| {
+        let path = directory.join(name);
+        std::fs::write(&path, text).map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
+    };
+    write("case.resolved.toml", &case.to_toml())?;
+    write("view.py", include_str!("view.py"))?;
+    for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {
+        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(|&v| v.into()).collect();
+        write_shape(&directory.join(format!("shapes/{index}.vtp")), &vertices, &shape.surface.triangles)?;
+    }
+    Ok(())
+}

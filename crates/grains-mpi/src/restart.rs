@@ -1,0 +1,187 @@
+//! The state of a run as the arrays of a checkpoint, and back.
+
+use crate::population::Population;
+use crate::run::RunError;
+use grains_case::Case;
+use grains_comm::MpiTransport;
+use grains_dem::{Dem, ParticleRecord};
+use grains_domain::Transport;
+use grains_geometry::Vec3;
+use grains_output::{Array, CheckpointFile, Metadata, Values, latest_valid};
+use std::path::Path;
+
+/// The state of this rank.
+pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> (Vec<Array>, Metadata) {
+    let crossings = dem.crossings(transport);
+    let (lengths, memory) = dem.packed_memory();
+    let mut records = Vec::new();
+    for i in 0..dem.particles.owned {
+        let mut record = dem.particles.record(i);
+        record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
+        record.write(&mut records);
+    }
+    let array = |name, width, values| Array { name, unit: "SI", width, values };
+    let arrays = vec![
+        array("particle", ParticleRecord::LENGTH, Values::Real(records)),
+        array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
+        array("memory", 1, Values::Real(memory)),
+    ];
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left];
+    transport.sum_counts(&mut ledger);
+    let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
+    let passed: Vec<String> = crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
+    let texts = vec![
+        ("step".into(), dem.step.to_string()),
+        ("time".into(), format!("{:?}", dem.time())),
+        ("dt".into(), format!("{:x}", dem.setup.rates.dt.to_bits())),
+        ("ledger".into(), list(&ledger.map(|n| n as i64))),
+        ("inserted".into(), list(&population.done())),
+        ("crossings".into(), passed.join(" ")),
+        (
+            "particle_columns".into(),
+            "id shape material sides position*3 velocity*3 angular_velocity*3 half_velocity*3 half_spin*3 quaternion_wxyz*4 radius mass".into(),
+        ),
+    ];
+    (arrays, texts)
+}
+
+/// Takes the state of a checkpoint (`latest`: the newest valid one of the output directory).
+///
+/// # Errors
+/// No valid checkpoint, or one of another case.
+pub fn restore(
+    case: &Case,
+    transport: &MpiTransport,
+    checkpoint: &Path,
+    dem: &mut Dem,
+    population: &mut Population,
+) -> Result<(), RunError> {
+    let communicator = transport.communicator();
+    let file = if checkpoint == Path::new("latest") {
+        let (file, refused) = latest_valid(&case.output.directory, communicator)?;
+        if transport.rank() == 0 {
+            refused.iter().for_each(|e| eprintln!("warning: {e}"));
+        }
+        file
+    } else {
+        CheckpointFile::read(checkpoint, communicator)?
+    };
+    if transport.rank() == 0 {
+        println!("continuing from {}", file.path.display());
+    }
+    let numbers = |name: &str| -> Vec<i64> {
+        file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()
+    };
+    same_case(case, dem, &file)?;
+    dem.resume_at(numbers("step").first().map_or(0, |&s| s as u64));
+    population.restore(&numbers("inserted"));
+    for (record, memory) in owned_rows(&file, dem, transport)? {
+        dem.restore(&record, &memory);
+    }
+    dem.announce_insertion();
+    if transport.rank() == 0 {
+        let ledger = numbers("ledger");
+        (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
+        let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
+        let counts: Vec<(i64, f64)> = words
+            .chunks_exact(2)
+            .map(|w| (w[0].parse().unwrap_or(0), f64::from_bits(u64::from_str_radix(w[1], 16).unwrap_or(0))))
+            .collect();
+        dem.restore_crossings(&counts);
+    }
+    Ok(())
+}
+
+/// Refuses a checkpoint of a case that differs in more than its duration, output and limits.
+fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunError> {
+    let text = file.text("case").unwrap_or("");
+    let refuse = |why: &str| {
+        RunError::case(format!(
+            "{} belongs to another case ({why}): only time.end, stop, output, limits, neighbours and domain.ranks may change at a restart",
+            file.path.display()
+        ))
+    };
+    let mut old = Case::parse(text, "checkpoint", Path::new("")).map_err(|e| refuse(&e.to_string()))?;
+    old.name.clone_from(&case.name);
+    old.time.end = case.time.end;
+    old.stop.clone_from(&case.stop);
+    old.output.clone_from(&case.output);
+    old.limits.clone_from(&case.limits);
+    old.neighbours.clone_from(&case.neighbours);
+    old.domain.ranks = case.domain.ranks;
+    let what = [
+        ("domain", old.domain == case.domain),
+        ("time", old.time == case.time),
+        ("material", old.materials == case.materials),
+        ("contact", old.contacts == case.contacts),
+        ("shape", old.shapes == case.shapes),
+        ("insert", old.inserts == case.inserts),
+        ("wall", old.walls == case.walls),
+        ("flow_plane", old.flow_planes == case.flow_planes),
+        ("gravity or seed", (old.gravity, old.seed) == (case.gravity, case.seed)),
+    ];
+    if let Some((section, _)) = what.iter().find(|(_, same)| !same) {
+        return Err(refuse(&format!("[{section}] differs")));
+    }
+    let dt = file.text("dt").and_then(|t| u64::from_str_radix(t, 16).ok()).map(f64::from_bits);
+    if dt != Some(dem.setup.rates.dt) {
+        return Err(refuse("the time step differs"));
+    }
+    Ok(())
+}
+
+/// The particles this rank owns, with what their contacts remember.
+fn owned_rows(
+    file: &CheckpointFile,
+    dem: &Dem,
+    transport: &MpiTransport,
+) -> Result<Vec<(ParticleRecord, Vec<f64>)>, RunError> {
+    let records = file.real("particle")?;
+    let lengths = file.integer("memory_length")?;
+    let memory = aligned(file.real("memory")?, lengths.iter().sum::<i64>() as u64, transport);
+    let mut sent = vec![Vec::new(); transport.size()];
+    let mut rest = &memory[..];
+    for (row, &length) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths) {
+        let (own, after) = rest.split_at(length as usize);
+        rest = after;
+        let record = ParticleRecord::read(row);
+        let message = &mut sent[dem.decomposition.owner(record.body.position.into())];
+        message.push(length as f64);
+        message.extend_from_slice(row);
+        message.extend_from_slice(own);
+    }
+    let mut rows = Vec::new();
+    for message in transport.all_to_all(&sent) {
+        let mut rest = &message[..];
+        while let Some((&length, after)) = rest.split_first() {
+            let (row, after) = after.split_at(ParticleRecord::LENGTH);
+            let (memory, after) = after.split_at(length as usize);
+            rows.push((ParticleRecord::read(row), memory.to_vec()));
+            rest = after;
+        }
+    }
+    Ok(rows)
+}
+
+/// Redistributes an array that was read in even shares so that each rank gets its next `wanted` values.
+fn aligned(held: &[f64], wanted: u64, transport: &MpiTransport) -> Vec<f64> {
+    let sizes = transport.gather(&[held.len() as f64, wanted as f64]);
+    let starts = |offset: usize| {
+        let mut sum = 0;
+        let mut starts = vec![0];
+        starts.extend(sizes.chunks_exact(2).map(|s| {
+            sum += s[offset] as usize;
+            sum
+        }));
+        starts
+    };
+    let (held_starts, wanted_starts) = (starts(0), starts(1));
+    let first = held_starts[transport.rank()];
+    let sent: Vec<Vec<f64>> = (0..transport.size())
+        .map(|r| {
+            let clamp = |at: usize| at.clamp(first, first + held.len()) - first;
+            held[clamp(wanted_starts[r])..clamp(wanted_starts[r + 1])].to_vec()
+        })
+        .collect();
+    transport.all_to_all(&sent).concat()
+}
