@@ -95,7 +95,7 @@ def main():
     parser.add_argument("--binary", type=Path, default=BINARY, help="grains-mpi program")
     parser.add_argument("--ranks", type=int, nargs="+", help="numbers of ranks; powers of 2 by default")
     parser.add_argument("--count", type=int, default=4000, help="spheres per rank, about")
-    parser.add_argument("--warm", type=int, default=8000, help="steps before timing, for the bed to come into contact")
+    parser.add_argument("--warm", type=int, default=8000, help="steps before timing, until the bed has fallen")
     parser.add_argument("--steps", type=int, default=2000, help="steps per segment")
     parser.add_argument("--timeout", type=float, default=600, help="longest time of one run (s)")
     options = parser.parse_args()
@@ -113,7 +113,7 @@ def main():
             base = base or statistics.median(per_step)
             efficiency = base / statistics.median(per_step)
             rows.append([n, per_rank, per_rank * n, spread(per_step), f"{efficiency:.2f}"])
-    print(f"{before}. Wall time of a step per sphere of one rank, microseconds: median (least–largest).\n")
+    print(f"{before}. Microseconds per step and sphere of one rank: median (least–largest).\n")
     print(table(["ranks", "spheres per rank", "spheres", "time", "efficiency"], rows))
 
 

@@ -131,6 +131,8 @@ pub struct Dem {
     gathered: bool,
     stale: bool,
     steps_since_build: u64,
+    /// Steps from a build after which walls may have used up their allowance.
+    wall_steps: u64,
     stays: Vec<u32>,
     order: Vec<u32>,
     error: Option<StepError>,
@@ -159,6 +161,7 @@ impl Dem {
             gathered: true,
             stale: true,
             steps_since_build: 0,
+            wall_steps: u64::MAX,
             stays: Vec::new(),
             order: Vec::new(),
             error: None,
@@ -312,7 +315,7 @@ impl Dem {
             Level::Failed
         } else if self.interrupt {
             Level::Interrupted
-        } else if outcome.is_stale || self.walls_moved_far() {
+        } else if outcome.is_stale || self.steps_since_build >= self.wall_steps {
             Level::Stale
         } else {
             Level::Fine
@@ -338,20 +341,26 @@ impl Dem {
         self.states.extend(self.setup.walls.iter().map(|w| w.motion.at(time)));
     }
 
-    /// Steps after which the fastest wall has used up its reach.
-    fn wall_horizon(&self) -> (f64, u64) {
-        let global = &self.setup.global;
+    /// How far (m) walls may move before the lists are rebuilt, and after how many steps that is due.
+    fn wall_allowance(&self) -> (f64, u64) {
+        let (global, dt, now) = (&self.setup.global, self.setup.rates.dt, self.time());
         let corner = (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
-        let speed = self.setup.walls.iter().map(|w| w.motion.largest_speed(corner)).fold(0.0, f64::max);
-        let per_step = speed * self.setup.rates.dt;
+        let horizon = self.setup.skin.horizon.max(1.0);
+        let (mut speed, mut pause) = (0.0_f64, f64::INFINITY);
+        for wall in self.setup.walls.iter().filter(|w| now < w.until) {
+            let wait = (wall.motion.moves_next(now) - now) / dt;
+            if wait <= horizon {
+                speed = speed.max(wall.motion.largest_speed(corner));
+            } else {
+                pause = pause.min(wait);
+            }
+        }
+        if speed == 0.0 {
+            return (0.0, pause as u64);
+        }
         let most = self.setup.skin.most * self.setup.largest_radius;
-        let steps = (most / per_step).min(self.setup.skin.horizon).max(1.0);
-        (per_step * steps, steps as u64)
-    }
-
-    fn walls_moved_far(&self) -> bool {
-        let (reach, steps) = self.wall_horizon();
-        reach > 0.0 && self.steps_since_build >= steps
+        let steps = (most / (speed * dt)).min(horizon).max(1.0).floor();
+        (speed * dt * steps, steps as u64)
     }
 
     fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
@@ -375,7 +384,8 @@ impl Dem {
     }
 
     fn sort_and_list(&mut self, transport: &impl Transport) {
-        let (wall_reach, _) = self.wall_horizon();
+        let (wall_reach, wall_steps) = self.wall_allowance();
+        self.wall_steps = wall_steps;
         let Self { particles, memories, decomposition, setup, stays, order, exchange, neighbours, grid, .. } = self;
         neighbours.sort_by_cell(particles, stays, grid, order);
         particles.reorder(order);

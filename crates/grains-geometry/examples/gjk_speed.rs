@@ -30,10 +30,22 @@ fn main() {
     let hull = ConvexPolyhedron::from_convex_hull(&icosahedron_points).expect("an icosahedron is a hull");
     println!("{:<14}{:>8}{:>10}{:>10}{:>12}", "pair", "gap", "ours/ns", "parry/ns", "beyond/ns");
     for gap in [0.02, 0.2] {
-        compare("cube", &Core::Box(Vec3::repeat(0.5)), &Cuboid::new(Vector::new(0.5, 0.5, 0.5)), gap, Rotation::identity());
+        compare(
+            "cube",
+            &Core::Box(Vec3::repeat(0.5)),
+            &Cuboid::new(Vector::new(0.5, 0.5, 0.5)),
+            gap,
+            Rotation::identity(),
+        );
         compare("icosahedron", &Core::polyhedron(icosahedron.clone()), &hull, gap, Rotation::identity());
         let to_parry = Rotation::from_scaled_axis(Vec3::new(FRAC_PI_2, 0.0, 0.0));
-        compare("cylinder", &Core::Cylinder { radius: 0.5, half_height: 0.5 }, &Cylinder::new(0.5, 0.5), gap, to_parry);
+        compare(
+            "cylinder",
+            &Core::Cylinder { radius: 0.5, half_height: 0.5 },
+            &Cylinder::new(0.5, 0.5),
+            gap,
+            to_parry,
+        );
     }
 }
 
@@ -50,7 +62,14 @@ fn compare(name: &str, core: &Core, shape: &impl SupportMap, gap: f64, frame: Ro
     });
     let parry = time(&poses, None, |pose, direction: &mut Option<Vector>| {
         let mut simplex = VoronoiSimplex::new();
-        let answer = closest_points_support_map_support_map_with_params(pose, shape, shape, 1.0, &mut simplex, *direction);
+        let answer = closest_points_support_map_support_map_with_params(
+            pose,
+            shape,
+            shape,
+            1.0,
+            &mut simplex,
+            *direction,
+        );
         if let GJKResult::ClosestPoints(p, q, _) = black_box(answer) {
             *direction = Some(q - p);
         }
@@ -101,7 +120,10 @@ fn path(core: &Core, gap: f64, seed: u64) -> Path {
 
 impl Path {
     fn placements(&self) -> Vec<Placement> {
-        let place = |(r, t): (&Rotation, &Vec3)| Placement { matrix: r.to_rotation_matrix().into_inner(), translation: *t };
+        let place = |(r, t): (&Rotation, &Vec3)| Placement {
+            matrix: r.to_rotation_matrix().into_inner(),
+            translation: *t,
+        };
         self.rotations.iter().zip(&self.translations).map(place).collect()
     }
 

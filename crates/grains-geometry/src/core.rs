@@ -37,7 +37,9 @@ impl Core {
         match self {
             Self::Point => Vec3::zeros(),
             Self::Box(half) => BoxCore(*half).farthest(direction),
-            Self::Cylinder { radius, half_height } => CylinderCore { radius: *radius, half_height: *half_height }.farthest(direction),
+            Self::Cylinder { radius, half_height } => {
+                CylinderCore { radius: *radius, half_height: *half_height }.farthest(direction)
+            }
             Self::Polyhedron(hull) => hull.farthest(direction),
             Self::Triangle(corners) => TriangleCore(*corners).farthest(direction),
         }
@@ -87,7 +89,9 @@ impl Polyhedron {
         let lanes = vertices
             .chunks(LANES)
             .map(|group| {
-                std::array::from_fn(|axis| std::array::from_fn(|lane| group.get(lane).unwrap_or(&vertices[0])[axis]))
+                std::array::from_fn(|axis| {
+                    std::array::from_fn(|lane| group.get(lane).unwrap_or(&vertices[0])[axis])
+                })
             })
             .collect();
         let radius = radius_of(&vertices);

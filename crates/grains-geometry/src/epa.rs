@@ -8,7 +8,7 @@
 mod polytope;
 
 use crate::gjk::{GjkError, Separation, distance, nearest_weights};
-use crate::{Core, Placement, Simplex, Vec3};
+use crate::{Core, Placement, Rotation, Simplex, Vec3};
 use polytope::{Polytope, Start, start};
 
 /// How far, and which way, one core has to move to leave the other.
@@ -27,10 +27,15 @@ pub struct Penetration {
 /// Gap of the bounds at which the polytope is exact, relative to the size of the pair.
 const TOLERANCE: f64 = 1e-14;
 /// Gap at which a curved pair is handed over to [`polish`].
-const CURVED_TOLERANCE: f64 = 1e-6;
+const CURVED_TOLERANCE: f64 = 1e-10;
+/// Gap accepted when the only vertex left to add is known: rounding in the normal of a skinny face.
+const SKINNY_TOLERANCE: f64 = 1e-7;
 /// Gap accepted when the polytope has all its vertices: bodies of revolution about one common axis
 /// have a circle of equal depths and no end.
 const CROWDED_TOLERANCE: f64 = 1e-3;
+/// Turns of B (rad) tried one after the other: edges parallel to rounding can spoil the surface, and a
+/// turn too small to matter, undone by [`polish`], takes them apart.
+const JOGGLES: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
 /// Support points before the search ends.
 const MAX_VERTICES: usize = 600;
 /// Distance of the probes of [`polish`] from the surface, relative to the size of the pair.
@@ -67,6 +72,12 @@ impl<'a> Difference<'a> {
         Vertex { a, w: self.placement.apply(&b) - a }
     }
 
+    /// The penetration along a given normal, at a given point of A.
+    fn facing(&self, normal: Vec3, point_a: Vec3) -> Penetration {
+        let depth = -normal.dot(&self.support(&-normal).w);
+        Penetration { depth, normal, point_a, point_b: point_a - normal * depth }
+    }
+
     fn curved(&self) -> bool {
         [self.a, self.b].into_iter().any(|core| matches!(core, Core::Cylinder { .. }))
     }
@@ -93,34 +104,50 @@ impl<'a> Difference<'a> {
 /// [`GjkError`] if the bounds of the depth have not closed.
 pub fn penetration(a: &Core, b: &Core, placement: &Placement, simplex: &Simplex) -> Result<Penetration, GjkError> {
     let set = Difference::new(a, b, placement);
-    let vertices = match start(&set) {
-        Start::Solid(vertices) => vertices,
-        Start::Flat(normal) => return flat(&set, normal, simplex),
-    };
-    let tolerance = if set.curved() { CURVED_TOLERANCE } else { TOLERANCE } * set.size;
-    let mut polytope = Polytope::new(vertices);
+    let mut failure = None;
+    for joggle in JOGGLES {
+        let turn = Rotation::from_scaled_axis(Vec3::new(1.0, 2.0, 3.0) * joggle).to_rotation_matrix();
+        let turned = Placement { matrix: turn * placement.matrix, translation: placement.translation };
+        let joggled = Difference { placement: if joggle > 0.0 { &turned } else { placement }, ..set };
+        let vertices = match start(&joggled) {
+            Start::Solid(vertices) => vertices,
+            Start::Flat(normal) => return flat(&set, normal, simplex),
+        };
+        match expand(&joggled, vertices) {
+            Ok((found, gap)) if joggle == 0.0 && gap <= TOLERANCE * set.size => return Ok(found),
+            Ok((found, _)) => return Ok(polish(&set, found)),
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    Err(failure.unwrap_or_else(|| set.failure(f64::INFINITY, 0)))
+}
+
+/// Grows the polytope from four vertices; the answer and the gap of its bounds (m).
+fn expand(set: &Difference, vertices: [Vertex; 4]) -> Result<(Penetration, f64), GjkError> {
+    let (tolerance, accepted) =
+        if set.curved() { (CURVED_TOLERANCE, CROWDED_TOLERANCE) } else { (TOLERANCE, SKINNY_TOLERANCE) };
+    let mut polytope = Polytope::new(vertices, set.size);
     loop {
+        let count = polytope.vertices.len();
         let Some(number) = polytope.nearest_face() else {
-            return Err(set.failure(f64::INFINITY, polytope.vertices.len()));
+            return Err(set.failure(f64::INFINITY, count));
         };
         let face = polytope.faces[number];
         let outward = face.normal;
         let farthest = set.support(&outward);
         let gap = outward.dot(&farthest.w) - face.distance;
-        // A known vertex a little above its own face is rounding.
-        let ended = gap <= tolerance
-            || polytope.vertices.len() >= MAX_VERTICES
+        let ended = gap <= tolerance * set.size
+            || count >= MAX_VERTICES
             || polytope.vertices.iter().any(|v| v.w == farthest.w)
-            || !polytope.expand(farthest, number, 1e-15 * set.size);
+            || !polytope.expand(farthest, number);
         if !ended {
             continue;
         }
-        if gap > CROWDED_TOLERANCE * set.size || gap.is_nan() {
-            return Err(set.failure(gap, polytope.vertices.len()));
+        if gap > accepted * set.size || gap.is_nan() {
+            return Err(set.failure(gap, count));
         }
         let corners = face.corners.map(|i| polytope.vertices[i]);
-        let found = exposed(corners, outward, outward.dot(&farthest.w));
-        return Ok(if set.curved() { polish(&set, found) } else { found });
+        return Ok((exposed(corners, outward, outward.dot(&farthest.w)), gap));
     }
 }
 
@@ -150,13 +177,13 @@ fn flat(set: &Difference, normal: Vec3, simplex: &Simplex) -> Result<Penetration
         }
     };
     let normal = if normal.dot(&set.placement.translation) < 0.0 { -normal } else { normal };
-    let depth = -normal.dot(&set.support(&-normal).w);
-    Ok(Penetration { depth, normal, point_a, point_b: point_a - normal * depth })
+    Ok(set.facing(normal, point_a))
 }
 
-/// Moves to the nearby least depth on a curved surface: B is moved out a little farther than it has to
+/// Moves to the nearby least depth on a curved surface or beside a skinny face: B is moved out a little farther than it has to
 /// be and the normal of the distance taken for the next direction.
-fn polish(set: &Difference, mut best: Penetration) -> Penetration {
+fn polish(set: &Difference, found: Penetration) -> Penetration {
+    let mut best = set.facing(found.normal, found.point_a);
     let mut simplex = Simplex::default();
     for _ in 0..MAX_PROBES {
         let shift = best.normal * (best.depth + PROBE * set.size);
@@ -165,12 +192,12 @@ fn polish(set: &Difference, mut best: Penetration) -> Penetration {
         else {
             break;
         };
-        let depth = -normal.dot(&set.support(&-normal).w);
-        if depth >= best.depth {
+        let next = set.facing(normal, point_a);
+        if next.depth >= best.depth {
             break;
         }
-        let settled = best.depth - depth <= TOLERANCE * set.size;
-        best = Penetration { depth, normal, point_a, point_b: point_a - normal * depth };
+        let settled = best.depth - next.depth <= TOLERANCE * set.size;
+        best = next;
         if settled {
             break;
         }

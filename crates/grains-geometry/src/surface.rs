@@ -127,6 +127,17 @@ impl WallMesh {
         self.bvh.for_each_in_box(lower, upper, f);
     }
 
+    /// Whether a ball of a radius (m) around `c` may meet triangle `t`: false only if it certainly does not.
+    #[inline]
+    pub fn may_touch(&self, t: u32, c: &Vec3, radius: f64) -> bool {
+        let triangle = &self.triangles[t as usize];
+        let height = triangle.normal.dot(&(c - triangle.corners[0]));
+        // The ball cuts the plane in a circle: is that beyond an edge?
+        let circle = radius * radius - height * height;
+        let outside = triangle.depths(c).into_iter().fold(0.0, f64::min);
+        circle > outside * outside
+    }
+
     /// Contact of triangle `t` with a sphere centred at `c` (m), if `t` owns a local minimum of the
     /// distance from `c` over the surface.
     pub fn closest_on_triangle(&self, t: u32, c: &Vec3) -> Option<TriangleContact> {
@@ -142,6 +153,15 @@ impl WallMesh {
             })
         });
         (!duplicated).then_some(own.contact)
+    }
+
+    /// The same for a sphere of a radius (m): `None` unless it reaches the surface.
+    #[inline]
+    pub fn closest_within(&self, t: u32, c: &Vec3, radius: f64) -> Option<TriangleContact> {
+        if !self.may_touch(t, c, radius) {
+            return None;
+        }
+        self.closest_on_triangle(t, c).filter(|contact| contact.distance < radius)
     }
 
     /// Local minimum that triangle `t` owns, before neighbours are compared.

@@ -40,7 +40,10 @@ fn boxes(s: f64) -> [Core; 2] {
 }
 
 fn cylinders(s: f64) -> [Core; 2] {
-    [Core::Cylinder { radius: 0.5 * s, half_height: 2.0 * s }, Core::Cylinder { radius: 0.3 * s, half_height: s }]
+    [
+        Core::Cylinder { radius: 0.5 * s, half_height: 2.0 * s },
+        Core::Cylinder { radius: 0.3 * s, half_height: s },
+    ]
 }
 
 #[test]
@@ -71,7 +74,11 @@ fn crossed_edges_of_boxes() {
 fn points() {
     let against = |b: fn(f64) -> Core| move |s: f64| [Core::Point, b(s)];
     let none = Rotation::identity();
-    expect(query(against(|_| Core::Point), none, Vec3::new(3.0, 4.0, 12.0)), 13.0, Vec3::new(3.0, 4.0, 12.0) / 13.0);
+    expect(
+        query(against(|_| Core::Point), none, Vec3::new(3.0, 4.0, 12.0)),
+        13.0,
+        Vec3::new(3.0, 4.0, 12.0) / 13.0,
+    );
     let cube = against(|s| Core::Box(Vec3::repeat(s)));
     expect(query(cube, none, Vec3::new(1.5, 0.0, 0.0)), 0.5, Vec3::x());
     expect(query(cube, none, Vec3::new(1.3, -1.4, 0.2)), 0.5, Vec3::new(0.6, -0.8, 0.0));
@@ -98,11 +105,21 @@ fn points_agree_with_the_iterative_search() {
         };
         let placement = place(&random.rotation(), random.log(0.1, 10.0), random.direction() * 2.0);
         let dot = Core::polyhedron(vec![Vec3::zeros()]);
-        let ask = |a: &Core, b: &Core| distance(a, b, &placement, f64::INFINITY, &mut Simplex::default()).expect("converges");
-        for [exact, searched] in [[ask(&Core::Point, &core), ask(&dot, &core)], [ask(&core, &Core::Point), ask(&core, &dot)]] {
+        let ask = |a: &Core, b: &Core| {
+            distance(a, b, &placement, f64::INFINITY, &mut Simplex::default()).expect("converges")
+        };
+        for [exact, searched] in
+            [[ask(&Core::Point, &core), ask(&dot, &core)], [ask(&core, &Core::Point), ask(&core, &dot)]]
+        {
             match (exact, searched) {
-                (Separation::Apart { distance: d, normal: n, point_b: p, .. }, Separation::Apart { distance: e, normal: m, point_b: q, .. }) => {
-                    assert!((d - e).abs() < 1e-11 && (n - m).norm() < 1e-5 && (p - q).norm() < 1e-5, "{core:?} {d} {e} {n} {m}");
+                (
+                    Separation::Apart { distance: d, normal: n, point_b: p, .. },
+                    Separation::Apart { distance: e, normal: m, point_b: q, .. },
+                ) => {
+                    assert!(
+                        (d - e).abs() < 1e-11 && (n - m).norm() < 1e-5 && (p - q).norm() < 1e-5,
+                        "{core:?} {d} {e} {n} {m}"
+                    );
                 }
                 (exact, searched) => assert_eq!(exact, searched),
             }
@@ -166,7 +183,9 @@ fn triangles() {
 #[test]
 fn meeting_cores() {
     for size in SIZES {
-        for (pair, shift) in [(boxes(size), Vec3::new(1.4, 2.6, 3.2)), (cylinders(size), Vec3::new(0.4, 0.4, 2.0))] {
+        for (pair, shift) in
+            [(boxes(size), Vec3::new(1.4, 2.6, 3.2)), (cylinders(size), Vec3::new(0.4, 0.4, 2.0))]
+        {
             for factor in [0.0, 0.5, 1.0, 1.0 - 1e-13] {
                 let placement = place(&Rotation::identity(), 1.0, shift * (size * factor));
                 let mut simplex = Simplex::default();

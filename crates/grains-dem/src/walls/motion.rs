@@ -133,13 +133,25 @@ impl Motion {
         }
     }
 
-    /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin.
+    /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin, while it moves.
     pub fn largest_speed(&self, reach: f64) -> f64 {
         match *self {
             Motion::Fixed => 0.0,
             Motion::Translation { velocity, .. } => velocity.norm(),
             Motion::Oscillation { amplitude, frequency, .. } => amplitude.norm() * TAU * frequency,
             Motion::Rotation { point, rate, .. } => rate.abs() * (reach + point.norm()),
+        }
+    }
+
+    /// Time (s) from `now` on at which the wall moves next: `now` if it is moving, infinity if never again.
+    pub fn moves_next(&self, now: f64) -> f64 {
+        match *self {
+            Motion::Fixed => f64::INFINITY,
+            Motion::Translation { start, end, .. }
+            | Motion::Oscillation { start, end, .. }
+            | Motion::Rotation { start, end, .. } => {
+                if now < end { now.max(start) } else { f64::INFINITY }
+            }
         }
     }
 }

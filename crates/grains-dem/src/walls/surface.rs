@@ -93,7 +93,12 @@ impl Surface {
             }
             Surface::Mesh(mesh) => {
                 let half = Vec3::repeat(reach);
-                mesh.for_each_in_box(&(center - half), &(center + half), found);
+                // The boxes of slanted triangles hold much that is far from them.
+                mesh.for_each_in_box(&(center - half), &(center + half), |t| {
+                    if mesh.may_touch(t, center, reach) {
+                        found(t);
+                    }
+                });
             }
         }
     }
@@ -131,10 +136,9 @@ impl Surface {
                     _ => None,
                 }
             }
-            Surface::Mesh(mesh) => mesh.closest_on_triangle(element, center).and_then(|c| {
-                (c.distance < radius)
-                    .then(|| SurfaceContact::of_sphere(center, radius, -c.normal, radius - c.distance))
-            }),
+            Surface::Mesh(mesh) => mesh
+                .closest_within(element, center, radius)
+                .map(|c| SurfaceContact::of_sphere(center, radius, -c.normal, radius - c.distance)),
         };
         Ok(contact)
     }
@@ -190,11 +194,7 @@ impl Surface {
             Surface::Solid { center: middle, bounding_radius, .. } => {
                 (center - middle).norm() >= radius + bounding_radius
             }
-            Surface::Mesh(mesh) => {
-                let [a, b, c] = mesh.mesh().corners(element as usize);
-                let nearest = center.sup(&a.inf(&b).inf(&c)).inf(&a.sup(&b).sup(&c));
-                (center - nearest).norm_squared() >= radius * radius
-            }
+            Surface::Mesh(mesh) => !mesh.may_touch(element, center, radius),
         }
     }
 

@@ -5,8 +5,11 @@ use crate::Vec3;
 
 /// Thickness of a set, relative to its size, below which it has no volume.
 const FLAT: f64 = 1e-12;
-/// Sine of the angle at its first corner below which a face is a sliver without a normal.
-const SLIVER: f64 = 1e-12;
+/// Height of a point above a face, relative to the size of the set, that is rounding.
+const ROUNDING: f64 = 1e-15;
+/// Height of a face, relative to the size of the set, below which it is a sliver without a normal. To
+/// pass it over is safe: its neighbours are as near the origin but for the square of this.
+const SLIVER: f64 = 1e-8;
 
 /// A triangle of the surface, counter-clockwise seen from outside.
 #[derive(Clone, Copy)]
@@ -40,15 +43,18 @@ struct Rim {
 pub(super) struct Polytope {
     pub vertices: Vec<Vertex>,
     pub faces: Vec<Face>,
+    /// Size of the set (m).
+    size: f64,
 }
 
 impl Polytope {
     /// The tetrahedron of four points, of any orientation.
-    pub fn new([p, q, r, s]: [Vertex; 4]) -> Self {
+    pub fn new([p, q, r, s]: [Vertex; 4], size: f64) -> Self {
         let outside = (q.w - p.w).cross(&(r.w - p.w)).dot(&(s.w - p.w)) > 0.0;
         let (q, r) = if outside { (r, q) } else { (q, r) };
-        let mut polytope = Self { vertices: vec![p, q, r, s], faces: Vec::new() };
-        let faces = [([0, 1, 2], [1, 2, 3]), ([0, 3, 1], [3, 2, 0]), ([1, 3, 2], [1, 3, 0]), ([2, 3, 0], [2, 1, 0])];
+        let mut polytope = Self { vertices: vec![p, q, r, s], faces: Vec::new(), size };
+        let faces =
+            [([0, 1, 2], [1, 2, 3]), ([0, 3, 1], [3, 2, 0]), ([1, 3, 2], [1, 3, 0]), ([2, 3, 0], [2, 1, 0])];
         for (corners, neighbours) in faces {
             polytope.faces.push(polytope.face(corners, neighbours));
         }
@@ -69,11 +75,11 @@ impl Polytope {
 
     /// Replaces the faces that `vertex` is above, from `seen` on, by a fan around it.
     ///
-    /// Heights up to `margin` (m) are rounding. False if the hole is not bounded by one ring.
-    pub fn expand(&mut self, vertex: Vertex, seen: usize, margin: f64) -> bool {
+    /// False if the hole is not bounded by one ring.
+    pub fn expand(&mut self, vertex: Vertex, seen: usize) -> bool {
         let apex = self.vertices.len();
         self.vertices.push(vertex);
-        let ring = self.dig(&vertex.w, seen, margin);
+        let ring = self.dig(&vertex.w, seen);
         let first = self.faces.len();
         for rim in &ring {
             let next = ring.iter().position(|other| other.from == rim.to);
@@ -92,7 +98,8 @@ impl Polytope {
     }
 
     /// Takes away the faces visible from `point` that are connected to `seen`; returns the rim.
-    fn dig(&mut self, point: &Vec3, seen: usize, margin: f64) -> Vec<Rim> {
+    fn dig(&mut self, point: &Vec3, seen: usize) -> Vec<Rim> {
+        let margin = ROUNDING * self.size;
         let mut ring = Vec::new();
         let mut hole = vec![seen];
         self.faces[seen].exposed = false;
@@ -114,7 +121,8 @@ impl Polytope {
     fn face(&self, corners: [usize; 3], neighbours: [usize; 3]) -> Face {
         let [p, q, r] = corners.map(|i| self.vertices[i].w);
         let normal = (q - p).cross(&(r - p));
-        let (normal, distance) = match normal.try_normalize(SLIVER * (q - p).norm() * (r - p).norm()) {
+        let longest = (q - p).norm().max((r - p).norm()).max((r - q).norm());
+        let (normal, distance) = match normal.try_normalize(SLIVER * self.size * longest) {
             Some(normal) => (normal, normal.dot(&p)),
             None => (Vec3::zeros(), f64::INFINITY),
         };

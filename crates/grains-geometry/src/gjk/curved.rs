@@ -134,12 +134,16 @@ impl Feature {
         let (radius, height) = (cylinder.radius, cylinder.half_height);
         let first = points[0];
         let one_end = points.iter().all(|p| p.z == first.z);
-        let together =
-            points.iter().all(|p| p.x * first.x + p.y * first.y >= SAME_POINT * radius * radius);
+        let together = points.iter().all(|p| p.x * first.x + p.y * first.y >= SAME_POINT * radius * radius);
         let (cosine, sine) = (Vec3::new(radius, 0.0, 0.0), Vec3::new(0.0, radius, 0.0));
         let end = Vec3::new(0.0, 0.0, first.z);
-        let mut feature =
-            Self { base: end, edges: [cosine, sine], freedoms: 2, range: Range::Disc, circle: Circle::none() };
+        let mut feature = Self {
+            base: end,
+            edges: [cosine, sine],
+            freedoms: 2,
+            range: Range::Disc,
+            circle: Circle::none(),
+        };
         if !together {
             return one_end.then_some(feature);
         }
@@ -277,7 +281,12 @@ pub(super) fn touch<A: Support, B: Support>(
     let rim = |core: Option<&CylinderCore>, circle: &Circle| {
         core.filter(|_| circle.idle == 0.0).map(|c| circle.angle.map(|x| x * c.radius))
     };
-    Some(Touch { v, point_a, rim_a: rim(core_a.cylinder(), &a.circle), rim_b: rim(core_b.cylinder(), &b.circle) })
+    Some(Touch {
+        v,
+        point_a,
+        rim_a: rim(core_a.cylinder(), &a.circle),
+        rim_b: rim(core_b.cylinder(), &b.circle),
+    })
 }
 
 /// Two linear freedoms fix the normal: each circle shows its farthest point.

@@ -130,7 +130,12 @@ mod tests {
 
     #[test]
     fn weights_reproduce_the_point_and_it_is_optimal() {
-        let w = [Vec3::new(1.0, 0.3, 2.0), Vec3::new(-2.0, 0.5, 1.0), Vec3::new(0.4, -3.0, 1.5), Vec3::new(0.1, 0.2, 4.0)];
+        let w = [
+            Vec3::new(1.0, 0.3, 2.0),
+            Vec3::new(-2.0, 0.5, 1.0),
+            Vec3::new(0.4, -3.0, 1.5),
+            Vec3::new(0.1, 0.2, 4.0),
+        ];
         for len in 1..=4 {
             let n = nearest(len, &w).expect("the origin is outside");
             let sum: Vec3 = w.iter().zip(n.weights).map(|(w, l)| w * l).sum();

@@ -2,7 +2,10 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
-use super::{CURVED_TOLERANCE, MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
+use super::{
+    CURVED_TOLERANCE, MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex,
+    TOLERANCE,
+};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
 use crate::{Core, Placement, Vec3};
 
@@ -57,7 +60,12 @@ impl Query<'_> {
 
     /// Rounding may trap the search in a skinny simplex left by an earlier step: it then starts afresh.
     #[inline]
-    fn search<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Result<Separation, Stall> {
+    fn search<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Result<Separation, Stall> {
         let warm = simplex.len > 0;
         self.descend(a, b, simplex).or_else(|stall| {
             if !warm {
@@ -69,7 +77,12 @@ impl Query<'_> {
     }
 
     #[inline]
-    fn descend<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Result<Separation, Stall> {
+    fn descend<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Result<Separation, Stall> {
         let placement = self.placement;
         let curved = A::CURVED || B::CURVED;
         let size = self.size(a, b);
@@ -78,8 +91,8 @@ impl Query<'_> {
             (simplex.a[0], simplex.b[0], simplex.len) = (start.a, start.b, 1);
         }
         let mut w: [Vec3; 4] = std::array::from_fn(|_| Vec3::zeros());
-        for i in 0..simplex.len as usize {
-            w[i] = placement.apply(&simplex.b[i]) - simplex.a[i];
+        for (w, (a, b)) in w.iter_mut().zip(simplex.a.iter().zip(&simplex.b)).take(simplex.len as usize) {
+            *w = placement.apply(b) - a;
         }
         let tolerance = if curved { CURVED_TOLERANCE } else { TOLERANCE } * size;
         let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None };
@@ -155,7 +168,13 @@ impl Query<'_> {
     }
 
     /// Solves the touching features as equations and certifies the result like any other.
-    fn touch<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex, size: f64) -> Option<Separation> {
+    fn touch<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+        size: f64,
+    ) -> Option<Separation> {
         let touch: Touch = curved::touch(a, b, self.placement, simplex)?;
         let squared = touch.v.norm_squared();
         if squared <= (MEETING * size).powi(2) {
@@ -199,8 +218,8 @@ fn keep(simplex: &mut Simplex, w: &mut [Vec3; 4], found: &Nearest) -> [f64; 4] {
 #[inline(always)]
 fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
     let mut point = simplex.a[0] * weights[0];
-    for i in 1..simplex.len as usize {
-        point += simplex.a[i] * weights[i];
+    for (a, weight) in simplex.a.iter().zip(weights).take(simplex.len as usize).skip(1) {
+        point += a * *weight;
     }
     point
 }

@@ -43,9 +43,14 @@ impl Random {
     /// A rotation that lays axes parallel, exactly or up to an angle between 1e-16 and 1e-2.
     pub fn aligned(&mut self) -> Rotation {
         let quarter = |n: usize| n as f64 * FRAC_PI_2;
-        let lay = Rotation::from_euler_angles(quarter(self.below(4)), quarter(self.below(4)), TAU * self.unit());
+        let lay =
+            Rotation::from_euler_angles(quarter(self.below(4)), quarter(self.below(4)), TAU * self.unit());
         match self.below(3) {
-            0 => Rotation::from_euler_angles(quarter(self.below(4)), quarter(self.below(4)), quarter(self.below(4))),
+            0 => Rotation::from_euler_angles(
+                quarter(self.below(4)),
+                quarter(self.below(4)),
+                quarter(self.below(4)),
+            ),
             1 => lay,
             _ => {
                 let angle = self.log(1e-16, 1e-2);
@@ -96,7 +101,8 @@ pub enum Kind {
     Triangle,
 }
 
-pub const KINDS: [Kind; 6] = [Kind::Point, Kind::Box, Kind::Cylinder, Kind::Icosahedron, Kind::Hull, Kind::Triangle];
+pub const KINDS: [Kind; 6] =
+    [Kind::Point, Kind::Box, Kind::Cylinder, Kind::Icosahedron, Kind::Hull, Kind::Triangle];
 
 pub fn icosahedron() -> Vec<Vec3> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
@@ -112,7 +118,9 @@ pub fn scaled(core: &Core, s: f64) -> Core {
     match core {
         Core::Point => Core::Point,
         Core::Box(half) => Core::Box(half * s),
-        Core::Cylinder { radius, half_height } => Core::Cylinder { radius: radius * s, half_height: half_height * s },
+        Core::Cylinder { radius, half_height } => {
+            Core::Cylinder { radius: radius * s, half_height: half_height * s }
+        }
         Core::Polyhedron(hull) => Core::polyhedron(hull.vertices().iter().map(|v| v * s).collect()),
         Core::Triangle(corners) => Core::Triangle(corners.map(|v| v * s)),
     }
@@ -134,7 +142,8 @@ pub fn holds(core: &Core, point: &Vec3, slack: f64) -> bool {
         // Nearest point to a hull is a query of its own; planes in the six axis directions and the
         // direction from the centre must do.
         Core::Polyhedron(_) | Core::Triangle(_) => {
-            let mut directions: Vec<Vec3> = (0..3).flat_map(|i| [Vec3::ith(i, 1.0), Vec3::ith(i, -1.0)]).collect();
+            let mut directions: Vec<Vec3> =
+                (0..3).flat_map(|i| [Vec3::ith(i, 1.0), Vec3::ith(i, -1.0)]).collect();
             directions.extend(point.try_normalize(0.0));
             directions.iter().all(|d| d.dot(point) <= d.dot(&core.support(d)) + slack)
         }
