@@ -126,7 +126,8 @@ impl Coefficients {
         let Contact { normal, overlap, velocity } = *contact;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
-        let normal_force = normal * (self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic);
+        let normal_force =
+            normal * (self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic);
         let sliding = velocity - normal * opening;
         let viscous = sliding * self.tangential_dashpot;
         let limit = self.friction * elastic;

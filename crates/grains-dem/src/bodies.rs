@@ -56,7 +56,8 @@ impl<'a> PlacedPart<'a> {
         let (mut off, mut distance) = away(center);
         let mut best = Vec3::zeros();
         for _ in 0..20 {
-            let direction = if distance > 0.0 { off / distance } else { axis.cross(&Vec3::new(0.36, 0.48, 0.8)) };
+            let direction =
+                if distance > 0.0 { off / distance } else { axis.cross(&Vec3::new(0.36, 0.48, 0.8)) };
             let point = self.farthest(&direction);
             let (next, next_distance) = away(&(center + point));
             let settled = next_distance <= distance * (1.0 + 1e-15) && best != Vec3::zeros();
@@ -117,7 +118,9 @@ pub(crate) fn touch(
     let (gap, normal, point_a, point_b, cores_met) =
         match distance(part.core, other, placement, crusts / part.scale, simplex)? {
             Separation::Beyond => return Ok(None),
-            Separation::Apart { distance, normal, point_a, point_b } => (distance, normal, point_a, point_b, false),
+            Separation::Apart { distance, normal, point_a, point_b } => {
+                (distance, normal, point_a, point_b, false)
+            }
             Separation::Meeting => {
                 let p = penetration(part.core, other, placement, simplex)?;
                 (-p.depth, p.normal, p.point_a, p.point_b, true)
@@ -246,11 +249,7 @@ fn loads(
     let arm_b = contact.point - (b.position - a.position);
     let velocity =
         (b.velocity + b.angular_velocity.cross(&arm_b)) - (a.velocity + a.angular_velocity.cross(&arm_a));
-    let contact = Contact {
-        normal: contact.normal,
-        overlap: contact.overlap,
-        velocity,
-    };
+    let contact = Contact { normal: contact.normal, overlap: contact.overlap, velocity };
     let law = catalogue.contacts.law(a.kind.material, b.kind.material);
     let law = law.coefficients(reduced_mass(a.mass, b.mass));
     let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));

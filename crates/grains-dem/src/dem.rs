@@ -2,7 +2,7 @@
 
 use crate::bodies::{self, BodyPair};
 use crate::error::vector;
-use crate::exchange::{Exchange, Exits};
+use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
 use crate::integrate::{self, Rates};
 use crate::measure::{self, Crossings, FlowPlane, Totals};
@@ -153,7 +153,7 @@ impl Dem {
             report: StepReport::default(),
             grid: CellGrid::new(&decomposition, range),
             lattice: LoadLattice::new(&setup.catalogue.contacts, setup.largest_radius, setup.overlap_limit),
-            exchange: Exchange::new(&decomposition),
+            exchange: Exchange::new(&decomposition, setup.outlets),
             neighbours: Neighbours::default(),
             memories: Memories::default(),
             crossings: vec![Crossings::default(); setup.planes.len()],
@@ -288,7 +288,15 @@ impl Dem {
         let time = self.time();
         let Self { particles, neighbours, setup, lattice, states, wall_loads, .. } = self;
         let scene = WallScene::new(setup, states, time);
-        walls::add_forces(particles, &mut neighbours.walls, &scene, &setup.catalogue, lattice, wall_loads, tally);
+        walls::add_forces(
+            particles,
+            &mut neighbours.walls,
+            &scene,
+            &setup.catalogue,
+            lattice,
+            wall_loads,
+            tally,
+        );
     }
 
     /// Kicks and drifts, moves the walls, and agrees with the other ranks on errors and stale lists.
@@ -344,7 +352,8 @@ impl Dem {
     /// How far (m) walls may move before the lists are rebuilt, and after how many steps that is due.
     fn wall_allowance(&self) -> (f64, u64) {
         let (global, dt, now) = (&self.setup.global, self.setup.rates.dt, self.time());
-        let corner = (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
+        let corner =
+            (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
         let horizon = self.setup.skin.horizon.max(1.0);
         let (mut speed, mut pause) = (0.0_f64, f64::INFINITY);
         for wall in self.setup.walls.iter().filter(|w| now < w.until) {
@@ -367,14 +376,13 @@ impl Dem {
         measure::count_crossings(&mut self.particles, &self.setup.planes, &mut self.crossings);
         self.check_jumps();
         self.gather();
-        let mut exits = Exits::default();
-        let Self { particles, memories, decomposition, setup, stays, exchange, .. } = self;
-        let migrated =
-            exchange.migrate(particles, memories, decomposition, &setup.outlets, &mut exits, stays, transport);
-        self.error = self.error.take().or(migrated.err());
+        let Self { particles, memories, stays, exchange, .. } = self;
+        match exchange.migrate(particles, memories, stays, transport) {
+            Ok(left) => self.ledger.left += left,
+            Err(error) => self.error = self.error.take().or(Some(error)),
+        }
         let failed = transport.highest(u8::from(self.error.is_some())) > 0;
         self.agreed(failed)?;
-        self.ledger.left += exits.ids.len() as u64;
         self.sort_and_list(transport);
         self.gathered = false;
         self.stale = false;
@@ -386,7 +394,9 @@ impl Dem {
     fn sort_and_list(&mut self, transport: &impl Transport) {
         let (wall_reach, wall_steps) = self.wall_allowance();
         self.wall_steps = wall_steps;
-        let Self { particles, memories, decomposition, setup, stays, order, exchange, neighbours, grid, .. } = self;
+        let Self {
+            particles, memories, decomposition, setup, stays, order, exchange, neighbours, grid, ..
+        } = self;
         neighbours.sort_by_cell(particles, stays, grid, order);
         particles.reorder(order);
         for i in 0..particles.owned {
@@ -464,8 +474,11 @@ impl Dem {
 
     /// Force (N) and torque about the origin (N m) on each wall, over all ranks.
     pub fn wall_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums: Vec<f64> =
-            self.wall_loads.iter().flat_map(|l| l.force.iter().chain(l.torque.iter()).copied().collect::<Vec<_>>()).collect();
+        let mut sums: Vec<f64> = self
+            .wall_loads
+            .iter()
+            .flat_map(|l| l.force.iter().chain(l.torque.iter()).copied().collect::<Vec<_>>())
+            .collect();
         transport.sum(&mut sums);
         let vector = |s: &[f64]| Vec3::new(s[0], s[1], s[2]);
         sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
@@ -500,24 +513,40 @@ impl Dem {
                 let overlap = bodies[i].radius + other.radius - (other.position - bodies[i].position).norm();
                 if overlap > 0.0 {
                     let radius = bodies[i].radius.min(other.radius);
-                    visit(&Touch { particle: i, other: Partner::Particle(pair.other as usize), overlap, radius });
+                    visit(&Touch {
+                        particle: i,
+                        other: Partner::Particle(pair.other as usize),
+                        overlap,
+                        radius,
+                    });
                 }
             }
         }
         for pair in &self.neighbours.bodies {
             let mut pair: BodyPair = *pair;
-            if let Ok(Some((contact, radius))) = bodies::pair_contact(&self.particles, &mut pair, &self.setup.catalogue)
+            if let Ok(Some((contact, radius))) =
+                bodies::pair_contact(&self.particles, &mut pair, &self.setup.catalogue)
             {
-                let (own, other) = if (pair.a as usize) < self.particles.owned { (pair.a, pair.b) } else { (pair.b, pair.a) };
+                let (own, other) = if (pair.a as usize) < self.particles.owned {
+                    (pair.a, pair.b)
+                } else {
+                    (pair.b, pair.a)
+                };
                 let other = Partner::Particle(other as usize);
                 visit(&Touch { particle: own as usize, other, overlap: contact.overlap, radius });
             }
         }
         let scene = WallScene::new(&self.setup, &self.states, self.time());
         let mut list = self.neighbours.walls.clone();
-        walls::for_each_contact(&self.particles, &mut list, &scene, &self.setup.catalogue, |i, wall, overlap| {
-            visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius: inscribed(i) });
-        });
+        walls::for_each_contact(
+            &self.particles,
+            &mut list,
+            &scene,
+            &self.setup.catalogue,
+            |i, wall, overlap| {
+                visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius: inscribed(i) });
+            },
+        );
     }
 
     /// Lengths of the lists (sphere pairs, body pairs, wall pairs) and clones sent per step.

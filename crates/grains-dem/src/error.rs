@@ -6,7 +6,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepError {
     /// A particle left the box where the case declares no outlet.
-    #[error("particle {id} left the domain through {face} at {place} (velocity {velocity}): declare the face in domain.outlets if that is meant, else a wall leaks or is missing there, or the time step is too large")]
+    #[error(
+        "particle {id} left the domain through {face} at {place} (velocity {velocity}): declare the face in domain.outlets if that is meant, else a wall leaks or is missing there, or the time step is too large"
+    )]
     Lost {
         /// Identity.
         id: u64,
@@ -18,7 +20,9 @@ pub enum StepError {
         velocity: String,
     },
     /// A state that is not a number.
-    #[error("particle {id} has a position or velocity that is not a number, last seen near {place}: the time step is too large or a contact is too stiff (see `grains-mpi check`)")]
+    #[error(
+        "particle {id} has a position or velocity that is not a number, last seen near {place}: the time step is too large or a contact is too stiff (see `grains-mpi check`)"
+    )]
     NotANumber {
         /// Identity.
         id: u64,
@@ -26,7 +30,9 @@ pub enum StepError {
         place: String,
     },
     /// Two bodies overlap too much.
-    #[error("particle {id} overlaps {other} by {overlap:.4e} m, {percent:.1} % of its inscribed radius, at {place}; the limit is {limit:.1} % (limits.overlap): the time step is too large, the stiffness too low for the impact speed, or bodies were placed into each other")]
+    #[error(
+        "particle {id} overlaps {other} by {overlap:.4e} m, {percent:.1} % of its inscribed radius, at {place}; the limit is {limit:.1} % (limits.overlap): the time step is too large, the stiffness too low for the impact speed, or bodies were placed into each other"
+    )]
     Overlap {
         /// Identity.
         id: u64,
@@ -42,7 +48,9 @@ pub enum StepError {
         place: String,
     },
     /// A particle moved farther than a cell between two checks.
-    #[error("particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the cell width {width:.4e} m, at {place} (velocity {velocity}): the time step is too large")]
+    #[error(
+        "particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the cell width {width:.4e} m, at {place} (velocity {velocity}): the time step is too large"
+    )]
     Jump {
         /// Identity.
         id: u64,
@@ -56,7 +64,9 @@ pub enum StepError {
         velocity: String,
     },
     /// A load that the exact sums cannot hold.
-    #[error("particle {id} at {place} feels a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large")]
+    #[error(
+        "particle {id} at {place} feels a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
+    )]
     Load {
         /// Identity.
         id: u64,
@@ -66,7 +76,9 @@ pub enum StepError {
         force: f64,
     },
     /// The ledger does not close.
-    #[error("{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for")]
+    #[error(
+        "{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for"
+    )]
     Ledger {
         /// Inserted so far.
         inserted: u64,

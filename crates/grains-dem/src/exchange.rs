@@ -7,18 +7,13 @@
 
 use crate::error::vector;
 use crate::memory::Memories;
-use crate::record::{CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation};
-use crate::{Particles, ParticleRecord, StepError};
+use crate::record::{
+    CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation,
+};
+use crate::{ParticleRecord, Particles, StepError};
 use grains_domain::{CellGrid, CellTag, Decomposition, Direction, Transport};
 use grains_geometry::{Rotation, Vec3};
 use std::ops::Range;
-
-/// Particles that left the box through an outlet since the last rebuild.
-#[derive(Clone, Debug, Default)]
-pub struct Exits {
-    /// Identities of those this rank saw leaving.
-    pub ids: Vec<u64>,
-}
 
 /// A neighbour direction: who is there, and what it gets.
 #[derive(Clone, Debug)]
@@ -33,6 +28,8 @@ struct Link {
 /// The messages of one rank.
 #[derive(Clone, Debug)]
 pub(crate) struct Exchange {
+    decomposition: Decomposition,
+    outlets: [bool; 6],
     links: Vec<Link>,
     own_rank: usize,
     /// Neighbour ranks other than the own one, ascending.
@@ -49,8 +46,8 @@ pub(crate) struct Exchange {
 pub(crate) const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 
 impl Exchange {
-    /// Messages of a subdomain.
-    pub(crate) fn new(decomposition: &Decomposition) -> Self {
+    /// Messages of a subdomain; particles may leave the box through the faces that are `outlets`.
+    pub(crate) fn new(decomposition: &Decomposition, outlets: [bool; 6]) -> Self {
         let own_rank = decomposition.rank_at(decomposition.coordinates);
         let links: Vec<Link> = Direction::all()
             .filter_map(|direction| {
@@ -63,6 +60,8 @@ impl Exchange {
         peers.dedup();
         let buffers = vec![Vec::new(); peers.len()];
         Self {
+            decomposition: decomposition.clone(),
+            outlets,
             links,
             own_rank,
             filled: vec![0..0; peers.len()],
@@ -75,22 +74,21 @@ impl Exchange {
 
     /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
     /// crossed a border, and appends arrivals. `stays` gets the indices of particles now owned here.
+    ///
+    /// Returns how many left through an outlet.
     pub(crate) fn migrate(
         &mut self,
         particles: &mut Particles,
         memories: &mut Memories,
-        decomposition: &Decomposition,
-        outlets: &[bool; 6],
-        exits: &mut Exits,
         stays: &mut Vec<u32>,
         transport: &impl Transport,
-    ) -> Result<(), StepError> {
+    ) -> Result<u64, StepError> {
         particles.drop_clones();
         stays.clear();
         self.sent.iter_mut().for_each(Vec::clear);
-        let mut failure = None;
+        let (mut failure, mut left) = (None, 0);
         for i in 0..particles.owned {
-            match self.destination(particles, i, decomposition, outlets) {
+            match self.destination(particles, i) {
                 Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
                 Ok(Some(rank)) => match self.peers.binary_search(&rank) {
                     Ok(peer) => {
@@ -99,7 +97,7 @@ impl Exchange {
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
                 },
-                Ok(None) => exits.ids.push(particles.ids[i]),
+                Ok(None) => left += 1,
                 Err(error) => failure = failure.or(Some(error)),
             }
         }
@@ -115,18 +113,12 @@ impl Exchange {
                 rest = memories.read(&rest[ParticleRecord::LENGTH..]);
             }
         }
-        Ok(())
+        Ok(left)
     }
 
     /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.
-    fn destination(
-        &self,
-        particles: &mut Particles,
-        i: usize,
-        decomposition: &Decomposition,
-        outlets: &[bool; 6],
-    ) -> Result<Option<usize>, StepError> {
-        let global = &decomposition.global;
+    fn destination(&self, particles: &mut Particles, i: usize) -> Result<Option<usize>, StepError> {
+        let global = &self.decomposition.global;
         let body = &mut particles.bodies[i];
         if !(body.position + body.velocity).norm().is_finite() {
             return Err(StepError::NotANumber { id: particles.ids[i], place: vector(&body.position) });
@@ -134,7 +126,7 @@ impl Exchange {
         for a in (0..3).filter(|&a| !global.periodic[a]) {
             let beyond = [body.position[a] < global.lower[a], body.position[a] >= global.upper[a]];
             for side in 0..2 {
-                if beyond[side] && !outlets[2 * a + side] {
+                if beyond[side] && !self.outlets[2 * a + side] {
                     return Err(StepError::Lost {
                         id: particles.ids[i],
                         face: FACES[2 * a + side].to_string(),
@@ -149,11 +141,16 @@ impl Exchange {
         }
         let wrapped = global.wrap(body.position.into());
         body.position = Vec3::from(wrapped);
-        Ok(Some(decomposition.owner(wrapped)))
+        Ok(Some(self.decomposition.owner(wrapped)))
     }
 
     /// Creates the clones of this rank after particles were sorted by cell.
-    pub(crate) fn create_clones(&mut self, particles: &mut Particles, grid: &CellGrid, transport: &impl Transport) {
+    pub(crate) fn create_clones(
+        &mut self,
+        particles: &mut Particles,
+        grid: &CellGrid,
+        transport: &impl Transport,
+    ) {
         self.choose_sent(particles, grid);
         let identity = Rotation::identity();
         self.sent.iter_mut().for_each(Vec::clear);
@@ -162,7 +159,13 @@ impl Exchange {
             for &i in &link.sent {
                 let i = i as usize;
                 let orientation = particles.orientations.get(i).unwrap_or(&identity);
-                write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.shift, &mut self.sent[peer]);
+                write_clone(
+                    particles.ids[i],
+                    &particles.bodies[i],
+                    orientation,
+                    &link.shift,
+                    &mut self.sent[peer],
+                );
             }
         }
         transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);

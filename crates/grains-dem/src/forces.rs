@@ -22,7 +22,8 @@ impl LoadLattice {
     pub(crate) fn new(contacts: &ContactTable, largest_radius: f64, overlap: f64) -> Self {
         let stiffness = contacts.laws().map(|law| law.normal_stiffness).fold(f64::MIN_POSITIVE, f64::max);
         let largest = 32.0 * stiffness * overlap * largest_radius;
-        let (force, torque) = (Lattice::for_sums_below(largest), Lattice::for_sums_below(largest * largest_radius));
+        let (force, torque) =
+            (Lattice::for_sums_below(largest), Lattice::for_sums_below(largest * largest_radius));
         Self { force, torque, largest_force: 0.25 * largest }
     }
 

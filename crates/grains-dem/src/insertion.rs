@@ -44,7 +44,14 @@ impl NewParticle {
             frame * inertia(catalogue, &body).component_mul(&frame.tr_mul(&self.angular_velocity))
         };
         let half_velocity = half_step_back(self.velocity, &dem.setup.rates);
-        ParticleRecord { id: self.id, body, orientation: self.orientation, half_velocity, half_spin, sides: 0 }
+        ParticleRecord {
+            id: self.id,
+            body,
+            orientation: self.orientation,
+            half_velocity,
+            half_spin,
+            sides: 0,
+        }
     }
 
     fn frame(&self) -> Mat3 {
@@ -74,7 +81,9 @@ impl NewParticle {
                 let between = separation + other_part.offset - part.offset;
                 let placement = part.placement(&other_part.rotation, other_part.scale, &between);
                 let mut cold = Simplex::default();
-                if let Ok(Some(contact)) = touch(&part, other_part.core, &placement, other_part.crust, &mut cold) {
+                if let Ok(Some(contact)) =
+                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold)
+                {
                     worst = worst.max(contact.overlap);
                 }
             }
@@ -95,7 +104,8 @@ pub struct Occupancy {
 impl Occupancy {
     /// Particles owned by this rank.
     pub fn new(dem: &Dem) -> Self {
-        let mut occupancy = Self { cells: Default::default(), width: 2.0 * dem.setup.largest_radius, held: Vec::new() };
+        let mut occupancy =
+            Self { cells: Default::default(), width: 2.0 * dem.setup.largest_radius, held: Vec::new() };
         let particles = &dem.particles;
         for i in 0..particles.owned {
             let body = &particles.bodies[i];
@@ -134,7 +144,8 @@ impl Occupancy {
             }
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
-            let outside = (0..3).any(|a| image[a] < global.lower[a] - self.width || image[a] > global.upper[a] + self.width);
+            let outside = (0..3)
+                .any(|a| image[a] < global.lower[a] - self.width || image[a] > global.upper[a] + self.width);
             if outside {
                 continue;
             }
@@ -179,7 +190,9 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
                         placed.rotation = state.rotation.tr_mul(&placed.rotation);
                         placed.offset = state.rotation.tr_mul(&placed.offset);
                         let at = center + placed.offset;
-                        if let Ok(Some(c)) = surface.meets_part(element, &at, &placed, &mut Simplex::default()) {
+                        if let Ok(Some(c)) =
+                            surface.meets_part(element, &at, &placed, &mut Simplex::default())
+                        {
                             worst = worst.max(c.overlap);
                         }
                     }

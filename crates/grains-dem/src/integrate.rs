@@ -65,7 +65,7 @@ pub(crate) fn advance(
         } else {
             turn(particles, i, &load, catalogue, dt);
         }
-        outcome.is_stale |= left_reach(particles, neighbours, i);
+        outcome.is_stale |= !is_within_reach(particles, neighbours, i);
     }
     outcome
 }
@@ -89,17 +89,17 @@ fn turn(particles: &mut Particles, i: usize, load: &Load, catalogue: &Catalogue,
     particles.bodies[i].angular_velocity = angular_velocity(&particles.frames[i], &inertia, &predicted);
 }
 
-/// Whether particle `i` has moved or turned beyond its reach, or is no longer a number.
+/// Whether particle `i` has moved and turned less than its reach; false if it is no longer a number.
 #[inline(always)]
-fn left_reach(particles: &Particles, neighbours: &Neighbours, i: usize) -> bool {
+fn is_within_reach(particles: &Particles, neighbours: &Neighbours, i: usize) -> bool {
     let body = &particles.bodies[i];
     let Reference { position, reach } = neighbours.references[i];
     let moved = body.position - position;
     let Some(before) = neighbours.reference_orientations.get(i) else {
-        return !(moved.norm_squared() < reach * reach);
+        return moved.norm_squared() < reach * reach;
     };
     // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no point by more than R θ; the
     // factor 2.3 covers angles up to a radian, larger ones exceed any reach.
     let turned = (particles.orientations[i].coords - before.coords).norm();
-    !(moved.norm() + 2.3 * body.radius * turned < reach)
+    moved.norm() + 2.3 * body.radius * turned < reach
 }

@@ -49,7 +49,7 @@ pub use clock::{Clock, Phase};
 pub use dem::{Dem, DemSetup, Failure, Ledger, Partner, StepReport, Touch};
 pub use error::StepError;
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
-pub use integrate::{half_step_back, Rates};
+pub use integrate::{Rates, half_step_back};
 pub use measure::{FlowPlane, Totals};
 pub use neighbours::Skin;
 pub use record::ParticleRecord;

@@ -191,7 +191,9 @@ mod tests {
                 add(2, SphereMemory { partner: 9, spring: spring(0.125) });
             },
             |add| add(1, BodyMemory { partner: 3, parts: [4, 5], spring: spring(3.0), simplex }),
-            |add| add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, spring: spring(5.0), simplex }),
+            |add| {
+                add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, spring: spring(5.0), simplex })
+            },
         );
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
         assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());

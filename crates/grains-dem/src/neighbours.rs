@@ -72,8 +72,15 @@ pub(crate) struct Surroundings<'a> {
 
 impl Neighbours {
     /// Order of the particles in `stays` by cell, into `order`.
-    pub(crate) fn sort_by_cell(&mut self, particles: &Particles, stays: &[u32], grid: &CellGrid, order: &mut Vec<u32>) {
-        let cell_of = |i: u32| grid.index(grid.own_place(particles.bodies[i as usize].position.into())) as u32;
+    pub(crate) fn sort_by_cell(
+        &mut self,
+        particles: &Particles,
+        stays: &[u32],
+        grid: &CellGrid,
+        order: &mut Vec<u32>,
+    ) {
+        let cell_of =
+            |i: u32| grid.index(grid.own_place(particles.bodies[i as usize].position.into())) as u32;
         self.cells.clear();
         self.cells.extend(stays.iter().map(|&i| cell_of(i)));
         bin(&self.cells, grid.len(), &mut self.owned_start, order);
@@ -120,7 +127,7 @@ impl Neighbours {
         let near_walls = WallSearch::new(around, self.wall_reach);
         self.walls.shifts.clear();
         self.walls.shifts.extend_from_slice(&near_walls.shifts);
-        for i in 0..particles.owned {
+        for (i, &origin) in origins.iter().enumerate() {
             let [x, y, z] = grid.own_place(particles.bodies[i].position.into());
             for (dy, dz) in [(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
                 let (row_y, row_z) = (y as isize + dy, z as isize + dz);
@@ -128,7 +135,7 @@ impl Neighbours {
                 let own_row = dy == 0 && dz == 0;
                 let start = if own_row { i + 1 } else { self.owned_start[row - 1] as usize };
                 let end = self.owned_start[row + 2] as usize;
-                self.pair_up(i, start..end, particles, origins[i], memories, around, all_spheres);
+                self.pair_up(i, start..end, particles, origin, memories, around, all_spheres);
             }
             if !self.clone_order.is_empty() && near_border([x, y, z], grid) {
                 for dz in -1..=1 {
@@ -139,13 +146,19 @@ impl Neighbours {
                         let range = self.clone_start[row - 1] as usize..self.clone_start[row + 2] as usize;
                         for k in range {
                             let j = self.clone_order[k] as usize;
-                            self.pair_up(i, j..j + 1, particles, origins[i], memories, around, all_spheres);
+                            self.pair_up(i, j..j + 1, particles, origin, memories, around, all_spheres);
                         }
                     }
                 }
             }
             self.spheres.first.push(self.spheres.pairs.len() as u32);
-            near_walls.search(&mut self.walls, particles, i, self.references[i].reach, memories.walls.row(origins[i] as usize));
+            near_walls.search(
+                &mut self.walls,
+                particles,
+                i,
+                self.references[i].reach,
+                memories.walls.row(origin as usize),
+            );
         }
     }
 
@@ -240,7 +253,8 @@ impl Neighbours {
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = memories.bodies.row(origin as usize).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
-                let (spring, simplex) = known.map_or((Vec3::zeros(), Simplex::default()), |m| (m.spring, m.simplex));
+                let (spring, simplex) =
+                    known.map_or((Vec3::zeros(), Simplex::default()), |m| (m.spring, m.simplex));
                 self.bodies.push(BodyPair { a: a as u32, b: b as u32, parts, hint, spring, simplex });
             }
         }
@@ -256,7 +270,10 @@ impl Neighbours {
                 for i in 0..self.spheres.first.len().saturating_sub(1) {
                     let row = self.spheres.first[i] as usize..self.spheres.first[i + 1] as usize;
                     for pair in self.spheres.pairs[row].iter().filter(|p| p.spring != Vec3::zeros()) {
-                        add(i as u32, SphereMemory { partner: ids[pair.other as usize], spring: pair.spring });
+                        add(
+                            i as u32,
+                            SphereMemory { partner: ids[pair.other as usize], spring: pair.spring },
+                        );
                         if pair.other < owned {
                             add(pair.other, SphereMemory { partner: ids[i], spring: -pair.spring });
                         }
@@ -342,7 +359,9 @@ impl<'a> WallSearch<'a> {
         let global = &around.decomposition.global;
         let length = Vec3::from_fn(|a, _| if global.periodic[a] { global.length(a) } else { 0.0 });
         let shifts = (0..27)
-            .map(|code: i32| Vec3::new((code % 3 - 1) as f64, (code / 3 % 3 - 1) as f64, (code / 9 - 1) as f64))
+            .map(|code: i32| {
+                Vec3::new((code % 3 - 1) as f64, (code / 3 % 3 - 1) as f64, (code / 9 - 1) as f64)
+            })
             .map(|s| s.component_mul(&length))
             .collect();
         Self { around, wall_reach, shifts, elements: Default::default() }

@@ -29,7 +29,12 @@ impl ParticleRecord {
     pub fn write(&self, message: &mut Vec<f64>) {
         debug_assert!(self.id < 1 << 53, "identities are exact in f64 up to 2^53");
         let b = &self.body;
-        message.extend([self.id as f64, f64::from(b.kind.shape), f64::from(b.kind.material), f64::from(self.sides)]);
+        message.extend([
+            self.id as f64,
+            f64::from(b.kind.shape),
+            f64::from(b.kind.material),
+            f64::from(self.sides),
+        ]);
         for v in [b.position, b.velocity, b.angular_velocity, self.half_velocity, self.half_spin] {
             message.extend([v.x, v.y, v.z]);
         }
@@ -63,8 +68,20 @@ impl ParticleRecord {
 pub(crate) const CLONE_LENGTH: usize = 18;
 
 /// Appends what a neighbour needs to create a clone, its position moved by `shift` (m, exact).
-pub(crate) fn write_clone(id: u64, body: &Body, orientation: &Rotation, shift: &Vec3, message: &mut Vec<f64>) {
-    message.extend([id as f64, f64::from(body.kind.shape), f64::from(body.kind.material), body.radius, body.mass]);
+pub(crate) fn write_clone(
+    id: u64,
+    body: &Body,
+    orientation: &Rotation,
+    shift: &Vec3,
+    message: &mut Vec<f64>,
+) {
+    message.extend([
+        id as f64,
+        f64::from(body.kind.shape),
+        f64::from(body.kind.material),
+        body.radius,
+        body.mass,
+    ]);
     write_motion(body, shift, message);
     write_orientation(orientation, message);
 }

@@ -68,7 +68,8 @@ pub(crate) fn add_forces(
             let mut other_torque = lattice.torque(&(moment * other_arm));
             if law.resists_rolling() {
                 let spin = body.angular_velocity - other.angular_velocity;
-                let rolling = lattice.torque(&law.rolling_torque(&contact, &spin, arm * other_arm / (arm + other_arm)));
+                let rolling =
+                    lattice.torque(&law.rolling_torque(&contact, &spin, arm * other_arm / (arm + other_arm)));
                 torque += rolling;
                 other_torque -= rolling;
             }

@@ -16,7 +16,14 @@ fn assert_same(a: &State, b: &State, what: &str) {
     for (p, q) in a.iter().zip(b) {
         assert_eq!(p.0, q.0, "{what}: identities");
         let first = (0..p.1.len().max(q.1.len())).find(|&k| p.1.get(k) != q.1.get(k));
-        assert_eq!(first, None, "{what}: particle {} differs first in word {first:?} of {} and {}", p.0, p.1.len(), q.1.len());
+        assert_eq!(
+            first,
+            None,
+            "{what}: particle {} differs first in word {first:?} of {} and {}",
+            p.0,
+            p.1.len(),
+            q.1.len()
+        );
     }
 }
 

@@ -72,7 +72,10 @@ fn collide(mut dem: Dem, speed: f64) -> [f64; 3] {
 fn laws() -> Vec<ContactLaw> {
     let spring = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
     let viscous = Tangential::Viscous { rate: 1e5 };
-    [spring, viscous].into_iter().flat_map(|t| [0.73, 0.5, 1.0].map(|e| ContactLaw::new(1e5, e, 0.55, t))).collect()
+    [spring, viscous]
+        .into_iter()
+        .flat_map(|t| [0.73, 0.5, 1.0].map(|e| ContactLaw::new(1e5, e, 0.55, t)))
+        .collect()
 }
 
 #[test]
@@ -98,7 +101,11 @@ fn pair_and_wall_collisions_match_the_closed_forms() {
             let [restitution, duration, depth] = collide(dem, 1.0);
             let wanted = [law.restitution, collision.contact_time, collision.largest_overlap(1.0)];
             for (got, want) in [restitution, duration, depth].iter().zip(wanted) {
-                assert!((got / want - 1.0).abs() < 5e-3, "wall {is_wall} e {}: {got} for {want}", law.restitution);
+                assert!(
+                    (got / want - 1.0).abs() < 5e-3,
+                    "wall {is_wall} e {}: {got} for {want}",
+                    law.restitution
+                );
             }
         }
     }
@@ -151,7 +158,11 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
                     // position half a step back, where the velocity belongs
                     let x = x - v * (0.5 * dem.setup.rates.dt);
                     let shape = dem.setup.catalogue.shape(p.bodies[i].kind);
-                    let spin = if shape.is_sphere() { p.half_spin[i] * 0.4 * m * p.bodies[i].radius.powi(2) } else { p.half_spin[i] };
+                    let spin = if shape.is_sphere() {
+                        p.half_spin[i] * 0.4 * m * p.bodies[i].radius.powi(2)
+                    } else {
+                        p.half_spin[i]
+                    };
                     momentum += v * m;
                     angular += x.cross(&v) * m + spin;
                     scale[0] += m * v.norm();
@@ -176,7 +187,12 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
                 worst = (worst.0.max(moment.norm()), worst.1.max(scale));
                 dem.advance(&transport).unwrap();
             }
-            assert!(worst.0 < 1e-12 * worst.1, "moment {:e} of the forces of {shapes:?} of {:e}", worst.0, worst.1);
+            assert!(
+                worst.0 < 1e-12 * worst.1,
+                "moment {:e} of the forces of {shapes:?} of {:e}",
+                worst.0,
+                worst.1
+            );
             let after = momenta(&dem);
             assert!(touched, "{shapes:?} never met");
             assert!((after.0 - before.0).norm() < 1e-12 * before.2[0], "momentum of {shapes:?}");
@@ -202,7 +218,10 @@ fn oblique(angle: f64, law: ContactLaw, surface: Option<Surface>) -> (Vec3, Vec3
             // A body as heavy as a wall, hit on the pole that the plane touches.
             setup.catalogue.densities = vec![2500.0, 2500.0 * 1e14];
             let below = Vec3::new(start.x, start.y, middle.z - RADIUS);
-            bodies.push(NewParticle { kind: Kind { shape: 0, material: 1 }, ..particle(1, 0, below, Vec3::zeros()) });
+            bodies.push(NewParticle {
+                kind: Kind { shape: 0, material: 1 },
+                ..particle(1, 0, below, Vec3::zeros())
+            });
         }
     }
     let mut dem = dem_of(setup, &bodies);
@@ -246,8 +265,15 @@ fn plane_and_tessellation_give_the_same_rebound_at_all_angles_and_no_energy() {
             assert!(difference < 1e-9, "{degrees} degrees: plane {v:?}, mesh {v_mesh:?}");
             let before = angle.cos().powi(2) + 1.09 * angle.sin().powi(2);
             let after = v.norm_squared() + 0.4 * RADIUS * RADIUS * w.norm_squared();
-            assert!(after <= before * (1.0 + 2e-3), "{degrees} degrees: energy grew from {before} to {after}");
-            assert!((v.z / angle.cos() - law.restitution).abs() < 5e-3, "{degrees} degrees: {}", v.z / angle.cos());
+            assert!(
+                after <= before * (1.0 + 2e-3),
+                "{degrees} degrees: energy grew from {before} to {after}"
+            );
+            assert!(
+                (v.z / angle.cos() - law.restitution).abs() < 5e-3,
+                "{degrees} degrees: {}",
+                v.z / angle.cos()
+            );
         }
     }
 }
@@ -272,7 +298,12 @@ fn a_body_gives_the_same_rebound_as_a_wall() {
 #[test]
 fn oblique_impacts_of_the_memoryless_law_match_the_reference() {
     let law = ContactLaw::new(1e5, 0.73, 0.55, Tangential::Viscous { rate: 1e5 });
-    let rows = [(30.0_f64, None), (60.0, None), (75.0, Some([0.719660, 0.615666])), (85.0, Some([0.913266, 0.207322]))];
+    let rows = [
+        (30.0_f64, None),
+        (60.0, None),
+        (75.0, Some([0.719660, 0.615666])),
+        (85.0, Some([0.913266, 0.207322])),
+    ];
     for (degrees, sliding) in rows {
         let angle = degrees.to_radians();
         // Up to 73 degrees the ball ends rolling, with 5/7 of its tangential velocity.
@@ -321,7 +352,12 @@ fn a_ball_rolling_over_a_tessellated_floor_feels_a_plane() {
 fn bodies_on_a_mesh_rebound_as_on_the_plane() {
     let plane = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
     let mesh = Surface::Mesh(Arc::new(WallMesh::new(&tessellation(), SMOOTH_ANGLE).unwrap()));
-    let shapes = || vec![Shape::cuboid(Vec3::repeat(2e-3), 0.05).unwrap(), Shape::regular(RegularSolid::Icosahedron, RADIUS, 0.05).unwrap()];
+    let shapes = || {
+        vec![
+            Shape::cuboid(Vec3::repeat(2e-3), 0.05).unwrap(),
+            Shape::regular(RegularSolid::Icosahedron, RADIUS, 0.05).unwrap(),
+        ]
+    };
     for shape in [0, 1] {
         for turn in [Rotation::from_euler_angles(0.5, 0.3, 0.1), Rotation::from_euler_angles(0.9, 0.6, 0.2)] {
             let rebound = |surface: Surface| {

@@ -78,6 +78,10 @@ impl CellGrid {
         }
         let low = place.map(|p| p == 1);
         let high = std::array::from_fn(|a| place[a] == self.counts[a] - 2);
-        if low == [false; 3] && high == [false; 3] { CellTag::Interior } else { CellTag::Buffer { low, high } }
+        if low == [false; 3] && high == [false; 3] {
+            CellTag::Interior
+        } else {
+            CellTag::Buffer { low, high }
+        }
     }
 }

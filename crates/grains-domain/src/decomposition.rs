@@ -7,7 +7,9 @@ use thiserror::Error;
 #[derive(Debug, Error, PartialEq)]
 pub enum DecompositionError {
     /// The product of ranks per axis is not the number of ranks.
-    #[error("domain.ranks = {ranks:?} makes {product} subdomains for {size} ranks: start mpirun with -n {product}, or change or remove domain.ranks")]
+    #[error(
+        "domain.ranks = {ranks:?} makes {product} subdomains for {size} ranks: start mpirun with -n {product}, or change or remove domain.ranks"
+    )]
     WrongCount {
         /// Ranks per axis.
         ranks: [usize; 3],
@@ -17,7 +19,9 @@ pub enum DecompositionError {
         size: usize,
     },
     /// A subdomain is thinner than the interaction range.
-    #[error("{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter and skin): use at most {most} there (domain.ranks, or fewer ranks)")]
+    #[error(
+        "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter and skin): use at most {most} there (domain.ranks, or fewer ranks)"
+    )]
     TooThin {
         /// Axis name.
         axis: char,
@@ -31,7 +35,9 @@ pub enum DecompositionError {
         most: usize,
     },
     /// A periodic axis is so short that a particle would meet another twice.
-    #[error("the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter and skin): a particle would meet the same neighbour twice; widen the domain along {axis}")]
+    #[error(
+        "the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter and skin): a particle would meet the same neighbour twice; widen the domain along {axis}"
+    )]
     PeriodTooShort {
         /// Axis name.
         axis: char,
@@ -59,7 +65,12 @@ impl Decomposition {
     /// Division for rank `rank` of `ranks[0] ranks[1] ranks[2]`, numbered with x fastest.
     ///
     /// `range` is the largest distance (m) of the centres of interacting particles, skin included.
-    pub fn new(global: GlobalBox, ranks: [usize; 3], rank: usize, range: f64) -> Result<Self, DecompositionError> {
+    pub fn new(
+        global: GlobalBox,
+        ranks: [usize; 3],
+        rank: usize,
+        range: f64,
+    ) -> Result<Self, DecompositionError> {
         for axis in 0..3 {
             let (length, name) = (global.length(axis), ['x', 'y', 'z'][axis]);
             if global.periodic[axis] && length < 2.0 * range {
@@ -68,12 +79,19 @@ impl Decomposition {
             let width = length / ranks[axis] as f64;
             if ranks[axis] > 1 && width < range {
                 let most = ((length / range) as usize).max(1);
-                return Err(DecompositionError::TooThin { axis: name, ranks: ranks[axis], width, range, most });
+                return Err(DecompositionError::TooThin {
+                    axis: name,
+                    ranks: ranks[axis],
+                    width,
+                    range,
+                    most,
+                });
             }
         }
         let cuts = std::array::from_fn(|a| {
             let n = ranks[a];
-            let cut = |k: usize| global.lattice.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
+            let cut =
+                |k: usize| global.lattice.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
             (0..=n).map(|k| if k == n { global.upper[a] } else { cut(k) }).collect()
         });
         let coordinates = [rank % ranks[0], rank / ranks[0] % ranks[1], rank / (ranks[0] * ranks[1])];
@@ -134,8 +152,8 @@ pub fn choose_ranks(global: &GlobalBox, size: usize, range: f64, gravity: [f64; 
     let length: [f64; 3] = std::array::from_fn(|a| global.length(a));
     let strongest = gravity.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     let mut best = ([size, 1, 1], f64::INFINITY);
-    for px in (1..=size).filter(|p| size % p == 0) {
-        for py in (1..=size / px).filter(|p| (size / px) % p == 0) {
+    for px in (1..=size).filter(|p| size.is_multiple_of(*p)) {
+        for py in (1..=size / px).filter(|p| (size / px).is_multiple_of(*p)) {
             let ranks = [px, py, size / px / py];
             let mut cost = 0.0;
             for a in 0..3 {

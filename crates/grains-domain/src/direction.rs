@@ -10,7 +10,9 @@ impl Direction {
 
     /// All directions, x fastest, in the order of [`Direction::index`].
     pub fn all() -> impl Iterator<Item = Direction> {
-        (0..27).filter(|&code| code != 13).map(|code: i8| Direction([code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1]))
+        (0..27)
+            .filter(|&code| code != 13)
+            .map(|code: i8| Direction([code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1]))
     }
 
     /// Position in [`Direction::all`]; the opposite direction has index 25 − index.

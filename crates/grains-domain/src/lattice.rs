@@ -61,7 +61,8 @@ impl GlobalBox {
     /// Box between two corners (m), which are moved to the nearest lattice points.
     pub fn new(lower: [f64; 3], upper: [f64; 3], periodic: [bool; 3]) -> Self {
         // Images of particles lie up to one period outside the box.
-        let reach = (0..3).map(|a| lower[a].abs().max(upper[a].abs()) + upper[a] - lower[a]).fold(0.0, f64::max);
+        let reach =
+            (0..3).map(|a| lower[a].abs().max(upper[a].abs()) + upper[a] - lower[a]).fold(0.0, f64::max);
         let lattice = Lattice::for_sums_below(reach);
         let snap = |corner: [f64; 3]| corner.map(|x| lattice.snap(x));
         Self { lower: snap(lower), upper: snap(upper), periodic, lattice }
@@ -101,7 +102,9 @@ mod tests {
     #[test]
     fn sums_of_rounded_numbers_do_not_depend_on_their_order() {
         let lattice = Lattice::for_sums_below(1000.0);
-        let terms: Vec<f64> = (0..500).map(|k| lattice.round((k as f64 * 0.7321).sin() * (k as f64 * 0.031).exp2().fract())).collect();
+        let terms: Vec<f64> = (0..500)
+            .map(|k| lattice.round((k as f64 * 0.7321).sin() * (k as f64 * 0.031).exp2().fract()))
+            .collect();
         let forward: f64 = terms.iter().sum();
         let backward: f64 = terms.iter().rev().sum();
         let interleaved: f64 = (0..500).map(|k| terms[(k * 37) % 500]).sum();

@@ -28,8 +28,8 @@ pub struct Penetration {
 const TOLERANCE: f64 = 1e-14;
 /// Gap at which a curved pair is handed over to [`polish`].
 const CURVED_TOLERANCE: f64 = 1e-10;
-/// Gap accepted when the only vertex left to add is known: rounding in the normal of a skinny face.
-const SKINNY_TOLERANCE: f64 = 1e-7;
+/// Gap accepted when rounding in the normal of a skinny face has spoilt the surface.
+const SPOILT_TOLERANCE: f64 = 1e-7;
 /// Gap accepted when the polytope has all its vertices: bodies of revolution about one common axis
 /// have a circle of equal depths and no end.
 const CROWDED_TOLERANCE: f64 = 1e-3;
@@ -102,7 +102,12 @@ impl<'a> Difference<'a> {
 ///
 /// # Errors
 /// [`GjkError`] if the bounds of the depth have not closed.
-pub fn penetration(a: &Core, b: &Core, placement: &Placement, simplex: &Simplex) -> Result<Penetration, GjkError> {
+pub fn penetration(
+    a: &Core,
+    b: &Core,
+    placement: &Placement,
+    simplex: &Simplex,
+) -> Result<Penetration, GjkError> {
     let set = Difference::new(a, b, placement);
     let mut failure = None;
     for joggle in JOGGLES {
@@ -124,8 +129,7 @@ pub fn penetration(a: &Core, b: &Core, placement: &Placement, simplex: &Simplex)
 
 /// Grows the polytope from four vertices; the answer and the gap of its bounds (m).
 fn expand(set: &Difference, vertices: [Vertex; 4]) -> Result<(Penetration, f64), GjkError> {
-    let (tolerance, accepted) =
-        if set.curved() { (CURVED_TOLERANCE, CROWDED_TOLERANCE) } else { (TOLERANCE, SKINNY_TOLERANCE) };
+    let tolerance = if set.curved() { CURVED_TOLERANCE } else { TOLERANCE } * set.size;
     let mut polytope = Polytope::new(vertices, set.size);
     loop {
         let count = polytope.vertices.len();
@@ -136,14 +140,13 @@ fn expand(set: &Difference, vertices: [Vertex; 4]) -> Result<(Penetration, f64),
         let outward = face.normal;
         let farthest = set.support(&outward);
         let gap = outward.dot(&farthest.w) - face.distance;
-        let ended = gap <= tolerance * set.size
-            || count >= MAX_VERTICES
-            || polytope.vertices.iter().any(|v| v.w == farthest.w)
-            || !polytope.expand(farthest, number);
-        if !ended {
+        let crowded = count >= MAX_VERTICES;
+        let known = polytope.vertices.iter().any(|v| v.w == farthest.w);
+        if gap > tolerance && !crowded && !known && polytope.expand(farthest, number) {
             continue;
         }
-        if gap > accepted * set.size || gap.is_nan() {
+        let accepted = if crowded { CROWDED_TOLERANCE } else { SPOILT_TOLERANCE } * set.size;
+        if gap > accepted || gap.is_nan() {
             return Err(set.failure(gap, count));
         }
         let corners = face.corners.map(|i| polytope.vertices[i]);
@@ -187,8 +190,10 @@ fn polish(set: &Difference, found: Penetration) -> Penetration {
     let mut simplex = Simplex::default();
     for _ in 0..MAX_PROBES {
         let shift = best.normal * (best.depth + PROBE * set.size);
-        let moved = Placement { matrix: set.placement.matrix, translation: set.placement.translation + shift };
-        let Ok(Separation::Apart { normal, point_a, .. }) = distance(set.a, set.b, &moved, f64::INFINITY, &mut simplex)
+        let moved =
+            Placement { matrix: set.placement.matrix, translation: set.placement.translation + shift };
+        let Ok(Separation::Apart { normal, point_a, .. }) =
+            distance(set.a, set.b, &moved, f64::INFINITY, &mut simplex)
         else {
             break;
         };

@@ -7,7 +7,7 @@
 //!
 //! Two measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
 //! usually still is the answer and one support point certifies it; and for cylinders the features that
-//! touch are solved as equations by Newton's method ([`curved`]), for support points alone would
+//! touch are solved as equations by Newton's method, for support points alone would
 //! approach a curved surface slowly.
 
 mod curved;
@@ -80,10 +80,9 @@ const MAX_ITERATIONS: usize = 200;
 const PATIENCE: usize = 30;
 /// Distance below which cores meet, relative to the size of the pair.
 const MEETING: f64 = 1e-12;
-/// Gap of upper and lower bound at which a query ends, relative to the size of the pair.
+/// Gap of upper and lower bound at which a query ends, relative to the size of the pair; on a curved
+/// surface the normal is as good as its square root.
 const TOLERANCE: f64 = 1e-14;
-/// The same for curved cores; a distance this good has a normal good to its square root.
-const CURVED_TOLERANCE: f64 = 1e-14;
 /// Gap still accepted when rounding stops progress.
 const STALLED_TOLERANCE: f64 = 1e-10;
 /// Rounding of a point, relative to the size; it turns a v of length d by this over d.

@@ -94,7 +94,16 @@ fn depths_agree() {
         let Some(contact) = contact_support_map_support_map(pose, a, b, 0.0) else { return };
         let (_, frame) = oracle(&pair.a).expect("has been found before");
         let normal = frame * Vec3::new(contact.normal1.x, contact.normal1.y, contact.normal1.z);
-        assert!(-pair.lower_bound(&normal) > ours.depth - 1e-8, "{} {:?} {} {normal:?} {:?} {:?} {:?}", -pair.lower_bound(&normal), ours, contact.dist, pair.a, pair.b, pair.placement);
+        assert!(
+            -pair.lower_bound(&normal) > ours.depth - 1e-8,
+            "{} {:?} {} {normal:?} {:?} {:?} {:?}",
+            -pair.lower_bound(&normal),
+            ours,
+            contact.dist,
+            pair.a,
+            pair.b,
+            pair.placement
+        );
         *(if (ours.depth + contact.dist).abs() < 1e-5 { &mut agree } else { &mut differ }) += 1;
     });
     assert!(agree > PAIRS / 4 && differ < agree / 1000, "{agree} agree, {differ} differ");

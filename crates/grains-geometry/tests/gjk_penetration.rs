@@ -80,7 +80,11 @@ fn random_pairs_are_separated_by_the_least_translation() {
             let near = (p.normal + far * random.log(1e-6, 1.0)).normalize();
             for direction in [far, near] {
                 let depth = -pair.lower_bound(&direction);
-                assert!(p.depth <= depth + bound * pair.size, "{kinds:?}: {direction} needs less");
+                assert!(
+                    p.depth <= depth + bound * pair.size,
+                    "{kinds:?}: {direction:?} needs {:e} less",
+                    (p.depth - depth) / pair.size
+                );
             }
         }
     }

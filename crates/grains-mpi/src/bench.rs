@@ -13,7 +13,13 @@ use std::time::Instant;
 ///
 /// # Errors
 /// As for a run.
-pub fn time(case: &Case, transport: &MpiTransport, warm: u64, steps: u64, segments: u64) -> Result<(), RunError> {
+pub fn time(
+    case: &Case,
+    transport: &MpiTransport,
+    warm: u64,
+    steps: u64,
+    segments: u64,
+) -> Result<(), RunError> {
     let setup = system::build(case, transport.size()).map_err(RunError::case)?.setup;
     let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
     let mut population = Population::new(case).map_err(RunError::case)?;
@@ -40,7 +46,8 @@ pub fn time(case: &Case, transport: &MpiTransport, warm: u64, steps: u64, segmen
             let ([spheres, bodies, walls], clones) = dem.list_sizes();
             println!(
                 "us_per_particle_step {:.5} particles {particles} rebuilds {} pairs {spheres} {bodies} {walls} clones {clones}",
-                per(seconds[0]), dem.report.rebuilds - rebuilds
+                per(seconds[0]),
+                dem.report.rebuilds - rebuilds
             );
             for (k, (_, name)) in Phase::ALL.iter().enumerate() {
                 print!("  {name} {:.5}", per(dem.clock.seconds()[k]));
@@ -49,10 +56,15 @@ pub fn time(case: &Case, transport: &MpiTransport, warm: u64, steps: u64, segmen
         }
     }
     let (neighbours, walls) = dem.coordination();
-    let mut counts = [neighbours.iter().map(|&c| u64::from(c)).sum::<u64>(), walls.iter().map(|&c| u64::from(c)).sum()];
+    let mut counts =
+        [neighbours.iter().map(|&c| u64::from(c)).sum::<u64>(), walls.iter().map(|&c| u64::from(c)).sum()];
     transport.sum_counts(&mut counts);
     if transport.rank() == 0 {
-        println!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
+        println!(
+            "contacts_per_particle {:.4} wall_contacts {}",
+            counts[0] as f64 / 2.0 / particles,
+            counts[1]
+        );
     }
     Ok(())
 }

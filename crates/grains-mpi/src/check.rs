@@ -38,7 +38,11 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         let _ = writeln!(
             out,
             "  shape        {}: volume {:.4e} m3, equivalent diameter {:.4e} m, bounding radius {:.4e} m, crust {:.2e} m",
-            shape.name, shape.volume, shape.sphere_equivalent_diameter(), shape.bounding_radius, shape.parts[0].crust
+            shape.name,
+            shape.volume,
+            shape.sphere_equivalent_diameter(),
+            shape.bounding_radius,
+            shape.parts[0].crust
         );
     }
     for wall in &setup.walls {
@@ -48,7 +52,11 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
                 let _ = writeln!(
                     out,
                     "  wall         {}: {} triangles, {} open edges, {} non-manifold edges, smallest triangle {:.2e} m2",
-                    wall.name, mesh.mesh().triangles.len(), report.open_edges, report.non_manifold_edges, report.smallest_area
+                    wall.name,
+                    mesh.mesh().triangles.len(),
+                    report.open_edges,
+                    report.non_manifold_edges,
+                    report.smallest_area
                 );
             }
         }
@@ -58,10 +66,21 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let _ = writeln!(
         out,
         "decomposition  {px} x {py} x {pz} ranks, each {:.4e} x {:.4e} x {:.4e} m; interaction range {range:.4e} m",
-        upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]
+        upper[0] - lower[0],
+        upper[1] - lower[1],
+        upper[2] - lower[2]
     );
-    let _ = writeln!(out, "memory         about {:.0} MB in all, {:.0} MB per rank", 30.0 * size as f64 + count * MEMORY[kind] / 1e6, 30.0 + count * MEMORY[kind] / 1e6 / size as f64);
-    let _ = writeln!(out, "\ncollisions at {} m/s (time.impact_speed), lightest bodies of each pair:", case.time.impact_speed);
+    let _ = writeln!(
+        out,
+        "memory         about {:.0} MB in all, {:.0} MB per rank",
+        30.0 * size as f64 + count * MEMORY[kind] / 1e6,
+        30.0 + count * MEMORY[kind] / 1e6 / size as f64
+    );
+    let _ = writeln!(
+        out,
+        "\ncollisions at {} m/s (time.impact_speed), lightest bodies of each pair:",
+        case.time.impact_speed
+    );
     let _ = writeln!(
         out,
         "  {:<24} {:>6} {:>11} {:>11} {:>11} {:>11} {:>9} {:>8}",
@@ -70,16 +89,27 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     for encounter in &step.encounters {
         let _ = writeln!(out, "  {}", row(encounter, case.time.impact_speed, step.dt));
     }
-    let deepest = step.encounters.iter().map(|e| e.collision.largest_overlap(case.time.impact_speed) / e.radius).fold(0.0, f64::max);
+    let deepest = step
+        .encounters
+        .iter()
+        .map(|e| e.collision.largest_overlap(case.time.impact_speed) / e.radius)
+        .fold(0.0, f64::max);
     if deepest > case.limits.overlap {
         let _ = writeln!(
             out,
             "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise normal_stiffness by {:.1} times",
-            100.0 * deepest, 100.0 * case.limits.overlap, (deepest / case.limits.overlap).powi(2)
+            100.0 * deepest,
+            100.0 * case.limits.overlap,
+            (deepest / case.limits.overlap).powi(2)
         );
     }
     let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
-    let _ = writeln!(out, "\ntime step      {:e} s ({chosen}); T_c/dt = {:.2}", step.dt, step.steps_per_contact());
+    let _ = writeln!(
+        out,
+        "\ntime step      {:e} s ({chosen}); T_c/dt = {:.2}",
+        step.dt,
+        step.steps_per_contact()
+    );
     let _ = writeln!(out, "  recommended  {:.3e} s: {}", step.recommended, step.reason);
     if let Some(warning) = &step.warning {
         let _ = writeln!(out, "warning: {warning}");
@@ -87,9 +117,19 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let steps = case.time.end / step.dt;
     let seconds = steps * count * COST[kind] / size as f64;
     let _ = writeln!(out, "steps          {steps:.3e} to t = {} s", case.time.end);
-    let _ = writeln!(out, "time needed    about {} on {size} rank(s), at {:.2} microseconds per particle and step and core", duration(seconds), 1e6 * COST[kind]);
+    let _ = writeln!(
+        out,
+        "time needed    about {} on {size} rank(s), at {:.2} microseconds per particle and step and core",
+        duration(seconds),
+        1e6 * COST[kind]
+    );
     let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
-    let _ = writeln!(out, "disk           about {:.0} MB in {} ({snapshots:.0} snapshots)", snapshots * count * 200.0 / 1e6, case.output.directory.display());
+    let _ = writeln!(
+        out,
+        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots)",
+        snapshots * count * 200.0 / 1e6,
+        case.output.directory.display()
+    );
     Ok(text)
 }
 

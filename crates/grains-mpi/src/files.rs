@@ -30,10 +30,18 @@ const PARTICLE_FIELDS: [FieldSpec; 12] = [
     field("torque", "N m", 3, Kind::Real),
 ];
 
-const SURFACE_FIELDS: [FieldSpec; 3] =
-    [field("id", "-", 1, Kind::Integer), field("shape", "-", 1, Kind::Integer), field("speed", "m/s", 1, Kind::Real)];
+const SURFACE_FIELDS: [FieldSpec; 3] = [
+    field("id", "-", 1, Kind::Integer),
+    field("shape", "-", 1, Kind::Integer),
+    field("speed", "m/s", 1, Kind::Real),
+];
 
-pub(crate) const fn field(name: &'static str, unit: &'static str, components: usize, kind: Kind) -> FieldSpec {
+pub(crate) const fn field(
+    name: &'static str,
+    unit: &'static str,
+    components: usize,
+    kind: Kind,
+) -> FieldSpec {
     FieldSpec { name, unit, components, kind }
 }
 
@@ -129,7 +137,10 @@ impl Files {
                 Series::resume(&path, &columns, dem.step).map(Some)
             } else {
                 let mut comments = metadata.clone();
-                comments.push(("units".into(), "SI: s, J, N, N m, kg, m/s; overlap over inscribed radius".into()));
+                comments.push((
+                    "units".into(),
+                    "SI: s, J, N, N m, kg, m/s; overlap over inscribed radius".into(),
+                ));
                 Series::create(&path, &columns, &comments).map(Some)
             }
         } else {
@@ -213,7 +224,8 @@ impl Files {
             let body = &dem.particles.bodies[i];
             let shape = dem.setup.catalogue.shape(body.kind);
             let scale = body.radius / shape.bounding_radius;
-            let placed = shape.surface.transformed(&dem.particles.record(i).orientation, scale, &body.position);
+            let placed =
+                shape.surface.transformed(&dem.particles.record(i).orientation, scale, &body.position);
             let first = (points.len() / 3) as i64;
             points.extend(placed.vertices.iter().flat_map(|v| [v.x, v.y, v.z]));
             triangles.extend(placed.triangles.iter().flatten().map(|&k| first + i64::from(k)));
@@ -299,7 +311,8 @@ fn columns(dem: &Dem) -> Vec<String> {
 }
 
 fn metadata(case: &Case, ranks: usize) -> Metadata {
-    let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let since_1970 =
+        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
     vec![
         ("program".into(), format!("grains-mpi {VERSION}")),
         ("ranks".into(), ranks.to_string()),
@@ -315,8 +328,9 @@ fn prepare_directory(directory: &Path, is_restart: bool) -> Result<(), FileError
     if holds_run && !is_restart {
         let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
         let aside = free.unwrap_or_else(|| directory.with_extension("old"));
-        std::fs::rename(directory, &aside)
-            .map_err(|e| FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}")))?;
+        std::fs::rename(directory, &aside).map_err(|e| {
+            FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}"))
+        })?;
         println!("the earlier results in {} are now in {}", directory.display(), aside.display());
     }
     std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {

@@ -76,11 +76,16 @@ pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), Stri
         }
         WallKind::Mesh { path, scale, translate } => {
             let mesh = read_mesh(path).map_err(|e| e.to_string())?.mesh;
-            mesh_surface(&mesh.transformed(&grains_geometry::Rotation::identity(), *scale, &Vec3::from(*translate)))?
+            mesh_surface(&mesh.transformed(
+                &grains_geometry::Rotation::identity(),
+                *scale,
+                &Vec3::from(*translate),
+            ))?
         }
         WallKind::Polygons { vertices, faces } => {
             let vertices = vertices.iter().map(|v| Vec3::from(*v)).collect();
-            let faces: Vec<Vec<usize>> = faces.iter().map(|f| f.iter().map(|&v| v as usize).collect()).collect();
+            let faces: Vec<Vec<usize>> =
+                faces.iter().map(|f| f.iter().map(|&v| v as usize).collect()).collect();
             mesh_surface(&TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?)?
         }
     })
@@ -110,12 +115,16 @@ fn cylinder(
             .unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
         let core = Core::Cylinder { radius, half_height: half_length };
         let bounding_radius = half_length.hypot(radius);
-        return Ok((vec![Surface::Solid { core, rotation: rotation.into_inner(), center, bounding_radius }], extents));
+        return Ok((
+            vec![Surface::Solid { core, rotation: rotation.into_inner(), center, bounding_radius }],
+            extents,
+        ));
     }
     let mut surfaces = vec![Surface::Tube { center, axis, radius, half_length }];
     if caps && is_finite {
         for sign in [-1.0, 1.0] {
-            surfaces.push(Surface::Plane { point: center + axis * (sign * half_length), normal: -axis * sign });
+            surfaces
+                .push(Surface::Plane { point: center + axis * (sign * half_length), normal: -axis * sign });
         }
     }
     Ok((surfaces, extents))

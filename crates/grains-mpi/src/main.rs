@@ -120,8 +120,11 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
         Command::Run(arguments) => {
             let case = load(&arguments.case, job, transport)?;
             let interrupted = Arc::new(AtomicBool::new(false));
-            for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1] {
-                signal_hook::flag::register(signal, interrupted.clone()).map_err(|e| RunError::files(e.to_string()))?;
+            for signal in
+                [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1]
+            {
+                signal_hook::flag::register(signal, interrupted.clone())
+                    .map_err(|e| RunError::files(e.to_string()))?;
             }
             let options =
                 RunOptions { restart: arguments.restart, max_walltime: arguments.max_walltime, interrupted };
@@ -138,7 +141,8 @@ fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunErr
     });
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));
-    let case = Case::parse(&text, &path.display().to_string(), base).map_err(|e| RunError::case(e.to_string()))?;
+    let case =
+        Case::parse(&text, &path.display().to_string(), base).map_err(|e| RunError::case(e.to_string()))?;
     if transport.rank() == 0 {
         case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }

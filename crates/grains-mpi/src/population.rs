@@ -1,7 +1,10 @@
 //! The particles of a case: when, where and how they are inserted.
 
 use crate::random::Draw;
-use grains_case::{Case, Component, Insert, Orientation, ParticleColumns, Place, Scale, Window, default_spacing, lattice_sites};
+use grains_case::{
+    Case, Component, Insert, Orientation, ParticleColumns, Place, Scale, Window, default_spacing,
+    lattice_sites,
+};
 use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, wall_in_the_way};
 use grains_domain::Transport;
 use grains_geometry::{Rotation, Vec3};
@@ -89,7 +92,14 @@ impl Population {
         for (insert, columns) in case.inserts.iter().zip(files(case)?) {
             let listed = columns.as_ref().map_or(u64::MAX, |c| c.position.len() as u64);
             let count = insert.count.unwrap_or(u64::MAX).min(listed);
-            blocks.push(Block { insert: insert.clone(), columns, first_id, count, done: 0, last_batch: (u64::MAX, 0) });
+            blocks.push(Block {
+                insert: insert.clone(),
+                columns,
+                first_id,
+                count,
+                done: 0,
+                last_batch: (u64::MAX, 0),
+            });
             first_id += count;
         }
         Ok(Self { blocks, seed: case.seed })
@@ -203,7 +213,9 @@ impl Block {
                     None => {
                         return Err(format!(
                             "insert[{index}] `{}`: no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or insert in batches with interval > 0",
-                            self.insert.name, self.done + 1, self.count
+                            self.insert.name,
+                            self.done + 1,
+                            self.count
                         ));
                     }
                 }
@@ -291,7 +303,13 @@ impl Block {
 fn choose(components: &[Component], number: f64) -> &Component {
     let total: f64 = components.iter().map(|c| c.share).sum();
     let mut rest = number * total;
-    components.iter().find(|c| { rest -= c.share; rest < 0.0 }).unwrap_or(&components[components.len() - 1])
+    components
+        .iter()
+        .find(|c| {
+            rest -= c.share;
+            rest < 0.0
+        })
+        .unwrap_or(&components[components.len() - 1])
 }
 
 fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
@@ -306,7 +324,10 @@ fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
         },
         Scale::Table { values, shares } => {
             let mut rest = draw.next() * shares.iter().sum::<f64>();
-            let found = shares.iter().position(|s| { rest -= s; rest < 0.0 });
+            let found = shares.iter().position(|s| {
+                rest -= s;
+                rest < 0.0
+            });
             values[found.unwrap_or(values.len() - 1)]
         }
     }

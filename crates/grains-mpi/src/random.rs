@@ -52,7 +52,9 @@ mod tests {
             let square = (0..n).map(|k| draw(k).powi(2)).sum::<f64>() / n as f64;
             let lag = (0..n).map(|k| draw(k) * draw(k + 1)).sum::<f64>() / n as f64;
             // Standard errors are 6e-4, 7e-4 and 5e-4.
-            assert!((mean - 0.5).abs() < 3e-3 && (square - 1.0 / 3.0).abs() < 3e-3 && (lag - 0.25).abs() < 3e-3);
+            assert!(
+                (mean - 0.5).abs() < 3e-3 && (square - 1.0 / 3.0).abs() < 3e-3 && (lag - 0.25).abs() < 3e-3
+            );
         }
     }
 }

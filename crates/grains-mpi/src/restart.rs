@@ -29,7 +29,8 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
     let mut ledger = [dem.ledger.inserted, dem.ledger.left];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
-    let passed: Vec<String> = crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
+    let passed: Vec<String> =
+        crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
     let texts = vec![
         ("step".into(), dem.step.to_string()),
         ("time".into(), format!("{:?}", dem.time())),

@@ -68,7 +68,7 @@ impl Schedule {
 }
 
 fn is_due(step: u64, interval: u64) -> bool {
-    interval > 0 && step % interval == 0
+    interval > 0 && step.is_multiple_of(interval)
 }
 
 /// A run in progress.
@@ -91,7 +91,11 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
-    pub fn prepare(case: &'a Case, transport: &'a MpiTransport, options: RunOptions) -> Result<Self, RunError> {
+    pub fn prepare(
+        case: &'a Case,
+        transport: &'a MpiTransport,
+        options: RunOptions,
+    ) -> Result<Self, RunError> {
         let System { setup, step } = system::build(case, transport.size()).map_err(RunError::case)?;
         let schedule = Schedule::new(case, setup.rates.dt);
         let size = transport.size();
@@ -132,7 +136,10 @@ impl<'a> Run<'a> {
             self.dem.refresh(self.transport).map_err(|e| self.failed(e))?;
             if self.dem.interrupt {
                 self.checkpoint()?;
-                self.say(&format!("stopped at step {step}, t = {:.6} s: continue with --restart latest", self.dem.time()));
+                self.say(&format!(
+                    "stopped at step {step}, t = {:.6} s: continue with --restart latest",
+                    self.dem.time()
+                ));
                 break;
             }
             let is_last = step >= self.schedule.end;
@@ -164,14 +171,17 @@ impl<'a> Run<'a> {
 
     fn failed(&self, failure: Failure) -> RunError {
         let message = match failure {
-            Failure::Here(error) => format!("step {} (t = {:.6e} s): {error}", self.dem.step, self.dem.time()),
+            Failure::Here(error) => {
+                format!("step {} (t = {:.6e} s): {error}", self.dem.step, self.dem.time())
+            }
             Failure::Elsewhere => String::new(),
         };
         RunError { code: exit::UNSTABLE, message }
     }
 
     fn insert(&mut self) -> Result<(), RunError> {
-        let inserted = self.population.insert_due(self.case, &mut self.dem, self.transport).map_err(RunError::case)?;
+        let inserted =
+            self.population.insert_due(self.case, &mut self.dem, self.transport).map_err(RunError::case)?;
         if !inserted {
             return Ok(());
         }
@@ -249,7 +259,11 @@ impl<'a> Run<'a> {
         let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
         let finished = all_in && self.dem.time() >= stop.after && (passed || settled);
         // In a log file one line every ten seconds is enough; the CSV has them all.
-        if self.last_progress.elapsed().as_secs_f64() > 10.0 || is_last || finished || self.dem.step == self.first_step {
+        if self.last_progress.elapsed().as_secs_f64() > 10.0
+            || is_last
+            || finished
+            || self.dem.step == self.first_step
+        {
             self.last_progress = Instant::now();
             let done = self.dem.step - self.first_step;
             let elapsed = self.begun.elapsed().as_secs_f64();
@@ -272,7 +286,12 @@ impl<'a> Run<'a> {
         let steps = self.dem.step - self.first_step;
         let seconds = self.dem.clock.seconds().to_vec();
         let all = self.transport.gather(&seconds);
-        let mut counts = [self.dem.particles.owned as u64, self.dem.ledger.inserted, self.dem.ledger.left, self.dem.report.cores_met];
+        let mut counts = [
+            self.dem.particles.owned as u64,
+            self.dem.ledger.inserted,
+            self.dem.ledger.left,
+            self.dem.report.cores_met,
+        ];
         self.transport.sum_counts(&mut counts);
         let ranks = self.transport.size();
         if self.transport.rank() != 0 {
@@ -282,17 +301,27 @@ impl<'a> Run<'a> {
         for (k, (_, name)) in Phase::ALL.iter().enumerate() {
             let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
             let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
-            let (least, most) = of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
-            println!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
+            let (least, most) =
+                of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
+            println!(
+                "  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %",
+                100.0 * mean / elapsed
+            );
         }
         let [inside, inserted, left, cores_met] = counts;
         println!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
         println!("lists rebuilt {} times in {steps} steps", self.dem.report.rebuilds);
         if cores_met > 0 {
-            println!("warning: shrunken cores met {cores_met} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster");
+            println!(
+                "warning: shrunken cores met {cores_met} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster"
+            );
         }
         if inside > 0 && steps > 0 {
-            println!("{} on {ranks} rank(s): {:.4} microseconds per particle and step", duration(elapsed), 1e6 * elapsed / steps as f64 / inside as f64);
+            println!(
+                "{} on {ranks} rank(s): {:.4} microseconds per particle and step",
+                duration(elapsed),
+                1e6 * elapsed / steps as f64 / inside as f64
+            );
         }
         println!("results in {}", self.case.output.directory.display());
     }

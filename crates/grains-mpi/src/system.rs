@@ -70,7 +70,8 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
             }
             CaseTangential::Viscous { gamma_t } => Tangential::Viscous { rate: gamma_t },
         };
-        let law = ContactLaw::new(contact.normal_stiffness, contact.restitution, contact.friction, tangential);
+        let law =
+            ContactLaw::new(contact.normal_stiffness, contact.restitution, contact.friction, tangential);
         let law = law.with_rolling_friction(contact.rolling_friction);
         contacts.set(contact.between[0], contact.between[1], law);
     }
@@ -113,7 +114,8 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
         let (surfaces, extents) =
             surfaces(&wall.kind).map_err(|e| format!("wall[{i}] `{}`: {e}", wall.name))?;
         let spans = std::array::from_fn(|a| {
-            global.periodic[a] && extents.is_some_and(|(lower, upper)| upper[a] - lower[a] >= global.length(a))
+            global.periodic[a]
+                && extents.is_some_and(|(lower, upper)| upper[a] - lower[a] >= global.length(a))
         });
         walls.push(Wall {
             name: wall.name.clone(),

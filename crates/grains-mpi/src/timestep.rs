@@ -65,11 +65,15 @@ pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, Stri
         let pair = format!("{} - {}", e.materials[0], e.materials[1]);
         let by_contact = e.shortest_contact / wanted;
         if by_contact < recommended.0 {
-            let reason = format!("shortest contact time {:.4e} s ({pair}) over {wanted} steps", e.shortest_contact);
+            let reason =
+                format!("shortest contact time {:.4e} s ({pair}) over {wanted} steps", e.shortest_contact);
             recommended = (by_contact, reason);
         }
         if 0.5 * e.tangential_limit < recommended.0 {
-            let reason = format!("half the stability limit {:.4e} s of tangential damping ({pair})", e.tangential_limit);
+            let reason = format!(
+                "half the stability limit {:.4e} s of tangential damping ({pair})",
+                e.tangential_limit
+            );
             recommended = (0.5 * e.tangential_limit, reason);
         }
     }

@@ -57,7 +57,9 @@ fn tessellated(surface: &Surface, global: &GlobalBox) -> TriMesh {
     match surface {
         Surface::Mesh(mesh) => mesh.mesh().clone(),
         Surface::Plane { point, normal } => plane_in_box(point, normal, global),
-        Surface::Tube { center, axis, radius, half_length } => tube(center, axis, *radius, *half_length, global),
+        Surface::Tube { center, axis, radius, half_length } => {
+            tube(center, axis, *radius, *half_length, global)
+        }
         Surface::Solid { core, rotation, center, .. } => {
             let shape = match core {
                 Core::Box(half) => Shape::cuboid(half * 2.0, 1e-6),
@@ -78,8 +80,9 @@ fn plane_in_box(point: &Vec3, normal: &Vec3, global: &GlobalBox) -> TriMesh {
     let helper = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let (u, v) = (normal.cross(&helper).normalize(), normal.cross(&normal.cross(&helper)).normalize());
     let half = (upper - lower).norm();
-    let mut polygon: Vec<Vec3> =
-        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(a, b)| foot + (u * a + v * b) * half).to_vec();
+    let mut polygon: Vec<Vec3> = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+        .map(|(a, b)| foot + (u * a + v * b) * half)
+        .to_vec();
     // A sheet lying in a face of the box must survive the cut.
     let margin = 1e-9 * half;
     for axis in 0..3 {

@@ -81,7 +81,9 @@ pub fn write_checkpoint(
         std::fs::File::open(&aside)
             .and_then(|f| f.sync_all())
             .and_then(|()| std::fs::rename(&aside, &path))
-            .map_err(|e| FileError::new(&path, format!("cannot be completed: {e}; earlier checkpoints are intact")))
+            .map_err(|e| {
+                FileError::new(&path, format!("cannot be completed: {e}; earlier checkpoints are intact"))
+            })
     } else {
         Ok(())
     };
@@ -89,7 +91,12 @@ pub fn write_checkpoint(
     Ok(path)
 }
 
-fn write(path: &Path, communicator: &SimpleCommunicator, arrays: &[Array], metadata: &Metadata) -> hdf5::Result<()> {
+fn write(
+    path: &Path,
+    communicator: &SimpleCommunicator,
+    arrays: &[Array],
+    metadata: &Metadata,
+) -> hdf5::Result<()> {
     let file = File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).create(path)?;
     write_metadata(&file, metadata)?;
     let state = file.create_group("state")?;
@@ -126,7 +133,11 @@ fn write(path: &Path, communicator: &SimpleCommunicator, arrays: &[Array], metad
 
 fn create<T: hdf5::H5Type>(group: &hdf5::Group, array: &Array, rows: usize) -> hdf5::Result<Dataset> {
     let builder = group.new_dataset::<T>();
-    if array.width == 1 { builder.shape(rows).create(array.name) } else { builder.shape((rows, array.width)).create(array.name) }
+    if array.width == 1 {
+        builder.shape(rows).create(array.name)
+    } else {
+        builder.shape((rows, array.width)).create(array.name)
+    }
 }
 
 /// Deletes all but the newest `keep` checkpoints; failures are not errors of the run.
@@ -168,7 +179,10 @@ impl CheckpointFile {
     /// A file that is missing, truncated or corrupt, naming the array.
     pub fn read(path: &Path, communicator: &SimpleCommunicator) -> Result<Self, FileError> {
         let outcome = read(path, communicator).map_err(|problem| {
-            FileError::new(path, format!("is no valid checkpoint: {problem}; use an earlier one, or `--restart latest`"))
+            FileError::new(
+                path,
+                format!("is no valid checkpoint: {problem}; use an earlier one, or `--restart latest`"),
+            )
         });
         let (metadata, arrays) = agree(communicator, outcome)?;
         Ok(Self { path: path.to_path_buf(), metadata, arrays })
@@ -186,7 +200,9 @@ impl CheckpointFile {
     pub fn real(&self, name: &str) -> Result<&[f64], FileError> {
         match self.arrays.iter().find(|(n, _, _)| n == name) {
             Some((_, _, Values::Real(values))) => Ok(values),
-            _ => Err(FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version"))),
+            _ => {
+                Err(FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version")))
+            }
         }
     }
 
@@ -197,7 +213,9 @@ impl CheckpointFile {
     pub fn integer(&self, name: &str) -> Result<&[i64], FileError> {
         match self.arrays.iter().find(|(n, _, _)| n == name) {
             Some((_, _, Values::Integer(values))) => Ok(values),
-            _ => Err(FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version"))),
+            _ => {
+                Err(FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version")))
+            }
         }
     }
 }
@@ -240,7 +258,8 @@ fn read(path: &Path, communicator: &SimpleCommunicator) -> Result<Contents, Stri
             read_rows(&dataset, first, width, &mut data).map_err(|e| e.to_string())?;
             Values::Integer(data)
         };
-        let expected = dataset.attr("checksum").and_then(|a| a.read_scalar::<u64>()).map_err(|e| e.to_string())?;
+        let expected =
+            dataset.attr("checksum").and_then(|a| a.read_scalar::<u64>()).map_err(|e| e.to_string())?;
         let mut found = 0_u64;
         communicator.all_reduce_into(&values.checksum(first * width), &mut found, SystemOperation::sum());
         if found != expected {

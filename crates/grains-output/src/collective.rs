@@ -4,8 +4,8 @@
 
 use hdf5::{Dataset, Datatype, H5Type};
 use hdf5_sys::h5d::{H5Dget_space, H5Dread, H5Dwrite};
-use hdf5_sys::h5p::H5FD_mpio_xfer_t::H5FD_MPIO_COLLECTIVE;
 use hdf5_sys::h5i::hid_t;
+use hdf5_sys::h5p::H5FD_mpio_xfer_t::H5FD_MPIO_COLLECTIVE;
 use hdf5_sys::h5p::{H5Pclose, H5Pcreate, H5Pset_dxpl_mpio};
 use hdf5_sys::h5s::{H5S_seloper_t, H5Sclose, H5Screate_simple, H5Sselect_hyperslab, H5Sselect_none};
 use std::ptr;
@@ -26,7 +26,12 @@ pub fn write_rows<T: H5Type>(dataset: &Dataset, first: usize, width: usize, data
 ///
 /// # Errors
 /// What HDF5 says.
-pub fn read_rows<T: H5Type>(dataset: &Dataset, first: usize, width: usize, data: &mut [T]) -> hdf5::Result<()> {
+pub fn read_rows<T: H5Type>(
+    dataset: &Dataset,
+    first: usize,
+    width: usize,
+    data: &mut [T],
+) -> hdf5::Result<()> {
     let kind = Datatype::from_type::<T>()?;
     let rows = data.len() / width.max(1);
     transfer(dataset, first, width, rows, |memory, file, list| {

@@ -70,6 +70,9 @@ pub struct Step<'a> {
     pub fields: &'a [Data<'a>],
 }
 
+/// A step that was written: its time (s), first point, points, first triangle, triangles.
+pub(crate) type Written = (f64, [usize; 4]);
+
 /// A growing file.
 pub struct PolyDataFile {
     path: PathBuf,
@@ -78,8 +81,7 @@ pub struct PolyDataFile {
     specs: Vec<FieldSpec>,
     precision: Precision,
     is_surface: bool,
-    /// Steps written: time, first point, points, first triangle, triangles.
-    pub(crate) steps: Vec<(f64, [usize; 4])>,
+    pub(crate) steps: Vec<Written>,
 }
 
 const TOPOLOGIES: [&str; 4] = ["Vertices", "Lines", "Polygons", "Strips"];
@@ -99,7 +101,8 @@ impl PolyDataFile {
         metadata: &Metadata,
     ) -> Result<Self, FileError> {
         let created = (|| -> hdf5::Result<File> {
-            let file = File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).create(path)?;
+            let file =
+                File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).create(path)?;
             layout(&file, specs, is_surface, precision, compress)?;
             write_metadata(&file, metadata)?;
             file.flush()?;
@@ -108,7 +111,15 @@ impl PolyDataFile {
         let file = agree(communicator, created.map_err(|e| FileError::new(path, e)))?;
         let communicator = communicator.duplicate();
         let specs = specs.to_vec();
-        Ok(Self { path: path.to_path_buf(), communicator, file, specs, precision, is_surface, steps: Vec::new() })
+        Ok(Self {
+            path: path.to_path_buf(),
+            communicator,
+            file,
+            specs,
+            precision,
+            is_surface,
+            steps: Vec::new(),
+        })
     }
 
     /// Continues a file, forgetting every step at or after `time` (s).
@@ -123,13 +134,17 @@ impl PolyDataFile {
         precision: Precision,
         time: f64,
     ) -> Result<Self, FileError> {
-        let opened = (|| -> hdf5::Result<(File, Vec<(f64, [usize; 4])>)> {
-            let file = File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).open_rw(path)?;
+        let opened = (|| -> hdf5::Result<(File, Vec<Written>)> {
+            let file =
+                File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).open_rw(path)?;
             let steps = truncate(&file, specs, is_surface, time)?;
             Ok((file, steps))
         })();
         let opened = opened.map_err(|e| {
-            FileError::new(path, format!("cannot be continued ({e}): move it aside, or run without --restart"))
+            FileError::new(
+                path,
+                format!("cannot be continued ({e}): move it aside, or run without --restart"),
+            )
         });
         let (file, steps) = agree(communicator, opened)?;
         let communicator = communicator.duplicate();
@@ -163,7 +178,13 @@ impl PolyDataFile {
         let (point_start, triangle_start) = (previous[0] + previous[1], previous[2] + previous[3]);
         let root = self.file.group("VTKHDF")?;
         let rank = self.communicator.rank();
-        self.append_real(&root.dataset("Points")?, point_start + first_point, 3, step.points, point_start + points)?;
+        self.append_real(
+            &root.dataset("Points")?,
+            point_start + first_point,
+            3,
+            step.points,
+            point_start + points,
+        )?;
         let (data, cell_start, cells) = if self.is_surface {
             ("CellData", triangle_start, triangles)
         } else {
@@ -185,12 +206,27 @@ impl PolyDataFile {
         };
         self.append_cells(&root, &connectivity, first, cells, cell_start)?;
         let starts = [point_start, cell_start];
-        append_step(&root, self.steps.len(), step.time, starts, (points, self.is_surface), &self.specs, rank == 0)?;
+        append_step(
+            &root,
+            self.steps.len(),
+            step.time,
+            starts,
+            (points, self.is_surface),
+            &self.specs,
+            rank == 0,
+        )?;
         self.steps.push((step.time, [point_start, points, triangle_start, triangles]));
         self.file.flush()
     }
 
-    fn append_real(&self, dataset: &Dataset, at: usize, width: usize, values: &[f64], end: usize) -> hdf5::Result<()> {
+    fn append_real(
+        &self,
+        dataset: &Dataset,
+        at: usize,
+        width: usize,
+        values: &[f64],
+        end: usize,
+    ) -> hdf5::Result<()> {
         match self.precision {
             Precision::F64 => append_rows(dataset, at, width, values, end),
             Precision::F32 => {
@@ -218,7 +254,13 @@ impl PolyDataFile {
             let count = if topology == used { cells } else { 0 };
             let one = |value: usize| if is_first { vec![value as i64] } else { Vec::new() };
             append_rows(&group.dataset("NumberOfCells")?, step, 1, &one(count), step + 1)?;
-            append_rows(&group.dataset("NumberOfConnectivityIds")?, step, 1, &one(count * corners), step + 1)?;
+            append_rows(
+                &group.dataset("NumberOfConnectivityIds")?,
+                step,
+                1,
+                &one(count * corners),
+                step + 1,
+            )?;
             let offsets = group.dataset("Offsets")?;
             if topology == used {
                 let (at, end) = ((cell_start + first) * corners, (cell_start + cells) * corners);
@@ -226,7 +268,8 @@ impl PolyDataFile {
                 let own = connectivity.len() / corners;
                 // Rank 0 writes the leading zero as well.
                 let mine: Vec<i64> = if is_first { vec![0] } else { Vec::new() };
-                let mine: Vec<i64> = mine.into_iter().chain((1..=own).map(|k| ((first + k) * corners) as i64)).collect();
+                let mine: Vec<i64> =
+                    mine.into_iter().chain((1..=own).map(|k| ((first + k) * corners) as i64)).collect();
                 let start = cell_start + step + first + usize::from(!is_first);
                 append_rows(&offsets, start, 1, &mine, cell_start + step + cells + 1)?;
             } else {
@@ -312,7 +355,13 @@ fn point_count(root: &Group, start: usize) -> hdf5::Result<usize> {
 }
 
 /// Creates the groups and empty datasets.
-fn layout(file: &File, specs: &[FieldSpec], is_surface: bool, precision: Precision, compress: bool) -> hdf5::Result<()> {
+fn layout(
+    file: &File,
+    specs: &[FieldSpec],
+    is_surface: bool,
+    precision: Precision,
+    compress: bool,
+) -> hdf5::Result<()> {
     let root = file.create_group("VTKHDF")?;
     let kind = FixedAscii::<8>::from_ascii("PolyData").map_err(|e| e.to_string())?;
     root.new_attr::<FixedAscii<8>>().create("Type")?.write_scalar(&kind)?;
@@ -388,7 +437,12 @@ pub(crate) fn write_metadata(file: &File, metadata: &Metadata) -> hdf5::Result<(
 }
 
 /// Cuts off every step at or after `time`; returns those that remain.
-fn truncate(file: &File, specs: &[FieldSpec], is_surface: bool, time: f64) -> hdf5::Result<Vec<(f64, [usize; 4])>> {
+fn truncate(
+    file: &File,
+    specs: &[FieldSpec],
+    is_surface: bool,
+    time: f64,
+) -> hdf5::Result<Vec<Written>> {
     let root = file.group("VTKHDF")?;
     let steps = root.group("Steps")?;
     let data = if is_surface { "CellData" } else { "PointData" };
@@ -400,7 +454,7 @@ fn truncate(file: &File, specs: &[FieldSpec], is_surface: bool, time: f64) -> hd
     let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
     let cells = root.dataset("Polygons/NumberOfCells")?.read_raw::<i64>()?;
     let keep = values.iter().take_while(|&&t| t < time * (1.0 - 1e-12)).count();
-    let mut kept: Vec<(f64, [usize; 4])> = Vec::new();
+    let mut kept: Vec<Written> = Vec::new();
     for k in 0..keep {
         let [p, n, c, m] = kept.last().map_or([0; 4], |s| s.1);
         kept.push((values[k], [p + n, points[k] as usize, c + m, cells[k] as usize]));
@@ -429,7 +483,9 @@ fn truncate(file: &File, specs: &[FieldSpec], is_surface: bool, time: f64) -> hd
         resize(&group.dataset("Connectivity")?, count * corners)?;
         resize(&group.dataset("Offsets")?, count + keep)?;
     }
-    for name in ["Values", "PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"] {
+    for name in
+        ["Values", "PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"]
+    {
         resize(&steps.dataset(name)?, keep)?;
     }
     file.flush()?;

@@ -23,8 +23,10 @@ impl Series {
             value.lines().for_each(|line| text += &format!("# {name}: {line}\n"));
         }
         text += &(columns.join(",") + "\n");
-        let mut file = File::create(path).map_err(|e| FileError::new(path, format!("cannot be created: {e}")))?;
-        file.write_all(text.as_bytes()).map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
+        let mut file =
+            File::create(path).map_err(|e| FileError::new(path, format!("cannot be created: {e}")))?;
+        file.write_all(text.as_bytes())
+            .map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
         Ok(Self { path: path.to_path_buf(), file, columns: columns.len() })
     }
 
@@ -34,7 +36,10 @@ impl Series {
     /// A file that cannot be read or that has other columns.
     pub fn resume(path: &Path, columns: &[String], step: u64) -> Result<Self, FileError> {
         let text = std::fs::read_to_string(path).map_err(|e| {
-            FileError::new(path, format!("cannot be continued: {e}; restore it, or start in another directory"))
+            FileError::new(
+                path,
+                format!("cannot be continued: {e}; restore it, or start in another directory"),
+            )
         })?;
         let mut kept = String::new();
         let mut header = None;
@@ -56,7 +61,10 @@ impl Series {
             let found = header.unwrap_or_default();
             return Err(FileError::new(
                 path,
-                format!("has the columns `{found}`, this run `{}`: continue with the case it was begun with, or in another directory", columns.join(",")),
+                format!(
+                    "has the columns `{found}`, this run `{}`: continue with the case it was begun with, or in another directory",
+                    columns.join(",")
+                ),
             ));
         }
         let aside = path.with_extension("csv.tmp");
@@ -79,9 +87,9 @@ impl Series {
         }
         row.push('\n');
         // One write per row: a reader never sees half of one.
-        self.file
-            .write_all(row.as_bytes())
-            .map_err(|e| FileError::new(&self.path, format!("cannot be written: {e}; free space, then --restart latest")))
+        self.file.write_all(row.as_bytes()).map_err(|e| {
+            FileError::new(&self.path, format!("cannot be written: {e}; free space, then --restart latest"))
+        })
     }
 }
 

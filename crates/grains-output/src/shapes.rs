@@ -9,11 +9,15 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be written.
 pub fn write_shape(path: &Path, vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), FileError> {
-    let mut text = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n");
-    let _ = writeln!(text, "<Piece NumberOfPoints=\"{}\" NumberOfPolys=\"{}\">", vertices.len(), triangles.len());
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n",
+    );
+    let _ =
+        writeln!(text, "<Piece NumberOfPoints=\"{}\" NumberOfPolys=\"{}\">", vertices.len(), triangles.len());
     text += "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n";
     vertices.iter().for_each(|[x, y, z]| text += &format!("{x:?} {y:?} {z:?}\n"));
-    text += "</DataArray></Points>\n<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">\n";
+    text +=
+        "</DataArray></Points>\n<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">\n";
     triangles.iter().for_each(|[a, b, c]| text += &format!("{a} {b} {c}\n"));
     text += "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">\n";
     (1..=triangles.len()).for_each(|k| text += &format!("{}\n", 3 * k));
@@ -28,7 +32,10 @@ pub fn write_shape(path: &Path, vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -
 pub fn read_columns_as_csv(path: &Path) -> Result<String, FileError> {
     let columns = (|| -> hdf5::Result<Vec<(String, Vec<f64>)>> {
         let file = hdf5::File::open(path)?;
-        file.member_names()?.into_iter().map(|name| Ok((name.clone(), file.dataset(&name)?.read_raw::<f64>()?))).collect()
+        file.member_names()?
+            .into_iter()
+            .map(|name| Ok((name.clone(), file.dataset(&name)?.read_raw::<f64>()?)))
+            .collect()
     })();
     let columns = columns.map_err(|e| FileError::new(path, format!("cannot be read as columns: {e}")))?;
     let rows = columns.first().map_or(0, |c| c.1.len());

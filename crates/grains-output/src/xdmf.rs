@@ -34,7 +34,8 @@ fn describe(file: &PolyDataFile) -> String {
             text += &slab_item(&name, "Polygons/Connectivity", slab, 1, "Int", 8);
         } else {
             let _ = writeln!(text, "<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{points}\">");
-            text += &slab_item(&name, "Vertices/Connectivity", [*first_point, *points, all_points], 1, "Int", 8);
+            text +=
+                &slab_item(&name, "Vertices/Connectivity", [*first_point, *points, all_points], 1, "Int", 8);
         }
         text += "</Topology>\n<Geometry GeometryType=\"XYZ\">\n";
         text += &slab_item(&name, "Points", [*first_point, *points, all_points], 3, "Float", bytes);
@@ -51,7 +52,11 @@ fn describe(file: &PolyDataFile) -> String {
                 ("Node", "PointData", [*first_point, *points, all_points])
             };
             let (number, width) = if spec.kind == Kind::Real { ("Float", bytes) } else { ("Int", 8) };
-            let _ = writeln!(text, "<Attribute Name=\"{}\" AttributeType=\"{kind}\" Center=\"{center}\">", spec.name);
+            let _ = writeln!(
+                text,
+                "<Attribute Name=\"{}\" AttributeType=\"{kind}\" Center=\"{center}\">",
+                spec.name
+            );
             text += &slab_item(&name, &format!("{data}/{}", spec.name), slab, spec.components, number, width);
             text += "</Attribute>\n";
         }

@@ -128,7 +128,9 @@ pub(crate) fn add_forces(
                 Some(contact) => {
                     let pair = &mut list.pairs[k];
                     let shift = list.shifts[pair.image as usize];
-                    add_contact(particles, pair, &contact, &shift, scene, catalogue, lattice, wall_loads, tally);
+                    add_contact(
+                        particles, pair, &contact, &shift, scene, catalogue, lattice, wall_loads, tally,
+                    );
                 }
             }
         }
@@ -148,7 +150,8 @@ fn find_contacts(
     let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
     let body = &particles.bodies[first.particle as usize];
     let position = body.position + list.shifts[first.image as usize];
-    let outside = (0..3).any(|a| wall.spans[a] && !(position[a] >= scene.lower[a] && position[a] < scene.upper[a]));
+    let outside =
+        (0..3).any(|a| wall.spans[a] && !(position[a] >= scene.lower[a] && position[a] < scene.upper[a]));
     list.touching.clear();
     if outside || !wall.exists_at(scene.time) {
         list.touching.resize(group.len(), None);
@@ -213,7 +216,9 @@ fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>]
         let orphan = (0..pairs.len()).find(|&l| {
             touching[l].is_none()
                 && pairs[l].spring != Vec3::zeros()
-                && surface.element_normal(pairs[l].element).is_some_and(|n| n.dot(&contact.normal).abs() > SIMILAR_DIRECTION)
+                && surface
+                    .element_normal(pairs[l].element)
+                    .is_some_and(|n| n.dot(&contact.normal).abs() > SIMILAR_DIRECTION)
         });
         if let Some(l) = orphan {
             pairs[k].spring = pairs[l].spring;

@@ -150,7 +150,11 @@ impl Motion {
             Motion::Translation { start, end, .. }
             | Motion::Oscillation { start, end, .. }
             | Motion::Rotation { start, end, .. } => {
-                if now < end { now.max(start) } else { f64::INFINITY }
+                if now < end {
+                    now.max(start)
+                } else {
+                    f64::INFINITY
+                }
             }
         }
     }
@@ -164,7 +168,13 @@ mod tests {
     fn velocities_are_the_derivatives_of_the_poses() {
         let motions = [
             Motion::Translation { velocity: Vec3::new(1.0, -2.0, 0.5), start: 0.1, end: 2.0 },
-            Motion::Oscillation { amplitude: Vec3::new(0.1, 0.0, 0.2), frequency: 3.0, phase: 0.4, start: 0.1, end: 9.0 },
+            Motion::Oscillation {
+                amplitude: Vec3::new(0.1, 0.0, 0.2),
+                frequency: 3.0,
+                phase: 0.4,
+                start: 0.1,
+                end: 9.0,
+            },
             Motion::Rotation {
                 point: Vec3::new(0.3, 0.1, -0.2),
                 axis: Vec3::new(0.0, 0.6, 0.8),

@@ -172,13 +172,18 @@ impl Surface {
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
                 let contact = touch(part, core, &placement, 0.0, simplex)?;
-                Ok(contact.map(|c| SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point }))
+                Ok(contact.map(|c| SurfaceContact {
+                    normal: c.normal,
+                    overlap: c.overlap,
+                    point: center + c.point,
+                }))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
                 let Some(c) = touch(part, &core, &placement, 0.0, simplex)? else { return Ok(None) };
-                let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point };
+                let contact =
+                    SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point };
                 // The triangle's point lies half an overlap behind the contact point.
                 let on_triangle = contact.point - c.normal * (0.5 * c.overlap);
                 let owns = c.cores_met || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);

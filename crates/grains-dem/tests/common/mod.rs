@@ -4,7 +4,10 @@
 #![allow(clippy::unwrap_used)]
 
 use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle, ParticleRecord, Rates, Skin, Surface, Wall};
+use grains_dem::{
+    Catalogue, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle, ParticleRecord, Rates,
+    Skin, Surface, Wall,
+};
 use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{RegularSolid, Rotation, Shape, Vec3};
 use std::collections::{HashMap, VecDeque};
@@ -190,7 +193,8 @@ impl Scene {
         })
         .concat();
         merged(on_ranks(second.iter().product(), |transport| {
-            let mut dem = Dem::new(DemSetup { ranks: second, ..self.setup.clone() }, transport.rank()).unwrap();
+            let mut dem =
+                Dem::new(DemSetup { ranks: second, ..self.setup.clone() }, transport.rank()).unwrap();
             dem.resume_at(before);
             for (record, memory) in &saved {
                 if dem.owns(&record.body.position) {
@@ -217,7 +221,15 @@ pub fn law(spring: bool) -> ContactLaw {
 }
 
 pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {
-    Wall { name: name.into(), material: 1, surfaces: vec![surface], motion, from: 0.0, until: f64::INFINITY, spans: [false; 3] }
+    Wall {
+        name: name.into(),
+        material: 1,
+        surfaces: vec![surface],
+        motion,
+        from: 0.0,
+        until: f64::INFINITY,
+        spans: [false; 3],
+    }
 }
 
 /// Definition without particles and walls in a box of a size (m).
@@ -234,7 +246,11 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         ranks: [1; 3],
         catalogue: Catalogue { shapes, densities: vec![2500.0, f64::NAN], contacts },
         walls: Vec::new(),
-        planes: vec![FlowPlane { name: "middle".into(), point: Vec3::repeat(0.5 * upper[0]), normal: Vec3::x() }],
+        planes: vec![FlowPlane {
+            name: "middle".into(),
+            point: Vec3::repeat(0.5 * upper[0]),
+            normal: Vec3::x(),
+        }],
         rates: Rates { gravity: Vec3::new(0.0, 0.0, -9.81), dt: 4e-6 },
         largest_radius,
         overlap_limit: 0.3,
@@ -254,7 +270,8 @@ pub fn lattice(lower: [f64; 3], upper: [f64; 3], spacing: f64, kinds: u16, speed
     for k in 0..n[0] * n[1] * n[2] {
         let place = [k % n[0], k / n[0] % n[1], k / (n[0] * n[1])];
         let mut vector = |size: f64| Vec3::new(random(), random(), random()) * size;
-        let (noise, velocity, spin, axis) = (vector(0.02 * spacing), vector(speed), vector(50.0), vector(6.0));
+        let (noise, velocity, spin, axis) =
+            (vector(0.02 * spacing), vector(speed), vector(50.0), vector(6.0));
         particles.push(NewParticle {
             // ids in no spatial order
             id: ((k * 7919) % (n[0] * n[1] * n[2])) as u64,

@@ -10,6 +10,8 @@ const ROUNDING: f64 = 1e-15;
 /// Height of a face, relative to the size of the set, below which it is a sliver without a normal. To
 /// pass it over is safe: its neighbours are as near the origin but for the square of this.
 const SLIVER: f64 = 1e-8;
+/// Retreat of the nearest face, relative to the size of the set, that is more than rounding.
+const TURNED: f64 = 1e-9;
 
 /// A triangle of the surface, counter-clockwise seen from outside.
 #[derive(Clone, Copy)]
@@ -45,6 +47,10 @@ pub(super) struct Polytope {
     pub faces: Vec<Face>,
     /// Size of the set (m).
     size: f64,
+    /// Centre of the first four points.
+    inside: Vec3,
+    /// Distance of the face last found nearest, once the origin is inside (m).
+    reached: f64,
 }
 
 impl Polytope {
@@ -52,7 +58,9 @@ impl Polytope {
     pub fn new([p, q, r, s]: [Vertex; 4], size: f64) -> Self {
         let outside = (q.w - p.w).cross(&(r.w - p.w)).dot(&(s.w - p.w)) > 0.0;
         let (q, r) = if outside { (r, q) } else { (q, r) };
-        let mut polytope = Self { vertices: vec![p, q, r, s], faces: Vec::new(), size };
+        let inside = (p.w + q.w + r.w + s.w) / 4.0;
+        let vertices = vec![p, q, r, s];
+        let mut polytope = Self { vertices, faces: Vec::new(), size, inside, reached: f64::NEG_INFINITY };
         let faces =
             [([0, 1, 2], [1, 2, 3]), ([0, 3, 1], [3, 2, 0]), ([1, 3, 2], [1, 3, 0]), ([2, 3, 0], [2, 1, 0])];
         for (corners, neighbours) in faces {
@@ -75,8 +83,11 @@ impl Polytope {
 
     /// Replaces the faces that `vertex` is above, from `seen` on, by a fan around it.
     ///
-    /// False if the hole is not bounded by one ring.
+    /// False if rounding has spoilt the surface: the hole not bounded by one ring, or a face turned.
     pub fn expand(&mut self, vertex: Vertex, seen: usize) -> bool {
+        if self.faces[seen].distance > 0.0 {
+            self.reached = self.faces[seen].distance;
+        }
         let apex = self.vertices.len();
         self.vertices.push(vertex);
         let ring = self.dig(&vertex.w, seen);
@@ -86,7 +97,11 @@ impl Polytope {
             let last = ring.iter().position(|other| other.to == rim.from);
             let (Some(next), Some(last)) = (next, last) else { return false };
             let number = self.faces.len();
-            self.faces.push(self.face([rim.from, rim.to, apex], [rim.outside, first + next, first + last]));
+            let face = self.face([rim.from, rim.to, apex], [rim.outside, first + next, first + last]);
+            if !self.sound(&face) {
+                return false;
+            }
+            self.faces.push(face);
             let outside = &mut self.faces[rim.outside];
             for i in 0..3 {
                 if outside.corners[i] == rim.to && outside.corners[(i + 1) % 3] == rim.from {
@@ -127,6 +142,12 @@ impl Polytope {
             None => (Vec3::zeros(), f64::INFINITY),
         };
         Face { corners, neighbours, normal, distance, exposed: true }
+    }
+
+    /// The centre stays inside, and from an origin inside the nearest face only recedes: a normal that
+    /// says otherwise has been turned by rounding.
+    fn sound(&self, face: &Face) -> bool {
+        face.normal.dot(&self.inside) <= face.distance && face.distance > self.reached - TURNED * self.size
     }
 }
 

@@ -2,10 +2,7 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
-use super::{
-    CURVED_TOLERANCE, MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex,
-    TOLERANCE,
-};
+use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
 use crate::{Core, Placement, Vec3};
 
@@ -76,6 +73,7 @@ impl Query<'_> {
         })
     }
 
+    /// The search proper. The simplex is left as the start for the next step on every way out.
     #[inline]
     fn descend<A: Support, B: Support>(
         &self,
@@ -83,18 +81,9 @@ impl Query<'_> {
         b: &B,
         simplex: &mut Simplex,
     ) -> Result<Separation, Stall> {
-        let placement = self.placement;
         let curved = A::CURVED || B::CURVED;
         let size = self.size(a, b);
-        if simplex.len == 0 {
-            let start = self.support(a, b, &placement.translation);
-            (simplex.a[0], simplex.b[0], simplex.len) = (start.a, start.b, 1);
-        }
-        let mut w: [Vec3; 4] = std::array::from_fn(|_| Vec3::zeros());
-        for (w, (a, b)) in w.iter_mut().zip(simplex.a.iter().zip(&simplex.b)).take(simplex.len as usize) {
-            *w = placement.apply(b) - a;
-        }
-        let tolerance = if curved { CURVED_TOLERANCE } else { TOLERANCE } * size;
+        let mut w = self.start(a, b, simplex);
         let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None };
         for iteration in 0..MAX_ITERATIONS {
             let Some(found) = nearest(simplex.len as usize, &w) else {
@@ -106,7 +95,7 @@ impl Query<'_> {
             if squared <= (MEETING * size).powi(2) {
                 return Ok(Separation::Meeting);
             }
-            match self.judge(a, b, &v, squared, tolerance) {
+            match self.judge(a, b, &v, squared, TOLERANCE * size) {
                 Verdict::Beyond => return Ok(Separation::Beyond),
                 Verdict::Nearest => return Ok(apart(v, squared, combine(simplex, &weights))),
                 Verdict::Improvable { gap } if gap < best.gap => {
@@ -117,6 +106,7 @@ impl Query<'_> {
                 }
                 Verdict::Improvable { .. } => {}
             }
+            // Early, for a warm start; later now and then, as the simplex settles on the features.
             if curved
                 && iteration % 3 == 0
                 && let Some(answer) = self.touch(a, b, simplex, size)
@@ -132,6 +122,20 @@ impl Query<'_> {
             simplex.len += 1;
         }
         best.answer.ok_or(best)
+    }
+
+    /// The differences of the pairs of the simplex, which gets a first pair if it is cold.
+    #[inline(always)]
+    fn start<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> [Vec3; 4] {
+        if simplex.len == 0 {
+            let start = self.support(a, b, &self.placement.translation);
+            (simplex.a[0], simplex.b[0], simplex.len) = (start.a, start.b, 1);
+        }
+        let mut w = [Vec3::zeros(); 4];
+        for (w, (a, b)) in w.iter_mut().zip(simplex.a.iter().zip(&simplex.b)).take(simplex.len as usize) {
+            *w = self.placement.apply(b) - a;
+        }
+        w
     }
 
     /// A length like the largest coordinate that enters the query (m).
@@ -180,7 +184,7 @@ impl Query<'_> {
         if squared <= (MEETING * size).powi(2) {
             return None;
         }
-        let answer = match self.judge(a, b, &touch.v, squared, CURVED_TOLERANCE * size) {
+        let answer = match self.judge(a, b, &touch.v, squared, TOLERANCE * size) {
             Verdict::Beyond => Separation::Beyond,
             Verdict::Nearest => apart(touch.v, squared, touch.point_a),
             Verdict::Improvable { .. } => return None,
