@@ -17,6 +17,7 @@ use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
 use grains_domain::Transport;
 use run::{Run, RunError, RunOptions};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -77,7 +78,12 @@ struct RunArguments {
 
 fn main() {
     // Ask for nothing from MPI before the command line is known to be right.
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|answer| {
+        if is_first_launched() {
+            let _ = answer.print();
+        }
+        std::process::exit(answer.exit_code());
+    });
     let job = match Job::start() {
         Ok(job) => job,
         Err(message) => {
@@ -96,12 +102,25 @@ fn main() {
     std::process::exit(code);
 }
 
+/// Whether no launcher has given this process another rank than 0; what all ranks say is said once.
+fn is_first_launched() -> bool {
+    ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"]
+        .iter()
+        .find_map(|name| std::env::var(name).ok())
+        .is_none_or(|rank| rank == "0")
+}
+
+/// Prints to standard output; a reader that has gone away, as `head` does, is no error.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
 fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), RunError> {
     let is_first = transport.rank() == 0;
     match command {
         Command::Schema => {
             if is_first {
-                println!("{:#}", grains_case::schema());
+                print(&format!("{:#}\n", grains_case::schema()));
             }
             Ok(())
         }
@@ -109,7 +128,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             let case = load(&case, job, transport)?;
             let text = check::explain(&case, ranks.unwrap_or(transport.size())).map_err(RunError::case)?;
             if is_first {
-                print!("{text}");
+                print(&text);
             }
             Ok(())
         }

@@ -26,7 +26,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
         array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
         array("memory", 1, Values::Real(memory)),
     ];
-    let mut ledger = [dem.ledger.inserted, dem.ledger.left];
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
     let passed: Vec<String> =
@@ -83,6 +83,7 @@ pub fn restore(
     if transport.rank() == 0 {
         let ledger = numbers("ledger");
         (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
+        dem.report.cores_met = ledger.get(2).map_or(0, |&count| count as u64);
         let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
         let counts: Vec<(i64, f64)> = words
             .chunks_exact(2)

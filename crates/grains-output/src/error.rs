@@ -1,8 +1,11 @@
 //! Errors of files, agreed upon by all ranks.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::CommunicatorCollectives;
-use std::path::Path;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// A file that cannot be written or read.
@@ -16,8 +19,8 @@ pub enum FileError {
         /// What went wrong and what to do.
         problem: String,
     },
-    /// Another rank met it and reports it.
-    #[error("another rank met an error of a file")]
+    /// Rank 0 reports it.
+    #[error("an error of a file, reported by rank 0")]
     Elsewhere,
 }
 
@@ -28,18 +31,110 @@ impl FileError {
     }
 }
 
-/// Makes the outcome of all ranks an error if that of any is.
+/// Makes the outcome of all ranks an error if that of any is; rank 0 gets the text of the lowest rank that
+/// failed, so that one rank can report it.
 ///
 /// # Errors
-/// The own error, or [`FileError::Elsewhere`].
-pub fn agree<T>(
-    communicator: &impl CommunicatorCollectives,
-    outcome: Result<T, FileError>,
-) -> Result<T, FileError> {
-    let mut failed = 0_u8;
-    communicator.all_reduce_into(&u8::from(outcome.is_err()), &mut failed, SystemOperation::max());
-    match outcome {
-        Ok(_) if failed > 0 => Err(FileError::Elsewhere),
-        outcome => outcome,
+/// The error on rank 0, [`FileError::Elsewhere`] on the others.
+pub fn agree<T>(communicator: &impl Communicator, outcome: Result<T, FileError>) -> Result<T, FileError> {
+    let (rank, size) = (communicator.rank(), communicator.size());
+    let mut lowest = size;
+    let own = if outcome.is_err() { rank } else { size };
+    communicator.all_reduce_into(&own, &mut lowest, SystemOperation::min());
+    if lowest == size {
+        return outcome;
     }
+    let mut texts = match outcome.err() {
+        Some(FileError::Here { path, problem }) => [path, problem],
+        _ => [String::new(), FileError::Elsewhere.to_string()],
+    };
+    for text in &mut texts {
+        *text = from_rank(communicator, lowest, text);
+    }
+    let [path, problem] = texts;
+    Err(if rank == 0 { FileError::Here { path, problem } } else { FileError::Elsewhere })
+}
+
+/// A text of one rank on all ranks.
+pub(crate) fn from_rank(communicator: &impl Communicator, rank: i32, text: &str) -> String {
+    let root = communicator.process_at_rank(rank);
+    let mut length = text.len() as u64;
+    root.broadcast_into(&mut length);
+    let mut bytes = text.as_bytes().to_vec();
+    bytes.resize(length as usize, 0);
+    root.broadcast_into(&mut bytes[..]);
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// All ranks of a communicator at work on one file.
+///
+/// Every collective call ends in [`Shared::all`]: were a rank to leave alone, the others would wait in the
+/// next call for ever.
+pub(crate) struct Shared {
+    pub communicator: SimpleCommunicator,
+    pub path: PathBuf,
+}
+
+impl Shared {
+    pub fn new(path: &Path, communicator: &SimpleCommunicator) -> Self {
+        Self { communicator: communicator.duplicate(), path: path.to_path_buf() }
+    }
+
+    pub fn is_first(&self) -> bool {
+        self.communicator.rank() == 0
+    }
+
+    /// The outcome all ranks agree on; `what` failed if it is an error.
+    pub fn all<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
+        let outcome = outcome.map_err(|error| {
+            let reason = if what.contains("written") { unwritable(&self.path) } else { None };
+            FileError::new(&self.path, format!("{what}: {}", reason.unwrap_or_else(|| brief(&error))))
+        });
+        agree(&self.communicator, outcome)
+    }
+
+    /// Does something on rank 0 alone; its error is that of all.
+    pub fn first(&self, work: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
+        let outcome = if self.is_first() { work() } else { Ok(()) };
+        agree(&self.communicator, outcome)
+    }
+
+    /// Makes the file empty on rank 0: the operating system says better than HDF5 why it cannot be written.
+    pub fn create_empty(&self) -> Result<(), FileError> {
+        self.first(|| {
+            fs::File::create(&self.path).map(drop).map_err(|error| {
+                FileError::new(
+                    &self.path,
+                    format!("cannot be created: {error}; {}", remedy(&self.path, &error)),
+                )
+            })
+        })
+    }
+}
+
+fn remedy(path: &Path, error: &std::io::Error) -> String {
+    let folder = path.parent().unwrap_or(Path::new(".")).display();
+    match error.kind() {
+        std::io::ErrorKind::NotFound => format!("the folder {folder} does not exist: create it"),
+        std::io::ErrorKind::PermissionDenied => format!("get the right to write into {folder}"),
+        std::io::ErrorKind::StorageFull => "free space".into(),
+        _ => "choose another output.directory".into(),
+    }
+}
+
+/// What the operating system says to one more megabyte beside the file, if it refuses it.
+fn unwritable(path: &Path) -> Option<String> {
+    let probe = path.with_extension(format!("probe-{}", std::process::id()));
+    let outcome = fs::File::create(&probe).and_then(|mut file| {
+        file.write_all(&vec![0_u8; 1 << 20])?;
+        file.sync_all()
+    });
+    let _ = fs::remove_file(&probe);
+    outcome.err().map(|error| format!("{error}; {}", remedy(path, &error)))
+}
+
+/// The innermost cause in HDF5's words, without the chain of its functions.
+fn brief(error: &hdf5::Error) -> String {
+    let text = error.to_string();
+    text.lines().next().unwrap_or("HDF5 gives no reason").to_string()
 }

@@ -4,22 +4,31 @@
 //! |---|---|
 //! | `particles.vtkhdf`, `walls.vtkhdf`, `surfaces.vtkhdf` | temporal VTKHDF 2.0 PolyData, for ParaView 5.12 and later |
 //! | `*.xdmf` beside each | the same arrays by reference, for ParaView 5.11 and earlier |
+//! | `shapes/<id>.vtp`, `view.py` | reference surfaces, and the script that glyphs particles with them in ParaView |
 //! | `series.csv` | one row per interval, comments with `#` |
 //! | `checkpoint-<step>.h5` | complete state, checksummed, written aside and renamed |
 //!
-//! Nothing here knows of particles: arrays come by name. Every call is collective over the communicator,
-//! and all ranks come to the same verdict: an error on one is an error on all.
+//! Nothing here knows of particles: arrays come by name. Every call is collective over the communicator
+//! unless it says otherwise, and all ranks come to the same verdict: an error on one is an error on all,
+//! and rank 0 has its text.
 
+mod arrays;
 mod checkpoint;
 mod collective;
+mod columns;
 mod error;
+mod metadata;
 mod polydata;
 mod series;
 mod shapes;
+mod tessellate;
 mod xdmf;
 
 pub use checkpoint::{Array, CheckpointFile, Values, latest_valid, remove_old, write_checkpoint};
+pub use columns::read_columns_as_csv;
 pub use error::{FileError, agree};
-pub use polydata::{Data, Field, FieldSpec, Kind, Metadata, PolyDataFile, Precision, Step};
+pub use metadata::{Metadata, utc_now};
+pub use polydata::{Data, FieldSpec, Kind, PolyDataFile, Precision, Step};
 pub use series::Series;
-pub use shapes::{read_columns_as_csv, write_shape};
+pub use shapes::{ReferenceSurface, write_shape, write_stl, write_view_script};
+pub use tessellate::{Bodies, Tessellation};

@@ -1,18 +1,14 @@
 //! Temporal VTKHDF 2.0 PolyData: points as vertices, or triangles, one part per step.
 
-use crate::collective::write_rows;
-use crate::error::{FileError, agree};
-use crate::xdmf;
-use hdf5::types::{FixedAscii, VarLenUnicode};
-use hdf5::{Dataset, File, Group};
+use crate::arrays::{Arrays, Cells, Place};
+use crate::error::{FileError, Shared, agree};
+use crate::metadata::{GROUP, Metadata, write_metadata};
+use crate::xdmf::Sidecar;
+use hdf5::File;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
-
-/// What a file says of its origin: names and texts.
-pub type Metadata = Vec<(String, String)>;
+use mpi::traits::{AsRaw, CommunicatorCollectives};
+use std::path::Path;
 
 /// Floating-point format of the arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,9 +50,6 @@ pub enum Data<'a> {
     Integer(&'a [i64]),
 }
 
-/// A field of a step.
-pub type Field<'a> = (FieldSpec, Data<'a>);
-
 /// One rank's share of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'a> {
@@ -70,25 +63,33 @@ pub struct Step<'a> {
     pub fields: &'a [Data<'a>],
 }
 
-/// A step that was written: its time (s), first point, points, first triangle, triangles.
-pub(crate) type Written = (f64, [usize; 4]);
+const UNFIT: &str = "cannot be continued (move it aside, or run without --restart)";
 
-/// A growing file.
-pub struct PolyDataFile {
-    path: PathBuf,
-    communicator: SimpleCommunicator,
+/// The arrays come first: the file closes only when nothing in it is open any more.
+struct Opened {
+    arrays: Arrays,
     file: File,
-    specs: Vec<FieldSpec>,
-    precision: Precision,
-    is_surface: bool,
-    pub(crate) steps: Vec<Written>,
 }
 
-const TOPOLOGIES: [&str; 4] = ["Vertices", "Lines", "Polygons", "Strips"];
-const CHUNK: usize = 4096;
+/// A growing file of particles or of surfaces; all calls are collective.
+///
+/// It is complete after each [`PolyDataFile::append`], so that a run may be killed at any time. The
+/// `.xdmf` file beside it is renewed at each step up to step 200, then each time it lags by 0.5 %, and when
+/// the file is dropped.
+pub struct PolyDataFile {
+    shared: Shared,
+    /// Open for all ranks; none after a failed [`PolyDataFile::keep`].
+    opened: Option<Opened>,
+    cells: Cells,
+    specs: Vec<FieldSpec>,
+    precision: Precision,
+    steps: Vec<Place>,
+    /// Steps the XDMF file knew when it was last written.
+    described: usize,
+}
 
 impl PolyDataFile {
-    /// Creates a file for clouds of points (`is_surface` false) or triangles.
+    /// Creates a file for clouds of points (`is_surface` false) or triangles; a file of that name is lost.
     ///
     /// # Errors
     /// A file that cannot be created.
@@ -100,32 +101,26 @@ impl PolyDataFile {
         (precision, compress): (Precision, bool),
         metadata: &Metadata,
     ) -> Result<Self, FileError> {
-        let created = (|| -> hdf5::Result<File> {
-            let file =
-                File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).create(path)?;
-            layout(&file, specs, is_surface, precision, compress)?;
-            write_metadata(&file, metadata)?;
-            file.flush()?;
-            Ok(file)
-        })();
-        let file = agree(communicator, created.map_err(|e| FileError::new(path, e)))?;
-        let communicator = communicator.duplicate();
-        let specs = specs.to_vec();
-        Ok(Self {
-            path: path.to_path_buf(),
-            communicator,
-            file,
-            specs,
-            precision,
-            is_surface,
-            steps: Vec::new(),
-        })
+        let shared = Shared::new(path, communicator);
+        let cells = if is_surface { Cells::Triangles } else { Cells::Vertices };
+        shared.create_empty()?;
+        let raw = shared.communicator.as_raw();
+        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).create(path);
+        let file = shared.all("cannot be created", file)?;
+        let arrays = Arrays::create(&file, cells, specs, (precision, compress));
+        let arrays = shared.all("cannot be written", arrays)?;
+        shared.all("cannot be written", write_metadata(&file, GROUP, metadata))?;
+        shared.all("cannot be written", file.flush())?;
+        let (opened, specs) = (Some(Opened { arrays, file }), specs.to_vec());
+        Ok(Self { shared, opened, cells, specs, precision, steps: Vec::new(), described: 0 })
     }
 
-    /// Continues a file, forgetting every step at or after `time` (s).
+    /// Continues a file, forgetting every step after `time` (s).
+    ///
+    /// A step at `time` itself stays until it is appended again.
     ///
     /// # Errors
-    /// A file that cannot be opened, or that holds other arrays.
+    /// A file that cannot be opened, or that holds other arrays or another precision.
     pub fn resume(
         path: &Path,
         communicator: &SimpleCommunicator,
@@ -134,360 +129,225 @@ impl PolyDataFile {
         precision: Precision,
         time: f64,
     ) -> Result<Self, FileError> {
-        let opened = (|| -> hdf5::Result<(File, Vec<Written>)> {
-            let file =
-                File::with_options().with_fapl(|p| p.mpio(communicator.as_raw(), None)).open_rw(path)?;
-            let steps = truncate(&file, specs, is_surface, time)?;
-            Ok((file, steps))
+        let shared = Shared::new(path, communicator);
+        let cells = if is_surface { Cells::Triangles } else { Cells::Vertices };
+        // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
+        let found = (|| {
+            let file = File::open(path)?;
+            let arrays = Arrays::open(&file, cells, specs)?;
+            let found = arrays.precision()?;
+            if found != precision {
+                return Err(format!("its precision is {found:?}, this run writes {precision:?}").into());
+            }
+            arrays.places(&file)
         })();
-        let opened = opened.map_err(|e| {
-            FileError::new(
-                path,
-                format!("cannot be continued ({e}): move it aside, or run without --restart"),
-            )
-        });
-        let (file, steps) = agree(communicator, opened)?;
-        let communicator = communicator.duplicate();
+        let steps = shared.all(UNFIT, found)?;
         let specs = specs.to_vec();
-        Ok(Self { path: path.to_path_buf(), communicator, file, specs, precision, is_surface, steps })
+        let mut file = Self { shared, opened: None, cells, specs, precision, steps, described: 0 };
+        let kept = file.steps.iter().take_while(|p| p.time <= time || is_same_time(p.time, time)).count();
+        file.keep(kept)?;
+        file.describe()?;
+        Ok(file)
     }
 
-    /// Appends a step and brings the XDMF file beside up to date.
-    ///
-    /// A step without any cell is left out: VTK 9.5 and 9.7 read the step after one wrongly.
+    /// Writes metadata of a continued run into the group `grains-mpi/restart-<n>`.
     ///
     /// # Errors
-    /// A full disk, or a file that cannot be written.
+    /// A full disk.
+    pub fn record_restart(&self, metadata: &Metadata) -> Result<(), FileError> {
+        let file = &self.opened()?.file;
+        let written = (|| {
+            let before = file.group(GROUP)?.member_names()?.len();
+            write_metadata(file, &format!("{GROUP}/restart-{}", before + 1), metadata)?;
+            file.flush()
+        })();
+        self.shared.all("cannot be written", written)
+    }
+
+    /// Number of steps in the file.
+    pub fn steps(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Appends a step; one at the same time or later, left from an earlier run, is replaced.
+    ///
+    /// # Errors
+    /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
     pub fn append(&mut self, step: &Step) -> Result<(), FileError> {
-        let own = if self.is_surface { step.triangles.len() } else { step.points.len() } / 3;
-        if place(&self.communicator, own).1 == 0 {
-            return Ok(());
+        agree(&self.shared.communicator, self.fits(step))?;
+        let kept = self.steps.iter().rposition(|p| p.time < step.time && !is_same_time(p.time, step.time));
+        let kept = kept.map_or(0, |last| last + 1);
+        if kept < self.steps.len() {
+            self.keep(kept)?;
         }
-        let written = self.write(step);
-        let path = self.path.clone();
-        let outcome = written.map_err(|e| FileError::new(&path, format!("cannot be written: {e}")));
-        agree(&self.communicator, outcome)?;
-        let sidecar = if self.communicator.rank() == 0 { xdmf::write(self) } else { Ok(()) };
-        agree(&self.communicator, sidecar)
-    }
-
-    fn write(&mut self, step: &Step) -> hdf5::Result<()> {
-        let own = [step.points.len() / 3, step.triangles.len() / 3];
-        let [(first_point, points), (first_triangle, triangles)] = own.map(|n| place(&self.communicator, n));
-        let previous = self.steps.last().map_or([0; 4], |s| s.1);
-        let (point_start, triangle_start) = (previous[0] + previous[1], previous[2] + previous[3]);
-        let root = self.file.group("VTKHDF")?;
-        let rank = self.communicator.rank();
-        self.append_real(
-            &root.dataset("Points")?,
-            point_start + first_point,
-            3,
-            step.points,
-            point_start + points,
-        )?;
-        let (data, cell_start, cells) = if self.is_surface {
-            ("CellData", triangle_start, triangles)
-        } else {
-            ("PointData", point_start, points)
+        let own_points = step.points.len() / 3;
+        let (first_point, points) = self.share(own_points);
+        let (first_cell, own_cells, cells) = match self.cells {
+            Cells::Vertices => (first_point, own_points, points),
+            Cells::Triangles => {
+                let own = step.triangles.len() / 3;
+                let (first, all) = self.share(own);
+                (first, own, all)
+            }
         };
-        let first = if self.is_surface { first_triangle } else { first_point };
-        for (spec, values) in self.specs.iter().zip(step.fields) {
-            let dataset = root.dataset(&format!("{data}/{}", spec.name))?;
-            let (at, end) = (cell_start + first, cell_start + cells);
-            match values {
-                Data::Real(values) => self.append_real(&dataset, at, spec.components, values, end)?,
-                Data::Integer(values) => append_rows(&dataset, at, spec.components, values, end)?,
-            }
+        let place = Place::next(self.steps.last(), step.time, points, cells);
+        let Opened { file, arrays } = self.opened()?;
+        self.written(arrays.extend(&place))?;
+        self.written(self.write_points(arrays, place.first_point + first_point, step.points))?;
+        let row = first_cell
+            + match self.cells {
+                Cells::Vertices => place.first_point,
+                Cells::Triangles => place.first_cell,
+            };
+        for (field, data) in step.fields.iter().enumerate() {
+            self.written(self.write_field(arrays, field, row, data))?;
         }
-        let connectivity: Vec<i64> = if self.is_surface {
-            step.triangles.iter().map(|p| p + first_point as i64).collect()
-        } else {
-            (first_point as i64..(first_point + own[0]) as i64).collect()
-        };
-        self.append_cells(&root, &connectivity, first, cells, cell_start)?;
-        let starts = [point_start, cell_start];
-        append_step(
-            &root,
-            self.steps.len(),
-            step.time,
-            starts,
-            (points, self.is_surface),
-            &self.specs,
-            rank == 0,
-        )?;
-        self.steps.push((step.time, [point_start, points, triangle_start, triangles]));
-        self.file.flush()
-    }
-
-    fn append_real(
-        &self,
-        dataset: &Dataset,
-        at: usize,
-        width: usize,
-        values: &[f64],
-        end: usize,
-    ) -> hdf5::Result<()> {
-        match self.precision {
-            Precision::F64 => append_rows(dataset, at, width, values, end),
-            Precision::F32 => {
-                let short: Vec<f32> = values.iter().map(|&x| x as f32).collect();
-                append_rows(dataset, at, width, &short, end)
-            }
-        }
-    }
-
-    /// Appends the cells of a step: each topology has one more offset than cells per step.
-    fn append_cells(
-        &self,
-        root: &Group,
-        connectivity: &[i64],
-        first: usize,
-        cells: usize,
-        cell_start: usize,
-    ) -> hdf5::Result<()> {
-        let used = if self.is_surface { "Polygons" } else { "Vertices" };
-        let corners = if self.is_surface { 3 } else { 1 };
-        let step = self.steps.len();
-        let is_first = self.communicator.rank() == 0;
-        for topology in TOPOLOGIES {
-            let group = root.group(topology)?;
-            let count = if topology == used { cells } else { 0 };
-            let one = |value: usize| if is_first { vec![value as i64] } else { Vec::new() };
-            append_rows(&group.dataset("NumberOfCells")?, step, 1, &one(count), step + 1)?;
-            append_rows(
-                &group.dataset("NumberOfConnectivityIds")?,
-                step,
-                1,
-                &one(count * corners),
-                step + 1,
-            )?;
-            let offsets = group.dataset("Offsets")?;
-            if topology == used {
-                let (at, end) = ((cell_start + first) * corners, (cell_start + cells) * corners);
-                append_rows(&group.dataset("Connectivity")?, at, 1, connectivity, end)?;
-                let own = connectivity.len() / corners;
-                // Rank 0 writes the leading zero as well.
-                let mine: Vec<i64> = if is_first { vec![0] } else { Vec::new() };
-                let mine: Vec<i64> =
-                    mine.into_iter().chain((1..=own).map(|k| ((first + k) * corners) as i64)).collect();
-                let start = cell_start + step + first + usize::from(!is_first);
-                append_rows(&offsets, start, 1, &mine, cell_start + step + cells + 1)?;
-            } else {
-                append_rows(&offsets, step, 1, &one(0), step + 1)?;
-            }
+        self.write_cells(arrays, &place, step, [first_point, first_cell, own_cells])?;
+        let entries = if self.shared.is_first() { arrays.write_step(&place) } else { Ok(()) };
+        self.written(entries)?;
+        self.written(arrays.publish(place.step + 1))?;
+        self.written(file.flush())?;
+        self.steps.push(place);
+        if self.steps.len() > self.described + self.steps.len() / 200 {
+            self.describe()?;
         }
         Ok(())
     }
 
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
+    /// Brings the XDMF file up to date.
+    fn describe(&mut self) -> Result<(), FileError> {
+        self.described = self.steps.len();
+        self.shared.first(|| self.sidecar().write(&self.shared.path))
     }
 
-    pub(crate) fn description(&self) -> (&[FieldSpec], Precision, bool) {
-        (&self.specs, self.precision, self.is_surface)
+    fn sidecar(&self) -> Sidecar<'_> {
+        Sidecar { cells: self.cells, specs: &self.specs, precision: self.precision, steps: &self.steps }
     }
-}
 
-/// First row of this rank and number of rows over all ranks.
-fn place(communicator: &SimpleCommunicator, own: usize) -> (usize, usize) {
-    let (own, mut before, mut all) = (own as u64, 0_u64, 0_u64);
-    communicator.scan_into(&own, &mut before, SystemOperation::sum());
-    communicator.all_reduce_into(&own, &mut all, SystemOperation::sum());
-    ((before - own) as usize, all as usize)
-}
-
-/// Extends a dataset to `end` rows and writes this rank's rows from `at`.
-fn append_rows<T: hdf5::H5Type>(
-    dataset: &Dataset,
-    at: usize,
-    width: usize,
-    rows: &[T],
-    end: usize,
-) -> hdf5::Result<()> {
-    resize(dataset, end)?;
-    write_rows(dataset, at, width, rows)
-}
-
-fn resize(dataset: &Dataset, rows: usize) -> hdf5::Result<()> {
-    let mut shape = dataset.shape();
-    shape[0] = rows;
-    dataset.resize(shape)
-}
-
-/// Appends the entries of a step to the group `Steps`.
-fn append_step(
-    root: &Group,
-    step: usize,
-    time: f64,
-    [point_start, cell_start]: [usize; 2],
-    (_, is_surface): (usize, bool),
-    specs: &[FieldSpec],
-    is_first: bool,
-) -> hdf5::Result<()> {
-    let steps = root.group("Steps")?;
-    let one = |value: usize| if is_first { vec![value as i64] } else { Vec::new() };
-    append_rows(&root.dataset("NumberOfPoints")?, step, 1, &one(point_count(root, point_start)?), step + 1)?;
-    let times = if is_first { vec![time] } else { Vec::new() };
-    append_rows(&steps.dataset("Values")?, step, 1, &times, step + 1)?;
-    append_rows(&steps.dataset("PartOffsets")?, step, 1, &one(step), step + 1)?;
-    append_rows(&steps.dataset("NumberOfParts")?, step, 1, &one(1), step + 1)?;
-    append_rows(&steps.dataset("PointOffsets")?, step, 1, &one(point_start), step + 1)?;
-    let (used, corners) = if is_surface { (2, 3) } else { (0, 1) };
-    let four = |value: usize| {
-        let mut row = vec![0; if is_first { 4 } else { 0 }];
-        if let Some(entry) = row.get_mut(used) {
-            *entry = value as i64;
-        }
-        row
-    };
-    append_rows(&steps.dataset("CellOffsets")?, step, 4, &four(cell_start), step + 1)?;
-    append_rows(&steps.dataset("ConnectivityIdOffsets")?, step, 4, &four(cell_start * corners), step + 1)?;
-    let group = if is_surface { "CellDataOffsets" } else { "PointDataOffsets" };
-    for spec in specs {
-        append_rows(&steps.dataset(&format!("{group}/{}", spec.name))?, step, 1, &one(cell_start), step + 1)?;
-    }
-    steps.attr("NSteps")?.write_scalar(&(step as i64 + 1))
-}
-
-/// Points of the step that begins at `start`: the points array has just been extended to hold it.
-fn point_count(root: &Group, start: usize) -> hdf5::Result<usize> {
-    Ok(root.dataset("Points")?.shape()[0] - start)
-}
-
-/// Creates the groups and empty datasets.
-fn layout(
-    file: &File,
-    specs: &[FieldSpec],
-    is_surface: bool,
-    precision: Precision,
-    compress: bool,
-) -> hdf5::Result<()> {
-    let root = file.create_group("VTKHDF")?;
-    let kind = FixedAscii::<8>::from_ascii("PolyData").map_err(|e| e.to_string())?;
-    root.new_attr::<FixedAscii<8>>().create("Type")?.write_scalar(&kind)?;
-    root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 0])?;
-    grow::<i64>(&root, "NumberOfPoints", 1, false)?;
-    let real = |group: &Group, name: &str, width: usize| match precision {
-        Precision::F64 => grow::<f64>(group, name, width, compress),
-        Precision::F32 => grow::<f32>(group, name, width, compress),
-    };
-    unit(&real(&root, "Points", 3)?, "m")?;
-    for topology in TOPOLOGIES {
-        let group = root.create_group(topology)?;
-        for name in ["NumberOfCells", "NumberOfConnectivityIds", "Connectivity", "Offsets"] {
-            grow::<i64>(&group, name, 1, false)?;
-        }
-    }
-    let steps = root.create_group("Steps")?;
-    steps.new_attr::<i64>().create("NSteps")?.write_scalar(&0_i64)?;
-    unit(&grow::<f64>(&steps, "Values", 1, false)?, "s")?;
-    for name in ["PartOffsets", "NumberOfParts", "PointOffsets"] {
-        grow::<i64>(&steps, name, 1, false)?;
-    }
-    for name in ["CellOffsets", "ConnectivityIdOffsets"] {
-        grow::<i64>(&steps, name, 4, false)?;
-    }
-    let data = root.create_group(if is_surface { "CellData" } else { "PointData" })?;
-    let offsets = steps.create_group(if is_surface { "CellDataOffsets" } else { "PointDataOffsets" })?;
-    for spec in specs {
-        let dataset = match spec.kind {
-            Kind::Real => real(&data, spec.name, spec.components)?,
-            Kind::Integer => grow::<i64>(&data, spec.name, spec.components, compress)?,
+    /// Whether this rank's arrays are as long as the file's specifications want.
+    fn fits(&self, step: &Step) -> Result<(), FileError> {
+        let refuse = |problem: String| Err(FileError::new(&self.shared.path, problem));
+        let points = step.points.len() / 3;
+        let rows = match self.cells {
+            Cells::Vertices => points,
+            Cells::Triangles => step.triangles.len() / 3,
         };
-        unit(&dataset, spec.unit)?;
-        grow::<i64>(&offsets, spec.name, 1, false)?;
-    }
-    Ok(())
-}
-
-/// A dataset without rows that can grow.
-fn grow<T: hdf5::H5Type>(group: &Group, name: &str, width: usize, compress: bool) -> hdf5::Result<Dataset> {
-    let builder = group.new_dataset::<T>();
-    let builder = if compress { builder.deflate(4) } else { builder };
-    let chunk = if name == "Values" || width == 4 { 256 } else { CHUNK };
-    if width == 1 {
-        builder.chunk(chunk).shape(0..).create(name)
-    } else {
-        builder.chunk((chunk, width)).shape((0.., width)).create(name)
-    }
-}
-
-fn unit(dataset: &Dataset, unit: &str) -> hdf5::Result<()> {
-    text(unit).and_then(|value| dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&value))
-}
-
-fn text(value: &str) -> hdf5::Result<VarLenUnicode> {
-    VarLenUnicode::from_str(&value.replace('\0', " ")).map_err(|e| e.to_string().into())
-}
-
-/// Writes the texts that say where a file comes from into the group `grains-mpi`.
-pub(crate) fn write_metadata(file: &File, metadata: &Metadata) -> hdf5::Result<()> {
-    let group = file.create_group("grains-mpi")?;
-    for (name, value) in metadata {
-        if value.len() < 4096 {
-            group.new_attr::<VarLenUnicode>().create(name.as_str())?.write_scalar(&text(value)?)?;
-        } else {
-            // Attributes are small; a long text is an array of bytes.
-            let bytes = value.as_bytes();
-            let dataset = group.new_dataset::<u8>().shape(bytes.len()).create(name.as_str())?;
-            write_rows(&dataset, 0, 1, bytes)?;
+        if step.fields.len() != self.specs.len() {
+            return refuse(format!("{} fields given, {} wanted", step.fields.len(), self.specs.len()));
+        }
+        for (spec, data) in self.specs.iter().zip(step.fields) {
+            let (kind, length) = match data {
+                Data::Real(values) => (Kind::Real, values.len()),
+                Data::Integer(values) => (Kind::Integer, values.len()),
+            };
+            if (kind, length) != (spec.kind, rows * spec.components) {
+                let (name, wanted) = (spec.name, rows * spec.components);
+                return refuse(format!(
+                    "`{name}` has {length} values of type {kind:?}, wanted are {wanted} of {:?}",
+                    spec.kind
+                ));
+            }
+        }
+        match step.triangles.iter().find(|&&p| p < 0 || p as usize >= points) {
+            Some(point) => refuse(format!("a triangle names point {point} of {points}")),
+            None => Ok(()),
         }
     }
-    Ok(())
+
+    /// Keeps the first `kept` steps and opens the file for all ranks.
+    ///
+    /// Rank 0 alone cuts it: HDF5 1.10 spoils compressed chunks that shrink in a file open for many ranks.
+    fn keep(&mut self, kept: usize) -> Result<(), FileError> {
+        self.opened = None;
+        self.shared.communicator.barrier();
+        if kept < self.steps.len() {
+            self.steps.truncate(kept);
+            self.described = 0;
+            let cut = || {
+                let file = File::open_rw(&self.shared.path)?;
+                Arrays::open(&file, self.cells, &self.specs)?.cut(self.steps.last())?;
+                file.close()
+            };
+            let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
+            self.shared.all(UNFIT, outcome)?;
+        }
+        let raw = self.shared.communicator.as_raw();
+        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(&self.shared.path);
+        let file = self.shared.all(UNFIT, file)?;
+        let arrays = self.shared.all(UNFIT, Arrays::open(&file, self.cells, &self.specs))?;
+        self.opened = Some(Opened { arrays, file });
+        Ok(())
+    }
+
+    fn opened(&self) -> Result<&Opened, FileError> {
+        let closed = || FileError::new(&self.shared.path, "is closed after an earlier error");
+        self.opened.as_ref().ok_or_else(closed)
+    }
+
+    fn written(&self, outcome: hdf5::Result<()>) -> Result<(), FileError> {
+        self.shared.all("cannot be written", outcome)
+    }
+
+    /// First row of this rank and number of rows over all ranks.
+    fn share(&self, own: usize) -> (usize, usize) {
+        let (own, mut through, mut all) = (own as u64, 0_u64, 0_u64);
+        self.shared.communicator.scan_into(&own, &mut through, SystemOperation::sum());
+        self.shared.communicator.all_reduce_into(&own, &mut all, SystemOperation::sum());
+        ((through - own) as usize, all as usize)
+    }
+
+    fn write_points(&self, arrays: &Arrays, at: usize, points: &[f64]) -> hdf5::Result<()> {
+        match self.precision {
+            Precision::F64 => arrays.write_points(at, points),
+            Precision::F32 => arrays.write_points(at, &shortened(points)),
+        }
+    }
+
+    fn write_field(&self, arrays: &Arrays, field: usize, at: usize, data: &Data) -> hdf5::Result<()> {
+        match (data, self.precision) {
+            (Data::Integer(values), _) => arrays.write_field(field, at, values),
+            (Data::Real(values), Precision::F64) => arrays.write_field(field, at, values),
+            (Data::Real(values), Precision::F32) => arrays.write_field(field, at, &shortened(values)),
+        }
+    }
+
+    /// Writes this rank's cells; `own` is its first point and first cell within the step, and its cells.
+    fn write_cells(
+        &self,
+        arrays: &Arrays,
+        place: &Place,
+        step: &Step,
+        own: [usize; 3],
+    ) -> Result<(), FileError> {
+        let [first_point, first_cell, cells] = own;
+        let connectivity: Vec<i64> = match self.cells {
+            Cells::Vertices => (first_point as i64..(first_point + cells) as i64).collect(),
+            Cells::Triangles => step.triangles.iter().map(|p| p + first_point as i64).collect(),
+        };
+        self.written(arrays.write_connectivity(place.first_cell + first_cell, &connectivity))?;
+        let corners = self.cells.corners();
+        let ends = (first_cell + 1..=first_cell + cells).map(|k| (k * corners) as i64);
+        // Rank 0 writes the leading zero as well, and a second one if there are no cells.
+        let zeros = if self.shared.is_first() { place.offsets() - place.cells } else { 0 };
+        let offsets: Vec<i64> = std::iter::repeat_n(0, zeros).chain(ends).collect();
+        let start = place.first_offset() + if zeros > 0 { 0 } else { first_cell + 1 };
+        self.written(arrays.write_offsets(start, &offsets))
+    }
 }
 
-/// Cuts off every step at or after `time`; returns those that remain.
-fn truncate(
-    file: &File,
-    specs: &[FieldSpec],
-    is_surface: bool,
-    time: f64,
-) -> hdf5::Result<Vec<Written>> {
-    let root = file.group("VTKHDF")?;
-    let steps = root.group("Steps")?;
-    let data = if is_surface { "CellData" } else { "PointData" };
-    let present = root.group(data)?.member_names()?;
-    if specs.len() != present.len() || specs.iter().any(|s| !present.iter().any(|p| p == s.name)) {
-        return Err(format!("it holds the arrays {}", present.join(", ")).into());
+impl Drop for PolyDataFile {
+    fn drop(&mut self) {
+        if self.shared.is_first() && self.described < self.steps.len() {
+            // Nobody is left to hear of a failure; the data of record are complete without.
+            let _ = self.sidecar().write(&self.shared.path);
+        }
     }
-    let values = steps.dataset("Values")?.read_raw::<f64>()?;
-    let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
-    let cells = root.dataset("Polygons/NumberOfCells")?.read_raw::<i64>()?;
-    let keep = values.iter().take_while(|&&t| t < time * (1.0 - 1e-12)).count();
-    let mut kept: Vec<Written> = Vec::new();
-    for k in 0..keep {
-        let [p, n, c, m] = kept.last().map_or([0; 4], |s| s.1);
-        kept.push((values[k], [p + n, points[k] as usize, c + m, cells[k] as usize]));
-    }
-    let [p, n, c, m] = kept.last().map_or([0; 4], |s| s.1);
-    let (all_points, all_triangles) = (p + n, c + m);
-    steps.attr("NSteps")?.write_scalar(&(keep as i64))?;
-    resize(&root.dataset("NumberOfPoints")?, keep)?;
-    resize(&root.dataset("Points")?, all_points)?;
-    let offsets = if is_surface { "CellDataOffsets" } else { "PointDataOffsets" };
-    for spec in specs {
-        let rows = if is_surface { all_triangles } else { all_points };
-        resize(&root.dataset(&format!("{data}/{}", spec.name))?, rows)?;
-        resize(&steps.dataset(&format!("{offsets}/{}", spec.name))?, keep)?;
-    }
-    for topology in TOPOLOGIES {
-        let group = root.group(topology)?;
-        let count = match (topology, is_surface) {
-            ("Vertices", false) => all_points,
-            ("Polygons", true) => all_triangles,
-            _ => 0,
-        };
-        let corners = if is_surface { 3 } else { 1 };
-        resize(&group.dataset("NumberOfCells")?, keep)?;
-        resize(&group.dataset("NumberOfConnectivityIds")?, keep)?;
-        resize(&group.dataset("Connectivity")?, count * corners)?;
-        resize(&group.dataset("Offsets")?, count + keep)?;
-    }
-    for name in
-        ["Values", "PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"]
-    {
-        resize(&steps.dataset(name)?, keep)?;
-    }
-    file.flush()?;
-    Ok(kept)
+}
+
+fn is_same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+}
+
+fn shortened(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|&x| x as f32).collect()
 }

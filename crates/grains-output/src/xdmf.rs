@@ -1,86 +1,131 @@
 //! The XDMF file beside a VTKHDF file: the same arrays by reference, for readers before VTK 9.3.
 
+use crate::arrays::{Cells, Place};
 use crate::error::FileError;
-use crate::polydata::{Kind, PolyDataFile, Precision};
+use crate::polydata::{FieldSpec, Kind, Precision};
 use std::fmt::Write;
+use std::path::Path;
 
-/// Writes the description of all steps aside and renames it, so that it is always complete.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(crate) fn write(file: &PolyDataFile) -> Result<(), FileError> {
-    let path = file.path().with_extension("xdmf");
-    let aside = file.path().with_extension("xdmf.tmp");
-    let text = describe(file);
-    std::fs::write(&aside, text)
-        .and_then(|()| std::fs::rename(&aside, &path))
-        .map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
+/// What the XDMF file says.
+pub(crate) struct Sidecar<'a> {
+    pub cells: Cells,
+    pub specs: &'a [FieldSpec],
+    pub precision: Precision,
+    pub steps: &'a [Place],
 }
 
-fn describe(file: &PolyDataFile) -> String {
-    let (specs, precision, is_surface) = file.description();
-    let name = file.path().file_name().unwrap_or_default().to_string_lossy();
-    let bytes = if precision == Precision::F64 { 8 } else { 4 };
-    let (_, last) = file.steps.last().copied().unwrap_or((0.0, [0; 4]));
-    let (all_points, all_triangles) = (last[0] + last[1], last[2] + last[3]);
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"steps\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
-    );
-    for (time, [first_point, points, first_triangle, triangles]) in &file.steps {
-        let _ = writeln!(text, "<Grid Name=\"step\" GridType=\"Uniform\">\n<Time Value=\"{time:?}\"/>");
-        if is_surface {
-            let _ = writeln!(text, "<Topology TopologyType=\"Triangle\" NumberOfElements=\"{triangles}\">");
-            let slab = [3 * first_triangle, 3 * triangles, 3 * all_triangles];
-            text += &slab_item(&name, "Polygons/Connectivity", slab, 1, "Int", 8);
-        } else {
-            let _ = writeln!(text, "<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{points}\">");
-            text +=
-                &slab_item(&name, "Vertices/Connectivity", [*first_point, *points, all_points], 1, "Int", 8);
+/// Rows of an array that belong to a step.
+struct Slab<'a> {
+    array: &'a str,
+    first: usize,
+    rows: usize,
+    /// Rows of the whole array.
+    all: usize,
+    width: usize,
+    number: &'static str,
+    bytes: usize,
+}
+
+impl Sidecar<'_> {
+    /// Writes the description of all steps aside and renames it, so that it is always complete.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, data: &Path) -> Result<(), FileError> {
+        let path = data.with_extension("xdmf");
+        let aside = data.with_extension("xdmf.tmp");
+        let name = data.file_name().unwrap_or_default().to_string_lossy();
+        std::fs::write(&aside, self.text(&escaped(&name)))
+            .and_then(|()| std::fs::rename(&aside, &path))
+            .map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
+    }
+
+    fn text(&self, file: &str) -> String {
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"steps\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
+        );
+        let end = Place::next(self.steps.last(), 0.0, 0, 0);
+        for place in self.steps {
+            // A collection may be empty: VTK's reader divides by zero or worse at a grid without points.
+            text += "<Grid Name=\"step\" GridType=\"Collection\" CollectionType=\"Spatial\">\n";
+            let _ = writeln!(text, "<Time Value=\"{:?}\"/>", place.time);
+            if place.cells > 0 {
+                text += "<Grid Name=\"all\" GridType=\"Uniform\">\n";
+                self.write_grid(&mut text, file, place, &end);
+                text += "</Grid>\n";
+            }
+            text += "</Grid>\n";
         }
-        text += "</Topology>\n<Geometry GeometryType=\"XYZ\">\n";
-        text += &slab_item(&name, "Points", [*first_point, *points, all_points], 3, "Float", bytes);
-        text += "</Geometry>\n";
-        for spec in specs {
-            let kind = match spec.components {
+        text + "</Grid>\n</Domain>\n</Xdmf>\n"
+    }
+
+    fn write_grid(&self, text: &mut String, file: &str, place: &Place, end: &Place) {
+        let bytes = if self.precision == Precision::F64 { 8 } else { 4 };
+        let (kind, corners) = match self.cells {
+            Cells::Vertices => ("Polyvertex", 1),
+            Cells::Triangles => ("Triangle", 3),
+        };
+        let _ = writeln!(text, "<Topology TopologyType=\"{kind}\" NumberOfElements=\"{}\">", place.cells);
+        let (first, rows, all) = (place.first_cell, place.cells, end.first_cell);
+        let connectivity = Slab {
+            array: &format!("{}/Connectivity", self.cells.name()),
+            first: corners * first,
+            rows: corners * rows,
+            all: corners * all,
+            width: 1,
+            number: "Int",
+            bytes: 8,
+        };
+        connectivity.write(text, file);
+        text.push_str("</Topology>\n<Geometry GeometryType=\"XYZ\">\n");
+        let of_points = (place.first_point, place.points, end.first_point);
+        let (first, rows, all) = of_points;
+        Slab { array: "Points", first, rows, all, width: 3, number: "Float", bytes }.write(text, file);
+        text.push_str("</Geometry>\n");
+        let (center, (first, rows, all)) = match self.cells {
+            Cells::Vertices => ("Node", of_points),
+            Cells::Triangles => ("Cell", (place.first_cell, place.cells, end.first_cell)),
+        };
+        for spec in self.specs {
+            let shape = match spec.components {
                 1 => "Scalar",
                 3 => "Vector",
                 _ => "Matrix",
             };
-            let (center, data, slab) = if is_surface {
-                ("Cell", "CellData", [*first_triangle, *triangles, all_triangles])
-            } else {
-                ("Node", "PointData", [*first_point, *points, all_points])
-            };
-            let (number, width) = if spec.kind == Kind::Real { ("Float", bytes) } else { ("Int", 8) };
-            let _ = writeln!(
-                text,
-                "<Attribute Name=\"{}\" AttributeType=\"{kind}\" Center=\"{center}\">",
-                spec.name
-            );
-            text += &slab_item(&name, &format!("{data}/{}", spec.name), slab, spec.components, number, width);
-            text += "</Attribute>\n";
+            let name = escaped(spec.name);
+            let _ =
+                writeln!(text, "<Attribute Name=\"{name}\" AttributeType=\"{shape}\" Center=\"{center}\">");
+            let (number, bytes) = if spec.kind == Kind::Real { ("Float", bytes) } else { ("Int", 8) };
+            let array = &format!("{}/{name}", self.cells.data());
+            Slab { array, first, rows, all, width: spec.components, number, bytes }.write(text, file);
+            text.push_str("</Attribute>\n");
         }
-        text += "</Grid>\n";
     }
-    text + "</Grid>\n</Domain>\n</Xdmf>\n"
 }
 
-/// Rows `[first, count, of all]` of an array.
-fn slab_item(
-    file: &str,
-    array: &str,
-    [first, count, all]: [usize; 3],
-    width: usize,
-    number: &str,
-    bytes: usize,
-) -> String {
-    let kind = format!("NumberType=\"{number}\" Precision=\"{bytes}\"");
-    let (dimensions, whole, slab, rank) = if width == 1 {
-        (format!("{count}"), format!("{all}"), format!("{first} 1 {count}"), 1)
-    } else {
-        (format!("{count} {width}"), format!("{all} {width}"), format!("{first} 0 1 1 {count} {width}"), 2)
-    };
-    format!(
-        "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{dimensions}\" {kind}>\n<DataItem Dimensions=\"3 {rank}\" Format=\"XML\">{slab}</DataItem>\n<DataItem Dimensions=\"{whole}\" {kind} Format=\"HDF\">{file}:/VTKHDF/{array}</DataItem>\n</DataItem>\n"
-    )
+impl Slab<'_> {
+    fn write(&self, text: &mut String, file: &str) {
+        let Self { array, first, rows, all, width, number, bytes } = self;
+        let kind = format!("NumberType=\"{number}\" Precision=\"{bytes}\"");
+        let (part, whole, slab, rank) = match width {
+            1 => (format!("{rows}"), format!("{all}"), format!("{first} 1 {rows}"), 1),
+            3 => (format!("{rows} 3"), format!("{all} 3"), format!("{first} 0 1 1 {rows} 3"), 2),
+            // A matrix per row: VTK's reader makes values per row of the last two dimensions.
+            width => (
+                format!("{rows} 1 {width}"),
+                format!("{all} {width}"),
+                format!("{first} 0 1 1 {rows} {width}"),
+                2,
+            ),
+        };
+        let _ = writeln!(
+            text,
+            "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{part}\" {kind}>\n<DataItem Dimensions=\"3 {rank}\" Format=\"XML\">{slab}</DataItem>\n<DataItem Dimensions=\"{whole}\" {kind} Format=\"HDF\">{file}:/VTKHDF/{array}</DataItem>\n</DataItem>"
+        );
+    }
+}
+
+/// A name as XML wants it.
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

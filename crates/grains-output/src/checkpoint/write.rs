@@ -1,0 +1,142 @@
+//! Writing a checkpoint.
+
+use super::folder::{abandon_later, file_name};
+use super::{Array, FORMAT, STATE, Values, checksum_of_text, contents_checksum, entry};
+use crate::collective::{write_rows, write_rows_alone};
+use crate::error::{FileError, Shared, agree};
+use crate::metadata::{GROUP, Metadata, text};
+use hdf5::dataset::FillTime;
+use hdf5::types::VarLenUnicode;
+use hdf5::{Dataset, File, Group, H5Type};
+use mpi::collective::SystemOperation;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{AsRaw, CommunicatorCollectives};
+use std::path::{Path, PathBuf};
+
+const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
+
+/// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
+///
+/// Checkpoints of later steps, left by a run that was restarted from before them, get the ending
+/// `.abandoned` once this one is complete.
+///
+/// # Errors
+/// A full disk or a directory that cannot be written.
+pub fn write_checkpoint(
+    directory: &Path,
+    step: u64,
+    communicator: &SimpleCommunicator,
+    arrays: &[Array],
+    metadata: &Metadata,
+) -> Result<PathBuf, FileError> {
+    let path = directory.join(file_name(step));
+    let shared = Shared::new(&path.with_extension("h5.tmp"), communicator);
+    let written = shared.create_empty().and_then(|()| write(&shared, arrays, metadata));
+    if written.is_err() && shared.is_first() {
+        // What there is of it only fills the disk.
+        let _ = std::fs::remove_file(&shared.path);
+    }
+    written?;
+    shared.first(|| {
+        complete(&shared.path, &path, directory).map_err(|e| {
+            FileError::new(&path, format!("cannot be completed: {e}; earlier checkpoints are intact"))
+        })
+    })?;
+    shared.first(|| {
+        abandon_later(directory, step);
+        Ok(())
+    })?;
+    Ok(path)
+}
+
+/// Brings the bytes to the disk, then gives the file its name, then brings the name to the disk.
+fn complete(aside: &Path, path: &Path, directory: &Path) -> std::io::Result<()> {
+    std::fs::File::open(aside)?.sync_all()?;
+    std::fs::rename(aside, path)?;
+    std::fs::File::open(directory)?.sync_all()
+}
+
+fn write(shared: &Shared, arrays: &[Array], metadata: &Metadata) -> Result<(), FileError> {
+    let raw = shared.communicator.as_raw();
+    let options = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
+    let file = shared.all(FAILED, options)?;
+    let texts = shared.all(FAILED, file.create_group(GROUP))?;
+    let state = shared.all(FAILED, file.create_group(STATE))?;
+    let mut contents = Vec::new();
+    for (name, value) in metadata {
+        contents.push(write_text(shared, &texts, name, value)?);
+    }
+    for array in arrays {
+        contents.push(write_array(shared, &state, array)?);
+    }
+    let sealed =
+        file.new_attr::<i64>().create("format").and_then(|a| a.write_scalar(&FORMAT)).and_then(|()| {
+            file.new_attr::<u64>().create("contents")?.write_scalar(&contents_checksum(contents))
+        });
+    shared.all(FAILED, sealed)?;
+    shared.all(FAILED, file.flush())?;
+    // The file closes only when nothing in it is open any more.
+    drop((texts, state));
+    shared.all(FAILED, file.close())
+}
+
+fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<String, FileError> {
+    let bytes = value.as_bytes();
+    let dataset = create::<u8>(group, name, [bytes.len(), 1], checksum_of_text(bytes));
+    let dataset = shared.all(FAILED, dataset)?;
+    let written = if shared.is_first() { write_rows_alone(&dataset, 0, 1, bytes) } else { Ok(()) };
+    shared.all(FAILED, written)?;
+    Ok(entry(GROUP, name, "text", [bytes.len(), 1], checksum_of_text(bytes)))
+}
+
+fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, FileError> {
+    let communicator = &shared.communicator;
+    let width = array.width.max(1);
+    let own = array.values.len() / width;
+    let fits = if own * width == array.values.len() {
+        Ok(())
+    } else {
+        let (name, length) = (array.name, array.values.len());
+        Err(FileError::new(&shared.path, format!("`{name}` has {length} values in rows of {width}")))
+    };
+    agree(communicator, fits)?;
+    let (mut through, mut all) = (0_u64, 0_u64);
+    communicator.scan_into(&(own as u64), &mut through, SystemOperation::sum());
+    communicator.all_reduce_into(&(own as u64), &mut all, SystemOperation::sum());
+    let first = through as usize - own;
+    let mut checksum = 0_u64;
+    let own_sum = array.values.checksum(first * width);
+    communicator.all_reduce_into(&own_sum, &mut checksum, SystemOperation::sum());
+    let shape = [all as usize, width];
+    let created = match &array.values {
+        Values::Real(_) => create::<f64>(group, array.name, shape, checksum),
+        Values::Integer(_) => create::<i64>(group, array.name, shape, checksum),
+    };
+    let dataset = shared.all(FAILED, created)?;
+    let unit = text(array.unit)
+        .and_then(|unit| dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit));
+    shared.all(FAILED, unit)?;
+    let (kind, written) = match &array.values {
+        Values::Real(v) => ("f64", write_rows(&dataset, first, width, v)),
+        Values::Integer(v) => ("i64", write_rows(&dataset, first, width, v)),
+    };
+    shared.all(FAILED, written)?;
+    Ok(entry(STATE, array.name, kind, shape, checksum))
+}
+
+/// Creates a dataset `[rows]` or `[rows][width]` with its checksum.
+fn create<T: H5Type>(
+    group: &Group,
+    name: &str,
+    [rows, width]: [usize; 2],
+    checksum: u64,
+) -> hdf5::Result<Dataset> {
+    let builder = group.new_dataset::<T>().fill_time(FillTime::Never);
+    let dataset = if width == 1 {
+        builder.shape(rows).create(name)?
+    } else {
+        builder.shape((rows, width)).create(name)?
+    };
+    dataset.new_attr::<u64>().create("checksum")?.write_scalar(&checksum)?;
+    Ok(dataset)
+}

@@ -1,0 +1,30 @@
+//! Tables of numbers kept in HDF5.
+
+use crate::error::FileError;
+use std::path::Path;
+
+/// The one-dimensional datasets at the root of an HDF5 file as a CSV text, a column each.
+///
+/// # Errors
+/// A file that cannot be read, or datasets of different lengths.
+pub fn read_columns_as_csv(path: &Path) -> Result<String, FileError> {
+    let columns = (|| -> hdf5::Result<Vec<(String, Vec<f64>)>> {
+        let file = hdf5::File::open(path)?;
+        file.member_names()?
+            .into_iter()
+            .map(|name| Ok((name.clone(), file.dataset(&name)?.read_raw::<f64>()?)))
+            .collect()
+    })();
+    let columns = columns.map_err(|e| FileError::new(path, format!("cannot be read as columns: {e}")))?;
+    let rows = columns.first().map_or(0, |c| c.1.len());
+    if let Some((name, _)) = columns.iter().find(|c| c.1.len() != rows) {
+        return Err(FileError::new(path, format!("`{name}` has another length than `{}`", columns[0].0)));
+    }
+    let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
+    let mut text = names.join(",") + "\n";
+    for row in 0..rows {
+        let values: Vec<String> = columns.iter().map(|c| format!("{:?}", c.1[row])).collect();
+        text += &(values.join(",") + "\n");
+    }
+    Ok(text)
+}

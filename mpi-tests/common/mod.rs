@@ -1,0 +1,211 @@
+//! Starts the program under mpirun with a time limit, and reads what it wrote.
+
+#![allow(dead_code)] // each test program uses its own part
+#![allow(clippy::unwrap_used)]
+
+pub mod results;
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time for one run (s); on a quiet machine none takes a tenth of it.
+const PATIENCE: u64 = 150;
+
+/// What Open MPI needs to run as root, in containers, and with more ranks than cores.
+const ENVIRONMENT: [(&str, &str); 6] = [
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+    // After a signal mpirun gives the ranks one second by default: too short for a checkpoint.
+    ("OMPI_MCA_odls_base_sigkill_timeout", "60"),
+    ("OMP_NUM_THREADS", "1"),
+];
+
+/// What a run said and how it ended.
+pub struct Output {
+    /// Exit code of mpirun; none if a signal ended it.
+    pub code: Option<i32>,
+    /// Standard output of mpirun and all ranks.
+    pub stdout: String,
+    /// Standard error of mpirun and all ranks.
+    pub stderr: String,
+}
+
+impl Output {
+    /// The run, which must have ended well.
+    pub fn succeeded(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}", self.text());
+        self
+    }
+
+    /// The only error message, which must have come with this exit code.
+    pub fn only_error(&self, code: i32) -> &str {
+        let first = self.stderr.find("error: ").unwrap_or_else(|| panic!("no error: {}", self.text()));
+        assert_eq!(self.stderr.matches("error: ").count(), 1, "one message: {}", self.text());
+        assert!(!self.stderr.contains("panicked"), "{}", self.text());
+        assert_eq!(self.code, Some(code), "{}", self.text());
+        let message = &self.stderr[first + "error: ".len()..];
+        // What mpirun adds is between dashed lines.
+        message.split("\n-----").next().unwrap_or(message).trim_end()
+    }
+
+    /// All of it, for messages.
+    pub fn text(&self) -> String {
+        format!("code {:?}\n--- stdout\n{}\n--- stderr\n{}", self.code, self.stdout, self.stderr)
+    }
+}
+
+/// A run in progress; it is ended with all its ranks when dropped.
+pub struct Running {
+    child: Child,
+    folder: PathBuf,
+    begun: Instant,
+    /// Locked: the runs of all tests take turns, so that none waits for the cores of another.
+    _turn: File,
+}
+
+/// An empty folder for a test.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// The text of a case of these tests.
+pub fn case(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A text with one passage replaced, which must be there once.
+pub fn replaced(text: &str, old: &str, new: &str) -> String {
+    assert_eq!(text.matches(old).count(), 1, "`{old}` is in the case once");
+    text.replace(old, new)
+}
+
+/// Starts the program on a number of ranks in a folder.
+pub fn start(ranks: usize, folder: &Path, arguments: &[&str]) -> Running {
+    let turn = File::create(Path::new(env!("CARGO_TARGET_TMPDIR")).join("turn.lock")).unwrap();
+    turn.lock().unwrap();
+    let file = |name: &str| File::create(folder.join(name)).unwrap();
+    let child = Command::new("mpirun")
+        .args(["--allow-run-as-root", "--oversubscribe", "-n", &ranks.to_string()])
+        .arg(env!("CARGO_BIN_EXE_grains-mpi"))
+        .args(arguments)
+        .envs(ENVIRONMENT)
+        .current_dir(folder)
+        .process_group(0)
+        .stdin(Stdio::null())
+        .stdout(file("stdout.txt"))
+        .stderr(file("stderr.txt"))
+        .spawn()
+        .expect("mpirun starts");
+    Running { child, folder: folder.to_path_buf(), begun: Instant::now(), _turn: turn }
+}
+
+/// Runs the program to its end.
+pub fn run(ranks: usize, folder: &Path, arguments: &[&str]) -> Output {
+    start(ranks, folder, arguments).wait()
+}
+
+/// Writes a case into the folder and runs it, with further arguments.
+pub fn run_case(ranks: usize, folder: &Path, case: &str, arguments: &[&str]) -> Output {
+    fs::write(folder.join("case.toml"), case).unwrap();
+    run(ranks, folder, &[&["case.toml"], arguments].concat())
+}
+
+impl Running {
+    /// Waits for the end; a run that takes too long is ended, and fails the test.
+    pub fn wait(mut self) -> Output {
+        match self.end_within(PATIENCE) {
+            Some(status) => self.output(status.code()),
+            None => panic!("the run did not end in {PATIENCE} s:\n{}", self.output(None).text()),
+        }
+    }
+
+    /// Waits until something holds; the run must still be going on then.
+    pub fn wait_until(&mut self, what: &str, mut holds: impl FnMut() -> bool) {
+        while !holds() {
+            let is_late = self.begun.elapsed().as_secs() > PATIENCE;
+            let has_ended = self.child.try_wait().unwrap().is_some();
+            assert!(!is_late && !has_ended, "never {what}:\n{}", self.output(None).text());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Process of mpirun.
+    pub fn mpirun(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Processes of the ranks.
+    pub fn ranks(&self) -> Vec<u32> {
+        let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
+        let processes = entries.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok());
+        processes.filter(|&p| parent(p) == Some(self.child.id())).collect()
+    }
+
+    fn end_within(&mut self, seconds: u64) -> Option<ExitStatus> {
+        let until = Instant::now() + Duration::from_secs(seconds);
+        while Instant::now() < until {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return Some(status);
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        None
+    }
+
+    fn output(&self, code: Option<i32>) -> Output {
+        let text = |name: &str| {
+            String::from_utf8_lossy(&fs::read(self.folder.join(name)).unwrap_or_default()).into_owned()
+        };
+        Output { code, stdout: text("stdout.txt"), stderr: text("stderr.txt") }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if self.child.try_wait().is_ok_and(|status| status.is_some()) {
+            return;
+        }
+        // Each rank leads a process group of its own.
+        let ranks = self.ranks();
+        signal("KILL", &[&ranks[..], &[self.child.id()]].concat());
+        let _ = self.child.wait();
+    }
+}
+
+/// Sends a signal to processes; those that have ended meanwhile do not matter.
+pub fn signal(name: &str, processes: &[u32]) {
+    let list: Vec<String> = processes.iter().map(u32::to_string).collect();
+    let command = format!("kill -s {name} {}", list.join(" "));
+    let _ = Command::new("sh").args(["-c", &command]).stderr(Stdio::null()).status();
+}
+
+fn parent(process: u32) -> Option<u32> {
+    let status = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name of the program, in brackets, may hold spaces.
+    status.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// Says on the terminal that something is not tested here; unlike `eprintln!` also when the test passes.
+pub fn skipped(test: &str, reason: &str) {
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {test}: {reason}");
+}
+
+/// A Python that can read the files back: `$GRAINS_PYTHON` or `python3`, if it has vtk and h5py.
+pub fn python() -> Option<String> {
+    let candidates = [std::env::var("GRAINS_PYTHON").unwrap_or_default(), "python3".into()];
+    let imports = "import h5py, numpy; from vtkmodules.vtkIOHDF import vtkHDFReader";
+    candidates.into_iter().filter(|p| !p.is_empty()).find(|python| {
+        let probe = Command::new(python).args(["-c", imports]).stderr(Stdio::null()).status();
+        probe.is_ok_and(|status| status.success())
+    })
+}

@@ -1,0 +1,107 @@
+//! The state is the same in every bit on any number of ranks, for any decomposition, and after a restart on
+//! another number of ranks.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::results::{assert_same_series, assert_same_state, checkpoints, series, snapshots, step_of};
+use common::{case, folder, replaced, run_case};
+use std::fs;
+use std::path::Path;
+
+/// Decompositions of a case: ranks chosen by the program, then given ones.
+struct Decompositions {
+    chosen: &'static [usize],
+    given: &'static [[usize; 3]],
+}
+
+/// Asserts that the files of two runs agree: all checkpoints, the series, the times of the snapshots.
+fn assert_same_results(wanted: &Path, found: &Path) {
+    let (a, b) = (checkpoints(wanted), checkpoints(found));
+    let steps = |list: &[std::path::PathBuf]| list.iter().map(|p| step_of(p)).collect::<Vec<_>>();
+    assert_eq!(steps(&a), steps(&b), "checkpoints in {}", found.display());
+    a.iter().zip(&b).for_each(|(a, b)| assert_same_state(a, b));
+    assert_same_series(&series(wanted), &series(found));
+    for name in ["particles.vtkhdf", "walls.vtkhdf"] {
+        assert_eq!(snapshots(&wanted.join(name)), snapshots(&found.join(name)), "{}", found.display());
+    }
+}
+
+/// Runs a case on many decompositions and across restarts, and compares each with one rank.
+fn compare(name: &str, decompositions: &Decompositions) -> std::path::PathBuf {
+    let text = case(&format!("{name}.toml"));
+    let home = folder(&format!("same_bits_{name}"));
+    let place = |label: &str| {
+        let place = home.join(label);
+        fs::create_dir_all(&place).unwrap();
+        place
+    };
+    let reference = place("1");
+    run_case(1, &reference, &text, &[]).succeeded();
+    let wanted = reference.join("results");
+    assert!(checkpoints(&wanted).len() >= 2, "a checkpoint before the end");
+    for &ranks in decompositions.chosen {
+        let own = place(&ranks.to_string());
+        run_case(ranks, &own, &text, &[]).succeeded();
+        assert_same_results(&wanted, &own.join("results"));
+    }
+    for ranks in decompositions.given {
+        let own = place(&ranks.map(|n| n.to_string()).join("x"));
+        let text = replaced(&text, "[domain]\n", &format!("[domain]\nranks = {ranks:?}\n"));
+        run_case(ranks.iter().product(), &own, &text, &[]).succeeded();
+        assert_same_results(&wanted, &own.join("results"));
+    }
+    for (from, ranks) in [("1", 3), ("4", 1), ("2", 4)] {
+        let own = place(&format!("from_{from}_on_{ranks}"));
+        copy_folder(&home.join(from).join("results"), &own.join("results"));
+        let saved = checkpoints(&own.join("results"));
+        // The results after the checkpoint stay: the run must replace them.
+        saved[1..].iter().for_each(|later| fs::remove_file(later).unwrap());
+        let output = run_case(ranks, &own, &text, &["--restart", "latest"]).succeeded();
+        assert!(output.stdout.contains("continuing from"), "{}", output.text());
+        assert_same_results(&wanted, &own.join("results"));
+    }
+    wanted
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().flatten().filter(|e| e.path().is_file()) {
+        fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+#[test]
+fn silo_with_a_plate_that_moves_away_and_an_outlet() {
+    let decompositions =
+        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [2, 2, 2], [5, 1, 1]] };
+    let series = series(&compare("silo", &decompositions));
+    // The case does what it is for: beads pass the opening and leave, the plate is gone.
+    let last = |name: &str| series.column(name).last().copied().unwrap();
+    assert!(last("opening_count") > last("left") && last("left") > 0.0, "beads left");
+    assert_eq!(last("inserted"), 180.0);
+    assert!(series.column("plate_fz").iter().any(|&f| f != 0.0) && last("plate_fz") == 0.0, "the plate");
+}
+
+#[test]
+fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
+    let decompositions =
+        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [3, 1, 2], [1, 2, 1]] };
+    let series = series(&compare("shear", &decompositions));
+    let last = |name: &str| series.column(name).last().copied().unwrap();
+    assert!(last("contacts") > 100.0, "a dense bed: {} contacts", last("contacts"));
+    assert!(last("wall_contacts") > 10.0, "both planes are touched");
+}
+
+#[test]
+fn drum_with_batches_of_insertion_and_a_lifter() {
+    let decompositions =
+        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3], [4, 1, 1], [1, 1, 4]] };
+    let series = series(&compare("drum", &decompositions));
+    let inserted = series.column("inserted");
+    assert_eq!((inserted[0], *inserted.last().unwrap()), (0.0, 64.0));
+    for wall in ["drum_fz", "lifter_fz"] {
+        assert!(series.column(wall).iter().any(|&f| f != 0.0), "the {wall} is touched");
+    }
+}
