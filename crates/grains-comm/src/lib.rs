@@ -57,7 +57,9 @@ impl Job {
         root.broadcast_into(&mut header[..]);
         let mut buffer = bytes;
         buffer.resize(header[0] as usize, 0);
-        root.broadcast_into(&mut buffer[..]);
+        if !buffer.is_empty() {
+            root.broadcast_into(&mut buffer[..]);
+        }
         let text = String::from_utf8_lossy(&buffer).into_owned();
         if header[1] == 1 { Ok(text) } else { Err(text) }
     }

@@ -77,6 +77,19 @@ fn shear(spring: bool) -> Scene {
     Scene { setup, particles }
 }
 
+/// Mixed shapes drifting over a floor in a box periodic along the floor: particles wrap while in contact.
+fn drift() -> Scene {
+    let mut setup = setup([0.03, 0.03, 0.03], [true, true, false], mixed_shapes(1.4e-3), law(true));
+    setup.rates.gravity = Vec3::new(4.0, 3.0, -30.0);
+    let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 0.001), normal: Vec3::z() };
+    setup.walls = vec![wall("floor", floor, Motion::Fixed)];
+    let mut particles = lattice([0.0, 0.0, 0.001], [0.03, 0.03, 0.0072], 3.0e-3, 4, 0.5);
+    for p in &mut particles {
+        p.velocity += Vec3::new(2.0, -1.0, -0.5);
+    }
+    Scene { setup, particles }
+}
+
 #[test]
 fn a_shaken_hopper_of_spheres_is_the_same_on_any_ranks() {
     let scene = silo();
@@ -99,7 +112,7 @@ fn a_periodic_shear_of_mixed_shapes_is_the_same_on_any_ranks() {
 
 #[test]
 fn a_restart_on_other_ranks_continues_the_very_same_run() {
-    for (scene, steps) in [(silo(), 1500), (shear(true), 400)] {
+    for (scene, steps) in [(silo(), 1500), (shear(true), 400), (drift(), 1000)] {
         let reference = scene.run([2, 1, 1], 2 * steps);
         for (first, second) in [([1, 1, 1], [2, 2, 1]), ([2, 2, 2], [1, 1, 1]), ([2, 1, 1], [1, 3, 1])] {
             let restarted = scene.run_with_restart(first, steps + 7, second, steps - 7);
@@ -110,7 +123,7 @@ fn a_restart_on_other_ranks_continues_the_very_same_run() {
 
 #[test]
 fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
-    for (mut scene, steps) in [(silo(), 1500), (shear(true), 400)] {
+    for (mut scene, steps) in [(silo(), 1500), (shear(true), 400), (drift(), 1000)] {
         let reference = scene.run([2, 1, 1], steps);
         scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
         assert_same(&reference, &scene.run([1, 1, 1], steps), "another skin");

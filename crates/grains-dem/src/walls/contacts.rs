@@ -7,6 +7,7 @@ use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
 use grains_contact::Contact;
+use grains_domain::GlobalBox;
 use grains_geometry::{GjkError, Simplex, Vec3};
 
 /// A part of a particle and an element of a wall that may touch.
@@ -57,20 +58,25 @@ pub(crate) struct WallScene<'a> {
     pub(crate) states: &'a [WallState],
     pub(crate) time: f64,
     pub(crate) dt: f64,
-    /// Periodic box: walls that span it are met at the wrapped position.
-    pub(crate) lower: Vec3,
-    pub(crate) upper: Vec3,
+    pub(crate) global: &'a GlobalBox,
 }
 
 impl<'a> WallScene<'a> {
     pub(crate) fn new(setup: &'a DemSetup, states: &'a [WallState], time: f64) -> Self {
-        Self {
-            walls: &setup.walls,
-            states,
-            time,
-            dt: setup.rates.dt,
-            lower: Vec3::from(setup.global.lower),
-            upper: Vec3::from(setup.global.upper),
+        Self { walls: &setup.walls, states, time, dt: setup.rates.dt, global: &setup.global }
+    }
+
+    /// Centre (m) of the periodic image of a particle that a pair is about.
+    ///
+    /// A surface without end is its own image: it is met at the wrapped position, so that the answer does
+    /// not depend on when the particle was last wrapped. Finite surfaces meet one image each.
+    #[inline]
+    fn center(&self, pair: &WallPair, position: &Vec3, shifts: &[Vec3]) -> Vec3 {
+        let surface = &self.walls[pair.wall as usize].surfaces[pair.surface as usize];
+        if surface.is_finite() {
+            position + shifts[pair.image as usize]
+        } else {
+            Vec3::from(self.global.wrap((*position).into()))
         }
     }
 }
@@ -127,9 +133,10 @@ pub(crate) fn add_forces(
                 None => list.pairs[k].spring = Vec3::zeros(),
                 Some(contact) => {
                     let pair = &mut list.pairs[k];
-                    let shift = list.shifts[pair.image as usize];
+                    let position = &particles.bodies[pair.particle as usize].position;
+                    let center = scene.center(pair, position, &list.shifts);
                     add_contact(
-                        particles, pair, &contact, &shift, scene, catalogue, lattice, wall_loads, tally,
+                        particles, pair, &contact, &center, scene, catalogue, lattice, wall_loads, tally,
                     );
                 }
             }
@@ -149,9 +156,9 @@ fn find_contacts(
     let first = list.pairs[group.start];
     let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
     let body = &particles.bodies[first.particle as usize];
-    let position = body.position + list.shifts[first.image as usize];
-    let outside =
-        (0..3).any(|a| wall.spans[a] && !(position[a] >= scene.lower[a] && position[a] < scene.upper[a]));
+    let position = scene.center(&first, &body.position, &list.shifts);
+    let (lower, upper) = (scene.global.lower, scene.global.upper);
+    let outside = (0..3).any(|a| wall.spans[a] && !(position[a] >= lower[a] && position[a] < upper[a]));
     list.touching.clear();
     if outside || !wall.exists_at(scene.time) {
         list.touching.resize(group.len(), None);
@@ -234,7 +241,7 @@ fn add_contact(
     particles: &mut Particles,
     pair: &mut WallPair,
     found: &SurfaceContact,
-    shift: &Vec3,
+    center: &Vec3,
     scene: &WallScene,
     catalogue: &Catalogue,
     lattice: &LoadLattice,
@@ -244,8 +251,7 @@ fn add_contact(
     let (i, w) = (pair.particle as usize, pair.wall as usize);
     let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
     let normal = state.to_world(&found.normal);
-    let center = body.position + shift;
-    let arm = state.to_world(&(found.point - state.to_wall(&center)));
+    let arm = state.to_world(&(found.point - state.to_wall(center)));
     let point = center + arm;
     let contact = Contact {
         normal,
