@@ -1,1 +1,258 @@
-//! To come.
+//! Mistakes of users: each ends all ranks, with the right exit code and one message that names the key, file
+//! or particle and a remedy. With `--nocapture` the tests print mistake and message as a table.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{case, folder, replaced, run, run_case};
+use std::fs;
+use std::path::Path;
+
+/// A mistake: what is done wrong, and what the answer must say.
+struct Mistake {
+    what: &'static str,
+    /// Replacements in the base case.
+    edits: &'static [(&'static str, &'static str)],
+    ranks: usize,
+    arguments: &'static [&'static str],
+    code: i32,
+    says: &'static [&'static str],
+}
+
+const fn mistake(
+    what: &'static str,
+    edits: &'static [(&'static str, &'static str)],
+    code: i32,
+    says: &'static [&'static str],
+) -> Mistake {
+    Mistake { what, edits, ranks: 2, arguments: &[], code, says }
+}
+
+const BOX: &str = "kind = \"box\"\nlower = [0.005, 0.005, 0.005]\nupper = [0.075, 0.059, 0.059]";
+const LATTICE: &str =
+    "{ kind = \"lattice\", lower = [0.02, 0.01, 0.02], upper = [0.07, 0.055, 0.05], spacing = 0.011 }";
+
+/// Mistakes in the case or command line, found before the first step.
+const BEFORE_THE_RUN: &[Mistake] = &[
+    mistake(
+        "a slip in a key",
+        &[(
+            "[[shape]]\nname = \"ball\"\nkind = \"sphere\"\nradius",
+            "[[shape]]\nname = \"ball\"\nkind = \"sphere\"\nradios",
+        )],
+        2,
+        &["case.toml:", "shape[0].radios", "did you mean `radius`?"],
+    ),
+    mistake(
+        "a unit in a value",
+        &[("radius = 5e-3", "radius = \"5 mm\"")],
+        2,
+        &["case.toml:34:", "radius", "SI units"],
+    ),
+    mistake(
+        "millimetres for metres",
+        &[("radius = 5e-3", "radius = 5")],
+        2,
+        &["radius = 5", "10 mm is 0.01 m"],
+    ),
+    mistake(
+        "no contact law",
+        &[("between = [\"glass\", \"wall\"]", "between = [\"wall\", \"wall\"]")],
+        2,
+        &["no contact law between \"glass\" and \"wall\"", "add [[contact]]"],
+    ),
+    mistake(
+        "an unknown material",
+        &[("material = \"glass\" }", "material = \"Glas\" }")],
+        2,
+        &["insert[0].particles[0].material", "did you mean `glass`?"],
+    ),
+    mistake(
+        "a missing mesh file",
+        &[(BOX, "kind = \"mesh\"\npath = \"hoper.stl\"")],
+        2,
+        &["wall[0].path", "no such file", "did you mean `hopper.stl`"],
+    ),
+    mistake(
+        "a mesh file that is garbage",
+        &[(BOX, "kind = \"mesh\"\npath = \"hopper.stl\"")],
+        2,
+        &["wall[0] `box`", "hopper.stl"],
+    ),
+    mistake(
+        "a particle file with a bad number",
+        &[(LATTICE, "{ kind = \"file\", path = \"balls.csv\" }"), ("count = 16\n", "")],
+        2,
+        &["balls.csv:3", "0.0x"],
+    ),
+    mistake(
+        "a lattice whose particles overlap",
+        &[("spacing = 0.011", "spacing = 0.0102, noise = 0.2")],
+        2,
+        &["insert[0] `balls`", "particle ", "raise `spacing` or lower `noise`"],
+    ),
+    mistake(
+        "particles inside a wall",
+        &[("upper = [0.075, 0.059, 0.059]", "upper = [0.04, 0.059, 0.059]")],
+        2,
+        &["insert[0] `balls`", "inside wall `box`", "move the insertion"],
+    ),
+    mistake(
+        "particles outside the domain",
+        &[("upper = [0.07, 0.055, 0.05]", "upper = [0.7, 0.055, 0.05]")],
+        2,
+        &["insert[0].place.upper", "outside the domain"],
+    ),
+    mistake(
+        "a window without room",
+        &[(
+            LATTICE,
+            "{ kind = \"window\", window = { kind = \"box\", lower = [0.03, 0.03, 0.03], upper = [0.04, 0.04, 0.04] } }",
+        )],
+        2,
+        &["insert[0] `balls`", "no room for particle", "enlarge the window"],
+    ),
+    mistake(
+        "a time step of a third of the contact time",
+        &[("dt = 4e-5", "dt = 2.5e-4")],
+        2,
+        &["time.dt = 2.5e-4", "steps per contact", "take \"auto\" or at most"],
+    ),
+    mistake(
+        "domain.ranks of another product",
+        &[("[domain]\n", "[domain]\nranks = [3, 1, 1]\n")],
+        2,
+        &["domain.ranks = [3, 1, 1]", "3 subdomains for 2 ranks", "-n 3"],
+    ),
+    Mistake {
+        ranks: 7,
+        ..mistake(
+            "too many ranks for a small box",
+            &[],
+            2,
+            &["7 subdomains along x", "thinner than the interaction range", "at most 5"],
+        )
+    },
+    mistake(
+        "a periodic axis that is too short",
+        &[
+            ("[domain]\n", "[domain]\nperiodic = [false, false, true]\n"),
+            ("upper = [0.08, 0.06, 0.06]", "upper = [0.08, 0.06, 0.0599]"),
+            ("radius = 5e-3", "radius = 0.013"),
+            ("count = 16", "count = 1"),
+        ],
+        2,
+        &["periodic length", "along z", "widen the domain along z"],
+    ),
+    Mistake {
+        arguments: &["--restart", "results/checkpoint-7.h5"],
+        ..mistake("an unknown restart file", &[], 4, &["results/checkpoint-7.h5", "No such file"])
+    },
+    Mistake {
+        arguments: &["--restart", "latest"],
+        ..mistake("a restart without checkpoint", &[], 4, &["results", "run without --restart"])
+    },
+    Mistake {
+        arguments: &["--restrat", "latest"],
+        ..mistake("a slip in an argument", &[], 2, &["--restrat", "'--restart'"])
+    },
+];
+
+/// Mistakes that show when particles move.
+const DURING_THE_RUN: &[Mistake] = &[
+    mistake(
+        "a wall that is missing",
+        &[
+            (BOX, "kind = \"plane\"\npoint = [0, 0, 0.001]\nnormal = [0, 0, 1]"),
+            ("count = 16", "count = 1\nvelocity = [-2, 0, 0]"),
+        ],
+        3,
+        &["particle 0 left the domain through -x", "step ", "domain.outlets"],
+    ),
+    mistake(
+        "an impact too hard for the stiffness",
+        &[("count = 16", "count = 16\nvelocity = [0, 0, -30]")],
+        3,
+        &["particle ", "overlaps wall `box`", "limits.overlap", "stiffness"],
+    ),
+    mistake(
+        "a time step ten times too large",
+        &[
+            ("dt = 4e-5", "dt = 6e-4\naccept_coarse_dt = true"),
+            ("end = 0.02", "end = 2"),
+            ("count = 16", "count = 16\nvelocity = [0, 0, -1]"),
+        ],
+        3,
+        &["particle ", "the time step is too large"],
+    ),
+];
+
+/// Makes the mistake and returns the message, which must have the right form.
+fn message_of(mistake: &Mistake, home: &Path) -> String {
+    let text = mistake.edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
+    let output = run_case(mistake.ranks, home, &text, mistake.arguments);
+    let message = output.only_error(mistake.code).to_string();
+    for word in mistake.says {
+        assert!(message.contains(word), "{}: `{word}` is missing: {message}", mistake.what);
+    }
+    message
+}
+
+/// Makes all mistakes and prints the table; reports all wrong answers at once.
+fn check_all(name: &str, mistakes: &[Mistake]) {
+    let home = folder(name);
+    fs::write(home.join("hopper.stl"), "solid\nno mesh at all\n").unwrap();
+    fs::write(home.join("balls.csv"), "x,y,z\n0.03,0.03,0.03\n0.05,0.0x,0.03\n").unwrap();
+    run_case(2, &home, &case("base.toml"), &[]).succeeded();
+    fs::remove_dir_all(home.join("results")).unwrap();
+    let mut wrong = Vec::new();
+    println!("| mistake | exit code | message |\n|---|---|---|");
+    for mistake in mistakes {
+        match std::panic::catch_unwind(|| message_of(mistake, &home)) {
+            Ok(message) => {
+                let message = message.replace('|', "\\|").replace('\n', "<br>");
+                let message = message.replace(&format!("{}/", home.display()), "");
+                println!("| {} | {} | {message} |", mistake.what, mistake.code);
+            }
+            Err(_) => wrong.push(mistake.what),
+        }
+    }
+    assert!(wrong.is_empty(), "wrong answers to: {wrong:?}");
+}
+
+#[test]
+fn mistakes_in_a_case_are_answered_before_the_run() {
+    check_all("bad_input_before", BEFORE_THE_RUN);
+}
+
+#[test]
+fn mistakes_that_show_during_a_run_end_it_and_name_the_particle() {
+    check_all("bad_input_during", DURING_THE_RUN);
+}
+
+#[test]
+fn a_case_file_that_is_missing_or_empty_is_named() {
+    let home = folder("bad_input_file");
+    fs::write(home.join("case.toml"), case("base.toml")).unwrap();
+    fs::write(home.join("empty.toml"), "\n").unwrap();
+    for (argument, says) in [("csae.toml", "cannot read the case file"), ("empty.toml", "is empty")] {
+        let output = run(2, &home, &[argument]);
+        let message = output.only_error(2);
+        assert!(message.contains(argument) && message.contains(says), "{message}");
+        println!("| case file `{argument}` | 2 | {message} |");
+    }
+}
+
+#[test]
+fn outlets_make_leaving_legal() {
+    let home = folder("bad_input_outlet");
+    let edits = [
+        (BOX, "kind = \"plane\"\npoint = [0, 0, 0.001]\nnormal = [0, 0, 1]"),
+        ("count = 16", "count = 1\nvelocity = [-2, 0, 0]"),
+        ("[domain]\n", "[domain]\noutlets = [\"-x\"]\n"),
+    ];
+    let text = edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
+    let output = run_case(2, &home, &text, &[]).succeeded();
+    assert!(output.stdout.contains("1 inserted = 0 inside + 1 left"), "{}", output.text());
+}

@@ -1,1 +1,159 @@
-//! To come.
+//! `grains-mpi check` explains a case before it runs, and `schema` describes the case files.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Output, case, folder, replaced, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn check(home: &Path, text: &str, arguments: &[&str]) -> Output {
+    fs::write(home.join("case.toml"), text).unwrap();
+    run(1, home, &[&["check", "case.toml"], arguments].concat())
+}
+
+fn cases() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")
+}
+
+/// Numbers of the row of a pair: e_n, m_ij, γ, T_c, largest overlap, its ratio, T_c/dt.
+fn row(text: &str, pair: &str) -> Vec<f64> {
+    let line = text.lines().find(|line| line.trim().starts_with(pair));
+    let line = line.unwrap_or_else(|| panic!("no row {pair}: {text}"));
+    line.trim()[pair.len()..].split_whitespace().map(|x| x.parse().unwrap()).collect()
+}
+
+/// Asserts damping rate (1/s), contact time (s) and largest overlap (m) of a pair to 1 %.
+fn assert_row(text: &str, pair: &str, wanted: [f64; 3]) {
+    let row = row(text, pair);
+    for (found, wanted) in [row[2], row[3], row[4]].into_iter().zip(wanted) {
+        assert!((found / wanted - 1.0).abs() < 0.01, "{pair}: {found} instead of {wanted}");
+    }
+}
+
+#[test]
+fn the_silo_has_the_contact_times_and_overlaps_of_the_thesis() {
+    let home = folder("check_silo");
+    let text = fs::read_to_string(cases().join("silo/discharge.toml")).unwrap();
+    let output = check(&home, &text, &["--ranks", "2"]).succeeded();
+    // Table 5.1 prints 1.87e3, 1.55e-4 and 1.92e-4.
+    assert_row(&output.stdout, "glass - glass", [1.866e3, 1.542e-4, 1.921e-4]);
+    // With the restitution as stated; the table's own numbers belong to 0.7144 (errata R16-9).
+    assert_row(&output.stdout, "glass - wall (wall)", [2.565e3, 1.864e-4, 2.127e-4]);
+    let obtained = text.replace("restitution = 0.62", "restitution = 0.7144");
+    let output = check(&home, &obtained, &["--ranks", "2"]).succeeded();
+    assert_row(&output.stdout, "glass - wall (wall)", [1.815e3, 1.853e-4, 2.256e-4]);
+    let row = row(&output.stdout, "glass - glass");
+    assert!((row[6] - row[3] / 1e-5).abs() < 0.01, "T_c/dt");
+    for word in [
+        "particles      14000",
+        "mass           48.16",
+        "decomposition  ",
+        "interaction range",
+        "memory         about",
+        "T_c/dt = 15.42",
+        "recommended",
+        "time needed    about",
+        "disk           about",
+    ] {
+        assert!(output.stdout.contains(word), "`{word}` is missing: {}", output.stdout);
+    }
+}
+
+#[test]
+fn table_5_4_of_the_thesis_is_reproduced() {
+    let home = folder("check_table_5_4");
+    let edits = [
+        ("radius = 5e-3", "radius = 1.5e-3"),
+        ("dt = 4e-5", "dt = 2e-6\nimpact_speed = 4.2"),
+        ("spacing = 0.011", "spacing = 0.004"),
+    ];
+    let text = edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
+    let text = text.replace("normal_stiffness = 1e4", "normal_stiffness = 1e5");
+    let text = text.replace("restitution = 0.7", "restitution = 0.75");
+    let output = check(&home, &text, &[]).succeeded();
+    assert_row(&output.stdout, "glass - glass", [6.86e3, 4.194e-5, 4.876e-5]);
+    assert_row(&output.stdout, "glass - wall (wall)", [4.851e3, 5.931e-5, 6.895e-5]);
+}
+
+#[test]
+fn coarse_time_steps_are_warned_of_and_then_refused() {
+    let home = folder("check_dt");
+    // T_c of the pair is 8.1e-4 s.
+    let with = |dt: &str| replaced(&case("base.toml"), "dt = 4e-5", dt);
+    let fine = check(&home, &with("dt = 4e-5"), &[]).succeeded();
+    assert!(!fine.stdout.contains("warning: time.dt"), "{}", fine.text());
+    let coarse = check(&home, &with("dt = 1e-4"), &[]).succeeded();
+    assert!(coarse.stdout.contains("warning: time.dt = 1e-4: "), "{}", coarse.text());
+    assert!(coarse.stdout.contains("below the usual 10"), "{}", coarse.text());
+    let refused = check(&home, &with("dt = 2e-4"), &[]);
+    assert!(refused.only_error(2).contains("below 5"), "{}", refused.text());
+    let accepted = check(&home, &with("dt = 2e-4\naccept_coarse_dt = true"), &[]).succeeded();
+    assert!(accepted.stdout.contains("warning: time.dt"), "{}", accepted.text());
+    let automatic = check(&home, &with("dt = \"auto\""), &[]).succeeded();
+    assert!(automatic.stdout.contains("(auto)"), "{}", automatic.text());
+    assert!(automatic.stdout.contains("over 20 steps"), "it says why: {}", automatic.text());
+    let steps = row(&automatic.stdout, "glass - glass")[6];
+    assert!((20.0..22.1).contains(&steps), "T_c/dt = {steps}");
+}
+
+#[test]
+fn an_impact_beyond_the_limit_of_overlap_is_foreseen() {
+    let home = folder("check_impact");
+    let text = replaced(&case("base.toml"), "dt = 4e-5", "dt = 4e-5\nimpact_speed = 20");
+    let output = check(&home, &text, &[]).succeeded();
+    assert!(output.stdout.contains("beyond limits.overlap"), "{}", output.text());
+    assert!(output.stdout.contains("raise normal_stiffness by"), "{}", output.text());
+}
+
+/// All case files below a folder.
+fn case_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            case_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_case_of_the_repository_is_right() {
+    let home = folder("check_cases");
+    let mut files = Vec::new();
+    case_files(&cases(), &mut files);
+    case_files(&cases().join("../mpi-tests/cases"), &mut files);
+    assert!(files.len() >= 6, "{files:?}");
+    for file in files {
+        let output = run(2, &home, &["check", file.to_str().unwrap()]).succeeded();
+        assert!(output.stderr.is_empty(), "{}: {}", file.display(), output.text());
+        println!("{}: ok", file.display());
+    }
+}
+
+#[test]
+fn the_schema_is_valid_and_knows_every_section() {
+    let home = folder("check_schema");
+    // On two ranks it is printed once.
+    let output = run(2, &home, &["schema"]).succeeded();
+    let schema: serde_json::Value = serde_json::from_str(&output.stdout).expect("the schema is JSON");
+    let sections = schema["properties"].as_object().unwrap();
+    for name in ["domain", "time", "material", "contact", "shape", "insert", "wall", "output", "stop"] {
+        let section = &sections[name];
+        assert!(section.get("description").is_some() || section.get("$ref").is_some(), "{name}: {section}");
+    }
+    for name in ["domain", "time", "material", "shape", "insert"] {
+        assert!(schema["required"].as_array().unwrap().contains(&name.into()), "{name} is required");
+    }
+}
+
+#[test]
+fn the_version_bears_the_git_hash() {
+    let output = run(2, &folder("check_version"), &["--version"]).succeeded();
+    let hash = output.stdout.trim().split("(git ").nth(1).unwrap_or_default().trim_end_matches(')');
+    assert_eq!(output.stdout.lines().count(), 1, "{}", output.text());
+    assert!(hash.len() >= 7 && hash.starts_with(|c: char| c.is_ascii_hexdigit()), "{}", output.text());
+}

@@ -86,7 +86,11 @@ fn a_damaged_checkpoint_is_refused_by_name_and_the_previous_one_serves() {
         let name = damaged.file_name().unwrap().to_str().unwrap();
         assert!(output.stderr.contains(name), "{name} is named: {}", output.text());
     }
-    assert!(output.stdout.contains("continuing from results/checkpoint-000000001000.h5"), "{}", output.text());
+    assert!(
+        output.stdout.contains("continuing from results/checkpoint-000000001000.h5"),
+        "{}",
+        output.text()
+    );
     assert_same_state(&end, checkpoints(&results).last().unwrap());
     checkpoints(&results).iter().for_each(|path| truncate(path));
     let refused = run_case(2, &home, &silo(0.08), &["--restart", "latest"]);
@@ -154,7 +158,7 @@ fn a_full_disk_ends_the_run_with_one_message_and_leaves_the_checkpoints() {
     let path = home.join("disk");
     fs::create_dir_all(&path).unwrap();
     let disk = Disk(&path);
-    if !disk.mount("size=2m") {
+    if !disk.mount("size=6m") {
         return skipped("full disk", "no file system can be mounted here (not root?)");
     }
     let undisturbed = folder("files_large_disk");
@@ -209,7 +213,7 @@ fn signals_and_the_walltime_write_a_checkpoint_that_continues_bit_for_bit() {
     let mut arguments = vec!["case.toml"];
     let mut reached = 0;
     for (ranks, name, receiver) in stages {
-        let mut running = start(ranks, &home, &arguments);
+        let mut running = start(ranks, &home, &arguments, 1);
         running.wait_until("200 steps on", || last_step(&results) >= reached + 200);
         let processes = match receiver {
             Receiver::Ranks => running.ranks(),

@@ -74,8 +74,7 @@ fn copy_folder(from: &Path, to: &Path) {
 
 #[test]
 fn silo_with_a_plate_that_moves_away_and_an_outlet() {
-    let decompositions =
-        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [2, 2, 2], [5, 1, 1]] };
+    let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [2, 2, 2], [5, 1, 1]] };
     let series = series(&compare("silo", &decompositions));
     // The case does what it is for: beads pass the opening and leave, the plate is gone.
     let last = |name: &str| series.column(name).last().copied().unwrap();
@@ -86,8 +85,7 @@ fn silo_with_a_plate_that_moves_away_and_an_outlet() {
 
 #[test]
 fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
-    let decompositions =
-        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [3, 1, 2], [1, 2, 1]] };
+    let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [3, 1, 2], [1, 2, 1]] };
     let series = series(&compare("shear", &decompositions));
     let last = |name: &str| series.column(name).last().copied().unwrap();
     assert!(last("contacts") > 100.0, "a dense bed: {} contacts", last("contacts"));
@@ -96,8 +94,7 @@ fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
 
 #[test]
 fn drum_with_batches_of_insertion_and_a_lifter() {
-    let decompositions =
-        Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3], [4, 1, 1], [1, 1, 4]] };
+    let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3], [4, 1, 1], [1, 1, 4]] };
     let series = series(&compare("drum", &decompositions));
     let inserted = series.column("inserted");
     assert_eq!((inserted[0], *inserted.last().unwrap()), (0.0, 64.0));

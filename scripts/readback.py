@@ -172,7 +172,8 @@ def check_surfaces(directory, particles):
         rows = np.array([row[number] for number in owners])
         distance = np.linalg.norm(points[cells].astype(float) - centers[rows], axis=1)
         excess = np.max(distance / of_particles["radius"][rows])
-        require(excess < 1 + 1e-4, f"{label}: a vertex {excess} bounding radii from its particle")
+        # Round shapes are tessellated at equal volume: corners lie a little outside.
+        require(excess < 1.02, f"{label}: a vertex {excess} bounding radii from its particle")
         compared += 1
     require(compared > 0, "surfaces: at no time are there particles and surfaces")
     return steps

@@ -10,19 +10,18 @@ use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Longest time for one run (s); on a quiet machine none takes a tenth of it.
 const PATIENCE: u64 = 150;
 
 /// What Open MPI needs to run as root, in containers, and with more ranks than cores.
-const ENVIRONMENT: [(&str, &str); 6] = [
+const ENVIRONMENT: [(&str, &str); 5] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
     ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
-    // After a signal mpirun gives the ranks one second by default: too short for a checkpoint.
-    ("OMPI_MCA_odls_base_sigkill_timeout", "60"),
     ("OMP_NUM_THREADS", "1"),
 ];
 
@@ -65,12 +64,23 @@ pub struct Running {
     child: Child,
     folder: PathBuf,
     begun: Instant,
-    /// Locked: the runs of all tests take turns, so that none waits for the cores of another.
-    _turn: File,
+    /// The runs of all tests take turns, so that none waits for the cores of another.
+    _turn: MutexGuard<'static, ()>,
 }
+
+/// Held by the run in progress.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// Locked while this program lives, so that another that is started meanwhile waits.
+static PROGRAM: OnceLock<File> = OnceLock::new();
 
 /// An empty folder for a test.
 pub fn folder(name: &str) -> PathBuf {
+    PROGRAM.get_or_init(|| {
+        let file = File::create(Path::new(env!("CARGO_TARGET_TMPDIR")).join("tests.lock")).unwrap();
+        file.lock().unwrap();
+        file
+    });
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -90,15 +100,19 @@ pub fn replaced(text: &str, old: &str, new: &str) -> String {
 }
 
 /// Starts the program on a number of ranks in a folder.
-pub fn start(ranks: usize, folder: &Path, arguments: &[&str]) -> Running {
-    let turn = File::create(Path::new(env!("CARGO_TARGET_TMPDIR")).join("turn.lock")).unwrap();
-    turn.lock().unwrap();
+///
+/// When mpirun ends a job, because of a signal or an exit code other than 0, it waits `grace` (s) between
+/// SIGCONT, SIGTERM and SIGKILL to the ranks that are left, or have not been seen to leave; 1 by default.
+pub fn start(ranks: usize, folder: &Path, arguments: &[&str], grace: u32) -> Running {
+    // A test that failed while it held the turn left nothing behind.
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let file = |name: &str| File::create(folder.join(name)).unwrap();
     let child = Command::new("mpirun")
         .args(["--allow-run-as-root", "--oversubscribe", "-n", &ranks.to_string()])
         .arg(env!("CARGO_BIN_EXE_grains-mpi"))
         .args(arguments)
         .envs(ENVIRONMENT)
+        .env("OMPI_MCA_odls_base_sigkill_timeout", grace.to_string())
         .current_dir(folder)
         .process_group(0)
         .stdin(Stdio::null())
@@ -111,7 +125,7 @@ pub fn start(ranks: usize, folder: &Path, arguments: &[&str]) -> Running {
 
 /// Runs the program to its end.
 pub fn run(ranks: usize, folder: &Path, arguments: &[&str]) -> Output {
-    start(ranks, folder, arguments).wait()
+    start(ranks, folder, arguments, 0).wait()
 }
 
 /// Writes a case into the folder and runs it, with further arguments.

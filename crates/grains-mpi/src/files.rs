@@ -8,6 +8,7 @@ use grains_case::{Case, Precision as CasePrecision};
 use grains_comm::{MpiTransport, exit};
 use grains_dem::{Dem, Totals};
 use grains_domain::Transport;
+use grains_geometry::Vec3;
 use grains_output::{
     Data, FieldSpec, FileError, Kind, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old,
     write_checkpoint, write_shape,
@@ -161,7 +162,7 @@ impl Files {
         let body = |i: usize| &particles.bodies[i];
         let integers = |value: &dyn Fn(usize) -> i64| owned.clone().map(value).collect::<Vec<_>>();
         let reals = |value: &dyn Fn(usize) -> f64| owned.clone().map(value).collect::<Vec<_>>();
-        let vectors = |value: &dyn Fn(usize) -> grains_geometry::Vec3| {
+        let vectors = |value: &dyn Fn(usize) -> Vec3| {
             owned.clone().flat_map(|i| <[f64; 3]>::from(value(i))).collect::<Vec<_>>()
         };
         let (neighbours, walls) = dem.coordination();
@@ -224,8 +225,8 @@ impl Files {
             let body = &dem.particles.bodies[i];
             let shape = dem.setup.catalogue.shape(body.kind);
             let scale = body.radius / shape.bounding_radius;
-            let placed =
-                shape.surface.transformed(&dem.particles.record(i).orientation, scale, &body.position);
+            let center = Vec3::from(dem.setup.global.wrap(body.position.into()));
+            let placed = shape.surface.transformed(&dem.particles.record(i).orientation, scale, &center);
             let first = (points.len() / 3) as i64;
             points.extend(placed.vertices.iter().flat_map(|v| [v.x, v.y, v.z]));
             triangles.extend(placed.triangles.iter().flatten().map(|&k| first + i64::from(k)));

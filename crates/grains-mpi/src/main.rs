@@ -154,9 +154,10 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
 
 /// The case on every rank: rank 0 reads the text, all ranks check it alike.
 fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunError> {
-    let text = (transport.rank() == 0).then(|| {
-        std::fs::read_to_string(path)
-            .map_err(|e| format!("{}: cannot read the case file: {e}", path.display()))
+    let text = (transport.rank() == 0).then(|| match std::fs::read_to_string(path) {
+        Ok(text) if text.trim().is_empty() => Err(format!("{}: the case file is empty", path.display())),
+        Ok(text) => Ok(text),
+        Err(e) => Err(format!("{}: cannot read the case file: {e}", path.display())),
     });
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));

@@ -1,6 +1,6 @@
 //! The arrays of a temporal VTKHDF PolyData file and what each holds per step.
 
-use crate::collective::{write_rows, write_rows_alone};
+use crate::collective::{Participants, write_rows};
 use crate::metadata::text;
 use crate::polydata::{FieldSpec, Kind, Precision};
 use hdf5::dataset::FillTime;
@@ -122,6 +122,8 @@ pub(crate) struct Arrays {
     offsets: Dataset,
     per_step: Vec<(Dataset, Entry)>,
     steps: Group,
+    /// Who writes what all ranks have rows of.
+    who: Participants,
 }
 
 /// Names of the arrays with one row per step.
@@ -159,6 +161,7 @@ impl Arrays {
         cells: Cells,
         specs: &[FieldSpec],
         (precision, compress): (Precision, bool),
+        ranks: i32,
     ) -> hdf5::Result<Self> {
         let root = file.create_group("VTKHDF")?;
         let kind = FixedAscii::<8>::from_ascii("PolyData").map_err(|e| e.to_string())?;
@@ -200,11 +203,11 @@ impl Arrays {
                 }
             }
         }
-        Self::open(file, cells, specs)
+        Self::open(file, cells, specs, ranks)
     }
 
     /// Opens the arrays of a file that must hold just these fields.
-    pub fn open(file: &File, cells: Cells, specs: &[FieldSpec]) -> hdf5::Result<Self> {
+    pub fn open(file: &File, cells: Cells, specs: &[FieldSpec], ranks: i32) -> hdf5::Result<Self> {
         let root = file.group("VTKHDF")?;
         let mut present = root.group(cells.data())?.member_names()?;
         let mut wanted: Vec<String> = specs.iter().map(|s| s.name.to_string()).collect();
@@ -223,9 +226,11 @@ impl Arrays {
             Ok((dataset, width))
         };
         let opened = |(name, entry): (String, Entry)| Ok((root.dataset(&name)?, entry));
+        let points = root.dataset("Points")?;
         Ok(Self {
             cells,
-            points: root.dataset("Points")?,
+            who: Participants::writing(ranks, !points.filters().is_empty()),
+            points,
             fields: specs.iter().map(field).collect::<hdf5::Result<_>>()?,
             connectivity: root.dataset(&format!("{}/Connectivity", cells.name()))?,
             offsets: root.dataset(&format!("{}/Offsets", cells.name()))?,
@@ -291,23 +296,23 @@ impl Arrays {
 
     /// Writes positions from row `at`; all ranks take part.
     pub fn write_points<T: H5Type>(&self, at: usize, points: &[T]) -> hdf5::Result<()> {
-        write_rows(&self.points, at, 3, points)
+        write_rows(&self.points, at, 3, points, self.who)
     }
 
     /// Writes a field from row `at`; all ranks take part.
     pub fn write_field<T: H5Type>(&self, field: usize, at: usize, values: &[T]) -> hdf5::Result<()> {
         let (dataset, width) = &self.fields[field];
-        write_rows(dataset, at, *width, values)
+        write_rows(dataset, at, *width, values, self.who)
     }
 
     /// Writes the corners of cells from cell `at`; all ranks take part.
     pub fn write_connectivity(&self, at: usize, points: &[i64]) -> hdf5::Result<()> {
-        write_rows(&self.connectivity, at * self.cells.corners(), 1, points)
+        write_rows(&self.connectivity, at * self.cells.corners(), 1, points, self.who)
     }
 
     /// Writes rows of `Offsets`; all ranks take part.
     pub fn write_offsets(&self, at: usize, offsets: &[i64]) -> hdf5::Result<()> {
-        write_rows(&self.offsets, at, 1, offsets)
+        write_rows(&self.offsets, at, 1, offsets, self.who)
     }
 
     /// Writes the step's row of every array that has one row per step; rank 0 alone does.
@@ -322,18 +327,19 @@ impl Arrays {
             Cells::Vertices => place.first_point,
             Cells::Triangles => place.first_cell,
         };
+        let me = Participants::ThisRank;
         for (dataset, entry) in &self.per_step {
             let number = match entry {
                 Entry::Time => {
-                    write_rows_alone(dataset, place.step, 1, &[place.time])?;
+                    write_rows(dataset, place.step, 1, &[place.time], me)?;
                     continue;
                 }
                 Entry::FirstCells => {
-                    write_rows_alone(dataset, place.step, 4, &of_topologies(place.first_counted))?;
+                    write_rows(dataset, place.step, 4, &of_topologies(place.first_counted), me)?;
                     continue;
                 }
                 Entry::FirstConnectivityIds => {
-                    write_rows_alone(dataset, place.step, 4, &of_topologies(place.first_cell * corners))?;
+                    write_rows(dataset, place.step, 4, &of_topologies(place.first_cell * corners), me)?;
                     continue;
                 }
                 Entry::Step => place.step,
@@ -345,7 +351,7 @@ impl Arrays {
                 Entry::FirstPoint => place.first_point,
                 Entry::FirstRow => first_row,
             };
-            write_rows_alone(dataset, place.step, 1, &[number as i64])?;
+            write_rows(dataset, place.step, 1, &[number as i64], me)?;
         }
         Ok(())
     }

@@ -11,32 +11,45 @@ use hdf5_sys::h5s::{H5S_seloper_t, H5Sclose, H5Screate_simple, H5Sselect_hypersl
 use std::ptr;
 
 /// Who takes part in a transfer.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Participants {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Participants {
+    /// All ranks in one collective transfer, also those without rows.
     All,
+    /// Each rank for itself.
     ThisRank,
 }
 
-/// Writes rows `first..first + rows` of a dataset of `width` values per row; all ranks take part, also
-/// those without rows.
-///
-/// # Errors
-/// What HDF5 says.
-pub fn write_rows<T: H5Type>(dataset: &Dataset, first: usize, width: usize, data: &[T]) -> hdf5::Result<()> {
-    put(dataset, first, width, data, Participants::All)
+/// Ranks up to which each writes for itself.
+const FEW: i32 = 64;
+
+impl Participants {
+    /// How rows of all ranks are written best.
+    ///
+    /// Collective transfers of Open MPI 4.1 hang on a full disk (the aggregating rank leaves, the others wait
+    /// for it), and gain nothing on few ranks; on many they save the file system from small pieces.
+    /// Compressed datasets know no other way.
+    pub fn writing(ranks: i32, is_compressed: bool) -> Self {
+        if is_compressed || ranks > FEW { Self::All } else { Self::ThisRank }
+    }
 }
 
-/// Writes rows of an unfiltered dataset; only this rank takes part.
+/// Writes rows `first..first + rows` of a dataset of `width` values per row.
 ///
 /// # Errors
 /// What HDF5 says.
-pub fn write_rows_alone<T: H5Type>(
+pub fn write_rows<T: H5Type>(
     dataset: &Dataset,
     first: usize,
     width: usize,
     data: &[T],
+    who: Participants,
 ) -> hdf5::Result<()> {
-    put(dataset, first, width, data, Participants::ThisRank)
+    let kind = Datatype::from_type::<T>()?;
+    let rows = data.len() / width.max(1);
+    transfer(dataset, [first, rows, width], who, |memory, file, list| {
+        // SAFETY: the memory space describes exactly `data`, which outlives the call.
+        unsafe { H5Dwrite(dataset.id(), kind.id(), memory, file, list, data.as_ptr().cast()) }
+    })
 }
 
 /// Reads rows `first..` of a dataset into `data`; only this rank takes part.
@@ -54,21 +67,6 @@ pub fn read_rows<T: H5Type>(
     transfer(dataset, [first, rows, width], Participants::ThisRank, |memory, file, list| {
         // SAFETY: the memory space describes exactly `data`, borrowed mutably for the call.
         unsafe { H5Dread(dataset.id(), kind.id(), memory, file, list, data.as_mut_ptr().cast()) }
-    })
-}
-
-fn put<T: H5Type>(
-    dataset: &Dataset,
-    first: usize,
-    width: usize,
-    data: &[T],
-    who: Participants,
-) -> hdf5::Result<()> {
-    let kind = Datatype::from_type::<T>()?;
-    let rows = data.len() / width.max(1);
-    transfer(dataset, [first, rows, width], who, |memory, file, list| {
-        // SAFETY: the memory space describes exactly `data`, which outlives the call.
-        unsafe { H5Dwrite(dataset.id(), kind.id(), memory, file, list, data.as_ptr().cast()) }
     })
 }
 

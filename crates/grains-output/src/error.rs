@@ -62,7 +62,10 @@ pub(crate) fn from_rank(communicator: &impl Communicator, rank: i32, text: &str)
     root.broadcast_into(&mut length);
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(length as usize, 0);
-    root.broadcast_into(&mut bytes[..]);
+    // Open MPI refuses to broadcast nothing.
+    if length > 0 {
+        root.broadcast_into(&mut bytes[..]);
+    }
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
@@ -87,10 +90,20 @@ impl Shared {
     /// The outcome all ranks agree on; `what` failed if it is an error.
     pub fn all<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
         let outcome = outcome.map_err(|error| {
-            let reason = if what.contains("written") { unwritable(&self.path) } else { None };
+            let reason =
+                if what.contains("written") { unwritable(&self.path, Durability::Synced) } else { None };
             FileError::new(&self.path, format!("{what}: {}", reason.unwrap_or_else(|| brief(&error))))
         });
         agree(&self.communicator, outcome)
+    }
+
+    /// Refuses to begin a write on a disk that is full already: HDF5 hangs if it cannot write its own
+    /// structures, while it reports data that it cannot write.
+    pub fn has_room(&self) -> Result<(), FileError> {
+        self.first(|| match unwritable(&self.path, Durability::Cached) {
+            Some(problem) => Err(FileError::new(&self.path, format!("cannot be written: {problem}"))),
+            None => Ok(()),
+        })
     }
 
     /// Does something on rank 0 alone; its error is that of all.
@@ -122,12 +135,18 @@ fn remedy(path: &Path, error: &std::io::Error) -> String {
     }
 }
 
-/// What the operating system says to one more megabyte beside the file, if it refuses it.
-fn unwritable(path: &Path) -> Option<String> {
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Durability {
+    Cached,
+    Synced,
+}
+
+/// What the operating system says to half a megabyte more beside the file, if it refuses it.
+fn unwritable(path: &Path, durability: Durability) -> Option<String> {
     let probe = path.with_extension(format!("probe-{}", std::process::id()));
     let outcome = fs::File::create(&probe).and_then(|mut file| {
-        file.write_all(&vec![0_u8; 1 << 20])?;
-        file.sync_all()
+        file.write_all(&vec![0_u8; 1 << 19])?;
+        if durability == Durability::Synced { file.sync_all() } else { Ok(()) }
     });
     let _ = fs::remove_file(&probe);
     outcome.err().map(|error| format!("{error}; {}", remedy(path, &error)))

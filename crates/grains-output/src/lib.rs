@@ -11,6 +11,9 @@
 //! Nothing here knows of particles: arrays come by name. Every call is collective over the communicator
 //! unless it says otherwise, and all ranks come to the same verdict: an error on one is an error on all,
 //! and rank 0 has its text.
+//!
+//! After an error of writing end the job by `MPI_Abort` rather than properly: HDF5 tries once more to write
+//! what it could not when MPI ends, and may wait for ever.
 
 mod arrays;
 mod checkpoint;

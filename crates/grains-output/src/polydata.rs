@@ -7,7 +7,7 @@ use crate::xdmf::Sidecar;
 use hdf5::File;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, CommunicatorCollectives};
+use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::Path;
 
 /// Floating-point format of the arrays.
@@ -104,13 +104,25 @@ impl PolyDataFile {
         let shared = Shared::new(path, communicator);
         let cells = if is_surface { Cells::Triangles } else { Cells::Vertices };
         shared.create_empty()?;
+        shared.has_room()?;
         let raw = shared.communicator.as_raw();
         let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).create(path);
         let file = shared.all("cannot be created", file)?;
-        let arrays = Arrays::create(&file, cells, specs, (precision, compress));
-        let arrays = shared.all("cannot be written", arrays)?;
-        shared.all("cannot be written", write_metadata(&file, GROUP, metadata))?;
-        shared.all("cannot be written", file.flush())?;
+        let begun = (|| {
+            let arrays =
+                Arrays::create(&file, cells, specs, (precision, compress), shared.communicator.size());
+            let arrays = shared.all("cannot be written", arrays)?;
+            shared.all("cannot be written", write_metadata(&file, GROUP, metadata))?;
+            shared.all("cannot be written", file.flush())?;
+            Ok(arrays)
+        })();
+        let arrays = match begun {
+            Ok(arrays) => arrays,
+            Err(error) => {
+                std::mem::forget(file);
+                return Err(error);
+            }
+        };
         let (opened, specs) = (Some(Opened { arrays, file }), specs.to_vec());
         Ok(Self { shared, opened, cells, specs, precision, steps: Vec::new(), described: 0 })
     }
@@ -134,7 +146,7 @@ impl PolyDataFile {
         // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
         let found = (|| {
             let file = File::open(path)?;
-            let arrays = Arrays::open(&file, cells, specs)?;
+            let arrays = Arrays::open(&file, cells, specs, 1)?;
             let found = arrays.precision()?;
             if found != precision {
                 return Err(format!("its precision is {found:?}, this run writes {precision:?}").into());
@@ -175,6 +187,16 @@ impl PolyDataFile {
     /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
     pub fn append(&mut self, step: &Step) -> Result<(), FileError> {
         agree(&self.shared.communicator, self.fits(step))?;
+        self.shared.has_room()?;
+        let outcome = self.append_fitting(step);
+        if outcome.is_err() {
+            // Closing would write again, fail on some ranks and leave the others waiting.
+            std::mem::forget(self.opened.take());
+        }
+        outcome
+    }
+
+    fn append_fitting(&mut self, step: &Step) -> Result<(), FileError> {
         let kept = self.steps.iter().rposition(|p| p.time < step.time && !is_same_time(p.time, step.time));
         let kept = kept.map_or(0, |last| last + 1);
         if kept < self.steps.len() {
@@ -265,16 +287,16 @@ impl PolyDataFile {
             self.described = 0;
             let cut = || {
                 let file = File::open_rw(&self.shared.path)?;
-                Arrays::open(&file, self.cells, &self.specs)?.cut(self.steps.last())?;
+                Arrays::open(&file, self.cells, &self.specs, 1)?.cut(self.steps.last())?;
                 file.close()
             };
             let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
             self.shared.all(UNFIT, outcome)?;
         }
-        let raw = self.shared.communicator.as_raw();
+        let (raw, ranks) = (self.shared.communicator.as_raw(), self.shared.communicator.size());
         let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(&self.shared.path);
         let file = self.shared.all(UNFIT, file)?;
-        let arrays = self.shared.all(UNFIT, Arrays::open(&file, self.cells, &self.specs))?;
+        let arrays = self.shared.all(UNFIT, Arrays::open(&file, self.cells, &self.specs, ranks))?;
         self.opened = Some(Opened { arrays, file });
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Particles, walls and true surfaces whose values are known functions of particle and step.
 
 use grains_output::{
-    Bodies, Data, FieldSpec, Kind, Metadata, PolyDataFile, Precision, ReferenceSurface, Step, Tessellation,
-    utc_now, write_shape, write_stl, write_view_script,
+    Bodies, Data, FieldSpec, FileError, Kind, Metadata, PolyDataFile, Precision, ReferenceSurface, Step,
+    Tessellation, utc_now, write_shape, write_stl, write_view_script,
 };
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
@@ -71,6 +71,10 @@ impl Cloud {
     }
 
     fn append_to(&self, file: &mut PolyDataFile, time: f64) {
+        self.try_append_to(file, time).expect("a step is appended");
+    }
+
+    fn try_append_to(&self, file: &mut PolyDataFile, time: f64) -> Result<(), FileError> {
         let fields = [
             Data::Integer(&self.ids),
             Data::Integer(&self.shapes),
@@ -80,7 +84,7 @@ impl Cloud {
             Data::Real(&self.forces),
         ];
         let step = Step { time, points: &self.points, triangles: &[], fields: &fields };
-        file.append(&step).expect("a step is appended");
+        file.append(&step)
     }
 
     fn append_surfaces_to(&self, file: &mut PolyDataFile, time: f64) {
@@ -258,6 +262,34 @@ pub fn resume(directory: &Path, world: &SimpleCommunicator) {
     }
 }
 
+/// Appends until nothing fits any more: a clear error on all ranks, and the steps before can be read.
+pub fn full_disk(directory: &Path, world: &SimpleCommunicator) {
+    let mut file = new_file(&directory.join("full.vtkhdf"), world, false, (Precision::F64, false));
+    let (count, mut steps) = (4000, 0);
+    if world.rank() == 0 {
+        std::fs::write(directory.join("ballast"), [0; 4096]).expect("there is room at first");
+    }
+    let error = loop {
+        match Cloud::new(count, steps, world).try_append_to(&mut file, time(steps)) {
+            Ok(()) => steps += 1,
+            Err(error) => break error,
+        }
+    };
+    let message = told(world, Some(error));
+    // The last: the limit on the size of a file that stands for a full disk lets a probe pass.
+    let cause = ["No space left", "write failed"];
+    assert!(message.contains("full.vtkhdf") && cause.iter().any(|c| message.contains(c)), "{message}");
+    assert!(steps > 1);
+    let again = Cloud::new(count, steps, world).try_append_to(&mut file, time(steps));
+    told(world, again.err());
+    if world.rank() == 0 {
+        // There is no room for the expectation beside the file.
+        let _ = std::fs::remove_file(directory.join("ballast"));
+    }
+    let points = vec![count; steps];
+    expect(&directory.join("full.json"), world, &points, &points);
+}
+
 /// Ends without closing anything, as a killed job does.
 pub fn killed(directory: &Path, world: &SimpleCommunicator) {
     let mut file = new_file(&directory.join("killed.vtkhdf"), world, false, (Precision::F64, false));
@@ -285,7 +317,7 @@ pub fn missing_folder(directory: &Path, world: &SimpleCommunicator) {
 }
 
 /// The text of an error that all ranks met, from rank 0.
-pub fn told(world: &SimpleCommunicator, error: Option<grains_output::FileError>) -> String {
+pub fn told(world: &SimpleCommunicator, error: Option<FileError>) -> String {
     use mpi::traits::Root;
     let error = error.expect("every rank meets the error");
     let mut bytes = error.to_string().into_bytes();

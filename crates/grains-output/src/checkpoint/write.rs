@@ -2,7 +2,7 @@
 
 use super::folder::{abandon_later, file_name};
 use super::{Array, FORMAT, STATE, Values, checksum_of_text, contents_checksum, entry};
-use crate::collective::{write_rows, write_rows_alone};
+use crate::collective::{Participants, write_rows};
 use crate::error::{FileError, Shared, agree};
 use crate::metadata::{GROUP, Metadata, text};
 use hdf5::dataset::FillTime;
@@ -10,7 +10,7 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, H5Type};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, CommunicatorCollectives};
+use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
 
 const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
@@ -33,7 +33,8 @@ pub fn write_checkpoint(
     let shared = Shared::new(&path.with_extension("h5.tmp"), communicator);
     let written = shared.create_empty().and_then(|()| write(&shared, arrays, metadata));
     if written.is_err() && shared.is_first() {
-        // What there is of it only fills the disk.
+        // What there is of it only fills the disk; cut first, as the open handle keeps its bytes alive.
+        let _ = std::fs::OpenOptions::new().write(true).truncate(true).open(&shared.path);
         let _ = std::fs::remove_file(&shared.path);
     }
     written?;
@@ -57,9 +58,21 @@ fn complete(aside: &Path, path: &Path, directory: &Path) -> std::io::Result<()> 
 }
 
 fn write(shared: &Shared, arrays: &[Array], metadata: &Metadata) -> Result<(), FileError> {
+    shared.has_room()?;
     let raw = shared.communicator.as_raw();
-    let options = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
-    let file = shared.all(FAILED, options)?;
+    let file = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
+    let file = shared.all(FAILED, file)?;
+    match fill(shared, &file, arrays, metadata) {
+        Ok(()) => shared.all(FAILED, file.close()),
+        Err(error) => {
+            // Closing would write again, fail on some ranks and leave the others waiting.
+            std::mem::forget(file);
+            Err(error)
+        }
+    }
+}
+
+fn fill(shared: &Shared, file: &File, arrays: &[Array], metadata: &Metadata) -> Result<(), FileError> {
     let texts = shared.all(FAILED, file.create_group(GROUP))?;
     let state = shared.all(FAILED, file.create_group(STATE))?;
     let mut contents = Vec::new();
@@ -74,17 +87,16 @@ fn write(shared: &Shared, arrays: &[Array], metadata: &Metadata) -> Result<(), F
             file.new_attr::<u64>().create("contents")?.write_scalar(&contents_checksum(contents))
         });
     shared.all(FAILED, sealed)?;
-    shared.all(FAILED, file.flush())?;
-    // The file closes only when nothing in it is open any more.
-    drop((texts, state));
-    shared.all(FAILED, file.close())
+    shared.has_room()?;
+    shared.all(FAILED, file.flush())
 }
 
 fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<String, FileError> {
     let bytes = value.as_bytes();
     let dataset = create::<u8>(group, name, [bytes.len(), 1], checksum_of_text(bytes));
     let dataset = shared.all(FAILED, dataset)?;
-    let written = if shared.is_first() { write_rows_alone(&dataset, 0, 1, bytes) } else { Ok(()) };
+    let written =
+        if shared.is_first() { write_rows(&dataset, 0, 1, bytes, Participants::ThisRank) } else { Ok(()) };
     shared.all(FAILED, written)?;
     Ok(entry(GROUP, name, "text", [bytes.len(), 1], checksum_of_text(bytes)))
 }
@@ -116,9 +128,10 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
     let unit = text(array.unit)
         .and_then(|unit| dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit));
     shared.all(FAILED, unit)?;
+    let who = Participants::writing(communicator.size(), false);
     let (kind, written) = match &array.values {
-        Values::Real(v) => ("f64", write_rows(&dataset, first, width, v)),
-        Values::Integer(v) => ("i64", write_rows(&dataset, first, width, v)),
+        Values::Real(v) => ("f64", write_rows(&dataset, first, width, v, who)),
+        Values::Integer(v) => ("i64", write_rows(&dataset, first, width, v, who)),
     };
     shared.all(FAILED, written)?;
     Ok(entry(STATE, array.name, kind, shape, checksum))
