@@ -250,6 +250,25 @@ fn signals_and_the_walltime_write_a_checkpoint_that_continues_bit_for_bit() {
     assert_eq!(snapshots(&wanted.join("particles.vtkhdf")), snapshots(&results.join("particles.vtkhdf")));
 }
 
+#[test]
+fn a_killed_run_leaves_files_that_can_be_read_and_continued() {
+    let home = folder("files_killed");
+    let results = home.join("results");
+    fs::write(home.join("case.toml"), silo(0.24)).unwrap();
+    let mut running = start(2, &home, &["case.toml"], 0);
+    running.wait_until("two checkpoints", || results.exists() && checkpoints(&results).len() >= 2);
+    signal("KILL", &running.ranks());
+    assert_ne!(running.wait().code, Some(0));
+    let (times, counts) = snapshots(&results.join("particles.vtkhdf"));
+    assert!(times.len() >= 2 && counts.iter().all(|&n| n > 0), "{times:?} {counts:?}");
+    run_case(3, &home, &silo(0.24), &["--restart", "latest"]).succeeded();
+    let undisturbed = folder("files_not_killed");
+    run_case(2, &undisturbed, &silo(0.24), &[]).succeeded();
+    let wanted = undisturbed.join("results");
+    assert_same_state(checkpoints(&wanted).last().unwrap(), checkpoints(&results).last().unwrap());
+    assert_eq!(snapshots(&wanted.join("particles.vtkhdf")), snapshots(&results.join("particles.vtkhdf")));
+}
+
 /// Reads the files of a finished run back with VTK and h5py.
 fn read_back(test: &str, results: &Path) {
     let Some(python) = python() else {

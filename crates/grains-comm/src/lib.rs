@@ -1,14 +1,14 @@
-//! [`Transport`] over MPI, and how a job begins, ends and is aborted.
+//! [`Transport`](grains_domain::Transport) over MPI, and how a job begins, ends and is aborted.
 
 mod transport;
 
 pub use transport::MpiTransport;
 
 use mpi::environment::Universe;
-use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, Communicator};
+use mpi::topology::{Color, SimpleCommunicator};
+use mpi::traits::Communicator;
 
-/// Exit codes of the program, the same on every rank.
+/// Exit codes of the program; ranks that agreed on an error leave it to the first rank to return its code.
 pub mod exit {
     /// The case file, the command line or an input file is wrong.
     pub const CASE: i32 = 2;
@@ -44,6 +44,11 @@ impl Job {
         self.universe.world()
     }
 
+    /// Number of ranks.
+    pub fn size(&self) -> usize {
+        self.world().size() as usize
+    }
+
     /// The text of rank 0 on every rank (an error text likewise).
     pub fn broadcast(&self, text: Result<String, String>) -> Result<String, String> {
         use mpi::traits::Root;
@@ -77,27 +82,14 @@ pub fn abort(code: i32) -> ! {
 
 /// Cartesian communicator whose ranks are numbered with x fastest, as the decomposition numbers them.
 ///
-/// MPI numbers the last axis fastest, so the axes are handed over as z, y, x and ranks are not reordered.
+/// MPI numbers the last axis fastest, so the axes are handed over as z, y, x. MPI may reorder the ranks to
+/// bring neighbours together. `ranks` must multiply to the size of `world`.
 pub fn cartesian(world: &SimpleCommunicator, ranks: [usize; 3], periodic: [bool; 3]) -> SimpleCommunicator {
     let dims = [ranks[2] as i32, ranks[1] as i32, ranks[0] as i32];
     let periods = [periodic[2], periodic[1], periodic[0]];
-    match world.create_cartesian_communicator(&dims, &periods, false) {
-        Some(cartesian) => {
-            debug_assert_eq!(cartesian.rank(), world.rank());
-            let _ = cartesian.as_raw();
-            world.duplicate_of(&cartesian)
-        }
-        None => world.duplicate(),
-    }
-}
-
-/// A plain communicator with the group and order of a Cartesian one.
-trait DuplicateOf {
-    fn duplicate_of(&self, cartesian: &mpi::topology::CartesianCommunicator) -> SimpleCommunicator;
-}
-
-impl DuplicateOf for SimpleCommunicator {
-    fn duplicate_of(&self, cartesian: &mpi::topology::CartesianCommunicator) -> SimpleCommunicator {
-        cartesian.split_by_color(mpi::topology::Color::with_value(0)).unwrap_or_else(|| self.duplicate())
-    }
+    // The plain communicator of the same group and order is what the rest of the program works with.
+    world
+        .create_cartesian_communicator(&dims, &periods, true)
+        .and_then(|cartesian| cartesian.split_by_color(Color::with_value(0)))
+        .unwrap_or_else(|| world.duplicate())
 }

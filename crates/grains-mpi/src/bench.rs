@@ -4,26 +4,32 @@ use crate::population::Population;
 use crate::run::RunError;
 use crate::system;
 use grains_case::Case;
-use grains_comm::{MpiTransport, exit};
+use grains_comm::{Job, exit};
 use grains_dem::{Clock, Dem, Failure, Phase};
 use grains_domain::Transport;
+use std::path::Path;
 use std::time::Instant;
 
-/// Runs `warm` steps and then `segments` times `steps` steps, and prints what each took.
+/// Runs `warm` steps from the beginning or a checkpoint, and then `segments` times `steps` steps; prints what each took.
 ///
 /// # Errors
 /// As for a run.
 pub fn time(
     case: &Case,
-    transport: &MpiTransport,
-    warm: u64,
-    steps: u64,
-    segments: u64,
+    job: &Job,
+    restart: Option<&Path>,
+    [warm, steps, segments]: [u64; 3],
 ) -> Result<(), RunError> {
-    let setup = system::build(case, transport.size()).map_err(RunError::case)?.setup;
+    let setup = system::build(case, job.size()).map_err(RunError::case)?.setup;
+    let transport = &system::transport(&setup, job)?;
     let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
     let mut population = Population::new(case).map_err(RunError::case)?;
-    population.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+    match restart {
+        Some(checkpoint) => crate::restart::restore(case, transport, checkpoint, &mut dem, &mut population)?,
+        None => {
+            population.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+        }
+    }
     let failed = |failure: Failure| RunError {
         code: exit::UNSTABLE,
         message: if let Failure::Here(error) = failure { error.to_string() } else { String::new() },

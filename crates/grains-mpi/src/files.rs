@@ -11,7 +11,7 @@ use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
     Data, FieldSpec, FileError, Kind, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old,
-    write_checkpoint, write_shape,
+    utc_now, write_checkpoint, write_shape,
 };
 use std::path::{Path, PathBuf};
 
@@ -105,9 +105,7 @@ impl Files {
         let ready = if is_first { prepare_directory(&directory, restart.is_some()) } else { Ok(()) };
         agree(communicator, ready)?;
         let metadata = metadata(case, transport.size());
-        if is_first {
-            write_side_files(case, dem, &directory)?;
-        }
+        agree(communicator, if is_first { write_side_files(case, dem, &directory) } else { Ok(()) })?;
         let precision = match case.output.precision {
             CasePrecision::F64 => Precision::F64,
             CasePrecision::F32 => Precision::F32,
@@ -312,12 +310,10 @@ fn columns(dem: &Dem) -> Vec<String> {
 }
 
 fn metadata(case: &Case, ranks: usize) -> Metadata {
-    let since_1970 =
-        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |d| d.as_secs());
     vec![
         ("program".into(), format!("grains-mpi {VERSION}")),
         ("ranks".into(), ranks.to_string()),
-        ("written_at_unix_time".into(), since_1970.to_string()),
+        ("begun".into(), utc_now()),
         ("seed".into(), case.seed.to_string()),
         ("case".into(), case.to_toml()),
     ]

@@ -52,6 +52,9 @@ enum Command {
     Bench {
         /// Case file (TOML).
         case: PathBuf,
+        /// Begin from a checkpoint file, or from the last valid one with `latest`.
+        #[arg(long, value_name = "FILE|latest")]
+        restart: Option<PathBuf>,
         /// Steps before timing.
         #[arg(long, default_value_t = 300)]
         warm: u64,
@@ -79,9 +82,10 @@ struct RunArguments {
 fn main() {
     // Ask for nothing from MPI before the command line is known to be right.
     let cli = Cli::try_parse().unwrap_or_else(|answer| {
-        if is_first_launched() {
-            let _ = answer.print();
+        if !is_first_launched() {
+            std::process::exit(0);
         }
+        let _ = answer.print();
         std::process::exit(answer.exit_code());
     });
     let job = match Job::start() {
@@ -97,9 +101,15 @@ fn main() {
         None => Err(RunError::case("no case file given; try `grains-mpi --help`")),
     };
     let code = report(&transport, outcome);
+    if code == exit::FILES {
+        // HDF5 would try again to write what it could not, and might wait for ever.
+        grains_comm::abort(code);
+    }
+    let is_first = transport.rank() == 0;
     drop(transport);
     drop(job);
-    std::process::exit(code);
+    // mpirun kills the job at the first exit code that is not 0, and may lose what other ranks said.
+    std::process::exit(if is_first { code } else { 0 });
 }
 
 /// Whether no launcher has given this process another rank than 0; what all ranks say is said once.
@@ -132,9 +142,9 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             }
             Ok(())
         }
-        Command::Bench { case, warm, steps, segments } => {
+        Command::Bench { case, restart, warm, steps, segments } => {
             let case = load(&case, job, transport)?;
-            bench::time(&case, transport, warm, steps, segments)
+            bench::time(&case, job, restart.as_deref(), [warm, steps, segments])
         }
         Command::Run(arguments) => {
             let case = load(&arguments.case, job, transport)?;
@@ -147,7 +157,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             }
             let options =
                 RunOptions { restart: arguments.restart, max_walltime: arguments.max_walltime, interrupted };
-            Run::prepare(&case, transport, options)?.go()
+            Run::prepare(&case, job, options)?.go()
         }
     }
 }

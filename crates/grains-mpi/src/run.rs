@@ -5,7 +5,7 @@ use crate::files::Files;
 use crate::population::Population;
 use crate::system::{self, System};
 use grains_case::Case;
-use grains_comm::{MpiTransport, exit};
+use grains_comm::{Job, MpiTransport, exit};
 use grains_dem::{Dem, Failure, Partner, Phase};
 use grains_domain::Transport;
 use std::path::PathBuf;
@@ -74,7 +74,7 @@ fn is_due(step: u64, interval: u64) -> bool {
 /// A run in progress.
 pub struct Run<'a> {
     case: &'a Case,
-    transport: &'a MpiTransport,
+    transport: MpiTransport,
     /// The granular phase.
     pub dem: Dem,
     population: Population,
@@ -91,25 +91,16 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
-    pub fn prepare(
-        case: &'a Case,
-        transport: &'a MpiTransport,
-        options: RunOptions,
-    ) -> Result<Self, RunError> {
-        let System { setup, step } = system::build(case, transport.size()).map_err(RunError::case)?;
+    pub fn prepare(case: &'a Case, job: &Job, options: RunOptions) -> Result<Self, RunError> {
+        let System { setup, step } = system::build(case, job.size()).map_err(RunError::case)?;
         let schedule = Schedule::new(case, setup.rates.dt);
-        let size = transport.size();
-        if setup.ranks.iter().product::<usize>() != size {
-            let product: usize = setup.ranks.iter().product();
-            let error = grains_domain::DecompositionError::WrongCount { ranks: setup.ranks, product, size };
-            return Err(RunError::case(error.to_string()));
-        }
+        let transport = system::transport(&setup, job)?;
         let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
         let mut population = Population::new(case).map_err(RunError::case)?;
         if transport.rank() == 0 {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
         }
-        let files = Files::open(case, transport, &options.restart, &mut dem, &mut population)?;
+        let files = Files::open(case, &transport, &options.restart, &mut dem, &mut population)?;
         let first_step = dem.step;
         Ok(Self {
             case,
@@ -133,7 +124,7 @@ impl<'a> Run<'a> {
         loop {
             self.insert()?;
             let step = self.dem.step;
-            self.dem.refresh(self.transport).map_err(|e| self.failed(e))?;
+            self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
             if self.dem.interrupt {
                 self.checkpoint()?;
                 self.say(&format!(
@@ -157,7 +148,7 @@ impl<'a> Run<'a> {
             let asked = self.options.interrupted.load(Ordering::Relaxed);
             let out_of_time = self.begun.elapsed().as_secs_f64() > self.options.max_walltime;
             self.dem.interrupt = asked || out_of_time;
-            self.dem.advance(self.transport).map_err(|e| self.failed(e))?;
+            self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
         }
         self.summary();
         Ok(())
@@ -181,11 +172,11 @@ impl<'a> Run<'a> {
 
     fn insert(&mut self) -> Result<(), RunError> {
         let inserted =
-            self.population.insert_due(self.case, &mut self.dem, self.transport).map_err(RunError::case)?;
+            self.population.insert_due(self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
         if !inserted {
             return Ok(());
         }
-        self.dem.refresh(self.transport).map_err(|e| self.failed(e))?;
+        self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
         let mut worst: Option<(f64, String)> = None;
         let dem = &self.dem;
         let is_new = |id: u64| self.population.is_new(id, dem.step);
@@ -218,7 +209,7 @@ impl<'a> Run<'a> {
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
         self.dem.clock.start();
-        self.files.checkpoint(&mut self.dem, &self.population, self.transport)?;
+        self.files.checkpoint(&mut self.dem, &self.population, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
         Ok(())
     }
@@ -236,12 +227,12 @@ impl<'a> Run<'a> {
             return Ok(false);
         }
         self.dem.clock.start();
-        self.dem.check_ledger(self.transport).map_err(|e| self.failed(Failure::Here(e)))?;
+        self.dem.check_ledger(&self.transport).map_err(|e| self.failed(Failure::Here(e)))?;
         if snapshot && self.case.output.particles > 0.0 {
-            self.files.snapshot(&self.dem, self.transport)?;
+            self.files.snapshot(&self.dem, &self.transport)?;
         }
         if surfaces {
-            self.files.surfaces(&self.dem, self.transport)?;
+            self.files.surfaces(&self.dem, &self.transport)?;
         }
         let mut finished = false;
         if row {
@@ -252,7 +243,7 @@ impl<'a> Run<'a> {
     }
 
     fn row(&mut self, is_last: bool) -> Result<bool, RunError> {
-        let values = self.files.row(&mut self.dem, self.transport)?;
+        let values = self.files.row(&mut self.dem, &self.transport)?;
         let stop = &self.case.stop;
         let all_in = self.population.is_complete();
         let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 as u64 >= self.population.total());

@@ -1,11 +1,13 @@
 //! From a checked case to a granular system.
 
 use crate::geometry::{shape, surfaces};
+use crate::run::RunError;
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
+use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{Catalogue, ContactTable, DemSetup, FlowPlane, Motion, Rates, Skin, Wall};
-use grains_domain::{GlobalBox, choose_ranks};
+use grains_domain::{DecompositionError, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
 
 /// A system ready to be filled, and how its time step was chosen.
@@ -55,6 +57,19 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         skin,
     };
     Ok(System { setup, step })
+}
+
+/// The ranks of the job as the Cartesian grid of a system.
+///
+/// # Errors
+/// A number of ranks per axis that is not that of the job.
+pub fn transport(setup: &DemSetup, job: &Job) -> Result<MpiTransport, RunError> {
+    let product = setup.ranks.iter().product();
+    if product != job.size() {
+        let error = DecompositionError::WrongCount { ranks: setup.ranks, product, size: job.size() };
+        return Err(RunError::case(error.to_string()));
+    }
+    Ok(MpiTransport::new(cartesian(&job.world(), setup.ranks, setup.global.periodic)))
 }
 
 /// Shapes, densities and laws of a case.

@@ -24,7 +24,6 @@ mod metadata;
 mod polydata;
 mod series;
 mod shapes;
-mod tessellate;
 mod xdmf;
 
 pub use checkpoint::{Array, CheckpointFile, Values, latest_valid, remove_old, write_checkpoint};
@@ -33,5 +32,4 @@ pub use error::{FileError, agree};
 pub use metadata::{Metadata, utc_now};
 pub use polydata::{Data, FieldSpec, Kind, PolyDataFile, Precision, Step};
 pub use series::Series;
-pub use shapes::{ReferenceSurface, write_shape, write_stl, write_view_script};
-pub use tessellate::{Bodies, Tessellation};
+pub use shapes::write_shape;
