@@ -506,20 +506,13 @@ impl Dem {
             let shape = self.setup.catalogue.shape(bodies[i].kind);
             bodies[i].radius * (shape.inscribed_radius / shape.bounding_radius)
         };
-        for i in 0..self.particles.owned {
-            let list = &self.neighbours.spheres;
-            for pair in &list.pairs[list.first[i] as usize..list.first[i + 1] as usize] {
-                let other = &bodies[pair.other as usize];
-                let overlap = bodies[i].radius + other.radius - (other.position - bodies[i].position).norm();
-                if overlap > 0.0 {
-                    let radius = bodies[i].radius.min(other.radius);
-                    visit(&Touch {
-                        particle: i,
-                        other: Partner::Particle(pair.other as usize),
-                        overlap,
-                        radius,
-                    });
-                }
+        for pair in &self.neighbours.spheres {
+            let (i, j) = (pair.a as usize, pair.b as usize);
+            let overlap =
+                bodies[i].radius + bodies[j].radius - (bodies[j].position - bodies[i].position).norm();
+            if overlap > 0.0 {
+                let radius = bodies[i].radius.min(bodies[j].radius);
+                visit(&Touch { particle: i, other: Partner::Particle(j), overlap, radius });
             }
         }
         for pair in &self.neighbours.bodies {

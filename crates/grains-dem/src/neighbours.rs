@@ -6,7 +6,7 @@
 
 use crate::bodies::{BodyPair, PlacedPart};
 use crate::memory::{BodyMemory, Memories, SphereMemory, WallMemory};
-use crate::spheres::{SphereList, SpherePair};
+use crate::spheres::SpherePair;
 use crate::walls::{Wall, WallList, WallPair, WallState};
 use crate::{Body, Catalogue, Particles, Surface};
 use grains_domain::{CellGrid, Decomposition};
@@ -45,7 +45,7 @@ pub(crate) struct Neighbours {
     pub(crate) references: Vec<Reference>,
     /// Orientations when the lists were built; empty if all shapes are spheres.
     pub(crate) reference_orientations: Vec<Rotation>,
-    pub(crate) spheres: SphereList,
+    pub(crate) spheres: Vec<SpherePair>,
     pub(crate) bodies: Vec<BodyPair>,
     pub(crate) walls: WallList,
     /// Distance any wall may move before the lists are rebuilt (m).
@@ -116,9 +116,7 @@ impl Neighbours {
     ) {
         self.probe(particles, around);
         self.bin_clones(particles, around.grid);
-        self.spheres.first.clear();
-        self.spheres.first.push(0);
-        self.spheres.pairs.clear();
+        self.spheres.clear();
         self.bodies.clear();
         self.walls.pairs.clear();
         self.walls.simplexes.clear();
@@ -151,7 +149,6 @@ impl Neighbours {
                     }
                 }
             }
-            self.spheres.first.push(self.spheres.pairs.len() as u32);
             near_walls.search(
                 &mut self.walls,
                 particles,
@@ -215,7 +212,7 @@ impl Neighbours {
                 let id = particles.ids[j];
                 let known = memories.spheres.row(origin as usize).iter().find(|m| m.partner == id);
                 let spring = known.map_or(Vec3::zeros(), |m| m.spring);
-                self.spheres.pairs.push(SpherePair { other: j as u32, spring });
+                self.spheres.push(SpherePair { a: i as u32, b: j as u32, spring });
             } else {
                 self.pair_parts(i, j, particles, origin, memories, around);
             }
@@ -267,16 +264,10 @@ impl Neighbours {
         memories.fill(
             particles.owned,
             |add| {
-                for i in 0..self.spheres.first.len().saturating_sub(1) {
-                    let row = self.spheres.first[i] as usize..self.spheres.first[i + 1] as usize;
-                    for pair in self.spheres.pairs[row].iter().filter(|p| p.spring != Vec3::zeros()) {
-                        add(
-                            i as u32,
-                            SphereMemory { partner: ids[pair.other as usize], spring: pair.spring },
-                        );
-                        if pair.other < owned {
-                            add(pair.other, SphereMemory { partner: ids[i], spring: -pair.spring });
-                        }
+                for pair in self.spheres.iter().filter(|p| p.spring != Vec3::zeros()) {
+                    add(pair.a, SphereMemory { partner: ids[pair.b as usize], spring: pair.spring });
+                    if pair.b < owned {
+                        add(pair.b, SphereMemory { partner: ids[pair.a as usize], spring: -pair.spring });
                     }
                 }
             },
@@ -307,7 +298,7 @@ impl Neighbours {
 
     /// Number of pairs in the lists: spheres, bodies, walls.
     pub(crate) fn sizes(&self) -> [usize; 3] {
-        [self.spheres.pairs.len(), self.bodies.len(), self.walls.pairs.len()]
+        [self.spheres.len(), self.bodies.len(), self.walls.pairs.len()]
     }
 }
 

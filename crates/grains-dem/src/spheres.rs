@@ -2,32 +2,29 @@
 
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
-use crate::{Body, ContactTable, Load, Particles, StepError};
+use crate::{Body, ContactTable, Particles, StepError};
 use grains_contact::{Coefficients, Contact, reduced_mass};
 use grains_geometry::Vec3;
 
-/// A neighbour of an owned sphere and the tangential spring between them (m).
+/// Two spheres near each other and the tangential spring between them (m), as seen from `a`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct SpherePair {
-    pub(crate) other: u32,
+    /// An owned sphere.
+    pub(crate) a: u32,
+    /// A sphere behind it in the arrays, owned or clone.
+    pub(crate) b: u32,
     pub(crate) spring: Vec3,
-}
-
-/// Half list: pairs of the owned sphere i are `pairs[first[i]..first[i + 1]]`.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SphereList {
-    pub(crate) first: Vec<u32>,
-    pub(crate) pairs: Vec<SpherePair>,
 }
 
 /// Adds the loads of all contacts between spheres.
 ///
 /// The arithmetic is antisymmetric in the two bodies, operation by operation, so it does not matter
-/// which of them this rank takes for the first.
+/// which of them this rank takes for the first. Pairs are taken block by block: first those that touch are
+/// picked, without a branch that the processor could guess wrong, then their forces are added.
 pub(crate) fn add_forces(
     particles: &mut Particles,
-    list: &mut SphereList,
+    pairs: &mut [SpherePair],
     contacts: &ContactTable,
     lattice: &LoadLattice,
     dt: f64,
@@ -37,23 +34,15 @@ pub(crate) fn add_forces(
     let bodies = &particles.bodies[..];
     let loads = &mut particles.loads[..owned];
     let mut known = KnownPair::default();
-    for i in 0..owned {
-        let body = &bodies[i];
-        let mut sum = Load::default();
-        let row = list.first[i] as usize..list.first[i + 1] as usize;
-        for pair in &mut list.pairs[row] {
-            let j = pair.other as usize;
-            let other = &bodies[j];
-            let separation = other.position - body.position;
-            let radii = body.radius + other.radius;
-            let square = separation.norm_squared();
-            if square >= radii * radii {
-                pair.spring = Vec3::zeros();
-                continue;
-            }
-            let distance = square.sqrt();
-            let overlap = radii - distance;
-            let normal = separation * (1.0 / distance);
+    let mut touching = Touching::default();
+    for block in pairs.chunks_mut(BLOCK) {
+        touching.pick(block, bodies);
+        for k in 0..touching.len {
+            let pair = &mut block[touching.pair[k] as usize];
+            let (i, j) = (pair.a as usize, pair.b as usize);
+            let (body, other) = (&bodies[i], &bodies[j]);
+            let overlap = body.radius + other.radius - touching.distance[k];
+            let normal = (other.position - body.position) * touching.inverse[k];
             let (arm, other_arm) = (body.radius - 0.5 * overlap, other.radius - 0.5 * overlap);
             let turning = body.angular_velocity * arm + other.angular_velocity * other_arm;
             let contact = Contact {
@@ -73,8 +62,8 @@ pub(crate) fn add_forces(
                 torque += rolling;
                 other_torque -= rolling;
             }
-            sum.force += force;
-            sum.torque += torque;
+            loads[i].force += force;
+            loads[i].torque += torque;
             if j < owned {
                 loads[j].force -= force;
                 loads[j].torque += other_torque;
@@ -83,8 +72,52 @@ pub(crate) fn add_forces(
                 tally.error = Some(too_deep(tally, particles.ids[i], particles.ids[j], overlap, body, other));
             }
         }
-        loads[i].force += sum.force;
-        loads[i].torque += sum.torque;
+    }
+}
+
+/// Pairs taken at a time: what is known of them stays in the first-level cache.
+const BLOCK: usize = 64;
+
+/// The pairs of a block that touch.
+struct Touching {
+    len: usize,
+    /// Index in the block.
+    pair: [u32; BLOCK],
+    /// Distance of the centres (m).
+    distance: [f64; BLOCK],
+    /// 1 / distance.
+    inverse: [f64; BLOCK],
+}
+
+impl Default for Touching {
+    fn default() -> Self {
+        Self { len: 0, pair: [0; BLOCK], distance: [0.0; BLOCK], inverse: [0.0; BLOCK] }
+    }
+}
+
+impl Touching {
+    /// Picks the pairs that touch; those that do not forget their spring.
+    #[inline(always)]
+    fn pick(&mut self, block: &mut [SpherePair], bodies: &[Body]) {
+        let (mut apart, mut ending) = ([0_u32; BLOCK], 0);
+        self.len = 0;
+        for (k, pair) in block.iter().enumerate() {
+            let (body, other) = (&bodies[pair.a as usize], &bodies[pair.b as usize]);
+            let radii = body.radius + other.radius;
+            let square = (other.position - body.position).norm_squared();
+            let touches = square < radii * radii;
+            (self.pair[self.len], self.distance[self.len]) = (k as u32, square);
+            apart[ending] = k as u32;
+            self.len += usize::from(touches);
+            ending += usize::from(!touches);
+        }
+        for &k in &apart[..ending] {
+            block[k as usize].spring = Vec3::zeros();
+        }
+        for (distance, inverse) in self.distance[..self.len].iter_mut().zip(&mut self.inverse) {
+            *distance = distance.sqrt();
+            *inverse = 1.0 / *distance;
+        }
     }
 }
 
