@@ -78,7 +78,7 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         "a mesh file that is garbage",
         &[(BOX, "kind = \"mesh\"\npath = \"hopper.stl\"")],
         2,
-        &["wall[0] `box`", "hopper.stl"],
+        &["wall[0]", "hopper.stl"],
     ),
     mistake(
         "a particle file with a bad number",
@@ -90,13 +90,13 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         "a lattice whose particles overlap",
         &[("spacing = 0.011", "spacing = 0.0102, noise = 0.2")],
         2,
-        &["insert[0] `balls`", "particle ", "raise `spacing` or lower `noise`"],
+        &["insert[0].place", "particle ", "raise `spacing` or lower `noise`"],
     ),
     mistake(
         "particles inside a wall",
         &[("upper = [0.075, 0.059, 0.059]", "upper = [0.04, 0.059, 0.059]")],
         2,
-        &["insert[0] `balls`", "inside wall `box`", "move the insertion"],
+        &["insert[0].place", "inside wall `box`", "move the insertion"],
     ),
     mistake(
         "particles outside the domain",
@@ -111,7 +111,7 @@ const BEFORE_THE_RUN: &[Mistake] = &[
             "{ kind = \"window\", window = { kind = \"box\", lower = [0.03, 0.03, 0.03], upper = [0.04, 0.04, 0.04] } }",
         )],
         2,
-        &["insert[0] `balls`", "no room for particle", "enlarge the window"],
+        &["insert[0].place", "no room for particle", "enlarge the window"],
     ),
     mistake(
         "a time step of a third of the contact time",
@@ -195,6 +195,17 @@ fn message_of(mistake: &Mistake, home: &Path) -> String {
     let message = output.only_error(mistake.code).to_string();
     for word in mistake.says {
         assert!(message.contains(word), "{}: `{word}` is missing: {message}", mistake.what);
+    }
+    let is_about_a_file = mistake.code == 2 && mistake.arguments.is_empty();
+    if is_about_a_file {
+        assert!(
+            [".toml:", ".csv:"].iter().any(|f| message.contains(f)),
+            "{}: where? {message}",
+            mistake.what
+        );
+    }
+    if mistake.code == 3 {
+        assert!(message.contains("rank "), "{}: which rank? {message}", mistake.what);
     }
     message
 }

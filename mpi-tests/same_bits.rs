@@ -98,6 +98,9 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
     let series = series(&compare("drum", &decompositions));
     let inserted = series.column("inserted");
     assert_eq!((inserted[0], *inserted.last().unwrap()), (0.0, 64.0));
+    // The restarts from the first checkpoint, at 0.04 s, come in the middle of the batches.
+    let at_checkpoint = series.column("time").iter().position(|&t| t > 0.04).unwrap();
+    assert!((1.0..64.0).contains(&inserted[at_checkpoint]), "{} inserted", inserted[at_checkpoint]);
     for wall in ["drum_fz", "lifter_fz"] {
         assert!(series.column(wall).iter().any(|&f| f != 0.0), "the {wall} is touched");
     }

@@ -24,11 +24,11 @@ def mpi(ranks, command):
     return ["mpirun", "-n", str(ranks), "--bind-to", "core", *map(str, command)]
 
 
-def run(command, timeout):
-    """Runs a command and returns its output; ends the program if it fails or exceeds `timeout` (s)."""
+def run(command, timeout, folder=None):
+    """Runs a command, in a folder, and returns its output; ends the program if it fails or exceeds `timeout` (s)."""
     try:
         done = subprocess.run(
-            command, env=os.environ | ENVIRONMENT, timeout=timeout, text=True,
+            list(map(str, command)), cwd=folder, env=os.environ | ENVIRONMENT, timeout=timeout, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )
     except FileNotFoundError:

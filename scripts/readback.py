@@ -12,6 +12,7 @@ import csv
 import math
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -21,19 +22,17 @@ from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow, vtk
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
-try:
-    import tomllib
-except ImportError:  # before Python 3.11
-    tomllib = None
 
-# Name, unit and components of the arrays of each file.
+# Name, unit and components of the arrays of each file; of those of particles a case may leave out some.
 PARTICLES = {
     "id": ("-", 1), "shape": ("-", 1), "material": ("-", 1), "coordination": ("-", 1),
     "wall_contacts": ("-", 1), "radius": ("m", 1), "scale": ("-", 1), "orientation_wxyz": ("-", 4),
     "velocity": ("m/s", 3), "angular_velocity": ("rad/s", 3), "force": ("N", 3), "torque": ("N m", 3),
 }
 WALLS = {"wall": ("-", 1), "velocity": ("m/s", 3)}
+ALWAYS = {"id", "shape", "radius", "scale", "orientation_wxyz"}
 SURFACES = {"id": ("-", 1), "shape": ("-", 1), "speed": ("m/s", 1)}
 
 
@@ -77,18 +76,21 @@ def check_metadata(path, arrays, field_data):
         require(re.match(r"grains-mpi \d+\.\d+\.\d+ \(git [0-9a-f]{7,40}", origin["program"]),
                 f"{path.name}: the program is `{origin['program']}`, without a git hash")
         require(int(origin["ranks"]) >= 1 and int(origin["seed"]) >= 0, f"{path.name}: ranks and seed")
-        case = tomllib.loads(origin["case"]) if tomllib else None
-        require(case is None or "domain" in case, f"{path.name}: the case has no domain")
+        case = tomllib.loads(origin["case"])
+        require("domain" in case, f"{path.name}: the case has no domain")
         root = file["VTKHDF"]
+        for name in root:
+            if isinstance(root[name], h5py.Group) and "Offsets" in root[name]:
+                require(root[name]["Offsets"].dtype == np.int64, f"{path.name}: {name}/Offsets are not int64")
         require(root["Points"].attrs["unit"] == "m", f"{path.name}: unit of Points")
         require(set(root[field_data]) == set(arrays), f"{path.name}: arrays {sorted(root[field_data])}")
         for name, (unit, components) in arrays.items():
             data = root[field_data][name]
             require(data.attrs["unit"] == unit, f"{path.name}: unit of {name}")
             require(data.shape[1:] == ((components,) if components > 1 else ()), f"{path.name}: {name}")
-        wide = np.float32 if case and case["output"]["precision"] == "f32" else np.float64
+        wide = np.float32 if case["output"]["precision"] == "f32" else np.float64
         require(root["Points"].dtype == wide, f"{path.name}: Points are {root['Points'].dtype}")
-        if case and case["output"]["compress"]:
+        if case["output"]["compress"]:
             require(root["Points"].compression == "gzip", f"{path.name}: is not compressed")
     return case
 
@@ -96,14 +98,17 @@ def check_metadata(path, arrays, field_data):
 def check_file(directory, name, arrays, corners, field_data, interval):
     """Opens a file by both readers; returns the case and, per step, time, points, cells and arrays."""
     path = directory / f"{name}.vtkhdf"
+    if name == "particles":
+        with h5py.File(path) as file:
+            kept = ALWAYS | set(tomllib.loads(file["grains-mpi"].attrs["case"])["output"]["fields"])
+        arrays = {array: arrays[array] for array in arrays if array in kept}
     case = check_metadata(path, arrays, field_data)
     new, old = Steps(path, vtkHDFReader()), Steps(path.with_suffix(".xdmf"), vtkXdmfReader())
     times = new.times
     require(len(times) > 1 and np.all(np.diff(times) > 0), f"{name}: times {times}")
     require(np.array_equal(times, old.times), f"{name}: times {times} and {old.times} in the two readers")
-    if case:
-        wanted = interval(case["output"]) * np.arange(len(times))
-        require(np.allclose(times, wanted, rtol=0, atol=0.51 * wanted[1]), f"{name}: times {times}")
+    wanted = interval(case["output"]) * np.arange(len(times))
+    require(np.allclose(times, wanted, rtol=0, atol=0.51 * wanted[1]), f"{name}: times {times}")
     steps = []
     for k, time in enumerate(times):
         points, cells, found = new.read(k, field_data)
@@ -145,35 +150,56 @@ def check_particles(directory):
         lengths = np.linalg.norm(found["orientation_wxyz"].astype(float), axis=1)
         require(np.allclose(lengths, 1, atol=1e-6), f"{label}: quaternions of length {lengths.min()}")
         require(np.all(found["radius"] > 0), f"{label}: radii")
-        if case:
-            lower, upper = np.array(case["domain"]["lower"]), np.array(case["domain"]["upper"])
-            slack = 1e-6 * np.max(upper - lower)
-            require(np.all(points >= lower - slack) and np.all(points <= upper + slack),
-                    f"{label}: outside the domain")
+        lower, upper = np.array(case["domain"]["lower"]), np.array(case["domain"]["upper"])
+        slack = 1e-6 * np.max(upper - lower)
+        require(np.all(points >= lower - slack) and np.all(points <= upper + slack),
+                f"{label}: outside the domain")
     require(matched > 1, "particles: no snapshot has a row in the series")
     return steps
 
 
+def reference_shapes(directory):
+    """Corners of the triangles of each reference shape, [triangles * 3][3]."""
+    shapes = {}
+    for path in (directory / "shapes").glob("*.vtp"):
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        data = reader.GetOutput()
+        cells = vtk_to_numpy(data.GetPolys().GetConnectivityArray())
+        shapes[int(path.stem)] = vtk_to_numpy(data.GetPoints().GetData())[cells]
+    return shapes
+
+
+def turned(corners, quaternion):
+    """Points turned by a unit quaternion (w, x, y, z): what a viewer does to a glyph."""
+    w, v = quaternion[0], np.array(quaternion[1:], float)
+    across = 2 * np.cross(v, corners)
+    return corners + w * across + np.cross(v, across)
+
+
 def check_surfaces(directory, particles):
-    """Every triangle must belong to a particle and lie within its bounding sphere."""
+    """The surface of each particle is its reference shape, turned, scaled and moved as its snapshot says."""
     _, steps = check_file(directory, "surfaces", SURFACES, 3, "CellData", lambda o: o["surfaces"])
-    compared = 0
+    shapes, compared = reference_shapes(directory), 0
     for time, points, cells, found in steps:
         near = [p for p in particles if math.isclose(p[0], time, rel_tol=1e-9, abs_tol=1e-12)]
         if not near:
             continue
-        _, centers, _, of_particles = near[0]
+        _, centers, _, bodies = near[0]
         label = f"surfaces at {time} s"
-        owners = np.repeat(found.get("id", np.zeros(0)), 3)
-        require(set(owners) == set(of_particles.get("id", [])), f"{label}: not those of the particles")
+        owners = found.get("id", np.zeros(0))
+        require(set(owners) == set(bodies.get("id", [])), f"{label}: not those of the particles")
         if len(owners) == 0:
             continue
-        row = {number: k for k, number in enumerate(of_particles["id"])}
-        rows = np.array([row[number] for number in owners])
-        distance = np.linalg.norm(points[cells].astype(float) - centers[rows], axis=1)
-        excess = np.max(distance / of_particles["radius"][rows])
-        # Round shapes are tessellated at equal volume: corners lie a little outside.
-        require(excess < 1.02, f"{label}: a vertex {excess} bounding radii from its particle")
+        corners = points[cells].astype(float)
+        for k, number in enumerate(bodies["id"]):
+            shape = shapes[bodies["shape"][k]]
+            wanted = centers[k] + bodies["scale"][k] * turned(shape, bodies["orientation_wxyz"][k])
+            written = corners[np.repeat(owners == number, 3)]
+            require(written.shape == wanted.shape, f"{label}: particle {number} has {len(written)} corners")
+            error = np.max(np.abs(written - wanted)) / bodies["radius"][k]
+            require(error < 1e-4, f"{label}: particle {number} is {error} radii off its snapshot")
         compared += 1
     require(compared > 0, "surfaces: at no time are there particles and surfaces")
     return steps

@@ -12,7 +12,7 @@ use crate::sections::contact::{self, Contact};
 use crate::sections::domain::Domain;
 use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
-use crate::sections::output::{Output, RawOutput};
+use crate::sections::output::{Field, Output, RawOutput};
 use crate::sections::run::{self, FlowPlane, Limits, Neighbours, Stop};
 use crate::sections::shape::{self, Shape};
 use crate::sections::time::Time;
@@ -81,7 +81,7 @@ fn downwards() -> [f64; 3] {
 }
 
 fn default_output() -> RawOutput {
-    RawOutput { keep_checkpoints: 2, ..RawOutput::default() }
+    RawOutput { keep_checkpoints: 2, fields: Field::ALL.to_vec(), ..RawOutput::default() }
 }
 
 /// A checked case: every value in range, every name an index, every default filled in, SI units.
@@ -121,6 +121,8 @@ pub struct Case {
     pub neighbours: Neighbours,
     /// Values that are allowed but unlikely.
     pub warnings: Vec<Diagnostic>,
+    /// Name and text of the case file.
+    written: (String, String),
 }
 
 impl PartialEq for Case {
@@ -167,8 +169,20 @@ impl Case {
         in_file_order(&mut errors);
         in_file_order(&mut warnings);
         match case {
-            Some(case) if errors.is_empty() => Ok(Self { warnings, ..case }),
+            Some(case) if errors.is_empty() => {
+                Ok(Self { warnings, written: (file.to_owned(), text.to_owned()), ..case })
+            }
             _ => Err(CaseErrors(errors)),
+        }
+    }
+
+    /// A remark about a key such as `insert[0].place`, with file and line: for what shows only when the case
+    /// is set up.
+    pub fn about(&self, key: &str, message: impl Into<String>) -> String {
+        let (file, text) = &self.written;
+        match Source::parse(file, text) {
+            Ok(source) => source.about(key, message.into()).to_string(),
+            Err(errors) => errors.to_string(),
         }
     }
 
@@ -258,6 +272,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         time: raw.time,
         materials: raw.material,
         warnings: Vec::new(),
+        written: Default::default(),
     };
     // Sizes and pairs only make sense once every name stands for something.
     if checker.error_count() == 0 {

@@ -47,7 +47,7 @@ impl<'s> Checker<'s> {
     pub(crate) fn names(&mut self, section: &str, names: Vec<String>) -> Vec<String> {
         for (i, name) in names.iter().enumerate() {
             let path = format!("{section}[{i}].name");
-            let is_awkward = |c: char| c.is_control() || "/\\,;\"'`".contains(c);
+            let is_awkward = |c: char| c.is_control() || "/\\,;#\"'`".contains(c);
             if name.trim().is_empty() || name.trim() != name || name.contains(is_awkward) {
                 self.error(
                     &path,

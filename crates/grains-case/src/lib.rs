@@ -29,7 +29,7 @@ pub use sections::domain::{Domain, Face};
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;
 pub use sections::motion::Motion;
-pub use sections::output::{Output, Precision};
+pub use sections::output::{Field, Output, Precision};
 pub use sections::place::{Place, Window, default_spacing, lattice_sites};
 pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};
 pub use sections::scale::Scale;

@@ -75,6 +75,8 @@ pub struct Touch {
 pub struct StepReport {
     /// Largest overlap over inscribed radius (-).
     pub largest_overlap: f64,
+    /// Largest of these since the start (-).
+    pub worst_overlap: f64,
     /// Contacts since the start that the penetration routine had to resolve.
     pub cores_met: u64,
     /// Rebuilds of the lists since the start.
@@ -279,6 +281,7 @@ impl Dem {
         self.add_wall_forces(&mut tally);
         self.clock.charge(Phase::Walls);
         self.report.largest_overlap = tally.largest_overlap();
+        self.report.worst_overlap = self.report.worst_overlap.max(self.report.largest_overlap);
         self.report.cores_met += tally.cores_met;
         self.error = self.error.take().or(tally.error);
     }
@@ -335,6 +338,12 @@ impl Dem {
         self.agreed(level >= Level::Failed as u8)
     }
 
+    /// Whether the contact loads just added are sound on all ranks, as [`Dem::advance`] would say.
+    pub fn check(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        let failed = transport.highest(u8::from(self.error.is_some())) > 0;
+        self.agreed(failed)
+    }
+
     fn agreed(&mut self, failed: bool) -> Result<(), Failure> {
         match (failed, self.error.take()) {
             (false, _) => Ok(()),
@@ -381,8 +390,7 @@ impl Dem {
             Ok(left) => self.ledger.left += left,
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
-        let failed = transport.highest(u8::from(self.error.is_some())) > 0;
-        self.agreed(failed)?;
+        self.check(transport)?;
         self.sort_and_list(transport);
         self.gathered = false;
         self.stale = false;
@@ -424,11 +432,13 @@ impl Dem {
         for (i, reference) in references.iter().enumerate().take(self.particles.owned) {
             let body = &self.particles.bodies[i];
             let distance = (body.position - reference.position).norm();
-            if distance > reference.reach + body.radius {
+            let shape = self.setup.catalogue.shape(body.kind);
+            let inscribed = body.radius * (shape.inscribed_radius / shape.bounding_radius);
+            if distance > reference.reach + inscribed {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],
                     distance,
-                    width: reference.reach + body.radius,
+                    width: reference.reach + inscribed,
                     place: vector(&body.position),
                     velocity: vector(&body.velocity),
                 });

@@ -380,3 +380,35 @@ fn bodies_on_a_mesh_rebound_as_on_the_plane() {
         }
     }
 }
+
+/// A corner that goes deeper than the crusts is resolved by the penetration routine, without a jump of force.
+#[test]
+fn a_collision_deeper_than_the_crusts_keeps_its_restitution() {
+    let law = ContactLaw::new(1e5, 0.75, 0.0, Tangential::Viscous { rate: 0.0 });
+    let half_edge = 1e-3;
+    let shapes = vec![Shape::cuboid(Vec3::repeat(2.0 * half_edge), 0.02).unwrap()];
+    let mut setup = setup([0.05; 3], [false; 3], shapes, law);
+    setup.rates.gravity = Vec3::zeros();
+    setup.rates.dt = 2e-7;
+    let middle = Vec3::repeat(0.025);
+    let speed = 20.0;
+    let corner = Rotation::rotation_between(&Vec3::new(1.0, 1.0, 1.0), &-Vec3::z()).unwrap();
+    let gap = 1e-5;
+    let height = half_edge * (1.0 + 3_f64.sqrt()) + gap;
+    let below = particle(0, 0, middle, Vec3::zeros());
+    let above = NewParticle {
+        orientation: corner,
+        ..particle(1, 0, middle + Vec3::z() * height, -Vec3::z() * speed)
+    };
+    let mut dem = dem_of(setup, &[below, above]);
+    for _ in 0..1000 {
+        dem.step(&SerialTransport).unwrap();
+    }
+    let velocity = |id: u64| {
+        let i = dem.particles.ids.iter().position(|&other| other == id).unwrap();
+        dem.particles.bodies[i].velocity
+    };
+    let restitution = (velocity(1) - velocity(0)).z / speed;
+    assert!((restitution / 0.75 - 1.0).abs() < 5e-3, "{restitution}");
+    assert!(dem.report.cores_met > 20, "the cores met {} times", dem.report.cores_met);
+}

@@ -6,18 +6,6 @@ use thiserror::Error;
 /// A box that cannot be divided as asked.
 #[derive(Debug, Error, PartialEq)]
 pub enum DecompositionError {
-    /// The product of ranks per axis is not the number of ranks.
-    #[error(
-        "domain.ranks = {ranks:?} makes {product} subdomains for {size} ranks: start mpirun with -n {product}, or change or remove domain.ranks"
-    )]
-    WrongCount {
-        /// Ranks per axis.
-        ranks: [usize; 3],
-        /// Their product.
-        product: usize,
-        /// Ranks of the job.
-        size: usize,
-    },
     /// A subdomain is thinner than the interaction range.
     #[error(
         "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter and skin): use at most {most} there (domain.ranks, or fewer ranks)"

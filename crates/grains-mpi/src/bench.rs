@@ -5,7 +5,7 @@ use crate::run::RunError;
 use crate::system;
 use grains_case::Case;
 use grains_comm::{Job, exit};
-use grains_dem::{Clock, Dem, Failure, Phase};
+use grains_dem::{Clock, Failure, Phase};
 use grains_domain::Transport;
 use std::path::Path;
 use std::time::Instant;
@@ -21,8 +21,8 @@ pub fn time(
     [warm, steps, segments]: [u64; 3],
 ) -> Result<(), RunError> {
     let setup = system::build(case, job.size()).map_err(RunError::case)?.setup;
-    let transport = &system::transport(&setup, job)?;
-    let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
+    let transport = &system::transport(case, &setup, job)?;
+    let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
     let mut population = Population::new(case).map_err(RunError::case)?;
     match restart {
         Some(checkpoint) => crate::restart::restore(case, transport, checkpoint, &mut dem, &mut population)?,
@@ -50,15 +50,14 @@ pub fn time(
         let per = |s: f64| 1e6 * s / steps as f64 / particles;
         if transport.rank() == 0 {
             let ([spheres, bodies, walls], clones) = dem.list_sizes();
-            println!(
+            say!(
                 "us_per_particle_step {:.5} particles {particles} rebuilds {} pairs {spheres} {bodies} {walls} clones {clones}",
                 per(seconds[0]),
                 dem.report.rebuilds - rebuilds
             );
-            for (k, (_, name)) in Phase::ALL.iter().enumerate() {
-                print!("  {name} {:.5}", per(dem.clock.seconds()[k]));
-            }
-            println!();
+            let phases = Phase::ALL.iter().zip(dem.clock.seconds());
+            let phases = phases.map(|((_, name), &seconds)| format!("  {name} {:.5}", per(seconds)));
+            say!("{}", phases.collect::<String>());
         }
     }
     let (neighbours, walls) = dem.coordination();
@@ -66,11 +65,7 @@ pub fn time(
         [neighbours.iter().map(|&c| u64::from(c)).sum::<u64>(), walls.iter().map(|&c| u64::from(c)).sum()];
     transport.sum_counts(&mut counts);
     if transport.rank() == 0 {
-        println!(
-            "contacts_per_particle {:.4} wall_contacts {}",
-            counts[0] as f64 / 2.0 / particles,
-            counts[1]
-        );
+        say!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
     }
     Ok(())
 }

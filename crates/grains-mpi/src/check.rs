@@ -1,10 +1,13 @@
 //! `grains-mpi check`: what a case is and what it will cost, before it runs.
 
+use crate::files::particle_fields;
 use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::Encounter;
-use grains_case::{Case, TimeStep};
-use grains_domain::Decomposition;
+use grains_case::{Case, Precision, TimeStep};
+use grains_dem::Failure;
+use grains_domain::{Decomposition, SerialTransport};
+use grains_output::Kind;
 use std::fmt::Write;
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
@@ -13,7 +16,22 @@ const COST: [f64; 2] = [1.2e-7, 1.0e-6];
 /// Bytes per particle of all arrays and lists, for spheres and for other shapes.
 const MEMORY: [f64; 2] = [800.0, 5000.0];
 
-/// Explains a case for a number of ranks.
+/// Bytes per particle of a checkpoint, for spheres and for other shapes.
+const CHECKPOINT: [f64; 2] = [300.0, 700.0];
+
+/// Bytes per particle of an uncompressed snapshot.
+fn bytes_per_snapshot(case: &Case) -> f64 {
+    let real = if case.output.precision == Precision::F32 { 4.0 } else { 8.0 };
+    let (position, connectivity) = (3.0 * real, 16.0);
+    particle_fields(case)
+        .iter()
+        .map(|f| f.components as f64 * if f.kind == Kind::Integer { 8.0 } else { real })
+        .sum::<f64>()
+        + position
+        + connectivity
+}
+
+/// Explains a case for a number of ranks, and places what is inserted at the beginning.
 ///
 /// # Errors
 /// Whatever would stop the run before its first step.
@@ -25,14 +43,20 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     if size != ranks && case.domain.ranks.is_none() {
         return Err(format!("no decomposition for {ranks} ranks"));
     }
-    let decomposition =
-        Decomposition::new(setup.global.clone(), setup.ranks, 0, range).map_err(|e| e.to_string())?;
+    let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, 0, range)
+        .map_err(|e| case.about("domain", e.to_string()))?;
+    let placed = place(case)?;
     let mut text = String::new();
     let out = &mut text;
     let count = population.total() as f64;
     let kind = usize::from(!setup.catalogue.all_spheres());
     let _ = writeln!(out, "case           {}", case.name);
-    let _ = writeln!(out, "particles      {} in {} insertion(s)", population.total(), case.inserts.len());
+    let _ = writeln!(
+        out,
+        "particles      {} in {} insertion(s), {placed} of them at the beginning, none inside another",
+        population.total(),
+        case.inserts.len()
+    );
     let _ = writeln!(out, "mass           {:.6} kg", population.mass(case, &setup.catalogue));
     for shape in &setup.catalogue.shapes {
         let _ = writeln!(
@@ -126,11 +150,31 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
     let _ = writeln!(
         out,
-        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots)",
-        snapshots * count * 200.0 / 1e6,
-        case.output.directory.display()
+        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots, {} checkpoint(s))",
+        (snapshots * count * bytes_per_snapshot(case)
+            + case.output.keep_checkpoints as f64 * count * CHECKPOINT[kind])
+            / 1e6,
+        case.output.directory.display(),
+        case.output.keep_checkpoints
     );
     Ok(text)
+}
+
+/// Inserts what a run would insert at its first step; returns how many.
+fn place(case: &Case) -> Result<u64, String> {
+    let mut setup = system::build(case, 1)?.setup;
+    setup.ranks = [1; 3];
+    let mut dem = system::dem(case, setup, 0)?;
+    let mut population = Population::new(case)?;
+    population.insert_due(case, &mut dem, &SerialTransport)?;
+    dem.refresh(&SerialTransport).map_err(|failure| match failure {
+        Failure::Here(error) => error.to_string(),
+        Failure::Elsewhere => String::new(),
+    })?;
+    match population.starting_overlap(case, &dem) {
+        Some(message) => Err(message),
+        None => Ok(dem.particles.owned as u64),
+    }
 }
 
 fn row(e: &Encounter, impact_speed: f64, dt: f64) -> String {

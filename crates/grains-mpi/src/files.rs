@@ -4,7 +4,7 @@ use crate::VERSION;
 use crate::population::Population;
 use crate::run::RunError;
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
-use grains_case::{Case, Precision as CasePrecision};
+use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::{MpiTransport, exit};
 use grains_dem::{Dem, Totals};
 use grains_domain::Transport;
@@ -15,7 +15,7 @@ use grains_output::{
 };
 use std::path::{Path, PathBuf};
 
-/// Fields of a particle snapshot.
+/// Fields of a particle snapshot when none is left out.
 const PARTICLE_FIELDS: [FieldSpec; 12] = [
     field("id", "-", 1, Kind::Integer),
     field("shape", "-", 1, Kind::Integer),
@@ -31,6 +31,24 @@ const PARTICLE_FIELDS: [FieldSpec; 12] = [
     field("torque", "N m", 3, Kind::Real),
 ];
 
+/// Fields of the particle snapshots of a case.
+pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
+    let is_kept = |spec: &FieldSpec| {
+        let optional = match spec.name {
+            "material" => Field::Material,
+            "coordination" => Field::Coordination,
+            "wall_contacts" => Field::WallContacts,
+            "velocity" => Field::Velocity,
+            "angular_velocity" => Field::AngularVelocity,
+            "force" => Field::Force,
+            "torque" => Field::Torque,
+            _ => return true,
+        };
+        case.output.fields.contains(&optional)
+    };
+    PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
+}
+
 const SURFACE_FIELDS: [FieldSpec; 3] = [
     field("id", "-", 1, Kind::Integer),
     field("shape", "-", 1, Kind::Integer),
@@ -45,6 +63,9 @@ pub(crate) const fn field(
 ) -> FieldSpec {
     FieldSpec { name, unit, components, kind }
 }
+
+/// The case with every default spelt out; a directory that holds one holds a run.
+const RESOLVED_CASE: &str = "case.resolved.toml";
 
 /// Key numbers of a row of the time series.
 pub struct Row {
@@ -62,9 +83,55 @@ pub struct Row {
     pub crossings: Vec<(i64, f64)>,
 }
 
+/// Values of a field of all owned particles.
+enum Values {
+    Real(Vec<f64>),
+    Integer(Vec<i64>),
+}
+
+impl Values {
+    fn data(&self) -> Data<'_> {
+        match self {
+            Self::Real(values) => Data::Real(values),
+            Self::Integer(values) => Data::Integer(values),
+        }
+    }
+}
+
+/// Values of one of [`PARTICLE_FIELDS`].
+fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>)) -> Values {
+    let particles = &dem.particles;
+    let owned = 0..particles.owned;
+    let body = |i: usize| &particles.bodies[i];
+    let integers = |value: &dyn Fn(usize) -> i64| Values::Integer(owned.clone().map(value).collect());
+    let reals = |value: &dyn Fn(usize) -> f64| Values::Real(owned.clone().map(value).collect());
+    let vectors = |value: &dyn Fn(usize) -> Vec3| {
+        Values::Real(owned.clone().flat_map(|i| <[f64; 3]>::from(value(i))).collect())
+    };
+    match field {
+        "id" => integers(&|i| particles.ids[i] as i64),
+        "shape" => integers(&|i| i64::from(body(i).kind.shape)),
+        "material" => integers(&|i| i64::from(body(i).kind.material)),
+        "coordination" => integers(&|i| i64::from(neighbours[i])),
+        "wall_contacts" => integers(&|i| i64::from(walls[i])),
+        "radius" => reals(&|i| body(i).radius),
+        "scale" => reals(&|i| body(i).radius / dem.setup.catalogue.shape(body(i).kind).bounding_radius),
+        "velocity" => vectors(&|i| body(i).velocity),
+        "angular_velocity" => vectors(&|i| body(i).angular_velocity),
+        "force" => vectors(&|i| particles.loads[i].force),
+        "torque" => vectors(&|i| particles.loads[i].torque),
+        "orientation_wxyz" => {
+            let turns = owned.clone().map(|i| particles.record(i).orientation.into_inner());
+            Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())
+        }
+        unknown => unreachable!("no field {unknown}"),
+    }
+}
+
 /// Open files of a run.
 pub struct Files {
     directory: PathBuf,
+    particle_fields: Vec<FieldSpec>,
     metadata: Metadata,
     keep: usize,
     particles: Option<PolyDataFile>,
@@ -118,28 +185,31 @@ impl Files {
             }
             // A restart right at the beginning, or one that asks for a file the first run did not write.
             let file = if restart.is_some() && path.exists() {
-                PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time)
+                PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time).and_then(
+                    |file| {
+                        file.record_restart(&metadata)?;
+                        Ok(file)
+                    },
+                )
             } else {
                 let format = (precision, case.output.compress);
                 PolyDataFile::create(&path, communicator, specs, is_surface, format, &metadata)
             };
             file.map(Some)
         };
-        let particles = open("particles.vtkhdf", case.output.particles > 0.0, &PARTICLE_FIELDS, false)?;
+        let particle_fields = particle_fields(case);
+        let particles = open("particles.vtkhdf", case.output.particles > 0.0, &particle_fields, false)?;
         let has_walls = case.output.particles > 0.0 && !case.walls.is_empty();
         let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
         let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
         let series = if is_first && case.output.series > 0.0 {
             let path = directory.join("series.csv");
-            let columns = columns(dem);
+            let (columns, units): (Vec<String>, Vec<&str>) = columns(dem).into_iter().unzip();
             if restart.is_some() && path.exists() {
                 Series::resume(&path, &columns, dem.step).map(Some)
             } else {
                 let mut comments = metadata.clone();
-                comments.push((
-                    "units".into(),
-                    "SI: s, J, N, N m, kg, m/s; overlap over inscribed radius".into(),
-                ));
+                comments.push(("units".into(), units.join(",")));
                 Series::create(&path, &columns, &comments).map(Some)
             }
         } else {
@@ -147,7 +217,7 @@ impl Files {
         };
         let series = agree(communicator, series)?;
         let keep = case.output.keep_checkpoints as usize;
-        Ok(Self { directory, metadata, keep, particles, walls, surfaces, series })
+        Ok(Self { directory, particle_fields, metadata, keep, particles, walls, surfaces, series })
     }
 
     /// Writes a snapshot of particles and walls.
@@ -155,47 +225,14 @@ impl Files {
     /// # Errors
     /// A full disk.
     pub fn snapshot(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
-        let particles = &dem.particles;
-        let owned = 0..particles.owned;
-        let body = |i: usize| &particles.bodies[i];
-        let integers = |value: &dyn Fn(usize) -> i64| owned.clone().map(value).collect::<Vec<_>>();
-        let reals = |value: &dyn Fn(usize) -> f64| owned.clone().map(value).collect::<Vec<_>>();
-        let vectors = |value: &dyn Fn(usize) -> Vec3| {
-            owned.clone().flat_map(|i| <[f64; 3]>::from(value(i))).collect::<Vec<_>>()
-        };
-        let (neighbours, walls) = dem.coordination();
-        let shape_radius = |i: usize| dem.setup.catalogue.shape(body(i).kind).bounding_radius;
-        let points: Vec<f64> =
-            owned.clone().flat_map(|i| dem.setup.global.wrap(body(i).position.into())).collect();
-        let orientations: Vec<f64> = owned
-            .clone()
-            .flat_map(|i| {
-                let q = particles.record(i).orientation.into_inner();
-                [q.w, q.i, q.j, q.k]
-            })
-            .collect();
-        let integer_fields = [
-            integers(&|i| particles.ids[i] as i64),
-            integers(&|i| i64::from(body(i).kind.shape)),
-            integers(&|i| i64::from(body(i).kind.material)),
-            integers(&|i| i64::from(neighbours[i])),
-            integers(&|i| i64::from(walls[i])),
-        ];
-        let real_fields = [
-            reals(&|i| body(i).radius),
-            reals(&|i| body(i).radius / shape_radius(i)),
-            orientations,
-            vectors(&|i| body(i).velocity),
-            vectors(&|i| body(i).angular_velocity),
-            vectors(&|i| particles.loads[i].force),
-            vectors(&|i| particles.loads[i].torque),
-        ];
-        let fields: Vec<Data> = integer_fields
-            .iter()
-            .map(|f| Data::Integer(f))
-            .chain(real_fields.iter().map(|f| Data::Real(f)))
-            .collect();
         if let Some(file) = &mut self.particles {
+            let particles = &dem.particles;
+            let wrapped = |i: usize| dem.setup.global.wrap(particles.bodies[i].position.into());
+            let points: Vec<f64> = (0..particles.owned).flat_map(wrapped).collect();
+            let coordination = dem.coordination();
+            let values: Vec<Values> =
+                self.particle_fields.iter().map(|f| values_of(f.name, dem, &coordination)).collect();
+            let fields: Vec<Data> = values.iter().map(Values::data).collect();
             file.append(&Step { time: dem.time(), points: &points, triangles: &[], fields: &fields })?;
         }
         if let Some(file) = &mut self.walls {
@@ -296,15 +333,35 @@ impl Files {
     }
 }
 
-/// Columns of the time series after the step.
-fn columns(dem: &Dem) -> Vec<String> {
-    let fixed = "step,time,particles,inserted,left,contacts,wall_contacts,kinetic_translation,kinetic_rotation,potential,momentum_x,momentum_y,momentum_z,largest_overlap,largest_speed,cores_met";
-    let mut columns: Vec<String> = fixed.split(',').map(String::from).collect();
+/// Columns of the time series and their units.
+fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
+    const FIXED: [(&str, &str); 16] = [
+        ("step", "-"),
+        ("time", "s"),
+        ("particles", "-"),
+        ("inserted", "-"),
+        ("left", "-"),
+        ("contacts", "-"),
+        ("wall_contacts", "-"),
+        ("kinetic_translation", "J"),
+        ("kinetic_rotation", "J"),
+        ("potential", "J"),
+        ("momentum_x", "kg m/s"),
+        ("momentum_y", "kg m/s"),
+        ("momentum_z", "kg m/s"),
+        ("largest_overlap", "-"),
+        ("largest_speed", "m/s"),
+        ("cores_met", "-"),
+    ];
+    const OF_PLANE: [(&str, &str); 2] = [("count", "-"), ("mass", "kg")];
+    const OF_WALL: [(&str, &str); 6] =
+        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
+    let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     for plane in &dem.setup.planes {
-        columns.extend(["count", "mass"].map(|what| format!("{}_{what}", plane.name)));
+        columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));
     }
     for wall in &dem.setup.walls {
-        columns.extend(["fx", "fy", "fz", "tx", "ty", "tz"].map(|what| format!("{}_{what}", wall.name)));
+        columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
     }
     columns
 }
@@ -321,14 +378,14 @@ fn metadata(case: &Case, ranks: usize) -> Metadata {
 
 /// Makes the directory; results of an earlier run are moved aside, unless this run continues them.
 fn prepare_directory(directory: &Path, is_restart: bool) -> Result<(), FileError> {
-    let holds_run = ["series.csv", "particles.vtkhdf"].iter().any(|f| directory.join(f).exists());
+    let holds_run = directory.join(RESOLVED_CASE).exists();
     if holds_run && !is_restart {
         let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
         let aside = free.unwrap_or_else(|| directory.with_extension("old"));
         std::fs::rename(directory, &aside).map_err(|e| {
             FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}"))
         })?;
-        println!("the earlier results in {} are now in {}", directory.display(), aside.display());
+        say!("the earlier results in {} are now in {}", directory.display(), aside.display());
     }
     std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {
         FileError::new(directory, format!("cannot be created: {e}; choose another output.directory"))
@@ -341,7 +398,8 @@ fn write_side_files(case: &Case, dem: &Dem, directory: &Path) -> Result<(), File
         let path = directory.join(name);
         std::fs::write(&path, text).map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
     };
-    write("case.resolved.toml", &case.to_toml())?;
+    let dt = dem.setup.rates.dt;
+    write(RESOLVED_CASE, &format!("# grains-mpi {VERSION}; time step {dt:e} s\n{}", case.to_toml()))?;
     write("view.py", include_str!("view.py"))?;
     for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {
         let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(|&v| v.into()).collect();

@@ -15,7 +15,7 @@ const CRUST: f64 = 0.02;
 /// Builds a particle shape.
 ///
 /// # Errors
-/// What makes the shape impossible, naming it.
+/// What makes the shape impossible.
 pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
     let crust = shape.crust.unwrap_or(CRUST);
     let built = match &shape.kind {
@@ -29,7 +29,7 @@ pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
         }
         ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
     };
-    built.map(|s| s.named(&shape.name)).map_err(|e| format!("shape `{}`: {e}", shape.name))
+    built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
 }
 
 fn regular(solid: Solid) -> RegularSolid {

@@ -1,5 +1,13 @@
 //! `mpirun -n 2 grains-mpi case.toml`: a distributed discrete-element solver for granular flow.
 
+/// Prints a line to standard output; a reader that has gone away, as `head` does, is no error.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 mod bench;
 mod check;
 mod files;
@@ -17,7 +25,6 @@ use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
 use grains_domain::Transport;
 use run::{Run, RunError, RunOptions};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -43,8 +50,8 @@ enum Command {
         /// Case file (TOML).
         case: PathBuf,
         /// Number of ranks the run will have; that of this job by default.
-        #[arg(long)]
-        ranks: Option<usize>,
+        #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+        ranks: Option<u32>,
     },
     /// Print the JSON schema of case files.
     Schema,
@@ -120,25 +127,21 @@ fn is_first_launched() -> bool {
         .is_none_or(|rank| rank == "0")
 }
 
-/// Prints to standard output; a reader that has gone away, as `head` does, is no error.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
 fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), RunError> {
     let is_first = transport.rank() == 0;
     match command {
         Command::Schema => {
             if is_first {
-                print(&format!("{:#}\n", grains_case::schema()));
+                say!("{:#}", grains_case::schema());
             }
             Ok(())
         }
         Command::Check { case, ranks } => {
             let case = load(&case, job, transport)?;
-            let text = check::explain(&case, ranks.unwrap_or(transport.size())).map_err(RunError::case)?;
             if is_first {
-                print(&text);
+                let ranks = ranks.map_or(transport.size(), |n| n as usize);
+                let text = check::explain(&case, ranks).map_err(RunError::case)?;
+                say!("{}", text.trim_end());
             }
             Ok(())
         }

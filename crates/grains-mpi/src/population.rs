@@ -5,7 +5,7 @@ use grains_case::{
     Case, Component, Insert, Orientation, ParticleColumns, Place, Scale, Window, default_spacing,
     lattice_sites,
 };
-use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, wall_in_the_way};
+use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, Partner, Touch, wall_in_the_way};
 use grains_domain::Transport;
 use grains_geometry::{Rotation, Vec3};
 use nalgebra::{Quaternion, Unit};
@@ -133,22 +133,56 @@ impl Population {
         }
     }
 
-    /// Name of the insertion a particle came from.
-    pub fn origin(&self, id: u64) -> String {
-        let block = self.blocks.iter().position(|b| id >= b.first_id && id - b.first_id < b.count);
-        block.map_or("a checkpoint".into(), |k| format!("insert[{k}] `{}`", self.blocks[k].insert.name))
+    /// Index of the insertion a particle comes from.
+    fn origin(&self, id: u64) -> usize {
+        self.blocks.partition_point(|b| id >= b.first_id && id - b.first_id >= b.count)
     }
 
-    /// Whether a particle came in the batch inserted at `step`.
-    pub fn is_new(&self, id: u64, step: u64) -> bool {
-        let block = self.blocks.iter().find(|b| id >= b.first_id && id - b.first_id < b.count);
-        block.is_some_and(|b| b.last_batch.0 == step && id >= b.last_batch.1)
+    /// What is wrong with the particles inserted at the present step, if one starts inside another or a wall;
+    /// each rank knows of its own.
+    pub fn starting_overlap(&self, case: &Case, dem: &Dem) -> Option<String> {
+        let mut worst: Option<(f64, Touch)> = None;
+        dem.for_each_contact(|touch| {
+            let ids = [Some(dem.particles.ids[touch.particle]), partner_id(dem, touch)];
+            let is_new = |id: u64| {
+                let block = &self.blocks[self.origin(id)];
+                block.last_batch.0 == dem.step && id >= block.last_batch.1
+            };
+            // A settled state from a file may overlap a little.
+            let is_listed = self.blocks[self.origin(dem.particles.ids[touch.particle])].columns.is_some();
+            let allowed = if is_listed { dem.setup.overlap_limit } else { 1e-9 };
+            let ratio = touch.overlap / touch.radius;
+            if ids.into_iter().flatten().any(is_new)
+                && ratio > allowed
+                && worst.as_ref().is_none_or(|(w, _)| ratio > *w)
+            {
+                worst = Some((ratio, *touch));
+            }
+        });
+        let (ratio, touch) = worst?;
+        let id = dem.particles.ids[touch.particle];
+        let other = match (touch.other, partner_id(dem, &touch)) {
+            (Partner::Wall(w), _) => format!("wall `{}`", dem.setup.walls[w].name),
+            (_, other) => {
+                let other = other.unwrap_or(0);
+                format!("particle {other} of insert `{}`", self.blocks[self.origin(other)].insert.name)
+            }
+        };
+        let x = dem.particles.bodies[touch.particle].position;
+        let message = format!(
+            "particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: move the insertion region away, or raise `spacing` or lower `noise`",
+            x.x,
+            x.y,
+            x.z,
+            touch.overlap,
+            100.0 * ratio
+        );
+        Some(case.about(&format!("insert[{}].place", self.origin(id)), message))
     }
 
-    /// Whether a particle was listed in a file: a settled state may overlap a little.
-    pub fn is_from_file(&self, id: u64) -> bool {
-        let block = self.blocks.iter().find(|b| id >= b.first_id && id - b.first_id < b.count);
-        block.is_some_and(|b| b.columns.is_some())
+    /// Insertions that are not complete: their names, and how many particles each still lacks.
+    pub fn missing(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.blocks.iter().filter(|b| b.done < b.count).map(|b| (&*b.insert.name, b.count - b.done))
     }
 
     /// Whether every insertion is complete.
@@ -211,12 +245,12 @@ impl Block {
                     // During the run the rest waits for room; at the first batch there is nothing to wait for.
                     None if dem.step > 0 || self.insert.interval > 0.0 => break,
                     None => {
-                        return Err(format!(
-                            "insert[{index}] `{}`: no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or insert in batches with interval > 0",
-                            self.insert.name,
+                        let message = format!(
+                            "no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or insert in batches with interval > 0",
                             self.done + 1,
                             self.count
-                        ));
+                        );
+                        return Err(case.about(&format!("insert[{index}].place"), message));
                     }
                 }
             }
@@ -225,10 +259,11 @@ impl Block {
                 let mut new = self.particle(self.first_id + k, case, seed, dem);
                 new.position = Vec3::from(dem.setup.global.wrap(new.position.into()));
                 if !dem.setup.global.contains(new.position.into()) {
-                    return Err(format!(
-                        "insert[{index}] `{}`: particle {} at ({}, {}, {}) lies outside the domain",
-                        self.insert.name, new.id, new.position.x, new.position.y, new.position.z
-                    ));
+                    let message = format!(
+                        "particle {} at ({}, {}, {}) lies outside the domain",
+                        new.id, new.position.x, new.position.y, new.position.z
+                    );
+                    return Err(case.about(&format!("insert[{index}].place"), message));
                 }
                 if dem.owns(&new.position) {
                     dem.insert(&new.record(dem));
@@ -296,6 +331,13 @@ impl Block {
         }
         new.orientation *= to_user;
         new
+    }
+}
+
+fn partner_id(dem: &Dem, touch: &Touch) -> Option<u64> {
+    match touch.other {
+        Partner::Particle(j) => Some(dem.particles.ids[j]),
+        Partner::Wall(_) => None,
     }
 }
 

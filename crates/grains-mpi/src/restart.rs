@@ -68,7 +68,7 @@ pub fn restore(
         CheckpointFile::read(checkpoint, communicator)?
     };
     if transport.rank() == 0 {
-        println!("continuing from {}", file.path.display());
+        say!("continuing from {}", file.path.display());
     }
     let numbers = |name: &str| -> Vec<i64> {
         file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()

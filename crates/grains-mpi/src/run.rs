@@ -6,7 +6,7 @@ use crate::population::Population;
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
-use grains_dem::{Dem, Failure, Partner, Phase};
+use grains_dem::{Dem, Failure, Phase};
 use grains_domain::Transport;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -94,11 +94,12 @@ impl<'a> Run<'a> {
     pub fn prepare(case: &'a Case, job: &Job, options: RunOptions) -> Result<Self, RunError> {
         let System { setup, step } = system::build(case, job.size()).map_err(RunError::case)?;
         let schedule = Schedule::new(case, setup.rates.dt);
-        let transport = system::transport(&setup, job)?;
-        let mut dem = Dem::new(setup, transport.rank()).map_err(|e| RunError::case(e.to_string()))?;
+        let transport = system::transport(case, &setup, job)?;
+        let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         let mut population = Population::new(case).map_err(RunError::case)?;
         if transport.rank() == 0 {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
+            say!("time step {:e} s: T_c/dt = {:.1}; {}", step.dt, step.steps_per_contact(), step.reason);
         }
         let files = Files::open(case, &transport, &options.restart, &mut dem, &mut population)?;
         let first_step = dem.step;
@@ -139,11 +140,14 @@ impl<'a> Run<'a> {
             }
             self.dem.add_forces();
             let finished = self.observe(is_last)?;
-            if finished || is_last {
-                if finished && !is_last {
-                    self.say(&format!("stop condition met at t = {:.6} s", self.dem.time()));
-                }
+            if is_last {
+                self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
                 break;
+            }
+            if finished {
+                self.say(&format!("stop condition met at t = {:.6} s", self.dem.time()));
+                // The next step is the last: it writes all there is to write.
+                self.schedule.end = step + 1;
             }
             let asked = self.options.interrupted.load(Ordering::Relaxed);
             let out_of_time = self.begun.elapsed().as_secs_f64() > self.options.max_walltime;
@@ -156,14 +160,15 @@ impl<'a> Run<'a> {
 
     fn say(&self, text: &str) {
         if self.transport.rank() == 0 {
-            println!("{text}");
+            say!("{text}");
         }
     }
 
     fn failed(&self, failure: Failure) -> RunError {
         let message = match failure {
             Failure::Here(error) => {
-                format!("step {} (t = {:.6e} s): {error}", self.dem.step, self.dem.time())
+                let (step, time, rank) = (self.dem.step, self.dem.time(), self.transport.rank());
+                format!("step {step} (t = {time:.6e} s), rank {rank}: {error}")
             }
             Failure::Elsewhere => String::new(),
         };
@@ -177,33 +182,10 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
-        let mut worst: Option<(f64, String)> = None;
-        let dem = &self.dem;
-        let is_new = |id: u64| self.population.is_new(id, dem.step);
-        dem.for_each_contact(|touch| {
-            let id = dem.particles.ids[touch.particle];
-            let other_id = match touch.other {
-                Partner::Particle(j) => Some(dem.particles.ids[j]),
-                Partner::Wall(_) => None,
-            };
-            let listed = is_new(id) || other_id.is_some_and(is_new);
-            let allowed = if self.population.is_from_file(id) { dem.setup.overlap_limit } else { 1e-9 };
-            let ratio = touch.overlap / touch.radius;
-            if listed && ratio > allowed && worst.as_ref().is_none_or(|(w, _)| ratio > *w) {
-                let other = match (touch.other, other_id) {
-                    (Partner::Wall(w), _) => format!("wall `{}`", dem.setup.walls[w].name),
-                    (_, other) => format!("particle {} of {}", other.unwrap_or(0), self.population.origin(other.unwrap_or(0))),
-                };
-                let x = dem.particles.bodies[touch.particle].position;
-                worst = Some((ratio, format!(
-                    "{}: particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: move the insertion region away, or raise `spacing` or lower `noise`",
-                    self.population.origin(id), x.x, x.y, x.z, touch.overlap, 100.0 * ratio
-                )));
-            }
-        });
-        match (self.transport.any(worst.is_some()), worst) {
-            (false, _) => Ok(()),
-            (true, worst) => Err(RunError::case(worst.map_or(String::new(), |w| w.1))),
+        let overlap = self.population.starting_overlap(self.case, &self.dem);
+        match self.transport.any(overlap.is_some()) {
+            false => Ok(()),
+            true => Err(RunError::case(overlap.unwrap_or_default())),
         }
     }
 
@@ -246,7 +228,7 @@ impl<'a> Run<'a> {
         let values = self.files.row(&mut self.dem, &self.transport)?;
         let stop = &self.case.stop;
         let all_in = self.population.is_complete();
-        let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 as u64 >= self.population.total());
+        let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= self.population.total() as i64);
         let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
         let finished = all_in && self.dem.time() >= stop.after && (passed || settled);
         // In a log file one line every ten seconds is enough; the CSV has them all.
@@ -283,37 +265,52 @@ impl<'a> Run<'a> {
             self.dem.ledger.left,
             self.dem.report.cores_met,
         ];
+        let own = counts[0];
         self.transport.sum_counts(&mut counts);
         let ranks = self.transport.size();
+        let mut extremes = [own as f64, -(own as f64), self.dem.report.worst_overlap];
+        self.transport.max(&mut extremes);
         if self.transport.rank() != 0 {
             return;
         }
-        println!("\ntime by phase (s)          min       mean        max      share");
+        say!("\ntime by phase (s)          min       mean        max      share");
         for (k, (_, name)) in Phase::ALL.iter().enumerate() {
             let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
             let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
             let (least, most) =
                 of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
-            println!(
-                "  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %",
-                100.0 * mean / elapsed
-            );
+            say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
         let [inside, inserted, left, cores_met] = counts;
-        println!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
-        println!("lists rebuilt {} times in {steps} steps", self.dem.report.rebuilds);
+        say!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
+        let [most, least, overlap] = extremes;
+        say!("particles per rank: {} to {most}", -least);
+        for (name, lacking) in self.population.missing() {
+            say!(
+                "warning: {lacking} particles of insert `{name}` were not inserted: not yet due, or no room"
+            );
+        }
+        say!("lists rebuilt {} times in {steps} steps", self.dem.report.rebuilds);
+        let limit = self.case.limits.overlap;
+        let judgement =
+            if overlap > 0.5 * limit { ", near the limit: a stiffer contact would be safer" } else { "" };
+        say!(
+            "largest overlap {:.2} % of the radius; limits.overlap is {:.1} %{judgement}",
+            100.0 * overlap,
+            100.0 * limit
+        );
         if cores_met > 0 {
-            println!(
+            say!(
                 "warning: shrunken cores met {cores_met} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster"
             );
         }
         if inside > 0 && steps > 0 {
-            println!(
+            say!(
                 "{} on {ranks} rank(s): {:.4} microseconds per particle and step",
                 duration(elapsed),
                 1e6 * elapsed / steps as f64 / inside as f64
             );
         }
-        println!("results in {}", self.case.output.directory.display());
+        say!("results in {}", self.case.output.directory.display());
     }
 }

@@ -6,8 +6,8 @@ use crate::timestep::{self, TimeStepChoice};
 use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
 use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{Catalogue, ContactTable, DemSetup, FlowPlane, Motion, Rates, Skin, Wall};
-use grains_domain::{DecompositionError, GlobalBox, choose_ranks};
+use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FlowPlane, Motion, Rates, Skin, Wall};
+use grains_domain::{GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
 
 /// A system ready to be filled, and how its time step was chosen.
@@ -59,15 +59,25 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     Ok(System { setup, step })
 }
 
+/// The granular phase of one rank, without particles.
+///
+/// # Errors
+/// A domain that cannot be divided like this.
+pub fn dem(case: &Case, setup: DemSetup, rank: usize) -> Result<Dem, String> {
+    Dem::new(setup, rank).map_err(|e| case.about("domain", e.to_string()))
+}
+
 /// The ranks of the job as the Cartesian grid of a system.
 ///
 /// # Errors
 /// A number of ranks per axis that is not that of the job.
-pub fn transport(setup: &DemSetup, job: &Job) -> Result<MpiTransport, RunError> {
-    let product = setup.ranks.iter().product();
-    if product != job.size() {
-        let error = DecompositionError::WrongCount { ranks: setup.ranks, product, size: job.size() };
-        return Err(RunError::case(error.to_string()));
+pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTransport, RunError> {
+    let (product, size) = (setup.ranks.iter().product::<usize>(), job.size());
+    if product != size {
+        let message = format!(
+            "makes {product} subdomains for {size} ranks: start mpirun with -n {product}, or change or remove the key"
+        );
+        return Err(RunError::case(case.about("domain.ranks", message)));
     }
     Ok(MpiTransport::new(cartesian(&job.world(), setup.ranks, setup.global.periodic)))
 }
@@ -90,7 +100,9 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
         let law = law.with_rolling_friction(contact.rolling_friction);
         contacts.set(contact.between[0], contact.between[1], law);
     }
-    let shapes = case.shapes.iter().map(shape).collect::<Result<Vec<_>, _>>()?;
+    let shapes = case.shapes.iter().enumerate();
+    let shapes = shapes.map(|(k, s)| shape(s).map_err(|e| case.about(&format!("shape[{k}]"), e)));
+    let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
     Ok(Catalogue { shapes, densities, contacts })
 }
@@ -126,8 +138,7 @@ fn skin(case: &Case, largest_radius: f64) -> Skin {
 fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     let mut walls = Vec::new();
     for (i, wall) in case.walls.iter().enumerate() {
-        let (surfaces, extents) =
-            surfaces(&wall.kind).map_err(|e| format!("wall[{i}] `{}`: {e}", wall.name))?;
+        let (surfaces, extents) = surfaces(&wall.kind).map_err(|e| case.about(&format!("wall[{i}]"), e))?;
         let spans = std::array::from_fn(|a| {
             global.periodic[a]
                 && extents.is_some_and(|(lower, upper)| upper[a] - lower[a] >= global.length(a))

@@ -45,12 +45,17 @@ impl TimeStepChoice {
     }
 }
 
-/// Lightest particle of a material: mass (kg), radius (m), and how much an off-centre hit quickens it.
+/// The particles of a material that ask for the smallest step.
 #[derive(Clone, Copy)]
 struct Lightest {
+    /// Smallest mass (kg).
     mass: f64,
+    /// Inscribed radius (m) of the lightest particle.
     radius: f64,
-    off_centre: f64,
+    /// Smallest mass (kg) felt by a hit whose line misses the centre: 1/m' = 1/m (1 + m l²/I).
+    off_centre_mass: f64,
+    /// Largest m/m'.
+    quickening: f64,
 }
 
 /// Chooses the time step of a case.
@@ -84,7 +89,8 @@ pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, Stri
         TimeStep::Auto => choice.dt = rounded_down(dt),
         TimeStep::Seconds(given) => {
             choice.dt = given;
-            judge(&mut choice, case.time.accept_coarse_dt)?;
+            judge(&mut choice, case.time.accept_coarse_dt).map_err(|e| case.about("time.dt", e))?;
+            choice.warning = choice.warning.map(|w| case.about("time.dt", w));
         }
     }
     Ok(choice)
@@ -101,22 +107,15 @@ fn judge(choice: &mut TimeStepChoice, accept_coarse: bool) -> Result<(), String>
     let remedy = format!("take \"auto\" or at most {:.2e}", rounded_down(choice.recommended));
     let limit = choice.encounters.iter().map(|e| e.tangential_limit).fold(f64::INFINITY, f64::min);
     if choice.dt > limit {
-        return Err(format!(
-            "time.dt = {:e}: beyond the stability limit {limit:.3e} s of the tangential damping; {remedy}",
-            choice.dt
-        ));
+        return Err(format!("beyond the stability limit {limit:.3e} s of the tangential damping; {remedy}"));
     }
     if ratio < 5.0 && !accept_coarse {
         return Err(format!(
-            "time.dt = {:e}: only {ratio:.2} steps per contact, below 5; {remedy}, or set time.accept_coarse_dt = true",
-            choice.dt
+            "only {ratio:.2} steps per contact, below 5; {remedy}, or set time.accept_coarse_dt = true"
         ));
     }
     if ratio < 10.0 {
-        choice.warning = Some(format!(
-            "time.dt = {:e}: {ratio:.2} steps per contact, below the usual 10; {remedy}",
-            choice.dt
-        ));
+        choice.warning = Some(format!("{ratio:.2} steps per contact, below the usual 10; {remedy}"));
     }
     Ok(())
 }
@@ -130,10 +129,13 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
         let law = catalogue.contacts.law(a as u16, b as u16);
         let mut add = |materials: [usize; 2], body: Lightest, other: Option<Lightest>| {
             let reduced = other.map_or(body.mass, |o| grains_contact::reduced_mass(body.mass, o.mass));
-            let off_centre = other.map_or(body.off_centre, |o| body.off_centre.max(o.off_centre));
+            let felt = other.map_or(body.off_centre_mass, |o| {
+                grains_contact::reduced_mass(body.off_centre_mass, o.off_centre_mass)
+            });
+            let quickening = other.map_or(body.quickening, |o| body.quickening.max(o.quickening));
             let collision = CollisionEstimate::new(law, reduced);
             // A sphere slides under 7/2 of the tangential damping: its spin helps (errata R16-21).
-            let share = if off_centre > 1.0 { 1.0 + off_centre } else { 3.5 };
+            let share = if quickening > 1.0 { 1.0 + quickening } else { 3.5 };
             let rate = match law.tangential {
                 Tangential::Viscous { rate } => rate,
                 Tangential::Spring { .. } => law.tangential_rate(reduced),
@@ -143,7 +145,7 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
                 is_wall: other.is_none(),
                 restitution: law.restitution,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
-                shortest_contact: collision.contact_time / off_centre.sqrt(),
+                shortest_contact: collision.contact_time * (felt / reduced).sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
                 collision,
             });
@@ -168,13 +170,16 @@ fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>,
     let mut consider = |material: usize, shape: usize, scale: f64| {
         let form = &catalogue.shapes[shape];
         let mass = catalogue.densities[material] * form.volume * scale.powi(3);
-        if lightest[material].is_none_or(|l| mass < l.mass) {
-            // 1/m_eff = 1/m (1 + m l²/I) for a hit whose line passes at l from the centre.
-            let lever = form.bounding_radius.powi(2) - form.inscribed_radius.powi(2);
-            let off_centre = 1.0 + lever * form.volume / form.inertia.min();
-            let off_centre = if form.is_sphere() { 1.0 } else { off_centre };
-            lightest[material] = Some(Lightest { mass, radius: form.inscribed_radius * scale, off_centre });
+        let lever = form.bounding_radius.powi(2) - form.inscribed_radius.powi(2);
+        let quickening = if form.is_sphere() { 1.0 } else { 1.0 + lever * form.volume / form.inertia.min() };
+        let radius = form.inscribed_radius * scale;
+        let new = Lightest { mass, radius, off_centre_mass: mass / quickening, quickening };
+        let known = lightest[material].get_or_insert(new);
+        if mass < known.mass {
+            (known.mass, known.radius) = (mass, radius);
         }
+        known.off_centre_mass = known.off_centre_mass.min(new.off_centre_mass);
+        known.quickening = known.quickening.max(quickening);
     };
     let files = crate::population::files(case)?;
     for (insert, columns) in case.inserts.iter().zip(&files) {

@@ -11,10 +11,15 @@ def first(*names):
     return next((p for p in (os.path.join(here, n) for n in names) if os.path.exists(p)), None)
 
 
+def opened(path):
+    """A file of the run; ParaView has several XDMF readers, and only this one shows these files."""
+    return pv.XDMFReader(FileNames=[path]) if path.endswith(".xdmf") else pv.OpenDataFile(path)
+
+
 # ParaView before 5.12 cannot read the VTKHDF files: the XDMF files hold the same arrays by reference.
 old = pv.GetParaViewVersion() < (5, 12) if hasattr(pv, "GetParaViewVersion") else False
 names = ["particles.xdmf", "particles.vtkhdf"] if old else ["particles.vtkhdf", "particles.xdmf"]
-particles = pv.OpenDataFile(first(*names))
+particles = opened(first(*names))
 view = pv.GetActiveViewOrCreate("RenderView")
 for path in sorted(glob.glob(os.path.join(here, "shapes", "*.vtp"))):
     shape = int(os.path.splitext(os.path.basename(path))[0])
@@ -29,7 +34,7 @@ for path in sorted(glob.glob(os.path.join(here, "shapes", "*.vtp"))):
     pv.ColorBy(display, ("POINTS", "velocity", "Magnitude"))
 walls = first(*[n.replace("particles", "walls") for n in names])
 if walls:
-    shown = pv.Show(pv.OpenDataFile(walls), view)
+    shown = pv.Show(opened(walls), view)
     shown.Opacity = 0.2
 pv.ResetCamera()
 pv.Render()

@@ -1,6 +1,8 @@
-//! Tables of numbers kept in HDF5.
+//! Tables kept in HDF5.
 
 use crate::error::FileError;
+use hdf5::Dataset;
+use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use std::path::Path;
 
 /// The one-dimensional datasets at the root of an HDF5 file as a CSV text, a column each.
@@ -8,11 +10,11 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be read, or datasets of different lengths.
 pub fn read_columns_as_csv(path: &Path) -> Result<String, FileError> {
-    let columns = (|| -> hdf5::Result<Vec<(String, Vec<f64>)>> {
+    let columns = (|| -> hdf5::Result<Vec<(String, Vec<String>)>> {
         let file = hdf5::File::open(path)?;
         file.member_names()?
             .into_iter()
-            .map(|name| Ok((name.clone(), file.dataset(&name)?.read_raw::<f64>()?)))
+            .map(|name| Ok((name.clone(), column(&file.dataset(&name)?)?)))
             .collect()
     })();
     let columns = columns.map_err(|e| FileError::new(path, format!("cannot be read as columns: {e}")))?;
@@ -23,8 +25,21 @@ pub fn read_columns_as_csv(path: &Path) -> Result<String, FileError> {
     let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
     let mut text = names.join(",") + "\n";
     for row in 0..rows {
-        let values: Vec<String> = columns.iter().map(|c| format!("{:?}", c.1[row])).collect();
+        let values: Vec<&str> = columns.iter().map(|c| &*c.1[row]).collect();
         text += &(values.join(",") + "\n");
     }
     Ok(text)
+}
+
+/// The numbers or names of a dataset as texts.
+fn column(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
+    Ok(match dataset.dtype()?.to_descriptor()? {
+        TypeDescriptor::VarLenUnicode => {
+            dataset.read_raw::<VarLenUnicode>()?.iter().map(ToString::to_string).collect()
+        }
+        TypeDescriptor::VarLenAscii => {
+            dataset.read_raw::<VarLenAscii>()?.iter().map(ToString::to_string).collect()
+        }
+        _ => dataset.read_raw::<f64>()?.iter().map(|x| format!("{x:?}")).collect(),
+    })
 }

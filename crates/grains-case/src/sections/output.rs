@@ -18,6 +18,39 @@ pub enum Precision {
     F32,
 }
 
+/// A field of particle snapshots that can be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Field {
+    /// Number of the material.
+    Material,
+    /// Touching particles.
+    Coordination,
+    /// Touching walls.
+    WallContacts,
+    /// Velocity (m/s).
+    Velocity,
+    /// Angular velocity (rad/s).
+    AngularVelocity,
+    /// Contact force (N).
+    Force,
+    /// Torque of the contacts (N m).
+    Torque,
+}
+
+impl Field {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Material,
+        Self::Coordination,
+        Self::WallContacts,
+        Self::Velocity,
+        Self::AngularVelocity,
+        Self::Force,
+        Self::Torque,
+    ];
+}
+
 /// The section as written: what is absent follows from the file name and the duration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -48,10 +81,17 @@ pub struct RawOutput {
     /// Whether snapshots are compressed.
     #[serde(default)]
     pub compress: bool,
+    /// Fields of particle snapshots besides id, shape, radius, scale and orientation; all by default.
+    #[serde(default = "all_fields")]
+    pub fields: Vec<Field>,
     /// Number of checkpoints kept (-); older ones are removed.
     #[serde(default = "two")]
     #[schemars(extend("minimum" = 1))]
     pub keep_checkpoints: u64,
+}
+
+fn all_fields() -> Vec<Field> {
+    Field::ALL.to_vec()
 }
 
 fn two() -> u64 {
@@ -75,6 +115,8 @@ pub struct Output {
     pub precision: Precision,
     /// Whether snapshots are compressed.
     pub compress: bool,
+    /// Fields of particle snapshots that can be left out and are not.
+    pub fields: Vec<Field>,
     /// Number of checkpoints kept (-).
     pub keep_checkpoints: u64,
 }
@@ -90,6 +132,7 @@ impl Output {
             surfaces: self.surfaces,
             precision: self.precision,
             compress: self.compress,
+            fields: self.fields.clone(),
             keep_checkpoints: self.keep_checkpoints,
         }
     }
@@ -109,6 +152,7 @@ impl RawOutput {
             surfaces: self.surfaces,
             precision: self.precision,
             compress: self.compress,
+            fields: self.fields,
             keep_checkpoints: self.keep_checkpoints,
         };
         let intervals = [

@@ -67,7 +67,8 @@ pub enum Place {
     /// Positions from a file.
     ///
     /// CSV with a header of the columns x,y,z (m) and, as needed, radius (m, spheres) or scale (-),
-    /// qw,qx,qy,qz, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5 with those data sets.
+    /// qw,qx,qy,qz, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5 with those data sets (numbers, and names
+    /// of variable length).
     File {
         /// CSV (.csv) or HDF5 (.h5) file, relative to the folder of the case file.
         path: PathBuf,

@@ -19,6 +19,13 @@ pub struct FlowPlane {
 
 /// Scales the directions of the planes to unit length.
 pub(crate) fn check_flow_planes(mut planes: Vec<FlowPlane>, checker: &mut Checker) -> Vec<FlowPlane> {
+    const MOST: usize = 32;
+    if planes.len() > MOST {
+        checker.error(
+            &format!("flow_plane[{MOST}]"),
+            format!("at most {MOST} planes are counted; leave some out"),
+        );
+    }
     for (i, plane) in planes.iter_mut().enumerate() {
         plane.normal = checker.direction(&format!("flow_plane[{i}].normal"), plane.normal);
     }

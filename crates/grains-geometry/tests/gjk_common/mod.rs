@@ -197,6 +197,13 @@ impl Pair {
         Self::new(self.b.clone(), self.a.clone(), self.placement.inverse())
     }
 
+    /// The pair magnified.
+    pub fn magnified(&self, s: f64) -> Self {
+        let Placement { matrix, translation } = self.placement;
+        let placement = Placement { matrix, translation: translation * s };
+        Self::new(scaled(&self.a, s), scaled(&self.b, s), placement)
+    }
+
     /// Distance (m), zero if the cores meet.
     pub fn distance(&self, simplex: &mut Simplex) -> f64 {
         match self.query(simplex) {

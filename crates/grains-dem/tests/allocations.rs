@@ -1,0 +1,57 @@
+//! A step that rebuilds no list allocates nothing.
+
+#![allow(clippy::unwrap_used)]
+#![allow(unsafe_code)] // an allocator that counts
+
+mod common;
+
+use common::{Scene, lattice, law, mixed_shapes, setup, wall};
+use grains_dem::{Motion, Surface};
+use grains_domain::SerialTransport;
+use grains_geometry::Vec3;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+
+// SAFETY: every call is handed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn a_step_between_rebuilds_allocates_nothing() {
+    let mut setup = setup([0.02; 3], [true, true, false], mixed_shapes(1e-3), law(true));
+    let floor = Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() };
+    setup.walls = vec![wall("floor", floor, Motion::Fixed)];
+    let particles = lattice([0.0, 0.0, 0.001], [0.02, 0.02, 0.012], 2.2e-3, 4, 0.2);
+    let mut dem = Scene { setup, particles }.start([1; 3], 0);
+    let (mut quiet, mut contacts) = (0, 0);
+    for step in 0..6000 {
+        let (before, rebuilds) = (ALLOCATIONS.load(Ordering::Relaxed), dem.report.rebuilds);
+        dem.step(&SerialTransport).unwrap();
+        let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        // Scratch space has grown to its size after a while.
+        if step > 3000 && dem.report.rebuilds == rebuilds {
+            assert_eq!(allocated, 0, "step {step}");
+            quiet += 1;
+            contacts += usize::from(dem.report.largest_overlap > 0.0);
+        }
+    }
+    assert!(quiet > 1000 && contacts > 1000, "{quiet} steps without rebuild, {contacts} with contacts");
+}

@@ -1,0 +1,82 @@
+//! What ends a run: each error names the particle and where it is.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{law, setup};
+use grains_dem::{Dem, Failure, Kind, NewParticle, StepError};
+use grains_domain::SerialTransport;
+use grains_geometry::{Rotation, Shape, Vec3};
+
+const RADIUS: f64 = 1.5e-3;
+
+/// Two spheres with a gap (m) between them, the second (id 8) with a velocity (m/s).
+fn pair(gap: f64, velocity: Vec3) -> Dem {
+    let mut setup = setup([0.5; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law(true));
+    setup.rates.gravity = Vec3::zeros();
+    let mut dem = Dem::new(setup, 0).unwrap();
+    for (id, x, velocity) in [(3, 0.2, Vec3::zeros()), (8, 0.2 + 2.0 * RADIUS + gap, velocity)] {
+        let particle = NewParticle {
+            id,
+            kind: Kind { shape: 0, material: 0 },
+            scale: 1.0,
+            position: Vec3::new(x, 0.25, 0.25),
+            orientation: Rotation::identity(),
+            velocity,
+            angular_velocity: Vec3::zeros(),
+        };
+        let record = particle.record(&dem);
+        dem.insert(&record);
+    }
+    dem
+}
+
+/// The error that ends the run within some steps.
+fn error_of(mut dem: Dem, steps: u64) -> StepError {
+    let failure = (0..steps).find_map(|_| dem.step(&SerialTransport).err());
+    match failure {
+        Some(Failure::Here(error)) => error,
+        other => panic!("{other:?} instead of an error"),
+    }
+}
+
+#[test]
+fn a_velocity_that_is_not_a_number_is_named() {
+    let error = error_of(pair(1e-3, Vec3::new(f64::NAN, 0.0, 0.0)), 3);
+    assert!(matches!(&error, StepError::NotANumber { id: 8, .. }), "{error}");
+}
+
+#[test]
+fn a_particle_that_outruns_its_neighbours_is_named() {
+    let error = error_of(pair(1e-3, Vec3::new(1e4, 0.0, 0.0)), 3);
+    assert!(matches!(&error, StepError::Jump { id: 8, distance, .. } if *distance > 0.03), "{error}");
+    assert!(error.to_string().contains("time step"), "{error}");
+}
+
+#[test]
+fn a_particle_that_leaves_where_no_outlet_is_is_named() {
+    let error = error_of(pair(1e-3, Vec3::new(100.0, 0.0, 0.0)), 1000);
+    assert!(matches!(&error, StepError::Lost { id: 8, face, .. } if face == "+x"), "{error}");
+}
+
+#[test]
+fn too_deep_an_overlap_is_named_with_both_particles() {
+    let error = error_of(pair(-0.7 * RADIUS, Vec3::zeros()), 3);
+    assert!(matches!(&error, StepError::Overlap { id: 3, other, .. } if other == "particle 8"), "{error}");
+}
+
+#[test]
+fn a_load_beyond_what_sums_can_hold_is_named() {
+    let error = error_of(pair(-1e-6, Vec3::new(-5e3, 0.0, 0.0)), 3);
+    assert!(matches!(&error, StepError::Load { force, .. } if *force > 100.0), "{error}");
+}
+
+#[test]
+fn a_ledger_that_does_not_close_is_an_error() {
+    let mut dem = pair(1e-3, Vec3::zeros());
+    assert_eq!(dem.check_ledger(&SerialTransport).unwrap().inserted, 2);
+    dem.ledger.inserted += 1;
+    let error = dem.check_ledger(&SerialTransport).unwrap_err();
+    assert!(matches!(error, StepError::Ledger { inserted: 3, inside: 2, left: 0, missing: 1 }), "{error}");
+}

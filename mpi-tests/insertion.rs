@@ -1,0 +1,125 @@
+//! Where particles and walls come from: files and windows.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::results::{assert_same_state, checkpoints, series, state};
+use common::{case, folder, replaced, run_case};
+use hdf5::types::VarLenUnicode;
+use std::fmt::Write;
+use std::fs;
+
+const LATTICE: &str =
+    "{ kind = \"lattice\", lower = [0.02, 0.01, 0.02], upper = [0.07, 0.055, 0.05], spacing = 0.011 }";
+
+/// Balls and cubes: x, y, z, vx, shape.
+const LISTED: [([f64; 4], &str); 3] = [
+    ([0.021, 0.02, 0.03, 0.1], "ball"),
+    ([0.04, 0.021, 0.03, -0.05], "cube"),
+    ([0.0605, 0.02, 0.031, 0.0], "ball"),
+];
+
+fn listed_in(file: &str) -> String {
+    let text = replaced(&case("base.toml"), LATTICE, &format!("{{ kind = \"file\", path = \"{file}\" }}"));
+    let cube = "[[shape]]\nname = \"cube\"\nkind = \"box\"\nedges = [8e-3, 8e-3, 8e-3]\n\n[[insert]]";
+    replaced(&replaced(&text, "count = 16\n", ""), "[[insert]]", cube)
+}
+
+#[test]
+fn particles_from_csv_and_hdf5_are_those_listed() {
+    let home = folder("insertion_files");
+    let mut text = String::from("# balls and a cube\nx,y,z,vx,vy,vz,shape\n");
+    LISTED.iter().for_each(|([x, y, z, vx], shape)| {
+        let _ = writeln!(text, "{x},{y},{z},{vx},0,0,{shape}");
+    });
+    fs::write(home.join("listed.csv"), text).unwrap();
+    let file = hdf5::File::create(home.join("listed.h5")).unwrap();
+    for (k, name) in ["x", "y", "z", "vx"].into_iter().enumerate() {
+        let column: Vec<f64> = LISTED.iter().map(|(row, _)| row[k]).collect();
+        file.new_dataset_builder().with_data(&column).create(name).unwrap();
+    }
+    for name in ["vy", "vz"] {
+        file.new_dataset_builder().with_data(&[0.0; 3]).create(name).unwrap();
+    }
+    let shapes: Vec<VarLenUnicode> = LISTED.iter().map(|(_, shape)| shape.parse().unwrap()).collect();
+    file.new_dataset_builder().with_data(&shapes).create("shape").unwrap();
+    file.close().unwrap();
+    let end = |file: &str| {
+        run_case(2, &home, &listed_in(file), &[]).succeeded();
+        checkpoints(&home.join("results")).pop().unwrap()
+    };
+    let of_csv = home.join("of_csv.h5");
+    fs::copy(end("listed.csv"), &of_csv).unwrap();
+    assert_same_state(&of_csv, &end("listed.h5"));
+    for (particle, ([_, y, _, vx], shape)) in state(&of_csv).iter().zip(LISTED) {
+        // id shape material sides position*3 velocity*3
+        let value = |k: usize| f64::from_bits(particle.state[k]);
+        assert_eq!(value(1), if shape == "cube" { 1.0 } else { 0.0 });
+        // They have only fallen.
+        assert!((value(5) - y).abs() < 1e-12 && (value(7) - vx).abs() < 1e-12, "particle {}", particle.id);
+    }
+}
+
+#[test]
+fn a_point_feeds_particles_one_by_one_as_soon_as_there_is_room() {
+    let home = folder("insertion_point");
+    let place =
+        "{ kind = \"window\", attempts = 1, window = { kind = \"point\", at = [0.04, 0.03, 0.045] } }";
+    let text = replaced(&case("base.toml"), LATTICE, place);
+    let text = replaced(&text, "count = 16", "count = 16\nbatch = 1\ninterval = 1e-3\nvelocity = [0, 0, -1]");
+    let output = run_case(2, &home, &text, &[]).succeeded();
+    let inserted = series(&home.join("results")).column("inserted");
+    // At 1 m/s a ball of 1 cm clears the point in 10 ms; the millisecond of the interval has to wait.
+    let waiting = inserted.windows(2).filter(|w| w[0] == w[1]).count();
+    assert!(inserted[0] == 1.0 && *inserted.last().unwrap() == 3.0 && waiting > 15, "{inserted:?}");
+    assert!(output.stdout.contains("13 particles of insert `balls` were not inserted"), "{}", output.text());
+}
+
+/// The polygons of the test silo, as in its case file, and the vertices.
+fn polygons() -> (String, Vec<[f64; 3]>, Vec<[usize; 4]>) {
+    let text = case("silo.toml");
+    let begin = text.find("kind = \"polygons\"").unwrap();
+    let passage = &text[begin..text[begin..].find("\n\n").unwrap() + begin];
+    let table: toml::Table = toml::from_str(passage).unwrap();
+    let numbers = |value: &toml::Value| -> Vec<f64> {
+        let list = value.as_array().unwrap().iter();
+        list.map(|x| x.as_float().or(x.as_integer().map(|i| i as f64)).unwrap()).collect()
+    };
+    let rows = |key: &str| table[key].as_array().unwrap().iter().map(numbers).collect::<Vec<_>>();
+    let vertices = rows("vertices").iter().map(|v| [v[0], v[1], v[2]]).collect();
+    let faces = rows("faces").iter().map(|f| [0, 1, 2, 3].map(|k| f[k] as usize)).collect();
+    (passage.to_string(), vertices, faces)
+}
+
+#[test]
+fn a_silo_from_stl_is_the_silo_of_polygons() {
+    let home = folder("insertion_stl");
+    let (passage, vertices, faces) = polygons();
+    let mut stl = String::from("solid silo\n");
+    for [a, b, c, d] in faces {
+        for triangle in [[a, b, c], [a, c, d]] {
+            stl += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in triangle.map(|k| vertices[k]) {
+                let _ = writeln!(stl, "vertex {x:?} {y:?} {z:?}");
+            }
+            stl += "endloop\nendfacet\n";
+        }
+    }
+    fs::write(home.join("silo.stl"), stl + "endsolid silo\n").unwrap();
+    let text = case("silo.toml");
+    let end = |text: &str| {
+        run_case(2, &home, text, &[]).succeeded();
+        checkpoints(&home.join("results")).pop().unwrap()
+    };
+    let of_polygons = home.join("polygons.h5");
+    fs::copy(end(&text), &of_polygons).unwrap();
+    let of_stl = end(&replaced(&text, &passage, "kind = \"mesh\"\npath = \"silo.stl\""));
+    assert_same_state(&of_polygons, &of_stl);
+    // No bead is between the walls and the box, where only a leak would bring it.
+    for particle in state(&of_stl) {
+        let [x, y, z] = [4, 5, 6].map(|k| f64::from_bits(particle.state[k]));
+        let half_width = if z < 0.03 { 0.015 + z / 0.03 * 0.02 } else { 0.035 };
+        assert!(z < 0.0 || x.abs().max(y.abs()) < half_width, "particle {} at {x} {y} {z}", particle.id);
+    }
+}
