@@ -23,7 +23,7 @@ COUNT = 2000
 EDGE = RADIUS * (4 / 3 * math.pi) ** (1 / 3)  # m
 BOX = 0.03  # m, along x and y
 SPACING = 1.02 * math.sqrt(3) * EDGE  # m: no two cubes can touch
-HEIGHT = SPACING * math.ceil(COUNT / math.floor(BOX / SPACING) ** 2)  # m
+HEIGHT = SPACING * (math.ceil(COUNT / math.floor(BOX / SPACING) ** 2) + 0.1)  # m
 
 CASE = f"""\
 name = "settled cubes"

@@ -41,7 +41,7 @@ fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let mut contacts = Vec::new();
     for (kind, &count) in counts.iter().enumerate() {
         for _ in 0..count as usize {
-            let fixed = [4, 6, 7][kind];
+            let fixed = [4, 6, 8][kind];
             let length = if kind == 0 { fixed } else { fixed + 1 + 6 * rest[fixed] as usize };
             let (contact, after) = rest.split_at(length);
             contacts.push([&[kind as u64], &*bits(contact)].concat());

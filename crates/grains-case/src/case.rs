@@ -263,7 +263,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
             insert::check(raw.insert, &context, checker)
         },
         walls: wall::check(raw.wall, &raw.domain, &names, checker),
-        flow_planes: run::check_flow_planes(raw.flow_plane, checker),
+        flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
         output: raw.output.check(&stem, end, checker),
         limits: raw.limits,
         stop: raw.stop.check(&names, end, checker),

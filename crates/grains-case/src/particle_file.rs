@@ -97,11 +97,6 @@ impl ParticleColumns {
         self.shape.as_ref()?.iter().map(|name| case.shape_index(name)).collect()
     }
 
-    /// Index of each particle's material, if the file names materials and all of them exist.
-    pub fn material_indices(&self, case: &Case) -> Option<Vec<usize>> {
-        self.material.as_ref()?.iter().map(|name| case.material_index(name)).collect()
-    }
-
     /// Checks the particles of `file` against the case and the insertion that names the file.
     ///
     /// # Errors

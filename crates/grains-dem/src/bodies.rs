@@ -146,7 +146,7 @@ pub(crate) struct BodyPair {
     pub(crate) hint: u8,
     /// Tangential spring (m).
     pub(crate) spring: Vec3,
-    /// Simplex of the last step; cold unless the boxes met in the last step.
+    /// Simplex of the last step; cold unless the boxes were not apart in the last step.
     pub(crate) simplex: Simplex,
 }
 
@@ -223,13 +223,20 @@ pub(crate) fn pair_contact(
     let part_b = PlacedPart::of(shape_b, pair.parts[1], &particles.frames[b], scales[1]);
     let between = separation + (part_b.offset - part_a.offset);
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
-    if boxes_apart(part_a.half_extents, part_b.half_extents, &placement, 0.0, &mut pair.hint) {
+    let mut are_boxes_apart =
+        || boxes_apart(part_a.half_extents, part_b.half_extents, &placement, 0.0, &mut pair.hint);
+    // Touching bodies are best asked for their distance at once: their boxes are not apart.
+    let is_warm = pair.simplex.len > 0;
+    if !is_warm && are_boxes_apart() {
         pair.forget();
         return Ok(None);
     }
     let contact = touch(&part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex)?;
     if contact.is_none() {
         pair.spring = Vec3::zeros();
+        if is_warm && are_boxes_apart() {
+            pair.forget();
+        }
     }
     let radius = (shape_a.inscribed_radius * scales[0]).min(shape_b.inscribed_radius * scales[1]);
     Ok(contact.map(|c| (PartContact { point: c.point + part_a.offset, ..c }, radius)))

@@ -210,7 +210,7 @@ impl Dem {
         let mut record = *record;
         let snap = |x: f64| self.setup.global.lattice.snap(x);
         record.body.position = record.body.position.map(snap);
-        record.sides = measure::sides(&self.setup.planes, &record.body.position);
+        record.sides = measure::sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
         self.memories.read(memory);
     }
@@ -223,7 +223,12 @@ impl Dem {
     /// Gathers what contacts remember and drops the clones, if that has not been done.
     fn gather(&mut self) {
         if !self.gathered {
-            self.neighbours.remember(&self.particles, &mut self.memories);
+            self.neighbours.remember(
+                &self.particles,
+                &self.setup.walls,
+                &self.setup.global,
+                &mut self.memories,
+            );
             self.gathered = true;
         }
         self.stale = true;
@@ -236,7 +241,7 @@ impl Dem {
         let memories = if self.gathered {
             &self.memories
         } else {
-            self.neighbours.remember(&self.particles, &mut gathered);
+            self.neighbours.remember(&self.particles, &self.setup.walls, &self.setup.global, &mut gathered);
             &gathered
         };
         let (mut lengths, mut packed) = (Vec::new(), Vec::new());
@@ -382,7 +387,12 @@ impl Dem {
     }
 
     fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        measure::count_crossings(&mut self.particles, &self.setup.planes, &mut self.crossings);
+        measure::count_crossings(
+            &mut self.particles,
+            &self.setup.planes,
+            &self.setup.global,
+            &mut self.crossings,
+        );
         self.check_jumps();
         self.gather();
         let Self { particles, memories, stays, exchange, .. } = self;
@@ -407,10 +417,6 @@ impl Dem {
         } = self;
         neighbours.sort_by_cell(particles, stays, grid, order);
         particles.reorder(order);
-        for i in 0..particles.owned {
-            // A wrapped particle changes sides without crossing.
-            particles.sides[i] = measure::sides(&setup.planes, &particles.bodies[i].position);
-        }
         exchange.create_clones(particles, grid, transport);
         let around = Surroundings {
             decomposition,
@@ -420,6 +426,7 @@ impl Dem {
             states: &self.states,
             skin: setup.skin,
             dt: setup.rates.dt,
+            time: self.step as f64 * setup.rates.dt,
         };
         neighbours.wall_reach = wall_reach;
         neighbours.choose_reaches(particles, &around);
@@ -438,7 +445,7 @@ impl Dem {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],
                     distance,
-                    width: reference.reach + inscribed,
+                    allowed: reference.reach + inscribed,
                     place: vector(&body.position),
                     velocity: vector(&body.velocity),
                 });
@@ -469,7 +476,12 @@ impl Dem {
 
     /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.
     pub fn crossings(&mut self, transport: &impl Transport) -> Vec<(i64, f64)> {
-        measure::count_crossings(&mut self.particles, &self.setup.planes, &mut self.crossings);
+        measure::count_crossings(
+            &mut self.particles,
+            &self.setup.planes,
+            &self.setup.global,
+            &mut self.crossings,
+        );
         let mut sums: Vec<f64> = self.crossings.iter().flat_map(|c| [c.count as f64, c.mass]).collect();
         transport.sum(&mut sums);
         sums.chunks_exact(2).map(|c| (c[0] as i64, c[1])).collect()

@@ -47,17 +47,29 @@ pub enum StepError {
         /// Position.
         place: String,
     },
-    /// A particle moved farther than a cell between two checks.
+    /// A particle moved farther than it may between two builds of the lists.
     #[error(
-        "particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the cell width {width:.4e} m, at {place} (velocity {velocity}): the time step is too large"
+        "particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the {allowed:.4e} m in which nothing can be missed, at {place} (velocity {velocity}): the time step is too large"
     )]
     Jump {
         /// Identity.
         id: u64,
         /// Distance (m).
         distance: f64,
-        /// Cell width (m).
-        width: f64,
+        /// Largest distance in which it can have passed through nothing (m).
+        allowed: f64,
+        /// Position.
+        place: String,
+        /// Velocity.
+        velocity: String,
+    },
+    /// A particle moved to a subdomain that is no neighbour of the one it was in.
+    #[error(
+        "particle {id} jumped over a whole subdomain to {place} (velocity {velocity}): the time step is too large"
+    )]
+    FarJump {
+        /// Identity.
+        id: u64,
         /// Position.
         place: String,
         /// Velocity.

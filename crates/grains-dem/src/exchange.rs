@@ -196,15 +196,8 @@ impl Exchange {
         for i in 0..particles.owned {
             let place = grid.own_place(particles.bodies[i].position.into());
             let CellTag::Buffer { low, high } = grid.tag(place) else { continue };
-            for link in &mut self.links {
-                let is_target = (0..3).all(|a| match link.direction.0[a] {
-                    -1 => low[a],
-                    1 => high[a],
-                    _ => true,
-                });
-                if is_target {
-                    link.sent.push(i as u32);
-                }
+            for link in self.links.iter_mut().filter(|l| l.direction.needs_clone(low, high)) {
+                link.sent.push(i as u32);
             }
         }
     }
@@ -263,10 +256,8 @@ impl Exchange {
 
 fn far_jump(particles: &Particles, i: usize) -> StepError {
     let body = &particles.bodies[i];
-    StepError::Jump {
+    StepError::FarJump {
         id: particles.ids[i],
-        distance: f64::INFINITY,
-        width: body.radius,
         place: vector(&body.position),
         velocity: vector(&body.velocity),
     }

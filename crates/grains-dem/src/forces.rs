@@ -41,8 +41,6 @@ impl LoadLattice {
 /// Tally of one pass over the contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct Tally {
-    /// Number of touching contacts seen by this rank.
-    pub(crate) contacts: u64,
     /// Contacts whose shrunken cores met, resolved by the exact penetration routine.
     pub(crate) cores_met: u64,
     overlap: f64,
@@ -55,13 +53,12 @@ pub(crate) struct Tally {
 impl Tally {
     /// Empty tally; `limit` is the largest admissible overlap over the inscribed radius.
     pub(crate) fn new(limit: f64) -> Self {
-        Self { contacts: 0, cores_met: 0, overlap: 0.0, radius: 1.0, limit, error: None }
+        Self { cores_met: 0, overlap: 0.0, radius: 1.0, limit, error: None }
     }
 
     /// Notes an overlap (m) on a body of a radius (m); returns whether it is beyond the limit.
     #[inline(always)]
     pub(crate) fn note(&mut self, overlap: f64, radius: f64) -> bool {
-        self.contacts += 1;
         if overlap * self.radius > self.overlap * radius {
             (self.overlap, self.radius) = (overlap, radius);
             return overlap > self.limit * radius;

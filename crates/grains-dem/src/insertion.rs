@@ -1,6 +1,7 @@
 //! New particles, and whether there is room for them.
 
 use crate::bodies::{PlacedPart, touch};
+use crate::images;
 use crate::integrate::{half_step_back, inertia};
 use crate::{Body, Catalogue, Dem, Kind, ParticleRecord};
 use grains_geometry::{Mat3, Rotation, Simplex, Vec3};
@@ -170,15 +171,20 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
     let catalogue = &dem.setup.catalogue;
     let shape = catalogue.shape(new.kind);
     let radius = shape.bounding_radius * new.scale;
+    let global = &dem.setup.global;
+    let shifts = images::shifts(global);
     for (wall, state) in dem.setup.walls.iter().zip(dem.wall_states()) {
         if !wall.exists_at(dem.time()) {
             continue;
         }
-        let center = state.to_wall(&new.position);
         for surface in &wall.surfaces {
-            let mut elements = Vec::new();
-            surface.for_each_near(&center, radius, |e| elements.push(e));
-            for element in elements {
+            let axes = wall.wrapped_axes(surface).map(|w| !w);
+            let mut found = Vec::new();
+            for image in images::near_faces(global, &new.position, radius, axes) {
+                let center = state.to_wall(&(new.position + shifts[image as usize]));
+                surface.for_each_near(&center, radius, |e| found.push((center, e)));
+            }
+            for (center, element) in found {
                 let mut worst = 0.0_f64;
                 if shape.is_sphere() {
                     if let Ok(Some(contact)) = surface.meets_sphere(element, &center, radius) {

@@ -98,8 +98,8 @@ fn is_within_reach(particles: &Particles, neighbours: &Neighbours, i: usize) -> 
     let Some(before) = neighbours.reference_orientations.get(i) else {
         return moved.norm_squared() < reach * reach;
     };
-    // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no point by more than R θ; the
-    // factor 2.3 covers angles up to a radian, larger ones exceed any reach.
+    // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body,
+    // at most √3 R away, by more than √3 R θ; the factor 4 covers angles up to a radian.
     let turned = (particles.orientations[i].coords - before.coords).norm();
-    moved.norm() + 2.3 * body.radius * turned < reach
+    moved.norm() + 4.0 * body.radius * turned < reach
 }

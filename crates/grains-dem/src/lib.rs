@@ -33,6 +33,7 @@ mod dem;
 mod error;
 mod exchange;
 mod forces;
+mod images;
 mod insertion;
 mod integrate;
 mod measure;

@@ -2,6 +2,7 @@
 
 use crate::integrate::inertia;
 use crate::{Catalogue, Particles};
+use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
 /// A plane through which particles are counted.
@@ -16,14 +17,33 @@ pub struct FlowPlane {
 }
 
 impl FlowPlane {
-    fn is_beyond(&self, position: &Vec3) -> bool {
-        (position - self.point).dot(&self.normal) >= 0.0
+    /// Signed distance (m) from the plane, along a periodic axis from its nearest image.
+    ///
+    /// The sides meet a second time half a period away, where nothing is counted.
+    fn distance(&self, position: &Vec3, global: &GlobalBox) -> f64 {
+        let distance = (position - self.point).dot(&self.normal);
+        match self.period(global) {
+            Some(length) => distance - length * (distance / length).round(),
+            None => distance,
+        }
+    }
+
+    /// Period (m) along the normal, which must lie along an axis for this.
+    fn period(&self, global: &GlobalBox) -> Option<f64> {
+        let axis = self.normal.iamax();
+        (global.periodic[axis] && self.normal[axis].abs() > 1.0 - 1e-12).then(|| global.length(axis))
+    }
+
+    /// Whether a change of sides here is a crossing of the plane.
+    fn is_at(&self, position: &Vec3, global: &GlobalBox) -> bool {
+        self.period(global).is_none_or(|length| self.distance(position, global).abs() < 0.25 * length)
     }
 }
 
 /// Bits telling on which side of each plane a position lies.
-pub(crate) fn sides(planes: &[FlowPlane], position: &Vec3) -> u32 {
-    planes.iter().enumerate().fold(0, |bits, (k, plane)| bits | u32::from(plane.is_beyond(position)) << k)
+pub(crate) fn sides(planes: &[FlowPlane], position: &Vec3, global: &GlobalBox) -> u32 {
+    let is_beyond = |plane: &FlowPlane| plane.distance(position, global) >= 0.0;
+    planes.iter().enumerate().fold(0, |bits, (k, plane)| bits | u32::from(is_beyond(plane)) << k)
 }
 
 /// Net number and mass (kg) of particles that crossed a plane along its normal, on this rank.
@@ -34,17 +54,24 @@ pub(crate) struct Crossings {
 }
 
 /// Counts what crossed the planes since the last count.
-pub(crate) fn count_crossings(particles: &mut Particles, planes: &[FlowPlane], crossings: &mut [Crossings]) {
+pub(crate) fn count_crossings(
+    particles: &mut Particles,
+    planes: &[FlowPlane],
+    global: &GlobalBox,
+    crossings: &mut [Crossings],
+) {
     if planes.is_empty() {
         return;
     }
     for i in 0..particles.owned {
-        let now = sides(planes, &particles.bodies[i].position);
+        let position = particles.bodies[i].position;
+        let now = sides(planes, &position, global);
         let changed = now ^ particles.sides[i];
         if changed == 0 {
             continue;
         }
-        for (k, crossing) in crossings.iter_mut().enumerate().filter(|(k, _)| changed >> k & 1 == 1) {
+        let crossed = |k: usize| changed >> k & 1 == 1 && planes[k].is_at(&position, global);
+        for (k, crossing) in crossings.iter_mut().enumerate().filter(|(k, _)| crossed(*k)) {
             let step = if now >> k & 1 == 1 { 1 } else { -1 };
             crossing.count += step;
             crossing.mass += step as f64 * particles.bodies[i].mass;

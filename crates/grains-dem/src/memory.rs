@@ -79,6 +79,8 @@ pub(crate) struct WallMemory {
     pub(crate) surface: u16,
     pub(crate) part: u16,
     pub(crate) element: u32,
+    /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
+    pub(crate) image: u8,
     pub(crate) spring: Vec3,
     pub(crate) simplex: Simplex,
 }
@@ -103,7 +105,7 @@ impl Memories {
         let (spring, simplex) = (Vec3::zeros(), Simplex::default());
         self.spheres.fill(owned, SphereMemory { partner: 0, spring }, spheres);
         self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], spring, simplex }, bodies);
-        let blank = WallMemory { wall: 0, surface: 0, part: 0, element: 0, spring, simplex };
+        let blank = WallMemory { wall: 0, surface: 0, part: 0, element: 0, image: 0, spring, simplex };
         self.walls.fill(owned, blank, walls);
     }
 
@@ -121,7 +123,7 @@ impl Memories {
         }
         for m in walls {
             message.extend([m.wall, m.surface, m.part].map(f64::from));
-            message.extend([f64::from(m.element), m.spring.x, m.spring.y, m.spring.z]);
+            message.extend([f64::from(m.element), f64::from(m.image), m.spring.x, m.spring.y, m.spring.z]);
             write_simplex(&m.simplex, message);
         }
     }
@@ -146,10 +148,10 @@ impl Memories {
             BodyMemory { partner, parts, spring, simplex: read_simplex(&mut take) }
         }));
         self.walls.push_row((0..counts[2]).map(|_| {
-            let m = take(7);
+            let m = take(8);
             let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
-            let spring = Vec3::new(m[4], m[5], m[6]);
-            WallMemory { wall, surface, part, element: m[3] as u32, spring, simplex: read_simplex(&mut take) }
+            let (element, image, spring) = (m[3] as u32, m[4] as u8, Vec3::new(m[5], m[6], m[7]));
+            WallMemory { wall, surface, part, element, image, spring, simplex: read_simplex(&mut take) }
         }));
         rest
     }
@@ -192,7 +194,16 @@ mod tests {
             },
             |add| add(1, BodyMemory { partner: 3, parts: [4, 5], spring: spring(3.0), simplex }),
             |add| {
-                add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, spring: spring(5.0), simplex })
+                let wall = WallMemory {
+                    wall: 1,
+                    surface: 2,
+                    part: 3,
+                    element: 4,
+                    image: 5,
+                    spring: spring(5.0),
+                    simplex,
+                };
+                add(2, wall)
             },
         );
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);

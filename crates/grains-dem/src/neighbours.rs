@@ -5,11 +5,12 @@
 //! cannot change a result: a pair remembers something only while it is evaluated in consecutive steps.
 
 use crate::bodies::{BodyPair, PlacedPart};
+use crate::images;
 use crate::memory::{BodyMemory, Memories, SphereMemory, WallMemory};
 use crate::spheres::SpherePair;
 use crate::walls::{Wall, WallList, WallPair, WallState};
 use crate::{Body, Catalogue, Particles, Surface};
-use grains_domain::{CellGrid, Decomposition};
+use grains_domain::{CellGrid, Decomposition, GlobalBox};
 use grains_geometry::obb::boxes_apart;
 use grains_geometry::{Rotation, Simplex, Vec3};
 
@@ -57,6 +58,7 @@ pub(crate) struct Neighbours {
     clone_start: Vec<u32>,
     clone_order: Vec<u32>,
     cells: Vec<u32>,
+    elements: Vec<u32>,
 }
 
 /// What list building needs to know besides the particles.
@@ -68,6 +70,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) states: &'a [WallState],
     pub(crate) skin: Skin,
     pub(crate) dt: f64,
+    /// Time of the positions (s).
+    pub(crate) time: f64,
 }
 
 impl Neighbours {
@@ -122,9 +126,9 @@ impl Neighbours {
         self.walls.simplexes.clear();
         let all_spheres = around.catalogue.all_spheres();
         let grid = around.grid;
-        let near_walls = WallSearch::new(around, self.wall_reach);
-        self.walls.shifts.clear();
-        self.walls.shifts.extend_from_slice(&near_walls.shifts);
+        let mut near_walls =
+            WallSearch { around, wall_reach: self.wall_reach, elements: std::mem::take(&mut self.elements) };
+        self.walls.shifts = images::shifts(&around.decomposition.global);
         for (i, &origin) in origins.iter().enumerate() {
             let [x, y, z] = grid.own_place(particles.bodies[i].position.into());
             for (dy, dz) in [(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
@@ -157,6 +161,7 @@ impl Neighbours {
                 memories.walls.row(origin as usize),
             );
         }
+        self.elements = near_walls.elements;
     }
 
     /// Fills `probes` with position and radius plus reach of owned particles and clones.
@@ -258,7 +263,13 @@ impl Neighbours {
     }
 
     /// Gathers what all pairs remember into rows by owned particle.
-    pub(crate) fn remember(&self, particles: &Particles, memories: &mut Memories) {
+    pub(crate) fn remember(
+        &self,
+        particles: &Particles,
+        walls: &[Wall],
+        global: &GlobalBox,
+        memories: &mut Memories,
+    ) {
         let owned = particles.owned as u32;
         let ids = &particles.ids;
         memories.fill(
@@ -284,12 +295,21 @@ impl Neighbours {
             },
             |add| {
                 for pair in &self.walls.pairs {
+                    let &WallPair { wall, surface, part, element, spring, .. } = pair;
                     let cold = Simplex::default();
                     let simplex = self.walls.simplexes.get(pair.simplex as usize).unwrap_or(&cold);
-                    if pair.spring != Vec3::zeros() || simplex.len > 0 {
-                        let &WallPair { wall, surface, part, element, spring, .. } = pair;
-                        let memory = WallMemory { wall, surface, part, element, spring, simplex: *simplex };
-                        add(pair.particle, memory);
+                    if spring == Vec3::zeros() && simplex.len == 0 {
+                        continue;
+                    }
+                    let wrapped =
+                        walls[wall as usize].wrapped_axes(&walls[wall as usize].surfaces[surface as usize]);
+                    let position = &particles.bodies[pair.particle as usize].position;
+                    if let Some(image) = images::seen_from_wrapped(pair.image, position, global, wrapped) {
+                        let simplex = *simplex;
+                        add(
+                            pair.particle,
+                            WallMemory { wall, surface, part, element, image, spring, simplex },
+                        );
                     }
                 }
             },
@@ -341,58 +361,42 @@ fn bin(cells: &[u32], count: usize, start: &mut Vec<u32>, order: &mut Vec<u32>) 
 struct WallSearch<'a> {
     around: &'a Surroundings<'a>,
     wall_reach: f64,
-    shifts: Vec<Vec3>,
-    elements: std::cell::RefCell<Vec<u32>>,
+    elements: Vec<u32>,
 }
 
-impl<'a> WallSearch<'a> {
-    fn new(around: &'a Surroundings<'a>, wall_reach: f64) -> Self {
-        let global = &around.decomposition.global;
-        let length = Vec3::from_fn(|a, _| if global.periodic[a] { global.length(a) } else { 0.0 });
-        let shifts = (0..27)
-            .map(|code: i32| {
-                Vec3::new((code % 3 - 1) as f64, (code / 3 % 3 - 1) as f64, (code / 9 - 1) as f64)
-            })
-            .map(|s| s.component_mul(&length))
-            .collect();
-        Self { around, wall_reach, shifts, elements: Default::default() }
-    }
-
-    /// Images (codes of `shifts`) of a particle that may touch a finite wall beyond a periodic face.
-    fn images(&self, position: &Vec3, reach: f64, is_finite: bool) -> impl Iterator<Item = usize> + use<'_> {
-        let global = &self.around.decomposition.global;
-        let position = *position;
-        (0..27usize).filter(move |&code| {
-            let steps = [code % 3, code / 3 % 3, code / 9];
-            (0..3).all(|a| match steps[a] {
-                1 => true,
-                _ if !is_finite || !global.periodic[a] => false,
-                // moved up: the particle must be near the lower face, and the other way round
-                2 => position[a] - global.lower[a] < reach,
-                _ => global.upper[a] - position[a] < reach,
-            })
-        })
-    }
-
+impl WallSearch<'_> {
     /// Adds the wall pairs of an owned particle.
-    fn search(&self, list: &mut WallList, particles: &Particles, i: usize, reach: f64, known: &[WallMemory]) {
+    fn search(
+        &mut self,
+        list: &mut WallList,
+        particles: &Particles,
+        i: usize,
+        reach: f64,
+        known: &[WallMemory],
+    ) {
         let body = &particles.bodies[i];
         let shape = self.around.catalogue.shape(body.kind);
+        let global = &self.around.decomposition.global;
         let range = body.radius + reach + self.wall_reach;
-        for (w, wall) in self.around.walls.iter().enumerate() {
+        for (w, wall) in self.around.walls.iter().enumerate().filter(|(_, w)| self.around.time < w.until) {
             let state = &self.around.states[w];
             for (s, surface) in wall.surfaces.iter().enumerate() {
-                for image in self.images(&body.position, range, surface.is_finite()) {
-                    let center = state.to_wall(&(body.position + self.shifts[image]));
-                    let mut elements = self.elements.borrow_mut();
-                    elements.clear();
-                    surface.for_each_near(&center, range, |e| elements.push(e));
-                    elements.sort_unstable();
+                let wrapped = wall.wrapped_axes(surface);
+                for image in images::near_faces(global, &body.position, range, wrapped.map(|w| !w)) {
+                    self.elements.clear();
+                    // Near a face it may soon be met at the other one.
+                    for alias in images::near_faces(global, &body.position, range, wrapped) {
+                        let shift = list.shifts[image as usize] + list.shifts[alias as usize];
+                        let center = state.to_wall(&(body.position + shift));
+                        surface.for_each_near(&center, range, |e| self.elements.push(e));
+                    }
+                    self.elements.sort_unstable();
+                    self.elements.dedup();
                     for part in 0..shape.parts.len() as u16 {
-                        for &element in elements.iter() {
-                            let memory = known.iter().find(|m| {
-                                (m.wall, m.surface, m.part, m.element) == (w as u16, s as u16, part, element)
-                            });
+                        for &element in &self.elements {
+                            let key = (w as u16, s as u16, part, element, image);
+                            let memory =
+                                known.iter().find(|m| (m.wall, m.surface, m.part, m.element, m.image) == key);
                             let closed = shape.is_sphere()
                                 || matches!(surface, Surface::Plane { .. } | Surface::Tube { .. });
                             let simplex = if closed {
@@ -407,7 +411,7 @@ impl<'a> WallSearch<'a> {
                                 wall: w as u16,
                                 surface: s as u16,
                                 part,
-                                image: image as u8,
+                                image,
                                 spring: memory.map_or(Vec3::zeros(), |m| m.spring),
                                 simplex,
                             });

@@ -16,20 +16,21 @@ pub(crate) fn angular_velocity(frame: &Mat3, inertia: &Vec3, momentum: &Vec3) ->
 /// symplectic (Dullweber, Leimkuhler and McLachlan 1997). The sub-rotations use the Cayley map, which is
 /// itself second order and needs no transcendental function.
 pub(crate) fn rotate_freely(orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) -> Rotation {
-    let mut q = *orientation.quaternion();
+    let (mut w, mut q) = (orientation.w, Vec3::from(orientation.imag()));
     let mut body = orientation.inverse_transform_vector(momentum);
+    let rate = Vec3::repeat(0.5 * dt).component_div(inertia);
     for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-        let half_angle = 0.5 * share * dt * body[axis] / inertia[axis];
+        let half_angle = share * rate[axis] * body[axis];
         let scale = 1.0 / (1.0 + half_angle * half_angle);
         let (cos, sin) = ((1.0 - half_angle * half_angle) * scale, 2.0 * half_angle * scale);
         // The body turns by the angle, so its momentum turns back in the body frame.
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         (body[u], body[v]) = (cos * body[u] + sin * body[v], cos * body[v] - sin * body[u]);
-        let mut turn = Vec3::zeros();
-        turn[axis] = half_angle;
-        q *= Quaternion::from_parts(1.0, turn) * scale.sqrt();
+        // The product with 1 + half_angle e_axis; its length is taken out at the end.
+        (w, q[axis]) = (w - half_angle * q[axis], q[axis] + half_angle * w);
+        (q[u], q[v]) = (q[u] + half_angle * q[v], q[v] - half_angle * q[u]);
     }
-    Unit::new_unchecked(q * (1.0 / q.norm()))
+    Unit::new_normalize(Quaternion::from_parts(w, q))
 }
 
 /// The rotation matrix of an orientation.

@@ -6,7 +6,7 @@ mod common;
 
 use common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
 use grains_dem::{Motion, Skin, Surface};
-use grains_geometry::{SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
+use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::sync::Arc;
 
 const GRIDS: [[usize; 3]; 6] = [[2, 1, 1], [1, 3, 1], [2, 2, 1], [1, 1, 4], [2, 2, 2], [4, 1, 2]];
@@ -90,6 +90,51 @@ fn drift() -> Scene {
     Scene { setup, particles }
 }
 
+/// The same over a wavy mesh without end and past boxes, one of them at a periodic face: elements of walls
+/// come near and go, and are met through images.
+fn drift_over_waves() -> Scene {
+    const CELLS: usize = 8;
+    let mut scene = drift();
+    let length = 0.03;
+    let step = length / CELLS as f64;
+    let node = |k: usize, l: usize| {
+        let (x, y) = ((k as f64 - 1.0) * step, (l as f64 - 1.0) * step);
+        let wave = |x: f64| (std::f64::consts::TAU * x / length).sin();
+        Vec3::new(x, y, 0.002 + 4e-4 * (wave(x) + wave(2.0 * y)))
+    };
+    let side = CELLS + 3;
+    let vertices: Vec<Vec3> = (0..side * side).map(|n| node(n % side, n / side)).collect();
+    let faces: Vec<Vec<usize>> = (0..(side - 1) * (side - 1))
+        .map(|n| (n % (side - 1), n / (side - 1)))
+        .map(|(k, l)| l * side + k)
+        .flat_map(|n| {
+            let row = side;
+            [vec![n, n + 1, n + row + 1], vec![n, n + row + 1, n + row]]
+        })
+        .collect();
+    let mesh = TriMesh::from_polygons(vertices, &faces).unwrap();
+    let mut floor =
+        wall("floor", Surface::Mesh(Arc::new(WallMesh::new(&mesh, SMOOTH_ANGLE).unwrap())), Motion::Fixed);
+    floor.spans = [true, true, false];
+    let block = |center: Vec3, half: Vec3| {
+        let (core, bounding_radius) = (Core::Box(half), half.norm());
+        wall(
+            "block",
+            Surface::Solid { core, rotation: Mat3::identity(), center, bounding_radius },
+            Motion::Fixed,
+        )
+    };
+    scene.setup.walls = vec![
+        floor,
+        block(Vec3::new(0.0285, 0.012, 0.003), Vec3::new(0.0014, 0.002, 0.002)),
+        block(Vec3::new(0.014, 0.02, 0.003), Vec3::new(0.002, 0.0015, 0.002)),
+    ];
+    for p in &mut scene.particles {
+        p.position.z += 0.005;
+    }
+    scene
+}
+
 #[test]
 fn a_shaken_hopper_of_spheres_is_the_same_on_any_ranks() {
     let scene = silo();
@@ -112,7 +157,7 @@ fn a_periodic_shear_of_mixed_shapes_is_the_same_on_any_ranks() {
 
 #[test]
 fn a_restart_on_other_ranks_continues_the_very_same_run() {
-    for (scene, steps) in [(silo(), 1500), (shear(true), 400), (drift(), 1000)] {
+    for (scene, steps) in [(silo(), 1500), (shear(true), 400), (drift(), 1000), (drift_over_waves(), 1500)] {
         let reference = scene.run([2, 1, 1], 2 * steps);
         for (first, second) in [([1, 1, 1], [2, 2, 1]), ([2, 2, 2], [1, 1, 1]), ([2, 1, 1], [1, 3, 1])] {
             let restarted = scene.run_with_restart(first, steps + 7, second, steps - 7);
@@ -123,9 +168,13 @@ fn a_restart_on_other_ranks_continues_the_very_same_run() {
 
 #[test]
 fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
-    for (mut scene, steps) in [(silo(), 1500), (shear(true), 400), (drift(), 1000)] {
+    for (mut scene, steps) in
+        [(silo(), 1500), (shear(true), 400), (drift(), 1000), (drift_over_waves(), 2500)]
+    {
         let reference = scene.run([2, 1, 1], steps);
-        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
-        assert_same(&reference, &scene.run([1, 1, 1], steps), "another skin");
+        for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
+            scene.setup.skin = Skin { least, most, horizon };
+            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {least} to {most}"));
+        }
     }
 }

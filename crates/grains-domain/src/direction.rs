@@ -27,17 +27,15 @@ impl Direction {
         Direction(self.0.map(|c| -c))
     }
 
-    /// Directions of the neighbours that need a clone of a particle touching these sides.
+    /// Whether the neighbour in this direction needs a clone of a particle in the buffers of these sides.
     ///
     /// `low` and `high` say per axis whether the particle lies in the buffer of that side: one side gives
     /// 1 direction, an edge 3, a corner 7; a subdomain one cell thick may have both sides at once.
-    pub fn clone_targets(low: [bool; 3], high: [bool; 3]) -> impl Iterator<Item = Direction> {
-        Direction::all().filter(move |d| {
-            (0..3).all(|a| match d.0[a] {
-                -1 => low[a],
-                1 => high[a],
-                _ => true,
-            })
+    pub fn needs_clone(&self, low: [bool; 3], high: [bool; 3]) -> bool {
+        (0..3).all(|a| match self.0[a] {
+            -1 => low[a],
+            1 => high[a],
+            _ => true,
         })
     }
 }
@@ -57,10 +55,11 @@ mod tests {
 
     #[test]
     fn faces_edges_and_corners_have_one_three_and_seven_targets() {
+        let count = |low, high| Direction::all().filter(|d| d.needs_clone(low, high)).count();
         let none = [false; 3];
-        assert_eq!(Direction::clone_targets([true, false, false], none).count(), 1);
-        assert_eq!(Direction::clone_targets([true, false, false], [false, true, false]).count(), 3);
-        assert_eq!(Direction::clone_targets([true; 3], none).count(), 7);
-        assert_eq!(Direction::clone_targets([true; 3], [true; 3]).count(), 26);
+        assert_eq!(count([true, false, false], none), 1);
+        assert_eq!(count([true, false, false], [false, true, false]), 3);
+        assert_eq!(count([true; 3], none), 7);
+        assert_eq!(count([true; 3], [true; 3]), 26);
     }
 }

@@ -75,18 +75,25 @@ impl GlobalBox {
 
     /// Position moved by whole periods into the box (m); exact.
     pub fn wrap(&self, position: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|a| {
-            let (mut x, length) = (position[a], self.length(a));
-            if self.periodic[a] {
-                while x < self.lower[a] {
-                    x += length;
-                }
-                while x >= self.upper[a] {
-                    x -= length;
-                }
-            }
-            x
-        })
+        std::array::from_fn(|a| if self.periodic[a] { self.wrap_along(a, position[a]) } else { position[a] })
+    }
+
+    /// Coordinate moved by whole periods into the box along a periodic axis (m); exact.
+    ///
+    /// One that is no number or absurdly far away stays where it is.
+    pub fn wrap_along(&self, axis: usize, mut x: f64) -> f64 {
+        const FAR: f64 = 1e3;
+        let length = self.length(axis);
+        if (x - self.lower[axis]).abs() > FAR * length {
+            return x;
+        }
+        while x < self.lower[axis] {
+            x += length;
+        }
+        while x >= self.upper[axis] {
+            x -= length;
+        }
+        x
     }
 
     /// Whether a position lies in the half-open box.

@@ -127,9 +127,20 @@ impl WallMesh {
         self.bvh.for_each_in_box(lower, upper, f);
     }
 
-    /// Whether a ball of a radius (m) around `c` may meet triangle `t`: false only if it certainly does not.
+    /// Whether a ball of a radius (m) around `c` may meet triangle `t`: neither the triangle's box nor its
+    /// plane and edges rule it out. Where a larger ball is not near, a smaller one is not either.
     #[inline]
-    pub fn may_touch(&self, t: u32, c: &Vec3, radius: f64) -> bool {
+    pub fn is_near(&self, t: u32, c: &Vec3, radius: f64) -> bool {
+        let [p, q, r] = &self.triangles[t as usize].corners;
+        let meets_box = (0..3)
+            .all(|a| p[a].min(q[a]).min(r[a]) <= c[a] + radius && p[a].max(q[a]).max(r[a]) >= c[a] - radius);
+        // The boxes of slanted triangles hold much that is far from them.
+        meets_box && self.may_touch(t, c, radius)
+    }
+
+    /// Whether plane and edges of triangle `t` allow it to meet a ball of a radius (m) around `c`.
+    #[inline]
+    fn may_touch(&self, t: u32, c: &Vec3, radius: f64) -> bool {
         let triangle = &self.triangles[t as usize];
         let height = triangle.normal.dot(&(c - triangle.corners[0]));
         // The ball cuts the plane in a circle: is that beyond an edge?

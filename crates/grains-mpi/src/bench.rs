@@ -1,10 +1,9 @@
 //! `grains-mpi bench`: time per particle and step, without output.
 
-use crate::population::Population;
-use crate::run::RunError;
-use crate::system;
+use crate::run::{RunError, agreed, build};
+use crate::system::{self, System};
 use grains_case::Case;
-use grains_comm::{Job, exit};
+use grains_comm::{Job, MpiTransport, exit};
 use grains_dem::{Clock, Failure, Phase};
 use grains_domain::Transport;
 use std::path::Path;
@@ -17,13 +16,13 @@ use std::time::Instant;
 pub fn time(
     case: &Case,
     job: &Job,
+    world: &MpiTransport,
     restart: Option<&Path>,
     [warm, steps, segments]: [u64; 3],
 ) -> Result<(), RunError> {
-    let setup = system::build(case, job.size()).map_err(RunError::case)?.setup;
+    let (System { setup, .. }, mut population) = agreed(world, build(case, job.size()))?;
     let transport = &system::transport(case, &setup, job)?;
     let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-    let mut population = Population::new(case).map_err(RunError::case)?;
     match restart {
         Some(checkpoint) => crate::restart::restore(case, transport, checkpoint, &mut dem, &mut population)?,
         None => {

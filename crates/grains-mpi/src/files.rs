@@ -184,7 +184,7 @@ impl Files {
                 return Ok(None);
             }
             // A restart right at the beginning, or one that asks for a file the first run did not write.
-            let file = if restart.is_some() && path.exists() {
+            let file = if restart.is_some() && transport.any(is_first && path.exists()) {
                 PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time).and_then(
                     |file| {
                         file.record_restart(&metadata)?;
@@ -252,7 +252,7 @@ impl Files {
     ///
     /// # Errors
     /// A full disk.
-    pub fn surfaces(&mut self, dem: &Dem, _: &MpiTransport) -> Result<(), RunError> {
+    pub fn surfaces(&mut self, dem: &Dem) -> Result<(), RunError> {
         let Some(file) = &mut self.surfaces else { return Ok(()) };
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
         let (mut ids, mut shapes, mut speeds) = (Vec::new(), Vec::new(), Vec::new());

@@ -24,7 +24,7 @@ use clap::{Parser, Subcommand};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
 use grains_domain::Transport;
-use run::{Run, RunError, RunOptions};
+use run::{Run, RunError, RunOptions, agreed};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -147,7 +147,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
         }
         Command::Bench { case, restart, warm, steps, segments } => {
             let case = load(&case, job, transport)?;
-            bench::time(&case, job, restart.as_deref(), [warm, steps, segments])
+            bench::time(&case, job, transport, restart.as_deref(), [warm, steps, segments])
         }
         Command::Run(arguments) => {
             let case = load(&arguments.case, job, transport)?;
@@ -160,7 +160,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             }
             let options =
                 RunOptions { restart: arguments.restart, max_walltime: arguments.max_walltime, interrupted };
-            Run::prepare(&case, job, options)?.go()
+            Run::prepare(&case, job, transport, options)?.go()
         }
     }
 }
@@ -174,8 +174,8 @@ fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunErr
     });
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));
-    let case =
-        Case::parse(&text, &path.display().to_string(), base).map_err(|e| RunError::case(e.to_string()))?;
+    let case = Case::parse(&text, &path.display().to_string(), base);
+    let case = agreed(transport, case.map_err(|e| RunError::case(e.to_string())))?;
     if transport.rank() == 0 {
         case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
@@ -201,5 +201,7 @@ fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
         let text: Vec<u8> = first.iter().map(|&b| b as u8).collect();
         eprintln!("error: {}", String::from_utf8_lossy(&text));
     }
+    // Nobody leaves before the message is out.
+    transport.any(false);
     codes[0] as i32
 }

@@ -60,25 +60,56 @@ pub fn files(case: &Case) -> Result<Vec<Option<ParticleColumns>>, String> {
     case.inserts.iter().map(read).collect()
 }
 
-/// Kind and scale of a row of a particle file; columns it lacks come from the insertion's first component.
+/// Kind of a row of a particle file, and its scale if the file has sizes; columns it lacks come from a
+/// component of the insertion.
 pub fn row_kind(
     case: &Case,
     catalogue: &Catalogue,
     columns: &ParticleColumns,
     row: usize,
     component: &Component,
-) -> (Kind, f64) {
+) -> (Kind, Option<f64>) {
     let named = |names: &Option<Vec<String>>, index: &dyn Fn(&str) -> Option<usize>, default: usize| {
         names.as_ref().and_then(|n| index(&n[row])).unwrap_or(default)
     };
     let shape = named(&columns.shape, &|n| case.shape_index(n), component.shape);
     let material = named(&columns.material, &|n| case.material_index(n), component.material);
     let scale = match (&columns.radius, &columns.scale) {
-        (Some(radii), _) => radii[row] / catalogue.shapes[shape].bounding_radius,
-        (_, Some(scales)) => scales[row],
-        _ => component.scale.smallest(),
+        (Some(radii), _) => Some(radii[row] / catalogue.shapes[shape].bounding_radius),
+        (_, Some(scales)) => Some(scales[row]),
+        _ => None,
     };
     (Kind { shape: shape as u16, material: material as u16 }, scale)
+}
+
+/// Calls `visit` with every kind of particle the case can insert and the scales it can have.
+///
+/// # Errors
+/// Particle files that cannot be read.
+pub fn for_each_kind(
+    case: &Case,
+    catalogue: &Catalogue,
+    mut visit: impl FnMut(Kind, &Scale),
+) -> Result<(), String> {
+    for (insert, columns) in case.inserts.iter().zip(files(case)?) {
+        for component in &insert.particles {
+            match &columns {
+                None => visit(component_kind(component), &component.scale),
+                Some(columns) => (0..columns.len()).for_each(|row| {
+                    let (kind, scale) = row_kind(case, catalogue, columns, row, component);
+                    match scale {
+                        Some(value) => visit(kind, &Scale::Constant { value }),
+                        None => visit(kind, &component.scale),
+                    }
+                }),
+            }
+        }
+    }
+    Ok(())
+}
+
+fn component_kind(component: &Component) -> Kind {
+    Kind { shape: component.shape as u16, material: component.material as u16 }
 }
 
 impl Population {
@@ -149,7 +180,8 @@ impl Population {
                 block.last_batch.0 == dem.step && id >= block.last_batch.1
             };
             // A settled state from a file may overlap a little.
-            let is_listed = self.blocks[self.origin(dem.particles.ids[touch.particle])].columns.is_some();
+            let is_listed =
+                ids.into_iter().flatten().all(|id| self.blocks[self.origin(id)].columns.is_some());
             let allowed = if is_listed { dem.setup.overlap_limit } else { 1e-9 };
             let ratio = touch.overlap / touch.radius;
             if ids.into_iter().flatten().any(is_new)
@@ -279,11 +311,12 @@ impl Block {
         let mut draw = Draw::new(seed, id, purpose::KIND);
         let component = choose(&self.insert.particles, draw.next());
         match &self.columns {
-            Some(columns) => row_kind(case, catalogue, columns, (id - self.first_id) as usize, component),
-            None => {
-                let kind = Kind { shape: component.shape as u16, material: component.material as u16 };
-                (kind, sample(&component.scale, &mut draw))
+            Some(columns) => {
+                let row = (id - self.first_id) as usize;
+                let (kind, scale) = row_kind(case, catalogue, columns, row, component);
+                (kind, scale.unwrap_or_else(|| sample(&component.scale, &mut draw)))
             }
+            None => (component_kind(component), sample(&component.scale, &mut draw)),
         }
     }
 
@@ -392,6 +425,9 @@ fn quaternion([w, x, y, z]: [f64; 4]) -> Rotation {
     Unit::new_normalize(Quaternion::new(w, x, y, z))
 }
 
+/// Attempts between two agreements of the ranks.
+const ATTEMPTS_AT_A_TIME: u64 = 64;
+
 /// Tries places in a window until the particle fits between particles and walls, on all ranks alike.
 fn place_in_window(
     mut new: NewParticle,
@@ -404,19 +440,31 @@ fn place_in_window(
 ) -> Option<NewParticle> {
     // A later batch must not repeat the attempts that found no room before.
     let round = dem.step.wrapping_mul(attempts);
-    for attempt in 0..attempts {
-        let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + round + attempt);
-        new.position = point_in(window, &mut draw);
-        let wrapped = dem.setup.global.wrap(new.position.into());
-        new.position = Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)));
-        let is_blocked = !dem.setup.global.contains(new.position.into())
-            || occupancy.in_the_way(&new, dem, 0.0).is_some()
-            || wall_in_the_way(&new, dem, 0.0).is_some();
-        if !transport.any(is_blocked) {
+    let mut blocked = Vec::new();
+    for first in (0..attempts).step_by(ATTEMPTS_AT_A_TIME as usize) {
+        let last = attempts.min(first + ATTEMPTS_AT_A_TIME);
+        blocked.clear();
+        blocked.extend((first..last).map(|attempt| {
+            new.position = attempted_position(&new, window, seed, round + attempt, dem);
+            let is_blocked = !dem.setup.global.contains(new.position.into())
+                || occupancy.in_the_way(&new, dem, 0.0).is_some()
+                || wall_in_the_way(&new, dem, 0.0).is_some();
+            f64::from(u8::from(is_blocked))
+        }));
+        transport.max(&mut blocked);
+        if let Some(free) = blocked.iter().position(|&b| b == 0.0) {
+            new.position = attempted_position(&new, window, seed, round + first + free as u64, dem);
             return Some(new);
         }
     }
     None
+}
+
+/// Position of a particle at an attempt, wrapped and on the lattice.
+fn attempted_position(new: &NewParticle, window: &Window, seed: u64, attempt: u64, dem: &Dem) -> Vec3 {
+    let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + attempt);
+    let wrapped = dem.setup.global.wrap(point_in(window, &mut draw).into());
+    Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)))
 }
 
 fn point_in(window: &Window, draw: &mut Draw) -> Vec3 {

@@ -44,6 +44,27 @@ impl RunError {
     }
 }
 
+/// The outcome for all ranks: an error on one is an error on all, and those that met it have its text.
+///
+/// # Errors
+/// The rank's own error, or one without text.
+pub fn agreed<T>(transport: &impl Transport, outcome: Result<T, RunError>) -> Result<T, RunError> {
+    match (transport.any(outcome.is_err()), outcome) {
+        (true, Ok(_)) => Err(RunError::case("")),
+        (_, outcome) => outcome,
+    }
+}
+
+/// The system of a case and its insertions; each rank reads their files for itself.
+///
+/// # Errors
+/// Anything wrong with the case or its files.
+pub fn build(case: &Case, ranks: usize) -> Result<(System, Population), RunError> {
+    let system = system::build(case, ranks).map_err(RunError::case)?;
+    let population = Population::new(case).map_err(RunError::case)?;
+    Ok((system, population))
+}
+
 /// Intervals of a run in steps; 0 for never.
 struct Schedule {
     particles: u64,
@@ -91,12 +112,16 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
-    pub fn prepare(case: &'a Case, job: &Job, options: RunOptions) -> Result<Self, RunError> {
-        let System { setup, step } = system::build(case, job.size()).map_err(RunError::case)?;
+    pub fn prepare(
+        case: &'a Case,
+        job: &Job,
+        world: &MpiTransport,
+        options: RunOptions,
+    ) -> Result<Self, RunError> {
+        let (System { setup, step }, mut population) = agreed(world, build(case, job.size()))?;
         let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-        let mut population = Population::new(case).map_err(RunError::case)?;
         if transport.rank() == 0 {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: T_c/dt = {:.1}; {}", step.dt, step.steps_per_contact(), step.reason);
@@ -122,8 +147,12 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A state that can no longer be trusted, or a file that cannot be written.
     pub fn go(&mut self) -> Result<(), RunError> {
+        let mut is_inserted = self.options.restart.is_some();
         loop {
-            self.insert()?;
+            // A checkpoint holds what was inserted at its step.
+            if !std::mem::take(&mut is_inserted) {
+                self.insert()?;
+            }
             let step = self.dem.step;
             self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
             if self.dem.interrupt {
@@ -214,7 +243,7 @@ impl<'a> Run<'a> {
             self.files.snapshot(&self.dem, &self.transport)?;
         }
         if surfaces {
-            self.files.surfaces(&self.dem, &self.transport)?;
+            self.files.surfaces(&self.dem)?;
         }
         let mut finished = false;
         if row {

@@ -110,15 +110,9 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
 /// Largest bounding radius any particle of the case can have (m).
 fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
     let mut largest = 0.0_f64;
-    for component in case.inserts.iter().flat_map(|i| &i.particles) {
-        largest = largest.max(catalogue.shapes[component.shape].bounding_radius * component.scale.largest());
-    }
-    for columns in crate::population::files(case)?.iter().flatten() {
-        let smallest_shape = catalogue.shapes.iter().map(|s| s.bounding_radius).fold(0.0, f64::max);
-        let radii = columns.radius.iter().flatten().copied();
-        let scales = columns.scale.iter().flatten().map(|s| s * smallest_shape);
-        largest = radii.chain(scales).fold(largest, f64::max);
-    }
+    crate::population::for_each_kind(case, catalogue, |kind, scale| {
+        largest = largest.max(catalogue.shape(kind).bounding_radius * scale.largest());
+    })?;
     Ok(largest)
 }
 
@@ -139,10 +133,22 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     let mut walls = Vec::new();
     for (i, wall) in case.walls.iter().enumerate() {
         let (surfaces, extents) = surfaces(&wall.kind).map_err(|e| case.about(&format!("wall[{i}]"), e))?;
-        let spans = std::array::from_fn(|a| {
-            global.periodic[a]
-                && extents.is_some_and(|(lower, upper)| upper[a] - lower[a] >= global.length(a))
-        });
+        let reaches = |a: usize| {
+            extents.map_or([false; 2], |(lower, upper)| {
+                [lower[a] <= global.lower[a], upper[a] >= global.upper[a]]
+            })
+        };
+        let spans = std::array::from_fn(|a| global.periodic[a] && reaches(a) == [true; 2]);
+        let crosses = |a: usize| {
+            extents.is_some_and(|(lower, upper)| lower[a] < global.lower[a] || upper[a] > global.upper[a])
+        };
+        if let Some(a) = (0..3).find(|&a| global.periodic[a] && crosses(a) && !spans[a]) {
+            let axis = ['x', 'y', 'z'][a];
+            let message = format!(
+                "crosses one periodic face across {axis}: keep it inside the domain, or let it reach over all of it on both sides"
+            );
+            return Err(case.about(&format!("wall[{i}]"), message));
+        }
         walls.push(Wall {
             name: wall.name.clone(),
             material: wall.material as u16,

@@ -181,16 +181,8 @@ fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>,
         known.off_centre_mass = known.off_centre_mass.min(new.off_centre_mass);
         known.quickening = known.quickening.max(quickening);
     };
-    let files = crate::population::files(case)?;
-    for (insert, columns) in case.inserts.iter().zip(&files) {
-        for component in &insert.particles {
-            consider(component.material, component.shape, component.scale.smallest());
-        }
-        let (Some(columns), Some(component)) = (columns, insert.particles.first()) else { continue };
-        for row in 0..columns.position.len() {
-            let (kind, scale) = crate::population::row_kind(case, catalogue, columns, row, component);
-            consider(kind.material as usize, kind.shape as usize, scale);
-        }
-    }
+    crate::population::for_each_kind(case, catalogue, |kind, scale| {
+        consider(kind.material as usize, kind.shape as usize, scale.smallest());
+    })?;
     Ok(lightest)
 }

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
+use crate::sections::domain::Domain;
 
 /// A plane through which particles are counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,7 +19,11 @@ pub struct FlowPlane {
 }
 
 /// Scales the directions of the planes to unit length.
-pub(crate) fn check_flow_planes(mut planes: Vec<FlowPlane>, checker: &mut Checker) -> Vec<FlowPlane> {
+pub(crate) fn check_flow_planes(
+    mut planes: Vec<FlowPlane>,
+    domain: &Domain,
+    checker: &mut Checker,
+) -> Vec<FlowPlane> {
     const MOST: usize = 32;
     if planes.len() > MOST {
         checker.error(
@@ -27,7 +32,13 @@ pub(crate) fn check_flow_planes(mut planes: Vec<FlowPlane>, checker: &mut Checke
         );
     }
     for (i, plane) in planes.iter_mut().enumerate() {
-        plane.normal = checker.direction(&format!("flow_plane[{i}].normal"), plane.normal);
+        let path = format!("flow_plane[{i}].normal");
+        plane.normal = checker.direction(&path, plane.normal);
+        let is_oblique =
+            |a: usize| domain.periodic[a] && (1e-12..1.0 - 1e-12).contains(&plane.normal[a].abs());
+        if (0..3).any(is_oblique) {
+            checker.error(&path, "oblique to a periodic axis: such a plane has no single image; lay it along or across the axis".into());
+        }
     }
     planes
 }

@@ -19,7 +19,7 @@ pub(crate) struct WallPair {
     pub(crate) wall: u16,
     pub(crate) surface: u16,
     pub(crate) part: u16,
-    /// Periodic image of the particle, an index into the shifts of the list.
+    /// Periodic image of the particle, see [`crate::images`].
     pub(crate) image: u8,
     pub(crate) spring: Vec3,
     /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
@@ -68,16 +68,19 @@ impl<'a> WallScene<'a> {
 
     /// Centre (m) of the periodic image of a particle that a pair is about.
     ///
-    /// A surface without end is its own image: it is met at the wrapped position, so that the answer does
-    /// not depend on when the particle was last wrapped. Finite surfaces meet one image each.
+    /// Along axes on which a surface has no end it is its own image: it is met at the wrapped position, so
+    /// that the answer does not depend on when the particle was last wrapped.
     #[inline]
     fn center(&self, pair: &WallPair, position: &Vec3, shifts: &[Vec3]) -> Vec3 {
-        let surface = &self.walls[pair.wall as usize].surfaces[pair.surface as usize];
-        if surface.is_finite() {
-            position + shifts[pair.image as usize]
-        } else {
-            Vec3::from(self.global.wrap((*position).into()))
+        let mut center = position + shifts[pair.image as usize];
+        if self.global.periodic != [false; 3] {
+            let wall = &self.walls[pair.wall as usize];
+            let wrapped = wall.wrapped_axes(&wall.surfaces[pair.surface as usize]);
+            for a in (0..3).filter(|&a| wrapped[a] && self.global.periodic[a]) {
+                center[a] = self.global.wrap_along(a, position[a]);
+            }
         }
+        center
     }
 }
 
@@ -157,10 +160,8 @@ fn find_contacts(
     let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
     let body = &particles.bodies[first.particle as usize];
     let position = scene.center(&first, &body.position, &list.shifts);
-    let (lower, upper) = (scene.global.lower, scene.global.upper);
-    let outside = (0..3).any(|a| wall.spans[a] && !(position[a] >= lower[a] && position[a] < upper[a]));
     list.touching.clear();
-    if outside || !wall.exists_at(scene.time) {
+    if !wall.exists_at(scene.time) {
         list.touching.resize(group.len(), None);
         for pair in &list.pairs[group] {
             if pair.simplex != WallPair::CLOSED_FORM {
@@ -189,6 +190,12 @@ fn find_contacts(
             WallPair::CLOSED_FORM => &mut Simplex::default(),
             index => &mut list.simplexes[index as usize],
         };
+        if surface.is_out_of_reach(pair.element, &center, body.radius) {
+            // What a pair remembers must not depend on how long it was in a list before it came near.
+            simplex.len = 0;
+            list.touching.push(None);
+            continue;
+        }
         list.touching.push(surface.meets_part(pair.element, &(center + part.offset), &part, simplex)?);
     }
     keep_deepest_of_flat_patches(&mut list.touching);

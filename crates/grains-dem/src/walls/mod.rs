@@ -29,11 +29,17 @@ pub struct Wall {
     pub until: f64,
     /// Axes along which the wall reaches over the whole periodic box.
     ///
-    /// Such a wall is met at the wrapped position only; it should reach beyond the box by a radius.
+    /// Along these it is met at the wrapped position; it should reach beyond the box by a radius.
     pub spans: [bool; 3],
 }
 
 impl Wall {
+    /// Axes along which a surface of the wall is met at the wrapped position, not at images: those along
+    /// which it has no end.
+    pub(crate) fn wrapped_axes(&self, surface: &Surface) -> [bool; 3] {
+        if surface.is_finite() { self.spans } else { [true; 3] }
+    }
+
     /// Whether the wall exists at a time (s).
     pub fn exists_at(&self, time: f64) -> bool {
         time >= self.from && time < self.until

@@ -93,9 +93,8 @@ impl Surface {
             }
             Surface::Mesh(mesh) => {
                 let half = Vec3::repeat(reach);
-                // The boxes of slanted triangles hold much that is far from them.
                 mesh.for_each_in_box(&(center - half), &(center + half), |t| {
-                    if mesh.may_touch(t, center, reach) {
+                    if mesh.is_near(t, center, reach) {
                         found(t);
                     }
                 });
@@ -151,11 +150,6 @@ impl Surface {
         part: &PlacedPart,
         simplex: &mut Simplex,
     ) -> Result<Option<SurfaceContact>, GjkError> {
-        if self.is_out_of_reach(element, center, part.half_extents.norm() * part.scale) {
-            // What a pair remembers must not depend on how long it was in a list before it came near.
-            simplex.len = 0;
-            return Ok(None);
-        }
         match self {
             Surface::Plane { point, normal } => {
                 let deepest = center + part.farthest(&-normal);
@@ -192,14 +186,15 @@ impl Surface {
         }
     }
 
-    /// Whether a ball is certainly apart from an element.
-    fn is_out_of_reach(&self, element: u32, center: &Vec3, radius: f64) -> bool {
+    /// Whether a ball is certainly apart from an element: true wherever [`Self::for_each_near`] does not find
+    /// the element for the same ball.
+    pub(crate) fn is_out_of_reach(&self, element: u32, center: &Vec3, radius: f64) -> bool {
         match self {
             Surface::Plane { .. } | Surface::Tube { .. } => false,
             Surface::Solid { center: middle, bounding_radius, .. } => {
                 (center - middle).norm() >= radius + bounding_radius
             }
-            Surface::Mesh(mesh) => !mesh.may_touch(element, center, radius),
+            Surface::Mesh(mesh) => !mesh.is_near(element, center, radius),
         }
     }
 

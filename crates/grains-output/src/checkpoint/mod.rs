@@ -34,7 +34,7 @@ pub enum Values {
 /// A distributed array: each rank its rows.
 ///
 /// An array that is the same on all ranks has its rows on rank 0 and none elsewhere; a number is such an
-/// array of one row. They are read by [`CheckpointFile::all_real`] and [`CheckpointFile::all_integer`].
+/// array of one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
     /// Name.

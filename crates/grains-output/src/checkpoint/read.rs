@@ -102,56 +102,6 @@ impl CheckpointFile {
         }
     }
 
-    /// All rows of a floating-point array; not collective.
-    ///
-    /// # Errors
-    /// An array that the checkpoint lacks, or a file that can no longer be read.
-    pub fn all_real(&self, name: &str) -> Result<Vec<f64>, FileError> {
-        self.real_rows(name, 0..self.shape(name)?[0])
-    }
-
-    /// All rows of an array of whole numbers; not collective.
-    ///
-    /// # Errors
-    /// An array that the checkpoint lacks, or a file that can no longer be read.
-    pub fn all_integer(&self, name: &str) -> Result<Vec<i64>, FileError> {
-        self.integer_rows(name, 0..self.shape(name)?[0])
-    }
-
-    /// Some rows of a floating-point array; not collective.
-    ///
-    /// # Errors
-    /// Rows that the checkpoint lacks, or a file that can no longer be read.
-    pub fn real_rows(&self, name: &str, rows: Range<usize>) -> Result<Vec<f64>, FileError> {
-        self.real(name)?;
-        self.rows(name, rows)
-    }
-
-    /// Some rows of an array of whole numbers; not collective.
-    ///
-    /// # Errors
-    /// Rows that the checkpoint lacks, or a file that can no longer be read.
-    pub fn integer_rows(&self, name: &str, rows: Range<usize>) -> Result<Vec<i64>, FileError> {
-        self.integer(name)?;
-        self.rows(name, rows)
-    }
-
-    fn rows<T: H5Type + Default + Clone>(&self, name: &str, rows: Range<usize>) -> Result<Vec<T>, FileError> {
-        let [all, width] = self.shape(name)?;
-        if rows.start > rows.end || rows.end > all {
-            let problem =
-                format!("`{name}` has {all} rows: rows {} to {} are asked for", rows.start, rows.end);
-            return Err(FileError::new(&self.path, problem));
-        }
-        let read = || {
-            let dataset = File::open(&self.path)?.dataset(&format!("{STATE}/{name}"))?;
-            part(&dataset, rows, width)
-        };
-        read().map_err(|e: hdf5::Error| {
-            FileError::new(&self.path, format!("`{name}` can no longer be read: {e}"))
-        })
-    }
-
     fn stored(&self, name: &str) -> Result<&Stored, FileError> {
         let lacks =
             || FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version"));
