@@ -17,7 +17,7 @@ const COST: [f64; 2] = [1.2e-7, 1.0e-6];
 const MEMORY: [f64; 2] = [800.0, 5000.0];
 
 /// Bytes per particle of a checkpoint, for spheres and for other shapes.
-const CHECKPOINT: [f64; 2] = [300.0, 700.0];
+const CHECKPOINT: [f64; 2] = [370.0, 1250.0];
 
 /// Bytes per particle of an uncompressed snapshot.
 fn bytes_per_snapshot(case: &Case) -> f64 {
