@@ -40,6 +40,16 @@ fn a_restart_continues_the_files_and_a_new_run_moves_them_aside() {
     fs::write(results.join("notes.txt"), "mine").unwrap();
     let output = run_case(2, &home, &silo(0.12), &[]).succeeded();
     assert!(output.stdout.contains("results.1"), "{}", output.text());
+    // The log says what a user asks of it.
+    for words in [
+        "time step 4e-5 s: T_c/dt = ",
+        "left ",
+        "time by phase (s)",
+        "particles per rank: ",
+        "largest overlap ",
+    ] {
+        assert!(output.stdout.contains(words), "`{words}` is missing: {}", output.text());
+    }
     let aside = home.join("results.1");
     assert_eq!(fs::read_to_string(aside.join("notes.txt")).unwrap(), "mine");
     assert_same_series(&series(&aside), &series(&results));

@@ -131,7 +131,7 @@ fn restitution_converges_with_order_two_for_every_phase_of_the_contact() {
     let (coarse, fine) = (worst(50.0), worst(100.0));
     println!("largest error of e_n: {coarse:.2e} at T_c/dt = 50, {fine:.2e} at 100");
     // The lagged velocity of the plain leap-frog has 7e-3 and 4e-3.
-    assert!(fine < 1e-3 && coarse / fine > 2.8, "errors {coarse:e} and {fine:e}");
+    assert!(coarse < 5e-4 && coarse / fine > 2.8, "errors {coarse:e} and {fine:e}");
 }
 
 #[test]
@@ -215,12 +215,16 @@ fn oblique(angle: f64, law: ContactLaw, surface: Option<Surface>) -> (Vec3, Vec3
     match surface {
         Some(surface) => setup.walls = vec![wall("wall", surface, Motion::Fixed)],
         None => {
-            // A body as heavy as a wall, hit on the pole that the plane touches.
+            // A block as heavy as a wall, with its upper face where the plane is.
+            const EDGE: f64 = 0.02;
+            let block = Shape::cuboid(Vec3::repeat(EDGE), 0.02).unwrap();
+            setup.largest_radius = block.bounding_radius;
+            setup.catalogue.shapes.push(block);
             setup.catalogue.densities = vec![2500.0, 2500.0 * 1e14];
-            let below = Vec3::new(start.x, start.y, middle.z - RADIUS);
+            let below = middle - Vec3::z() * (0.5 * EDGE);
             bodies.push(NewParticle {
-                kind: Kind { shape: 0, material: 1 },
-                ..particle(1, 0, below, Vec3::zeros())
+                kind: Kind { shape: 1, material: 1 },
+                ..particle(1, 1, below, Vec3::zeros())
             });
         }
     }
@@ -281,15 +285,13 @@ fn plane_and_tessellation_give_the_same_rebound_at_all_angles_and_no_energy() {
 #[test]
 fn a_body_gives_the_same_rebound_as_a_wall() {
     for law in laws() {
-        for degrees in [0.0_f64, 20.0, 45.0] {
+        for degrees in [0.0_f64, 20.0, 45.0, 60.0, 75.0, 85.0, 89.0] {
             let angle = degrees.to_radians();
             let plane = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
             let (v, w) = oblique(angle, law, Some(plane));
             let (v_body, w_body) = oblique(angle, law, None);
-            // The heavy sphere is curved: the ball slides by a few micrometres on it.
             let difference = (v - v_body).norm() + RADIUS * (w - w_body).norm();
-            assert!(difference < 0.05, "{degrees} degrees: {difference}");
-            assert!((v_body.z / v.z - 1.0).abs() < 0.06, "{degrees} degrees: {} {}", v_body.z, v.z);
+            assert!(difference < 1e-6, "{degrees} degrees: {difference}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `grains-mpi bench`: time per particle and step, without output.
 
-use crate::run::{RunError, agreed, build};
+use crate::error::{RunError, agreed};
+use crate::run::build;
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};

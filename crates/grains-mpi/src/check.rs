@@ -1,5 +1,6 @@
 //! `grains-mpi check`: what a case is and what it will cost, before it runs.
 
+use crate::duration::duration;
 use crate::files::particle_fields;
 use crate::population::Population;
 use crate::system::{self, System};
@@ -190,14 +191,4 @@ fn row(e: &Encounter, impact_speed: f64, dt: f64) -> String {
         deepest / e.radius,
         e.shortest_contact / dt
     )
-}
-
-/// A duration in the unit a person would use.
-pub fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 90.0 => format!("{s:.0} s"),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.1} days", s / 86_400.0),
-    }
 }

@@ -1,34 +1,34 @@
 //! The files of a run: what of the state goes where.
 
 use crate::VERSION;
+use crate::error::RunError;
 use crate::population::Population;
-use crate::run::RunError;
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
-use grains_comm::{MpiTransport, exit};
+use grains_comm::MpiTransport;
 use grains_dem::{Dem, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
-    Data, FieldSpec, FileError, Kind, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old,
-    utc_now, write_checkpoint, write_shape,
+    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old, utc_now,
+    write_checkpoint, write_shape,
 };
 use std::path::{Path, PathBuf};
 
 /// Fields of a particle snapshot when none is left out.
 const PARTICLE_FIELDS: [FieldSpec; 12] = [
-    field("id", "-", 1, Kind::Integer),
-    field("shape", "-", 1, Kind::Integer),
-    field("material", "-", 1, Kind::Integer),
-    field("coordination", "-", 1, Kind::Integer),
-    field("wall_contacts", "-", 1, Kind::Integer),
-    field("radius", "m", 1, Kind::Real),
-    field("scale", "-", 1, Kind::Real),
-    field("orientation_wxyz", "-", 4, Kind::Real),
-    field("velocity", "m/s", 3, Kind::Real),
-    field("angular_velocity", "rad/s", 3, Kind::Real),
-    field("force", "N", 3, Kind::Real),
-    field("torque", "N m", 3, Kind::Real),
+    FieldSpec::integer("id"),
+    FieldSpec::integer("shape"),
+    FieldSpec::integer("material"),
+    FieldSpec::integer("coordination"),
+    FieldSpec::integer("wall_contacts"),
+    FieldSpec::real("radius", "m", 1),
+    FieldSpec::real("scale", "-", 1),
+    FieldSpec::real("orientation_wxyz", "-", 4),
+    FieldSpec::real("velocity", "m/s", 3),
+    FieldSpec::real("angular_velocity", "rad/s", 3),
+    FieldSpec::real("force", "N", 3),
+    FieldSpec::real("torque", "N m", 3),
 ];
 
 /// Fields of the particle snapshots of a case.
@@ -49,20 +49,8 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
     PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
 }
 
-const SURFACE_FIELDS: [FieldSpec; 3] = [
-    field("id", "-", 1, Kind::Integer),
-    field("shape", "-", 1, Kind::Integer),
-    field("speed", "m/s", 1, Kind::Real),
-];
-
-pub(crate) const fn field(
-    name: &'static str,
-    unit: &'static str,
-    components: usize,
-    kind: Kind,
-) -> FieldSpec {
-    FieldSpec { name, unit, components, kind }
-}
+const SURFACE_FIELDS: [FieldSpec; 3] =
+    [FieldSpec::integer("id"), FieldSpec::integer("shape"), FieldSpec::real("speed", "m/s", 1)];
 
 /// The case with every default spelt out; a directory that holds one holds a run.
 const RESOLVED_CASE: &str = "case.resolved.toml";
@@ -139,16 +127,6 @@ pub struct Files {
     surfaces: Option<PolyDataFile>,
     /// On rank 0 only.
     series: Option<Series>,
-}
-
-impl From<FileError> for RunError {
-    fn from(error: FileError) -> Self {
-        let message = match &error {
-            FileError::Elsewhere => String::new(),
-            FileError::Here { .. } => error.to_string(),
-        };
-        RunError { code: exit::FILES, message }
-    }
 }
 
 impl Files {

@@ -10,6 +10,8 @@ macro_rules! say {
 
 mod bench;
 mod check;
+mod duration;
+mod error;
 mod files;
 mod geometry;
 mod population;
@@ -21,10 +23,11 @@ mod timestep;
 mod wall_surfaces;
 
 use clap::{Parser, Subcommand};
+use error::{RunError, agreed};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
 use grains_domain::Transport;
-use run::{Run, RunError, RunOptions, agreed};
+use run::{Run, RunOptions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,7 +1,7 @@
 //! The state of a run as the arrays of a checkpoint, and back.
 
+use crate::error::RunError;
 use crate::population::Population;
-use crate::run::RunError;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, ParticleRecord};

@@ -1,6 +1,7 @@
 //! The run loop: refresh, checkpoint, contacts, output, advance.
 
-use crate::check::duration;
+use crate::duration::duration;
+use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::population::Population;
 use crate::system::{self, System};
@@ -21,38 +22,6 @@ pub struct RunOptions {
     pub max_walltime: f64,
     /// Whether a signal asked the run to leave.
     pub interrupted: Arc<AtomicBool>,
-}
-
-/// An error that ends all ranks with one message.
-#[derive(Clone, Debug)]
-pub struct RunError {
-    /// Exit code.
-    pub code: i32,
-    /// Message; empty on ranks that did not meet the error.
-    pub message: String,
-}
-
-impl RunError {
-    /// Error in the case or command line.
-    pub fn case(message: impl Into<String>) -> Self {
-        Self { code: exit::CASE, message: message.into() }
-    }
-
-    /// Error of a file.
-    pub fn files(message: impl Into<String>) -> Self {
-        Self { code: exit::FILES, message: message.into() }
-    }
-}
-
-/// The outcome for all ranks: an error on one is an error on all, and those that met it have its text.
-///
-/// # Errors
-/// The rank's own error, or one without text.
-pub fn agreed<T>(transport: &impl Transport, outcome: Result<T, RunError>) -> Result<T, RunError> {
-    match (transport.any(outcome.is_err()), outcome) {
-        (true, Ok(_)) => Err(RunError::case("")),
-        (_, outcome) => outcome,
-    }
 }
 
 /// The system of a case and its insertions; each rank reads their files for itself.

@@ -1,7 +1,7 @@
 //! From a checked case to a granular system.
 
+use crate::error::RunError;
 use crate::geometry::{shape, surfaces};
-use crate::run::RunError;
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
 use grains_comm::{Job, MpiTransport, cartesian};

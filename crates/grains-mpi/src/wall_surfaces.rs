@@ -1,16 +1,14 @@
 //! Triangles that show the walls in a viewer.
 
-use crate::files::field;
 use grains_dem::{Dem, Surface, WallState};
 use grains_domain::GlobalBox;
 use grains_geometry::{Core, Rotation, Shape, TriMesh, Vec3};
-use grains_output::{FieldSpec, Kind};
+use grains_output::FieldSpec;
 use nalgebra::Rotation3;
 use std::f64::consts::TAU;
 
 /// Fields of the triangles of walls.
-pub const WALL_FIELDS: [FieldSpec; 2] =
-    [field("wall", "-", 1, Kind::Integer), field("velocity", "m/s", 3, Kind::Real)];
+pub const WALL_FIELDS: [FieldSpec; 2] = [FieldSpec::integer("wall"), FieldSpec::real("velocity", "m/s", 3)];
 
 /// Triangles of all walls that exist now.
 #[derive(Clone, Debug, Default)]

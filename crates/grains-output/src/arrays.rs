@@ -1,8 +1,8 @@
 //! The arrays of a temporal VTKHDF PolyData file and what each holds per step.
 
 use crate::collective::{Participants, write_rows};
+use crate::fields::{FieldSpec, Kind, Precision};
 use crate::metadata::text;
-use crate::polydata::{FieldSpec, Kind, Precision};
 use hdf5::dataset::FillTime;
 use hdf5::types::{FixedAscii, VarLenUnicode};
 use hdf5::{Dataset, File, Group, H5Type};

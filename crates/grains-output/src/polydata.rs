@@ -2,6 +2,7 @@
 
 use crate::arrays::{Arrays, Cells, Place};
 use crate::error::{FileError, Shared, agree};
+use crate::fields::{FieldSpec, Kind, Precision};
 use crate::metadata::{GROUP, Metadata, write_metadata};
 use crate::xdmf::Sidecar;
 use hdf5::File;
@@ -9,37 +10,6 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::Path;
-
-/// Floating-point format of the arrays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// 64 bits.
-    F64,
-    /// 32 bits.
-    F32,
-}
-
-/// Type of a field's values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Floating point.
-    Real,
-    /// Whole numbers, 64 bits.
-    Integer,
-}
-
-/// An array that goes with every step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FieldSpec {
-    /// Name.
-    pub name: &'static str,
-    /// SI unit, `-` for pure numbers.
-    pub unit: &'static str,
-    /// Values per point or triangle.
-    pub components: usize,
-    /// Type.
-    pub kind: Kind,
-}
 
 /// Values of a field on this rank, `[points or triangles][components]`.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Cells, Place};
 use crate::error::FileError;
-use crate::polydata::{FieldSpec, Kind, Precision};
+use crate::fields::{FieldSpec, Kind, Precision};
 use std::fmt::Write;
 use std::path::Path;
 
