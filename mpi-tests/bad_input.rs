@@ -247,7 +247,7 @@ fn a_case_file_that_is_missing_or_empty_is_named() {
     let home = folder("bad_input_file");
     fs::write(home.join("case.toml"), case("base.toml")).unwrap();
     fs::write(home.join("empty.toml"), "\n").unwrap();
-    for (argument, says) in [("csae.toml", "cannot read the case file"), ("empty.toml", "is empty")] {
+    for (argument, says) in [("csae.toml", "did you mean `case.toml`"), ("empty.toml", "is empty")] {
         let output = run(2, &home, &[argument]);
         let message = output.only_error(2);
         assert!(message.contains(argument) && message.contains(says), "{message}");

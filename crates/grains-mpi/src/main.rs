@@ -173,7 +173,8 @@ fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunErr
     let text = (transport.rank() == 0).then(|| match std::fs::read_to_string(path) {
         Ok(text) if text.trim().is_empty() => Err(format!("{}: the case file is empty", path.display())),
         Ok(text) => Ok(text),
-        Err(e) => Err(format!("{}: cannot read the case file: {e}", path.display())),
+        // It says what is wrong, and which file may have been meant.
+        Err(e) => Err(Case::load(path).err().map_or(e.to_string(), |errors| errors.to_string())),
     });
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));
