@@ -77,6 +77,27 @@ fn table_5_4_of_the_thesis_is_reproduced() {
     assert_row(&output.stdout, "glass - wall (wall)", [4.851e3, 5.931e-5, 6.895e-5]);
 }
 
+/// Off-centre hits of a needle are shorter than those of a ball, also of a ball that is lighter.
+#[test]
+fn a_needle_beside_a_lighter_ball_decides_the_time_step() {
+    let home = folder("check_needle");
+    let needle = "[[shape]]\nname = \"needle\"\nkind = \"box\"\nedges = [4e-3, 4e-3, 16e-3]\n\n[[insert]]";
+    let text = replaced(&case("base.toml"), "[[insert]]", needle);
+    let text = replaced(&replaced(&text, "radius = 5e-3", "radius = 3e-3"), "dt = 4e-5", "dt = \"auto\"");
+    let text = replaced(&replaced(&text, "count = 16", "count = 2"), "spacing = 0.011", "spacing = 0.02");
+    let step = |particles: &str| {
+        let text = replaced(&text, "[{ shape = \"ball\", material = \"glass\" }]", particles);
+        let output = check(&home, &text, &[]).succeeded();
+        let line = output.stdout.lines().find(|l| l.starts_with("time step")).unwrap().to_string();
+        line.split_whitespace().nth(2).unwrap().parse::<f64>().unwrap()
+    };
+    let (ball, needle) =
+        ("{ shape = \"ball\", material = \"glass\" }", "{ shape = \"needle\", material = \"glass\" }");
+    let alone = step(&format!("[{needle}]"));
+    assert_eq!(step(&format!("[{ball}, {needle}]")), alone);
+    assert!(alone < 0.8 * step(&format!("[{ball}]")));
+}
+
 #[test]
 fn coarse_time_steps_are_warned_of_and_then_refused() {
     let home = folder("check_dt");
