@@ -57,6 +57,20 @@ fn a_restart_continues_the_files_and_a_new_run_moves_them_aside() {
     assert!(!results.join("notes.txt").exists());
 }
 
+#[test]
+fn a_stop_condition_writes_the_last_state() {
+    let home = folder("files_stop");
+    let results = home.join("results");
+    let text = silo(0.24) + "\n[stop]\nkinetic_energy_below = 1e3\nafter = 0.05\n";
+    let output = run_case(2, &home, &text, &[]).succeeded();
+    assert!(output.stdout.contains("stop condition met at t = 0.05"), "{}", output.text());
+    // The row after 0.05 s meets it, and the step after that is the last.
+    let last = step_of(checkpoints(&results).last().unwrap());
+    assert_eq!((last, last_step(&results)), (1301, 1301));
+    let (times, _) = snapshots(&results.join("particles.vtkhdf"));
+    assert!((times.last().unwrap() - 1301.0 * 4e-5).abs() < 1e-12, "{times:?}");
+}
+
 /// Overwrites bytes in the middle of the particles of a checkpoint.
 fn flip_a_bit(checkpoint: &Path) {
     let first = state(checkpoint)[0].state[4].to_le_bytes();

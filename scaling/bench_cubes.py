@@ -16,8 +16,8 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from bench_spheres import RADIUS, lammps_command, make_bed
-from benchmark import BINARY, machine, mpi, run, segments, spread, table
+from bench_spheres import lammps_command, make_bed
+from benchmark import BINARY, DT, FLOOR, GLASS, RADIUS, machine, mpi, run, segments, spread, table
 
 COUNT = 2000
 EDGE = RADIUS * (4 / 3 * math.pi) ** (1 / 3)  # m
@@ -36,19 +36,9 @@ periodic = [true, true, false]
 
 [time]
 end = 0.5
-dt = 2.5e-6
+dt = {DT}
 
-[[material]]
-name = "glass"
-density = 2500
-
-[[contact]]
-between = ["glass", "glass"]
-normal_stiffness = 1e5
-restitution = 0.75
-friction = 0.5
-tangential = {{ kind = "spring" }}
-
+{GLASS}
 [[shape]]
 name = "cube"
 kind = "box"
@@ -62,13 +52,7 @@ orientation = "random"
 place = {{ kind = "lattice", lower = [0, 0, 0], upper = [{BOX}, {BOX}, {HEIGHT:.4f}], spacing = {SPACING:.6g} }}
 velocity = [0, 0, -0.5]
 
-[[wall]]
-name = "floor"
-material = "glass"
-kind = "plane"
-point = [0, 0, 0]
-normal = [0, 0, 1]
-
+{FLOOR}
 [output]
 directory = "settled"
 particles = 0

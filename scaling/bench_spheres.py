@@ -23,17 +23,12 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchmark import BINARY, bench, machine, mpi, run, segments, spread, table
+from benchmark import (
+    BINARY, DAMPING_RATIO, DENSITY, DT, FLOOR, FRICTION, GLASS, RADIUS, RESTITUTION, STIFFNESS, STIFFNESS_RATIO, bench,
+    machine, mpi, run, segments, spread, table,
+)
 
 EDGE = 0.06  # m, of the periodic box before tiling
-RADIUS = 1.5e-3  # m
-DENSITY = 2500.0  # kg/m3
-STIFFNESS = 1e5  # N/m
-RESTITUTION = 0.75
-FRICTION = 0.5
-STIFFNESS_RATIO = 2 / 7  # tangential over normal
-DAMPING_RATIO = 0.5  # tangential over normal
-DT = 2.5e-6  # s
 
 CASE = """\
 name = "settled spheres"
@@ -47,17 +42,7 @@ periodic = [true, true, false]
 end = 10
 dt = {dt}
 
-[[material]]
-name = "glass"
-density = {density}
-
-[[contact]]
-between = ["glass", "glass"]
-normal_stiffness = {stiffness}
-restitution = {restitution}
-friction = {friction}
-tangential = {{ kind = "spring", stiffness_ratio = {stiffness_ratio}, damping_ratio = {damping_ratio} }}
-
+{glass}
 [[shape]]
 name = "bead"
 kind = "sphere"
@@ -68,13 +53,7 @@ name = "bed"
 particles = [{{ shape = "bead", material = "glass" }}]
 place = {{ kind = "file", path = "{positions}" }}
 
-[[wall]]
-name = "floor"
-material = "glass"
-kind = "plane"
-point = [0, 0, 0]
-normal = [0, 0, 1]
-"""
+{floor}"""
 
 
 @dataclass
@@ -111,9 +90,7 @@ def make_bed(name, source, tiles, folder):
     bed = Bed(name, len(rows), EDGE * tiles, max(z for _, _, z, _ in rows) + 0.02, positions, case)
     case.write_text(
         CASE.format(
-            edge=bed.edge, top=bed.top, positions=positions.name, dt=DT, radius=RADIUS, density=DENSITY,
-            stiffness=STIFFNESS, restitution=RESTITUTION, friction=FRICTION,
-            stiffness_ratio=STIFFNESS_RATIO, damping_ratio=DAMPING_RATIO,
+            edge=bed.edge, top=bed.top, positions=positions.name, dt=DT, radius=RADIUS, glass=GLASS, floor=FLOOR,
         )
     )
     return bed

@@ -11,6 +11,39 @@ ROOT = Path(__file__).resolve().parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 BINARY = TARGET / "release" / "grains-mpi"
 
+# The grains of all benchmarks.
+RADIUS = 1.5e-3  # m, of a sphere, or of the sphere of the same volume
+DENSITY = 2500.0  # kg/m3
+STIFFNESS = 1e5  # N/m
+RESTITUTION = 0.75
+FRICTION = 0.5
+STIFFNESS_RATIO = 2 / 7  # tangential over normal
+DAMPING_RATIO = 0.5  # tangential over normal
+DT = 2.5e-6  # s
+
+# Passages of their case files.
+GLASS = f"""\
+[[material]]
+name = "glass"
+density = {DENSITY}
+
+[[contact]]
+between = ["glass", "glass"]
+normal_stiffness = {STIFFNESS}
+restitution = {RESTITUTION}
+friction = {FRICTION}
+tangential = {{ kind = "spring", stiffness_ratio = {STIFFNESS_RATIO}, damping_ratio = {DAMPING_RATIO} }}
+"""
+
+FLOOR = """\
+[[wall]]
+name = "floor"
+material = "glass"
+kind = "plane"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+"""
+
 ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",

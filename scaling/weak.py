@@ -14,9 +14,8 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from benchmark import BINARY, bench, machine, spread, table
+from benchmark import BINARY, DT, FLOOR, GLASS, RADIUS, bench, machine, spread, table
 
-RADIUS = 1.5e-3  # m
 SPACING = 2.02 * RADIUS  # m
 ASPECT = 2  # height of a rank's column over its width
 
@@ -31,18 +30,9 @@ ranks = [{px}, {py}, 1]
 
 [time]
 end = 10
-dt = 2.5e-6
+dt = {dt}
 
-[[material]]
-name = "glass"
-density = 2500
-
-[[contact]]
-between = ["glass", "glass"]
-normal_stiffness = 1e5
-restitution = 0.75
-friction = 0.5
-
+{glass}
 [[shape]]
 name = "bead"
 kind = "sphere"
@@ -54,13 +44,7 @@ particles = [{{ shape = "bead", material = "glass" }}]
 count = {count}
 place = {{ kind = "lattice", lower = [0, 0, 0], upper = [{x:.5f}, {y:.5f}, {height:.5f}], spacing = {spacing:g}, noise = 0.004 }}
 
-[[wall]]
-name = "floor"
-material = "glass"
-kind = "plane"
-point = [0, 0, 0]
-normal = [0, 0, 1]
-"""
+{floor}"""
 
 
 def grid(ranks):
@@ -83,7 +67,7 @@ def write_case(path, ranks, count):
     path.write_text(
         CASE.format(
             x=x, y=y, height=z, top=z + 4 * SPACING, px=px, py=py, radius=RADIUS, spacing=SPACING,
-            count=per_rank * ranks,
+            count=per_rank * ranks, dt=DT, glass=GLASS, floor=FLOOR,
         )
     )
     return per_rank

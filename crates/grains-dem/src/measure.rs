@@ -155,3 +155,40 @@ impl Totals {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Crossings of a plane across x seen along a way, wrapped or not, in a box of 1 m periodic along x.
+    fn counted(plane_x: f64, way: &[f64]) -> i64 {
+        let global = GlobalBox::new([0.0; 3], [1.0; 3], [true, false, false]);
+        let (point, normal) = (Vec3::new(plane_x, 0.5, 0.5), Vec3::x());
+        let planes = [FlowPlane { name: "plane".into(), point, normal }];
+        let side = |x: f64| sides(&planes, &Vec3::new(x, 0.5, 0.5), &global);
+        way.windows(2)
+            .filter(|w| side(w[0]) != side(w[1]) && planes[0].is_at(&Vec3::new(w[1], 0.5, 0.5), &global))
+            .map(|w| if side(w[1]) == 1 { 1 } else { -1 })
+            .sum()
+    }
+
+    #[test]
+    fn a_plane_in_a_periodic_box_is_crossed_once_per_round() {
+        let round: Vec<f64> = (0..=20).map(|k| (0.03 + 0.05 * f64::from(k)) % 1.0).collect();
+        let back: Vec<f64> = round.iter().rev().copied().collect();
+        // In the middle, at the periodic face, and just beyond it.
+        for plane_x in [0.5, 0.0, 0.0005] {
+            assert_eq!((counted(plane_x, &round), counted(plane_x, &back)), (1, -1), "plane at {plane_x}");
+        }
+    }
+
+    #[test]
+    fn a_crossing_counts_the_same_before_and_after_the_particle_is_wrapped() {
+        for plane_x in [0.0, 0.0005] {
+            assert_eq!(counted(plane_x, &[0.99, 1.002]), 1);
+            assert_eq!(counted(plane_x, &[0.99, 0.002]), 1);
+            assert_eq!(counted(plane_x, &[0.99, 1.002, 0.002]), 1);
+            assert_eq!(counted(plane_x, &[1.002, 0.99]), -1);
+        }
+    }
+}

@@ -131,4 +131,13 @@ mod tests {
         }
         assert_eq!(global.wrap([0.7, -0.01, 5.0])[0], global.lower[0]);
     }
+
+    #[test]
+    fn wrapping_moves_by_whole_periods_and_ends_for_any_number() {
+        let global = GlobalBox::new([-1.0, 0.0, 0.0], [1.0, 3.0, 1.0], [true, true, false]);
+        assert_eq!(global.wrap([1.0, -0.5, 7.0]), [-1.0, 2.5, 7.0]);
+        assert_eq!(global.wrap([-5.5, 6.25, 0.0]), [0.5, 0.25, 0.0]);
+        assert_eq!(global.wrap([1e300, f64::INFINITY, 0.0]), [1e300, f64::INFINITY, 0.0]);
+        assert!(global.wrap([f64::NAN; 3])[0].is_nan());
+    }
 }

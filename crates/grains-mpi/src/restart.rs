@@ -40,7 +40,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
         ("crossings".into(), passed.join(" ")),
         (
             "particle_columns".into(),
-            "id shape material sides position*3 velocity*3 angular_velocity*3 half_velocity*3 half_spin*3 quaternion_wxyz*4 radius mass".into(),
+            "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg)".into(),
         ),
     ];
     (arrays, texts)

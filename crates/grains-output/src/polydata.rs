@@ -146,11 +146,6 @@ impl PolyDataFile {
         self.shared.all("cannot be written", written)
     }
 
-    /// Number of steps in the file.
-    pub fn steps(&self) -> usize {
-        self.steps.len()
-    }
-
     /// Appends a step; one at the same time or later, left from an earlier run, is replaced.
     ///
     /// # Errors

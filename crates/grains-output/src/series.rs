@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// A CSV file with `#` comments, a header, and a row per interval; the first column is the step.
 ///
-/// One rank writes it. `pandas.read_csv(path, comment="#")` reads it. Name a column with its unit, as
-/// `time [s]`.
+/// One rank writes it. `pandas.read_csv(path, comment="#")` reads it.
 pub struct Series {
     path: PathBuf,
     file: File,

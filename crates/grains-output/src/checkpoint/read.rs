@@ -67,19 +67,6 @@ impl CheckpointFile {
         self.metadata.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
     }
 
-    /// Names of the arrays, in alphabetical order.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.arrays.iter().map(|array| array.name.as_str())
-    }
-
-    /// Rows of the whole array and values per row.
-    ///
-    /// # Errors
-    /// An array that the checkpoint lacks.
-    pub fn shape(&self, name: &str) -> Result<[usize; 2], FileError> {
-        self.stored(name).map(|array| array.shape)
-    }
-
     /// This rank's rows of a floating-point array.
     ///
     /// # Errors
