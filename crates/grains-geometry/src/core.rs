@@ -1,6 +1,6 @@
 //! The convex cores of bodies and their support mapping.
 
-use crate::{Mat3, Vec3};
+use crate::{ConvexHull, Face, Mat3, Vec3};
 use std::sync::Arc;
 
 /// A convex core, centred on its own frame's origin, in metres at scale 1.
@@ -79,6 +79,7 @@ pub struct Polyhedron {
     lanes: Vec<[[f64; LANES]; 3]>,
     /// Largest distance of a vertex from the origin (m).
     radius: f64,
+    faces: Vec<Face>,
 }
 
 const LANES: usize = 4;
@@ -95,7 +96,13 @@ impl Polyhedron {
             })
             .collect();
         let radius = radius_of(&vertices);
-        Self { vertices, lanes, radius }
+        let faces = faces_of(&vertices);
+        Self { vertices, lanes, radius, faces }
+    }
+
+    /// The flat faces, as loops of vertex numbers; none if the vertices span no volume.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
     }
 
     /// The vertices, in the order given (m).
@@ -307,6 +314,20 @@ impl Placement {
         let matrix = self.matrix.transpose() / self.matrix.column(0).norm_squared();
         Self { matrix, translation: -(matrix * self.translation) }
     }
+}
+
+/// Faces of the hull of points, in their numbers.
+fn faces_of(points: &[Vec3]) -> Vec<Face> {
+    let Ok(hull) = ConvexHull::new(points) else { return Vec::new() };
+    // The hull has worked on scaled points and dropped those inside.
+    let number = |v: u32| {
+        let corner = hull.vertices[v as usize];
+        let off = |k: &usize| (points[*k] - corner).norm_squared();
+        (0..points.len()).min_by(|k, l| off(k).total_cmp(&off(l))).unwrap_or(0) as u32
+    };
+    let renumbered =
+        |face: Face| Face { vertices: face.vertices.iter().map(|&v| number(v)).collect(), ..face };
+    hull.faces.iter().cloned().map(renumbered).collect()
 }
 
 fn bounds_of(points: &[Vec3]) -> (Vec3, Vec3) {

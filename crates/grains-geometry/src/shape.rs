@@ -65,7 +65,29 @@ pub struct Shape {
     pub surface: TriMesh,
 }
 
+impl Part {
+    /// Whether a point of the part's frame (m) lies in the body with sharp edges, whose erosion the core is.
+    pub fn contains(&self, point: &Vec3) -> bool {
+        match &self.core {
+            Core::Point => point.norm_squared() <= self.crust * self.crust,
+            Core::Box(half) => (0..3).all(|a| point[a].abs() <= half[a] + self.crust),
+            Core::Cylinder { radius, half_height } => {
+                point.z.abs() <= half_height + self.crust && point.x.hypot(point.y) <= radius + self.crust
+            }
+            Core::Polyhedron(hull) => {
+                hull.faces().iter().all(|face| face.normal.dot(point) <= face.offset + self.crust)
+            }
+            Core::Triangle(_) => false,
+        }
+    }
+}
+
 impl Shape {
+    /// Whether a point of the body frame (m) at scale 1 lies in the body.
+    pub fn contains(&self, point: &Vec3) -> bool {
+        self.parts.iter().any(|part| part.contains(&part.rotation.tr_mul(&(point - part.center))))
+    }
+
     /// Whether the shape is a single sphere.
     pub fn is_sphere(&self) -> bool {
         matches!(self.parts.as_slice(), [Part { core: Core::Point, .. }])

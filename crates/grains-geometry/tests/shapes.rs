@@ -438,3 +438,23 @@ fn shapes_scale_with_their_dimensions() {
         assert_eq!(core_vertices(&shape).len(), core_vertices(&unit).len());
     }
 }
+
+#[test]
+fn the_inside_test_agrees_with_the_faces_of_the_body() {
+    let mut random = Random::new(11);
+    let points = random_hull(&mut random, 14, &Vec3::new(1e-3, 2e-3, 1.5e-3));
+    let shape = Shape::hull(&points, 0.02).unwrap();
+    let body = ConvexHull::new(&in_body_frame(&shape, &points)).unwrap();
+    // Faces that the erosion has kept bound the body.
+    let kept: f64 = check_core(&points, 0.02);
+    assert_eq!(kept, 1.0);
+    let mut inside = 0;
+    for _ in 0..2000 {
+        let point = random.direction().component_mul(&Vec3::new(1e-3, 2e-3, 1.5e-3));
+        assert_eq!(shape.contains(&point), body.depth_of(&point) >= 0.0);
+        inside += usize::from(shape.contains(&(point * 0.5)));
+    }
+    assert!(inside > 1000);
+    let rod = Shape::cylinder(1.0, 4.0, 0.02).unwrap();
+    assert!(rod.contains(&Vec3::new(0.7, 0.7, 1.99)) && !rod.contains(&Vec3::new(0.7, 0.75, 0.0)));
+}
