@@ -24,14 +24,14 @@ pub fn reduced_mass(mass_1: f64, mass_2: f64) -> f64 {
 /// The coefficients of a law for one reduced mass, computed once for bodies of equal masses.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients {
-    stiffness: f64,
+    pub(crate) stiffness: f64,
     /// 2 γn m (N s/m).
-    dashpot: f64,
-    tangential_stiffness: f64,
+    pub(crate) dashpot: f64,
+    pub(crate) tangential_stiffness: f64,
     /// 2 γt m (N s/m).
-    tangential_dashpot: f64,
-    friction: f64,
-    rolling_friction: f64,
+    pub(crate) tangential_dashpot: f64,
+    pub(crate) friction: f64,
+    pub(crate) rolling_friction: f64,
 }
 
 /// How a contact resists sliding.
@@ -164,7 +164,7 @@ impl Coefficients {
 /// stand for all of it since, or until, the overlap is zero; without this the restitution would depend
 /// to first order in dt on where between two steps the bodies meet.
 #[inline(always)]
-fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
+pub(crate) fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
     let way = opening.abs() * dt;
     if overlap < way { 0.5 + overlap / way } else { 1.0 }
 }

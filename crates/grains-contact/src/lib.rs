@@ -12,6 +12,8 @@
 
 mod collision;
 mod law;
+mod spread;
 
 pub use collision::CollisionEstimate;
 pub use law::{Coefficients, Contact, ContactLaw, Tangential, reduced_mass};
+pub use spread::{Sharing, Spread};

@@ -1,14 +1,15 @@
 //! Contacts between bodies that are not both spheres: GJK on their cores, part by part.
 
+use crate::catalogue::FaceContact;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::walls::SurfaceContact;
 use crate::{Catalogue, Load, Particles, StepError};
-use grains_contact::{Contact, reduced_mass};
+use grains_contact::{Coefficients, Contact, Spread, reduced_mass};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::obb::boxes_apart;
-use grains_geometry::{Core, GjkError, Mat3, Placement, Shape, Simplex, Vec3};
+use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Shape, Simplex, Vec3};
 
 /// A part of a particle where it is now.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,8 @@ pub(crate) struct PlacedPart<'a> {
     pub(crate) offset: Vec3,
     /// Crust (m), scaled.
     pub(crate) crust: f64,
+    /// Radius of a ball about the part's centre that holds it (m), scaled.
+    pub(crate) bounding_radius: f64,
 }
 
 impl<'a> PlacedPart<'a> {
@@ -36,7 +39,16 @@ impl<'a> PlacedPart<'a> {
             (frame * part.rotation, frame * part.center * scale)
         };
         let crust = part.crust * scale;
-        Self { core: &part.core, half_extents: &part.half_extents, rotation, scale, offset, crust }
+        let bounding_radius = part.bounding_radius * scale;
+        Self {
+            core: &part.core,
+            half_extents: &part.half_extents,
+            rotation,
+            scale,
+            offset,
+            crust,
+            bounding_radius,
+        }
     }
 
     /// Point of the core farthest along a direction, from the part's centre (m).
@@ -73,11 +85,21 @@ impl<'a> PlacedPart<'a> {
     /// inward normal is `normal`: the body reaches a crust farther.
     pub(crate) fn contact_behind(&self, deepest: &Vec3, normal: Vec3, depth: f64) -> Option<SurfaceContact> {
         let overlap = depth + self.crust;
-        (overlap > 0.0).then(|| SurfaceContact {
-            normal,
-            overlap,
-            point: deepest + normal * (self.crust - 0.5 * overlap),
-        })
+        (overlap > 0.0).then(|| SurfaceContact::new(deepest + normal * self.crust, normal, overlap, None))
+    }
+
+    /// Footprint on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
+    /// from the part's centre; the footprint's centre is on the core, in the frame `center` (m) is in.
+    pub(crate) fn footprint(
+        &self,
+        center: &Vec3,
+        normal: &Vec3,
+        gap: impl Fn(&Vec3) -> f64,
+    ) -> Option<Footprint> {
+        let local = |p: &Vec3| gap(&(self.rotation * p * self.scale)) / self.scale;
+        let direction = self.rotation.tr_mul(normal);
+        let found = Footprint::on_surface(self.core, &direction, self.crust / self.scale, local)?;
+        Some(found.moved(&self.rotation, self.scale, center))
     }
 
     /// Placement of another frame (its rotation, scale, and centre from ours in the world) in this part's.
@@ -102,6 +124,8 @@ pub(crate) struct PartContact {
     pub(crate) point: Vec3,
     /// Whether the cores met and the penetration routine answered.
     pub(crate) cores_met: bool,
+    /// Where the bodies touch if not in a point; its centre is `point`.
+    pub(crate) footprint: Option<Footprint>,
 }
 
 /// Contact of a part with another core placed in its frame: δ = r1 + r2 − d (thesis eqs 3.14-3.16).
@@ -113,6 +137,7 @@ pub(crate) fn touch(
     placement: &Placement,
     other_crust: f64,
     simplex: &mut Simplex,
+    faces: FaceContact,
 ) -> Result<Option<PartContact>, GjkError> {
     let crusts = part.crust + other_crust;
     let (gap, normal, point_a, point_b, cores_met) =
@@ -130,10 +155,28 @@ pub(crate) fn touch(
     if overlap <= 0.0 {
         return Ok(None);
     }
+    let footprint = match faces {
+        FaceContact::Point => None,
+        FaceContact::Spread => {
+            Footprint::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)
+        }
+    };
     let normal = part.rotation * normal;
-    let middle = part.rotation * (point_a + point_b) * (0.5 * part.scale);
-    let point = middle + normal * (0.5 * (part.crust - other_crust));
-    Ok(Some(PartContact { normal, overlap, point, cores_met }))
+    // From between the cores to between the surfaces.
+    let shift = normal * (0.5 * (part.crust - other_crust));
+    if let Some(footprint) = footprint {
+        let footprint = footprint.moved(&part.rotation, part.scale, &shift);
+        let Footprint { center, overlap, .. } = footprint;
+        return Ok(Some(PartContact {
+            normal,
+            overlap,
+            point: center,
+            cores_met,
+            footprint: Some(footprint),
+        }));
+    }
+    let point = part.rotation * (point_a + point_b) * (0.5 * part.scale) + shift;
+    Ok(Some(PartContact { normal, overlap, point, cores_met, footprint }))
 }
 
 /// A pair of parts that may touch; `a` is the particle of lower id.
@@ -146,82 +189,177 @@ pub(crate) struct BodyPair {
     pub(crate) hint: u8,
     /// Tangential spring (m).
     pub(crate) spring: Vec3,
+    /// Spring against twisting about the normal (rad).
+    pub(crate) twist: f64,
     /// Simplex of the last step; cold unless the boxes were not apart in the last step.
     pub(crate) simplex: Simplex,
 }
 
 impl BodyPair {
+    /// Whether two pairs are of the same two particles.
+    fn is_of_same_bodies(&self, other: &Self) -> bool {
+        (self.a, self.b) == (other.a, other.b)
+    }
+
+    /// Whether the pair carries anything over to the next step.
+    pub(crate) fn remembers(&self) -> bool {
+        self.simplex.len > 0 || self.twist != 0.0 || self.spring != Vec3::zeros()
+    }
+
     /// Forgets what the pair remembered: it was apart in this step.
     fn forget(&mut self) {
         self.simplex.len = 0;
-        self.spring = Vec3::zeros();
+        self.release();
     }
+
+    /// Forgets the springs of a contact that has ended.
+    fn release(&mut self) {
+        self.spring = Vec3::zeros();
+        self.twist = 0.0;
+    }
+}
+
+/// All pairs of parts of a rank, those of two particles side by side.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodyList {
+    pub(crate) pairs: Vec<BodyPair>,
+    /// Contacts of the pairs of two particles.
+    found: Vec<Option<PartContact>>,
 }
 
 /// Adds the loads of all contacts between bodies that are not both spheres.
 pub(crate) fn add_forces(
     particles: &mut Particles,
-    pairs: &mut [BodyPair],
+    list: &mut BodyList,
     catalogue: &Catalogue,
     lattice: &LoadLattice,
     dt: f64,
     tally: &mut Tally,
 ) {
-    for pair in pairs {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        match pair_contact(particles, pair, catalogue) {
-            Ok(None) => {}
-            Ok(Some((contact, radius))) => {
-                tally.cores_met += u64::from(contact.cores_met);
-                let (load_a, load_b) = loads(particles, pair, catalogue, &contact, lattice, dt);
-                for (index, load) in [(a, load_a), (b, load_b)] {
-                    if index < particles.owned {
-                        particles.loads[index].force += load.force;
-                        particles.loads[index].torque += load.torque;
-                    }
-                }
-                if tally.note(contact.overlap, radius) {
-                    tally.error = Some(StepError::Overlap {
-                        id: particles.ids[a],
-                        other: format!("particle {}", particles.ids[b]),
-                        overlap: contact.overlap,
-                        percent: 100.0 * contact.overlap / radius,
-                        limit: 100.0 * tally.limit(),
-                        place: vector(&particles.bodies[a].position),
-                    });
+    let BodyList { pairs, found } = list;
+    for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
+        let (a, b) = (group[0].a as usize, group[0].b as usize);
+        if let Err(reason) = find_contacts(particles, group, catalogue, found) {
+            tally.error = Some(StepError::Distance {
+                id: particles.ids[a],
+                other: format!("particle {}", particles.ids[b]),
+                place: vector(&particles.bodies[a].position),
+                reason: reason.to_string(),
+            });
+            continue;
+        }
+        let count = found.iter().flatten().count();
+        if count == 0 {
+            continue;
+        }
+        let law = coefficients(particles, a, b, count, catalogue);
+        let mut deepest = 0.0_f64;
+        for (pair, contact) in group.iter_mut().zip(found.iter()) {
+            let Some(contact) = contact else { continue };
+            tally.cores_met += u64::from(contact.cores_met);
+            deepest = deepest.max(contact.overlap);
+            let (load_a, load_b) = loads(particles, pair, &law, contact, lattice, dt);
+            for (index, load) in [(a, load_a), (b, load_b)] {
+                if index < particles.owned {
+                    particles.loads[index].force += load.force;
+                    particles.loads[index].torque += load.torque;
                 }
             }
-            Err(reason) => {
-                tally.error = Some(StepError::Distance {
-                    id: particles.ids[a],
-                    other: format!("particle {}", particles.ids[b]),
-                    place: vector(&particles.bodies[a].position),
-                    reason: reason.to_string(),
-                });
-            }
+        }
+        let radius = smaller_radius(particles, a, b, catalogue);
+        if tally.note(deepest, radius) {
+            tally.error = Some(StepError::Overlap {
+                id: particles.ids[a],
+                other: format!("particle {}", particles.ids[b]),
+                overlap: deepest,
+                percent: 100.0 * deepest / radius,
+                limit: 100.0 * tally.limit(),
+                place: vector(&particles.bodies[a].position),
+            });
         }
     }
 }
 
-/// Contact of a pair, its point taken from the centre of mass of `a`, and the smaller inscribed radius (m).
-pub(crate) fn pair_contact(
+/// Calls `visit` with the two particles, the largest overlap and the smaller inscribed radius (m) of every
+/// pair of bodies that touch.
+pub(crate) fn for_each_contact(
     particles: &Particles,
-    pair: &mut BodyPair,
+    list: &BodyList,
     catalogue: &Catalogue,
-) -> Result<Option<(PartContact, f64)>, GjkError> {
-    let (a, b) = (pair.a as usize, pair.b as usize);
+    mut visit: impl FnMut(usize, usize, f64, f64),
+) {
+    let (mut pairs, mut found) = (list.pairs.clone(), Vec::new());
+    for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
+        let (a, b) = (group[0].a as usize, group[0].b as usize);
+        if find_contacts(particles, group, catalogue, &mut found).is_err() {
+            continue;
+        }
+        let deepest = found.iter().flatten().map(|c| c.overlap).fold(0.0, f64::max);
+        if deepest > 0.0 {
+            visit(a, b, deepest, smaller_radius(particles, a, b, catalogue));
+        }
+    }
+}
+
+/// Smaller inscribed radius of two particles (m).
+fn smaller_radius(particles: &Particles, a: usize, b: usize, catalogue: &Catalogue) -> f64 {
+    let radius = |i: usize| catalogue.inscribed_radius(&particles.bodies[i]);
+    radius(a).min(radius(b))
+}
+
+/// The law of each of `count` contacts of two particles.
+fn coefficients(
+    particles: &Particles,
+    a: usize,
+    b: usize,
+    count: usize,
+    catalogue: &Catalogue,
+) -> Coefficients {
+    let (a, b) = (&particles.bodies[a], &particles.bodies[b]);
+    let law = catalogue.contacts.law(a.kind.material, b.kind.material);
+    law.coefficients(reduced_mass(a.mass, b.mass)).shared(count, catalogue.sharing)
+}
+
+/// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
+fn find_contacts(
+    particles: &Particles,
+    group: &mut [BodyPair],
+    catalogue: &Catalogue,
+    found: &mut Vec<Option<PartContact>>,
+) -> Result<(), GjkError> {
+    found.clear();
+    let (a, b) = (group[0].a as usize, group[0].b as usize);
     let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
     let separation = body_b.position - body_a.position;
     let reach = body_a.radius + body_b.radius;
     if separation.norm_squared() >= reach * reach {
-        pair.forget();
-        return Ok(None);
+        group.iter_mut().for_each(BodyPair::forget);
+        return Ok(());
     }
     let (shape_a, shape_b) = (catalogue.shape(body_a.kind), catalogue.shape(body_b.kind));
     let scales = [body_a.radius / shape_a.bounding_radius, body_b.radius / shape_b.bounding_radius];
-    let part_a = PlacedPart::of(shape_a, pair.parts[0], &particles.frames[a], scales[0]);
-    let part_b = PlacedPart::of(shape_b, pair.parts[1], &particles.frames[b], scales[1]);
+    for pair in group {
+        let part_a = PlacedPart::of(shape_a, pair.parts[0], &particles.frames[a], scales[0]);
+        let part_b = PlacedPart::of(shape_b, pair.parts[1], &particles.frames[b], scales[1]);
+        found.push(pair_contact(pair, &part_a, &part_b, &separation, catalogue.faces)?);
+    }
+    Ok(())
+}
+
+/// Contact of a pair of parts, its point taken from the centre of mass of `a`.
+fn pair_contact(
+    pair: &mut BodyPair,
+    part_a: &PlacedPart,
+    part_b: &PlacedPart,
+    separation: &Vec3,
+    faces: FaceContact,
+) -> Result<Option<PartContact>, GjkError> {
     let between = separation + (part_b.offset - part_a.offset);
+    let reach = part_a.bounding_radius + part_b.bounding_radius;
+    if between.norm_squared() >= reach * reach {
+        pair.forget();
+        return Ok(None);
+    }
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
     let mut are_boxes_apart =
         || boxes_apart(part_a.half_extents, part_b.half_extents, &placement, 0.0, &mut pair.hint);
@@ -231,37 +369,41 @@ pub(crate) fn pair_contact(
         pair.forget();
         return Ok(None);
     }
-    let contact = touch(&part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex)?;
+    let contact = touch(part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex, faces)?;
     if contact.is_none() {
-        pair.spring = Vec3::zeros();
         if is_warm && are_boxes_apart() {
-            pair.forget();
+            pair.simplex.len = 0;
         }
+        pair.release();
     }
-    let radius = (shape_a.inscribed_radius * scales[0]).min(shape_b.inscribed_radius * scales[1]);
-    Ok(contact.map(|c| (PartContact { point: c.point + part_a.offset, ..c }, radius)))
+    Ok(contact.map(|c| PartContact { point: c.point + part_a.offset, ..c }))
 }
 
 /// Loads on the two bodies of a contact whose point is given from the centre of mass of `a`.
 fn loads(
     particles: &Particles,
     pair: &mut BodyPair,
-    catalogue: &Catalogue,
-    contact: &PartContact,
+    law: &Coefficients,
+    found: &PartContact,
     lattice: &LoadLattice,
     dt: f64,
 ) -> (Load, Load) {
     let (a, b) = (&particles.bodies[pair.a as usize], &particles.bodies[pair.b as usize]);
-    let arm_a = contact.point;
-    let arm_b = contact.point - (b.position - a.position);
+    let arm_a = found.point;
+    let arm_b = found.point - (b.position - a.position);
     let velocity =
         (b.velocity + b.angular_velocity.cross(&arm_b)) - (a.velocity + a.angular_velocity.cross(&arm_a));
-    let contact = Contact { normal: contact.normal, overlap: contact.overlap, velocity };
-    let law = catalogue.contacts.law(a.kind.material, b.kind.material);
-    let law = law.coefficients(reduced_mass(a.mass, b.mass));
+    let contact = Contact { normal: found.normal, overlap: found.overlap, velocity };
     let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));
     let mut torque_a = lattice.torque(&arm_a.cross(&force));
     let mut torque_b = -lattice.torque(&arm_b.cross(&force));
+    if let Some(Footprint { moment, second, .. }) = found.footprint {
+        let spin = b.angular_velocity - a.angular_velocity;
+        let spread = Spread { moment, second };
+        let torque = lattice.torque(&law.spread_torque(&contact, &spread, &spin, &mut pair.twist, dt));
+        torque_a += torque;
+        torque_b -= torque;
+    }
     if law.resists_rolling() {
         let (length_a, length_b) = (arm_a.norm(), arm_b.norm());
         let spin = a.angular_velocity - b.angular_velocity;

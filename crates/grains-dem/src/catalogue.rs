@@ -1,6 +1,7 @@
 //! What particles are made of: shapes, materials, and the law of every pair of materials.
 
-use grains_contact::ContactLaw;
+use crate::Body;
+use grains_contact::{ContactLaw, Sharing};
 use grains_geometry::Shape;
 
 /// Shape and material of a particle, as indices into the catalogue.
@@ -46,6 +47,16 @@ impl ContactTable {
     }
 }
 
+/// How bodies touch whose nearest points are not unique: face on face, edge on face, side on side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FaceContact {
+    /// In one point of those nearest, as GJK finds it (thesis 3.3).
+    #[default]
+    Point,
+    /// At the corners of their common face or line, which share the force.
+    Spread,
+}
+
 /// Shapes, densities and contact laws of a case.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
@@ -55,6 +66,10 @@ pub struct Catalogue {
     pub densities: Vec<f64>,
     /// Contact laws.
     pub contacts: ContactTable,
+    /// What faces and lines do that touch.
+    pub faces: FaceContact,
+    /// What several contacts of one pair of bodies do together.
+    pub sharing: Sharing,
 }
 
 impl Catalogue {
@@ -67,6 +82,13 @@ impl Catalogue {
     #[inline(always)]
     pub fn shape(&self, kind: Kind) -> &Shape {
         &self.shapes[kind.shape as usize]
+    }
+
+    /// Inscribed radius of a particle (m).
+    #[inline]
+    pub fn inscribed_radius(&self, body: &Body) -> f64 {
+        let shape = self.shape(body.kind);
+        body.radius * (shape.inscribed_radius / shape.bounding_radius)
     }
 
     /// Mass ρ V s³ (kg) of a kind at scale s.

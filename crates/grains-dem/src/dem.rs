@@ -1,6 +1,6 @@
 //! The granular phase of one rank and its step.
 
-use crate::bodies::{self, BodyPair};
+use crate::bodies;
 use crate::error::vector;
 use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
@@ -439,8 +439,7 @@ impl Dem {
         for (i, reference) in references.iter().enumerate().take(self.particles.owned) {
             let body = &self.particles.bodies[i];
             let distance = (body.position - reference.position).norm();
-            let shape = self.setup.catalogue.shape(body.kind);
-            let inscribed = body.radius * (shape.inscribed_radius / shape.bounding_radius);
+            let inscribed = self.setup.catalogue.inscribed_radius(body);
             if distance > reference.reach + inscribed {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],
@@ -524,10 +523,7 @@ impl Dem {
     /// Calls `visit` with every contact of an owned particle at the present positions.
     pub fn for_each_contact(&self, mut visit: impl FnMut(&Touch)) {
         let bodies = &self.particles.bodies;
-        let inscribed = |i: usize| {
-            let shape = self.setup.catalogue.shape(bodies[i].kind);
-            bodies[i].radius * (shape.inscribed_radius / shape.bounding_radius)
-        };
+        let catalogue = &self.setup.catalogue;
         for pair in &self.neighbours.spheres {
             let (i, j) = (pair.a as usize, pair.b as usize);
             let overlap =
@@ -537,31 +533,21 @@ impl Dem {
                 visit(&Touch { particle: i, other: Partner::Particle(j), overlap, radius });
             }
         }
-        for pair in &self.neighbours.bodies {
-            let mut pair: BodyPair = *pair;
-            if let Ok(Some((contact, radius))) =
-                bodies::pair_contact(&self.particles, &mut pair, &self.setup.catalogue)
-            {
-                let (own, other) = if (pair.a as usize) < self.particles.owned {
-                    (pair.a, pair.b)
-                } else {
-                    (pair.b, pair.a)
-                };
-                let other = Partner::Particle(other as usize);
-                visit(&Touch { particle: own as usize, other, overlap: contact.overlap, radius });
-            }
-        }
-        let scene = WallScene::new(&self.setup, &self.states, self.time());
-        let mut list = self.neighbours.walls.clone();
-        walls::for_each_contact(
+        bodies::for_each_contact(
             &self.particles,
-            &mut list,
-            &scene,
-            &self.setup.catalogue,
-            |i, wall, overlap| {
-                visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius: inscribed(i) });
+            &self.neighbours.bodies,
+            catalogue,
+            |a, b, overlap, radius| {
+                let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
+                visit(&Touch { particle, other: Partner::Particle(other), overlap, radius });
             },
         );
+        let scene = WallScene::new(&self.setup, &self.states, self.time());
+        let mut list = self.neighbours.walls.clone();
+        walls::for_each_contact(&self.particles, &mut list, &scene, catalogue, |i, wall, overlap| {
+            let radius = catalogue.inscribed_radius(&bodies[i]);
+            visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius });
+        });
     }
 
     /// Lengths of the lists (sphere pairs, body pairs, wall pairs) and clones sent per step.

@@ -3,7 +3,7 @@
 use crate::bodies::{PlacedPart, touch};
 use crate::images;
 use crate::integrate::{half_step_back, inertia};
-use crate::{Body, Catalogue, Dem, Kind, ParticleRecord};
+use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
 use grains_geometry::{Mat3, Rotation, Simplex, Vec3};
 
 /// A particle to be placed.
@@ -83,7 +83,7 @@ impl NewParticle {
                 let placement = part.placement(&other_part.rotation, other_part.scale, &between);
                 let mut cold = Simplex::default();
                 if let Ok(Some(contact)) =
-                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold)
+                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold, FaceContact::Point)
                 {
                     worst = worst.max(contact.overlap);
                 }
@@ -196,9 +196,13 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
                         placed.rotation = state.rotation.tr_mul(&placed.rotation);
                         placed.offset = state.rotation.tr_mul(&placed.offset);
                         let at = center + placed.offset;
-                        if let Ok(Some(c)) =
-                            surface.meets_part(element, &at, &placed, &mut Simplex::default())
-                        {
+                        if let Ok(Some(c)) = surface.meets_part(
+                            element,
+                            &at,
+                            &placed,
+                            &mut Simplex::default(),
+                            FaceContact::Point,
+                        ) {
                             worst = worst.max(c.overlap);
                         }
                     }

@@ -45,7 +45,7 @@ mod spheres;
 mod store;
 mod walls;
 
-pub use catalogue::{Catalogue, ContactTable, Kind};
+pub use catalogue::{Catalogue, ContactTable, FaceContact, Kind};
 pub use clock::{Clock, Phase};
 pub use dem::{Dem, DemSetup, Failure, Ledger, Partner, StepReport, Touch};
 pub use error::StepError;

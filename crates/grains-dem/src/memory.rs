@@ -69,6 +69,7 @@ pub(crate) struct BodyMemory {
     pub(crate) partner: u64,
     pub(crate) parts: [u16; 2],
     pub(crate) spring: Vec3,
+    pub(crate) twist: f64,
     pub(crate) simplex: Simplex,
 }
 
@@ -82,6 +83,7 @@ pub(crate) struct WallMemory {
     /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
     pub(crate) image: u8,
     pub(crate) spring: Vec3,
+    pub(crate) twist: f64,
     pub(crate) simplex: Simplex,
 }
 
@@ -104,8 +106,10 @@ impl Memories {
     ) {
         let (spring, simplex) = (Vec3::zeros(), Simplex::default());
         self.spheres.fill(owned, SphereMemory { partner: 0, spring }, spheres);
-        self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], spring, simplex }, bodies);
-        let blank = WallMemory { wall: 0, surface: 0, part: 0, element: 0, image: 0, spring, simplex };
+        let blank = BodyMemory { partner: 0, parts: [0; 2], spring, twist: 0.0, simplex };
+        self.bodies.fill(owned, blank, bodies);
+        let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
+        let blank = WallMemory { wall, surface, part, element, image, spring, twist: 0.0, simplex };
         self.walls.fill(owned, blank, walls);
     }
 
@@ -118,12 +122,13 @@ impl Memories {
         }
         for m in bodies {
             message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
-            message.extend([m.spring.x, m.spring.y, m.spring.z]);
+            message.extend([m.spring.x, m.spring.y, m.spring.z, m.twist]);
             write_simplex(&m.simplex, message);
         }
         for m in walls {
             message.extend([m.wall, m.surface, m.part].map(f64::from));
-            message.extend([f64::from(m.element), f64::from(m.image), m.spring.x, m.spring.y, m.spring.z]);
+            message.extend([f64::from(m.element), f64::from(m.image)]);
+            message.extend([m.spring.x, m.spring.y, m.spring.z, m.twist]);
             write_simplex(&m.simplex, message);
         }
     }
@@ -142,16 +147,26 @@ impl Memories {
             SphereMemory { partner: m[0] as u64, spring: Vec3::new(m[1], m[2], m[3]) }
         }));
         self.bodies.push_row((0..counts[1]).map(|_| {
-            let m = take(6);
+            let m = take(7);
             let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
-            let spring = Vec3::new(m[3], m[4], m[5]);
-            BodyMemory { partner, parts, spring, simplex: read_simplex(&mut take) }
+            let (spring, twist) = (Vec3::new(m[3], m[4], m[5]), m[6]);
+            BodyMemory { partner, parts, spring, twist, simplex: read_simplex(&mut take) }
         }));
         self.walls.push_row((0..counts[2]).map(|_| {
-            let m = take(8);
+            let m = take(9);
             let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
-            let (element, image, spring) = (m[3] as u32, m[4] as u8, Vec3::new(m[5], m[6], m[7]));
-            WallMemory { wall, surface, part, element, image, spring, simplex: read_simplex(&mut take) }
+            let (element, image) = (m[3] as u32, m[4] as u8);
+            let (spring, twist) = (Vec3::new(m[5], m[6], m[7]), m[8]);
+            WallMemory {
+                wall,
+                surface,
+                part,
+                element,
+                image,
+                spring,
+                twist,
+                simplex: read_simplex(&mut take),
+            }
         }));
         rest
     }
@@ -192,7 +207,7 @@ mod tests {
                 add(0, SphereMemory { partner: 8, spring: spring(0.25) });
                 add(2, SphereMemory { partner: 9, spring: spring(0.125) });
             },
-            |add| add(1, BodyMemory { partner: 3, parts: [4, 5], spring: spring(3.0), simplex }),
+            |add| add(1, BodyMemory { partner: 3, parts: [4, 5], spring: spring(3.0), twist: 0.1, simplex }),
             |add| {
                 let wall = WallMemory {
                     wall: 1,
@@ -201,6 +216,7 @@ mod tests {
                     element: 4,
                     image: 5,
                     spring: spring(5.0),
+                    twist: -0.3,
                     simplex,
                 };
                 add(2, wall)

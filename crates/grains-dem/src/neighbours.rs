@@ -4,7 +4,7 @@
 //! so that a few falling grains do not force a dense bed to rebuild. Reaches, and so the times of rebuilds,
 //! cannot change a result: a pair remembers something only while it is evaluated in consecutive steps.
 
-use crate::bodies::{BodyPair, PlacedPart};
+use crate::bodies::{BodyList, BodyPair, PlacedPart};
 use crate::images;
 use crate::memory::{BodyMemory, Memories, SphereMemory, WallMemory};
 use crate::spheres::SpherePair;
@@ -47,7 +47,7 @@ pub(crate) struct Neighbours {
     /// Orientations when the lists were built; empty if all shapes are spheres.
     pub(crate) reference_orientations: Vec<Rotation>,
     pub(crate) spheres: Vec<SpherePair>,
-    pub(crate) bodies: Vec<BodyPair>,
+    pub(crate) bodies: BodyList,
     pub(crate) walls: WallList,
     /// Distance any wall may move before the lists are rebuilt (m).
     pub(crate) wall_reach: f64,
@@ -59,6 +59,7 @@ pub(crate) struct Neighbours {
     clone_order: Vec<u32>,
     cells: Vec<u32>,
     elements: Vec<u32>,
+    near_parts: [Vec<u16>; 2],
 }
 
 /// What list building needs to know besides the particles.
@@ -121,7 +122,7 @@ impl Neighbours {
         self.probe(particles, around);
         self.bin_clones(particles, around.grid);
         self.spheres.clear();
-        self.bodies.clear();
+        self.bodies.pairs.clear();
         self.walls.pairs.clear();
         self.walls.simplexes.clear();
         let all_spheres = around.catalogue.all_spheres();
@@ -235,17 +236,25 @@ impl Neighbours {
         around: &Surroundings,
     ) {
         let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
-        let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
-        let [shape_a, shape_b] = [body_a, body_b].map(|body| around.catalogue.shape(body.kind));
         let margin = self.reaches[a] + self.reaches[b];
-        let separation = body_b.position - body_a.position;
-        for part in 0..shape_a.parts.len() as u16 {
-            let scale = body_a.radius / shape_a.bounding_radius;
-            let part_a = PlacedPart::of(shape_a, part, &particles.frames[a], scale);
-            for other in 0..shape_b.parts.len() as u16 {
-                let scale = body_b.radius / shape_b.bounding_radius;
-                let part_b = PlacedPart::of(shape_b, other, &particles.frames[b], scale);
+        let separation = particles.bodies[b].position - particles.bodies[a].position;
+        let mut near = std::mem::take(&mut self.near_parts);
+        parts_near(&mut near[0], particles, a, (b, &separation), margin, around.catalogue);
+        parts_near(&mut near[1], particles, b, (a, &-separation), margin, around.catalogue);
+        let placed = |i: usize, part: u16| {
+            let body = &particles.bodies[i];
+            let shape = around.catalogue.shape(body.kind);
+            PlacedPart::of(shape, part, &particles.frames[i], body.radius / shape.bounding_radius)
+        };
+        for &part in &near[0] {
+            let part_a = placed(a, part);
+            for &other in &near[1] {
+                let part_b = placed(b, other);
                 let between = separation + (part_b.offset - part_a.offset);
+                let range = part_a.bounding_radius + part_b.bounding_radius + margin;
+                if between.norm_squared() >= range * range {
+                    continue;
+                }
                 let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
                 let mut hint = 0;
                 let gap = margin / part_a.scale;
@@ -255,11 +264,13 @@ impl Neighbours {
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = memories.bodies.row(origin as usize).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
-                let (spring, simplex) =
-                    known.map_or((Vec3::zeros(), Simplex::default()), |m| (m.spring, m.simplex));
-                self.bodies.push(BodyPair { a: a as u32, b: b as u32, parts, hint, spring, simplex });
+                let (spring, twist, simplex) = known
+                    .map_or((Vec3::zeros(), 0.0, Simplex::default()), |m| (m.spring, m.twist, m.simplex));
+                let (a, b) = (a as u32, b as u32);
+                self.bodies.pairs.push(BodyPair { a, b, parts, hint, spring, twist, simplex });
             }
         }
+        self.near_parts = near;
     }
 
     /// Gathers what all pairs remember into rows by owned particle.
@@ -283,22 +294,22 @@ impl Neighbours {
                 }
             },
             |add| {
-                for pair in self.bodies.iter().filter(|p| p.simplex.len > 0 || p.spring != Vec3::zeros()) {
+                for pair in self.bodies.pairs.iter().filter(|p| p.remembers()) {
                     for (own, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
                         if own < owned {
                             let partner = ids[other as usize];
-                            let (parts, spring, simplex) = (pair.parts, pair.spring, pair.simplex);
-                            add(own, BodyMemory { partner, parts, spring, simplex });
+                            let BodyPair { parts, spring, twist, simplex, .. } = *pair;
+                            add(own, BodyMemory { partner, parts, spring, twist, simplex });
                         }
                     }
                 }
             },
             |add| {
                 for pair in &self.walls.pairs {
-                    let &WallPair { wall, surface, part, element, spring, .. } = pair;
+                    let &WallPair { wall, surface, part, element, spring, twist, .. } = pair;
                     let cold = Simplex::default();
                     let simplex = self.walls.simplexes.get(pair.simplex as usize).unwrap_or(&cold);
-                    if spring == Vec3::zeros() && simplex.len == 0 {
+                    if spring == Vec3::zeros() && twist == 0.0 && simplex.len == 0 {
                         continue;
                     }
                     let wrapped =
@@ -308,7 +319,7 @@ impl Neighbours {
                         let simplex = *simplex;
                         add(
                             pair.particle,
-                            WallMemory { wall, surface, part, element, image, spring, simplex },
+                            WallMemory { wall, surface, part, element, image, spring, twist, simplex },
                         );
                     }
                 }
@@ -318,7 +329,7 @@ impl Neighbours {
 
     /// Number of pairs in the lists: spheres, bodies, walls.
     pub(crate) fn sizes(&self) -> [usize; 3] {
-        [self.spheres.len(), self.bodies.len(), self.walls.pairs.len()]
+        [self.spheres.len(), self.bodies.pairs.len(), self.walls.pairs.len()]
     }
 }
 
@@ -330,6 +341,28 @@ fn nominal_reach(body: &Body, around: &Surroundings) -> f64 {
         speed += body.radius * body.angular_velocity.norm();
     }
     (speed * skin.horizon * dt).clamp(skin.least * body.radius, skin.most * body.radius)
+}
+
+/// The parts of particle `i` within `margin` (m) of the bounding sphere of another, `separation` (m) away.
+fn parts_near(
+    near: &mut Vec<u16>,
+    particles: &Particles,
+    i: usize,
+    (other, separation): (usize, &Vec3),
+    margin: f64,
+    catalogue: &Catalogue,
+) {
+    let body = &particles.bodies[i];
+    let shape = catalogue.shape(body.kind);
+    let scale = body.radius / shape.bounding_radius;
+    let reach = particles.bodies[other].radius + margin;
+    near.clear();
+    near.extend((0..shape.parts.len() as u16).filter(|&k| {
+        let part = &shape.parts[k as usize];
+        let range = part.bounding_radius * scale + reach;
+        shape.parts.len() == 1
+            || (separation - particles.frames[i] * part.center * scale).norm_squared() < range * range
+    }));
 }
 
 fn near_border(place: [usize; 3], grid: &CellGrid) -> bool {
@@ -413,6 +446,7 @@ impl WallSearch<'_> {
                                 part,
                                 image,
                                 spring: memory.map_or(Vec3::zeros(), |m| m.spring),
+                                twist: memory.map_or(0.0, |m| m.twist),
                                 simplex,
                             });
                         }

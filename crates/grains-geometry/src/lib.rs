@@ -9,6 +9,7 @@
 pub mod bvh;
 pub mod core;
 pub mod epa;
+pub mod footprint;
 pub mod gjk;
 pub mod hull;
 pub mod mass;
@@ -28,6 +29,7 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
+pub use footprint::Footprint;
 pub use gjk::{GjkError, Simplex};
 pub use hull::{ConvexHull, Face, HullError};
 pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};

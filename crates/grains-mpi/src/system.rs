@@ -5,8 +5,8 @@ use crate::geometry::{shape, surfaces};
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
 use grains_comm::{Job, MpiTransport, cartesian};
-use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FlowPlane, Motion, Rates, Skin, Wall};
+use grains_contact::{ContactLaw, Sharing, Tangential};
+use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, Motion, Rates, Skin, Wall};
 use grains_domain::{GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
 
@@ -104,7 +104,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     let shapes = shapes.map(|(k, s)| shape(s).map_err(|e| case.about(&format!("shape[{k}]"), e)));
     let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
-    Ok(Catalogue { shapes, densities, contacts })
+    Ok(Catalogue { shapes, densities, contacts, faces: FaceContact::Point, sharing: Sharing::Mean })
 }
 
 /// Largest bounding radius any particle of the case can have (m).

@@ -6,9 +6,10 @@ use crate::bodies::PlacedPart;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
-use grains_contact::Contact;
+use grains_contact::{Coefficients, Contact, Spread};
 use grains_domain::GlobalBox;
-use grains_geometry::{GjkError, Simplex, Vec3};
+use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
+use std::ops::Range;
 
 /// A part of a particle and an element of a wall that may touch.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,8 @@ pub(crate) struct WallPair {
     /// Periodic image of the particle, see [`crate::images`].
     pub(crate) image: u8,
     pub(crate) spring: Vec3,
+    /// Spring against twisting about the normal (rad).
+    pub(crate) twist: f64,
     /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
     pub(crate) simplex: u32,
 }
@@ -29,8 +32,15 @@ pub(crate) struct WallPair {
 impl WallPair {
     pub(crate) const CLOSED_FORM: u32 = u32::MAX;
 
-    fn group(&self) -> (u32, u16, u16, u16, u8) {
-        (self.particle, self.wall, self.surface, self.part, self.image)
+    /// Whether two pairs are of the same particle, image and surface.
+    fn meets_same(&self, other: &Self) -> bool {
+        let key = |p: &Self| (p.particle, p.wall, p.surface, p.image);
+        key(self) == key(other)
+    }
+
+    fn forget_springs(&mut self) {
+        self.spring = Vec3::zeros();
+        self.twist = 0.0;
     }
 }
 
@@ -47,8 +57,15 @@ pub(crate) struct WallList {
 impl WallList {
     /// End of the group of pairs of one particle, image and surface that begins at `start`.
     fn group_end(&self, start: usize) -> usize {
-        let group = self.pairs[start].group();
-        self.pairs[start..].iter().position(|p| p.group() != group).map_or(self.pairs.len(), |n| start + n)
+        let first = &self.pairs[start];
+        self.pairs[start..].iter().position(|p| !p.meets_same(first)).map_or(self.pairs.len(), |n| start + n)
+    }
+
+    /// End of the pairs of one part of the particle that begin at `start`.
+    fn part_end(&self, start: usize, group_end: usize) -> usize {
+        let part = self.pairs[start].part;
+        let others = self.pairs[start..group_end].iter().position(|p| p.part != part);
+        others.map_or(group_end, |n| start + n)
     }
 }
 
@@ -128,31 +145,45 @@ pub(crate) fn add_forces(
             });
             return;
         }
-        if end > start + 1 {
-            hand_over_springs(&mut list.pairs[start..end], &list.touching, scene);
-        }
-        for k in start..end {
-            match list.touching[k - start] {
-                None => list.pairs[k].spring = Vec3::zeros(),
-                Some(contact) => {
-                    let pair = &mut list.pairs[k];
-                    let position = &particles.bodies[pair.particle as usize].position;
-                    let center = scene.center(pair, position, &list.shifts);
-                    add_contact(
-                        particles, pair, &contact, &center, scene, catalogue, lattice, wall_loads, tally,
-                    );
-                }
+        let parts = touching_parts(list, start..end, scene);
+        let first = &list.pairs[start];
+        let body = &particles.bodies[first.particle as usize];
+        let center = scene.center(first, &body.position, &list.shifts);
+        let wall = &scene.walls[first.wall as usize];
+        let law = catalogue.contacts.law(body.kind.material, wall.material).coefficients(body.mass);
+        let law = law.shared(parts.max(1), catalogue.sharing);
+        for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
+            match contact {
+                None => pair.forget_springs(),
+                Some(contact) => add_contact(
+                    particles, pair, contact, &center, scene, &law, catalogue, lattice, wall_loads, tally,
+                ),
             }
         }
         start = end;
     }
 }
 
+/// Number of parts of the particle that touch; each part's springs go where its contacts have gone.
+fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -> usize {
+    let (mut parts, mut start) = (0, group.start);
+    while start < group.end {
+        let end = list.part_end(start, group.end);
+        let touching = &list.touching[start - group.start..end - group.start];
+        parts += usize::from(touching.iter().any(Option::is_some));
+        if end > start + 1 {
+            hand_over_springs(&mut list.pairs[start..end], touching, scene);
+        }
+        start = end;
+    }
+    parts
+}
+
 /// Finds which pairs of a group touch, in the wall's frame.
 fn find_contacts(
     particles: &Particles,
     list: &mut WallList,
-    group: std::ops::Range<usize>,
+    group: Range<usize>,
     scene: &WallScene,
     catalogue: &Catalogue,
 ) -> Result<(), GjkError> {
@@ -180,38 +211,49 @@ fn find_contacts(
         return Ok(());
     }
     let scale = body.radius / shape.bounding_radius;
-    let mut part = PlacedPart::of(shape, first.part, &particles.frames[first.particle as usize], scale);
-    if state.is_displaced {
-        part.rotation = state.rotation.tr_mul(&part.rotation);
-        part.offset = state.rotation.tr_mul(&part.offset);
-    }
-    for pair in &list.pairs[group] {
-        let simplex = match pair.simplex {
-            WallPair::CLOSED_FORM => &mut Simplex::default(),
-            index => &mut list.simplexes[index as usize],
-        };
-        if surface.is_out_of_reach(pair.element, &center, body.radius) {
-            // What a pair remembers must not depend on how long it was in a list before it came near.
-            simplex.len = 0;
-            list.touching.push(None);
-            continue;
+    let mut start = group.start;
+    while start < group.end {
+        let end = list.part_end(start, group.end);
+        let number = list.pairs[start].part;
+        let mut part = PlacedPart::of(shape, number, &particles.frames[first.particle as usize], scale);
+        if state.is_displaced {
+            part.rotation = state.rotation.tr_mul(&part.rotation);
+            part.offset = state.rotation.tr_mul(&part.offset);
         }
-        list.touching.push(surface.meets_part(pair.element, &(center + part.offset), &part, simplex)?);
+        for pair in &list.pairs[start..end] {
+            let simplex = match pair.simplex {
+                WallPair::CLOSED_FORM => &mut Simplex::default(),
+                index => &mut list.simplexes[index as usize],
+            };
+            let at = center + part.offset;
+            if surface.is_out_of_reach(pair.element, &center, body.radius)
+                || surface.is_out_of_reach(pair.element, &at, part.bounding_radius)
+            {
+                // What a pair remembers must not depend on how long it was in a list before it came near.
+                simplex.len = 0;
+                list.touching.push(None);
+                continue;
+            }
+            list.touching.push(surface.meets_part(pair.element, &at, &part, simplex, catalogue.faces)?);
+        }
+        join_flat_patches(&mut list.touching[start - group.start..]);
+        start = end;
     }
-    keep_deepest_of_flat_patches(&mut list.touching);
     Ok(())
 }
 
-/// Of contacts with nearly the same normal only the deepest remains: a flat patch is one contact,
-/// however it is tessellated. Spheres need no such rule: they meet a flat patch in one point.
-fn keep_deepest_of_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
+/// Contacts of one part with nearly the same normal are one: a flat patch is one contact, however it is
+/// tessellated. Spheres need no such rule: they meet a flat patch in one point.
+fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
     const SAME_DIRECTION: f64 = 1.0 - 1e-6;
     for k in 1..contacts.len() {
         for l in 0..k {
             if let (Some(a), Some(b)) = (contacts[l], contacts[k])
                 && a.normal.dot(&b.normal) > SAME_DIRECTION
             {
-                contacts[if a.overlap >= b.overlap { k } else { l }] = None;
+                let joined = Some(a.joined(&b));
+                (contacts[l], contacts[k]) =
+                    if a.overlap >= b.overlap { (joined, None) } else { (None, joined) };
             }
         }
     }
@@ -235,8 +277,8 @@ fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>]
                     .is_some_and(|n| n.dot(&contact.normal).abs() > SIMILAR_DIRECTION)
         });
         if let Some(l) = orphan {
-            pairs[k].spring = pairs[l].spring;
-            pairs[l].spring = Vec3::zeros();
+            (pairs[k].spring, pairs[k].twist) = (pairs[l].spring, pairs[l].twist);
+            pairs[l].forget_springs();
         }
     }
 }
@@ -250,6 +292,7 @@ fn add_contact(
     found: &SurfaceContact,
     center: &Vec3,
     scene: &WallScene,
+    law: &Coefficients,
     catalogue: &Catalogue,
     lattice: &LoadLattice,
     wall_loads: &mut [WallLoad],
@@ -265,15 +308,19 @@ fn add_contact(
         overlap: found.overlap,
         velocity: state.velocity_at(&point) - (body.velocity + body.angular_velocity.cross(&arm)),
     };
-    let law = catalogue.contacts.law(body.kind.material, wall.material).coefficients(body.mass);
     let force = lattice.force(&law.force(&contact, &mut pair.spring, scene.dt));
     let mut torque = lattice.torque(&arm.cross(&force));
+    if let Some(footprint) = found.footprint {
+        let (turn, spin) = (state.rotation, state.angular_velocity - body.angular_velocity);
+        let Footprint { moment, second, .. } = footprint.moved(&turn, 1.0, &Vec3::zeros());
+        let spread = Spread { moment, second };
+        torque += lattice.torque(&law.spread_torque(&contact, &spread, &spin, &mut pair.twist, scene.dt));
+    }
     if law.resists_rolling() {
         let spin = body.angular_velocity - state.angular_velocity;
         torque += lattice.torque(&law.rolling_torque(&contact, &spin, arm.norm()));
     }
-    let shape = catalogue.shape(body.kind);
-    let radius = body.radius * (shape.inscribed_radius / shape.bounding_radius);
+    let radius = catalogue.inscribed_radius(body);
     if tally.note(found.overlap, radius) {
         tally.error = Some(StepError::Overlap {
             id: particles.ids[i],

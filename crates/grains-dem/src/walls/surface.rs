@@ -1,8 +1,9 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
 use crate::bodies::{PlacedPart, touch};
+use crate::catalogue::FaceContact;
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
+use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
 
 /// A piece of wall in the wall's frame.
@@ -50,13 +51,48 @@ pub(crate) struct SurfaceContact {
     pub(crate) overlap: f64,
     /// Contact point (m).
     pub(crate) point: Vec3,
+    /// Where the body touches if not in a point.
+    pub(crate) footprint: Option<Footprint>,
 }
 
 impl SurfaceContact {
+    /// Contact of a body whose surface reaches `overlap` behind the wall at `deepest`.
+    #[inline(always)]
+    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
+        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
+    }
+
+    /// The same contact spread over a footprint of the core, which is swept by a ball of radius `crust`.
+    fn spread(self, footprint: Option<Footprint>, crust: f64) -> Self {
+        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
+        Self::new(center + self.normal * crust, self.normal, overlap, footprint)
+    }
+
+    /// Two contacts with one flat patch: the deeper, or both footprints together.
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        let deeper = if self.overlap >= other.overlap { self } else { other };
+        match (&self.footprint, &other.footprint) {
+            (Some(a), Some(b)) => {
+                let joined = a.joined(b, &self.normal);
+                let share = a.weight / joined.weight;
+                Self {
+                    normal: self.normal,
+                    overlap: joined.overlap,
+                    point: self.point * share + other.point * (1.0 - share),
+                    footprint: Some(joined),
+                }
+            }
+            // A triangle touched in one point adds nothing to a face that lies on its neighbours.
+            (Some(_), None) => *self,
+            (None, Some(_)) => *other,
+            (None, None) => *deeper,
+        }
+    }
+
     /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
     #[inline(always)]
     fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
-        Self { normal, overlap, point: center + normal * (radius - 0.5 * overlap) }
+        Self::new(center + normal * radius, normal, overlap, None)
     }
 }
 
@@ -149,11 +185,18 @@ impl Surface {
         center: &Vec3,
         part: &PlacedPart,
         simplex: &mut Simplex,
+        faces: FaceContact,
     ) -> Result<Option<SurfaceContact>, GjkError> {
+        let is_spread = faces == FaceContact::Spread;
         match self {
             Surface::Plane { point, normal } => {
                 let deepest = center + part.farthest(&-normal);
-                Ok(part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal)))
+                let contact = part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal));
+                Ok(contact.map(|contact| {
+                    let gap = |p: &Vec3| (center + p - point).dot(normal);
+                    let footprint = if is_spread { part.footprint(center, &-normal, gap) } else { None };
+                    contact.spread(footprint, part.crust)
+                }))
             }
             Surface::Tube { center: middle, axis, radius, half_length } => {
                 let (deepest, outward, off) = part.farthest_from_axis(&(center - middle), axis);
@@ -161,26 +204,38 @@ impl Surface {
                 if along.abs() > *half_length {
                     return Ok(None);
                 }
-                Ok(part.contact_behind(&(center + deepest), outward, off - radius))
+                let contact = part.contact_behind(&(center + deepest), outward, off - radius);
+                Ok(contact.map(|contact| {
+                    let gap = |p: &Vec3| {
+                        let from = center - middle + p;
+                        radius - (from - axis * from.dot(axis)).norm()
+                    };
+                    let footprint = if is_spread { part.footprint(center, &outward, gap) } else { None };
+                    contact.spread(footprint, part.crust)
+                }))
             }
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let contact = touch(part, core, &placement, 0.0, simplex)?;
+                let contact = touch(part, core, &placement, 0.0, simplex, faces)?;
                 Ok(contact.map(|c| SurfaceContact {
                     normal: c.normal,
                     overlap: c.overlap,
                     point: center + c.point,
+                    footprint: c.footprint,
                 }))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Some(c) = touch(part, &core, &placement, 0.0, simplex)? else { return Ok(None) };
+                let Some(c) = touch(part, &core, &placement, 0.0, simplex, faces)? else { return Ok(None) };
+                let point = center + c.point;
                 let contact =
-                    SurfaceContact { normal: c.normal, overlap: c.overlap, point: center + c.point };
+                    SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint: c.footprint };
                 // The triangle's point lies half an overlap behind the contact point.
-                let on_triangle = contact.point - c.normal * (0.5 * c.overlap);
-                let owns = c.cores_met || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
+                let on_triangle = point - c.normal * (0.5 * c.overlap);
+                let owns = c.cores_met
+                    || c.footprint.is_some()
+                    || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
                 Ok(owns.then_some(contact))
             }
         }

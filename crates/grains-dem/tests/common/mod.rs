@@ -244,7 +244,13 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         global: GlobalBox::new([0.0; 3], upper, periodic),
         outlets: [false; 6],
         ranks: [1; 3],
-        catalogue: Catalogue { shapes, densities: vec![2500.0, f64::NAN], contacts },
+        catalogue: Catalogue {
+            shapes,
+            densities: vec![2500.0, f64::NAN],
+            contacts,
+            faces: Default::default(),
+            sharing: Default::default(),
+        },
         walls: Vec::new(),
         planes: vec![FlowPlane {
             name: "middle".into(),

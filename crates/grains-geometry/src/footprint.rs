@@ -1,0 +1,384 @@
+//! Contacts that are not points: face on face, edge or rim on face, side on side of two cylinders.
+//!
+//! The nearest points of two flush faces are any pair of them, so a single contact point wanders and
+//! bodies at rest spin and creep (thesis 3.3). Where the contact normal is that of a face, the face
+//! of the other body that looks at it is clipped to it; the corners of the common polygon share the
+//! contact in proportion to their overlaps,
+//!
+//! ```text
+//! w_i = δ_i / Σδ,   δ = Σ w_i δ_i,   c = Σ w_i x_i,
+//! ```
+//!
+//! so that the contact is as stiff as a single point and nothing jumps when a corner touches or leaves.
+//! The normal forces at the corners, all parallel, are then known by c, δ and two moments.
+
+use crate::{Core, Mat3, Placement, Vec3};
+
+/// Cosine above which a contact normal counts as that of a face.
+const ALIGNED: f64 = 0.999;
+/// Squared sine of the angle of two axes below which they are parallel.
+const PARALLEL: f64 = 2e-3;
+/// The deepest corner must have the overlap of the nearest points to within this share of the crusts.
+const AGREEMENT: f64 = 0.1;
+/// Corners of a clipped polygon.
+const CAPACITY: usize = 24;
+/// Corners that stand for the end of a cylinder, and largest number taken of a face.
+const SIDES: usize = 8;
+/// Cosine to the axis above which a cylinder shows its end, below which its side.
+const END: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Where two bodies touch, as seen along the contact normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Weighted centre c of the corners (m).
+    pub center: Vec3,
+    /// Weighted overlap δ (m).
+    pub overlap: f64,
+    /// First moment of the overlap, Σ w_i δ_i (x_i − c) (m²).
+    pub moment: Vec3,
+    /// Second moment Σ w_i (r_i × n)(r_i × n)ᵀ with r_i = x_i − c (m²).
+    pub second: Mat3,
+    /// Sum of the overlaps Σδ (m), the weight when footprints are joined.
+    pub weight: f64,
+}
+
+/// A loop of points; two points are a segment.
+#[derive(Clone, Copy)]
+struct Polygon {
+    points: [Vec3; CAPACITY],
+    len: usize,
+    /// Outward normal and its cosine to the direction asked for, if the feature is a face.
+    face: Option<(Vec3, f64)>,
+}
+
+impl Polygon {
+    fn new(points: impl IntoIterator<Item = Vec3>, face: Option<(Vec3, f64)>) -> Self {
+        let mut polygon = Self { points: [Vec3::zeros(); CAPACITY], len: 0, face };
+        points.into_iter().for_each(|p| polygon.push(p));
+        polygon
+    }
+
+    fn push(&mut self, point: Vec3) {
+        if self.len < CAPACITY {
+            self.points[self.len] = point;
+            self.len += 1;
+        }
+    }
+
+    fn points(&self) -> &[Vec3] {
+        &self.points[..self.len]
+    }
+
+    /// The feature in the frame its body is placed in.
+    fn placed(mut self, placement: &Placement) -> Self {
+        let scale = placement.matrix.column(0).norm();
+        for point in &mut self.points[..self.len] {
+            *point = placement.apply(point);
+        }
+        self.face = self.face.map(|(normal, cosine)| (placement.matrix * normal / scale, cosine));
+        self
+    }
+
+    /// How well the feature serves as the plane the other is clipped to.
+    fn alignment(&self) -> f64 {
+        self.face.map_or(-1.0, |(_, cosine)| cosine)
+    }
+
+    /// The part of the loop where `height` is not positive (Sutherland and Hodgman 1974).
+    fn clipped(&self, height: impl Fn(&Vec3) -> f64) -> Self {
+        let mut kept = Self::new([], self.face);
+        for (k, p) in self.points().iter().enumerate() {
+            let q = &self.points[(k + 1) % self.len];
+            let (above, next) = (height(p), height(q));
+            if above <= 0.0 {
+                kept.push(*p);
+            }
+            if (above < 0.0 && next > 0.0) || (above > 0.0 && next < 0.0) {
+                kept.push(p + (q - p) * (above / (above - next)));
+            }
+        }
+        kept
+    }
+}
+
+/// The face, or for the side of a cylinder the line, of a core that looks most along a unit `direction`.
+fn feature(core: &Core, direction: &Vec3) -> Option<Polygon> {
+    match core {
+        Core::Box(half) => {
+            let axis = direction.iamax();
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let sign = 1.0_f64.copysign(direction[axis]);
+            let corner = |s: f64, t: f64| {
+                let mut p = Vec3::zeros();
+                (p[axis], p[u], p[v]) = (sign * half[axis], sign * s * half[u], t * half[v]);
+                p
+            };
+            let mut normal = Vec3::zeros();
+            normal[axis] = sign;
+            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            Some(Polygon::new(corners, Some((normal, direction[axis].abs()))))
+        }
+        Core::Cylinder { radius, half_height } => {
+            let sign = 1.0_f64.copysign(direction.z);
+            if direction.z.abs() > END {
+                let corners = (0..SIDES).map(|k| {
+                    let angle = sign * std::f64::consts::TAU * k as f64 / SIDES as f64;
+                    Vec3::new(radius * angle.cos(), radius * angle.sin(), sign * half_height)
+                });
+                return Some(Polygon::new(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs()))));
+            }
+            let away = Vec3::new(direction.x, direction.y, 0.0).normalize() * *radius;
+            Some(Polygon::new([-1.0, 1.0].map(|s| away + Vec3::z() * (s * half_height)), None))
+        }
+        Core::Polyhedron(hull) => {
+            let cosine = |k: &usize| hull.faces()[*k].normal.dot(direction);
+            let best = (0..hull.faces().len()).max_by(|k, l| cosine(k).total_cmp(&cosine(l)))?;
+            let face = &hull.faces()[best];
+            // Of a face with many corners every second or third will do.
+            let every = face.vertices.len().div_ceil(SIDES);
+            let corners = face.vertices.iter().step_by(every).map(|&v| hull.vertices()[v as usize]);
+            Some(Polygon::new(corners, Some((face.normal, cosine(&best)))))
+        }
+        Core::Triangle([a, b, c]) => {
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let cosine = normal.dot(direction);
+            let corners = if cosine < 0.0 { [*a, *c, *b] } else { [*a, *b, *c] };
+            Some(Polygon::new(corners, Some((normal * 1.0_f64.copysign(cosine), cosine.abs()))))
+        }
+        _ => None,
+    }
+}
+
+impl Footprint {
+    /// Footprint of two cores whose nearest points are `gap` (m) apart along the unit `normal` from A to B.
+    ///
+    /// All in the frame of A, B being put there by `placement`; `crusts` (m) is the sum of the radii swept
+    /// over the cores. `None` if the bodies touch in a point: the nearest points then are the contact.
+    /// The centre lies midway between the cores.
+    pub fn of_cores(
+        a: &Core,
+        b: &Core,
+        placement: &Placement,
+        normal: &Vec3,
+        gap: f64,
+        crusts: f64,
+    ) -> Option<Self> {
+        let scale = placement.matrix.column(0).norm();
+        let of_a = feature(a, normal)?;
+        let of_b = feature(b, &(-placement.matrix.tr_mul(normal) / scale))?.placed(placement);
+        let mut corners = Corners::new(crusts);
+        if of_a.alignment().max(of_b.alignment()) < ALIGNED {
+            corners.between_segments(&of_a, &of_b);
+        } else if of_a.alignment() >= of_b.alignment() {
+            corners.clip(&of_b, &of_a);
+        } else {
+            corners.clip(&of_a, &of_b);
+        }
+        corners.summary(normal, crusts - gap)
+    }
+
+    /// Footprint of a core on the half-space {x : normal·x ≥ offset} behind a plane, in the core's frame.
+    ///
+    /// `normal` points from the core into the wall; the centre lies on the core.
+    pub fn on_plane(core: &Core, normal: &Vec3, offset: f64, crust: f64) -> Option<Self> {
+        Self::on_surface(core, normal, crust, |p| offset - normal.dot(p))
+    }
+
+    /// Footprint of a core on a surface, `gap` (m) being the distance of a point from it; deepest along `normal`.
+    pub fn on_surface(core: &Core, normal: &Vec3, crust: f64, gap: impl Fn(&Vec3) -> f64) -> Option<Self> {
+        let polygon = feature(core, normal)?;
+        let mut corners = Corners::new(crust);
+        for point in polygon.points() {
+            corners.add(*point, gap(point));
+        }
+        let deepest = gap(&core.support(normal));
+        corners.summary(normal, crust - deepest)
+    }
+
+    /// The footprint at `scale` times the size, turned and moved: x → rotation x scale + offset.
+    pub fn moved(&self, rotation: &Mat3, scale: f64, offset: &Vec3) -> Self {
+        Self {
+            center: rotation * self.center * scale + offset,
+            overlap: self.overlap * scale,
+            moment: rotation * self.moment * (scale * scale),
+            second: rotation * self.second * rotation.transpose() * (scale * scale),
+            weight: self.weight * scale,
+        }
+    }
+
+    /// The two footprints as one with the common `normal`.
+    pub fn joined(&self, other: &Self, normal: &Vec3) -> Self {
+        let weight = self.weight + other.weight;
+        let (s, t) = (self.weight / weight, other.weight / weight);
+        let (center, overlap) = (self.center * s + other.center * t, self.overlap * s + other.overlap * t);
+        let mut joined = Self { center, overlap, moment: Vec3::zeros(), second: Mat3::zeros(), weight };
+        for (part, share) in [(self, s), (other, t)] {
+            let r = part.center - center;
+            let lever = r.cross(normal);
+            joined.moment += (part.moment + r * part.overlap) * share;
+            joined.second += (part.second + lever * lever.transpose()) * share;
+        }
+        joined
+    }
+}
+
+/// The corners of a contact polygon that overlap, midway between the cores.
+struct Corners {
+    points: [(Vec3, f64); CAPACITY],
+    len: usize,
+    crusts: f64,
+    deepest: f64,
+}
+
+impl Corners {
+    fn new(crusts: f64) -> Self {
+        Self { points: [(Vec3::zeros(), 0.0); CAPACITY], len: 0, crusts, deepest: f64::NEG_INFINITY }
+    }
+
+    fn add(&mut self, point: Vec3, gap: f64) {
+        let overlap = self.crusts - gap;
+        self.deepest = self.deepest.max(overlap);
+        if overlap > 0.0 && self.len < CAPACITY {
+            self.points[self.len] = (point, overlap);
+            self.len += 1;
+        }
+    }
+
+    /// Clips the incident feature to the prism over the reference face.
+    fn clip(&mut self, incident: &Polygon, reference: &Polygon) {
+        let Some((normal, _)) = reference.face else { return };
+        let mut polygon = *incident;
+        for (k, p) in reference.points().iter().enumerate() {
+            let outward = (reference.points[(k + 1) % reference.len] - p).cross(&normal);
+            polygon = polygon.clipped(|x| outward.dot(&(x - p)));
+        }
+        for point in polygon.points() {
+            let gap = normal.dot(&(point - reference.points[0]));
+            self.add(point - normal * (0.5 * gap), gap);
+        }
+    }
+
+    /// The ends of the common stretch of two nearly parallel segments.
+    fn between_segments(&mut self, first: &Polygon, second: &Polygon) {
+        let ([a, b], [c, d]) = (first.points(), second.points()) else { return };
+        let (along, other) = (b - a, d - c);
+        let (length, slope) = (along.norm_squared(), along.dot(&other));
+        if along.cross(&other).norm_squared() > PARALLEL * length * other.norm_squared() {
+            return;
+        }
+        let place = |p: &Vec3| along.dot(&(p - a)) / length;
+        let (from, to) = (place(c).min(place(d)).max(0.0), place(c).max(place(d)).min(1.0));
+        if from > to {
+            return;
+        }
+        for t in [from, to] {
+            let on_first = a + along * t;
+            let on_second = c + other * (along.dot(&(on_first - c)) / slope);
+            self.add((on_first + on_second) * 0.5, (on_second - on_first).norm());
+        }
+    }
+
+    /// `None` unless several corners touch and the deepest has the overlap of the nearest points.
+    fn summary(&self, normal: &Vec3, overlap: f64) -> Option<Footprint> {
+        let points = &self.points[..self.len];
+        if points.len() < 2 || (self.deepest - overlap).abs() > AGREEMENT * self.crusts {
+            return None;
+        }
+        let weight: f64 = points.iter().map(|(_, overlap)| overlap).sum();
+        let shares = points.iter().map(|(x, overlap)| (x, overlap, overlap / weight));
+        let center = shares.clone().map(|(x, _, w)| x * w).sum::<Vec3>();
+        let overlap = shares.clone().map(|(_, overlap, w)| overlap * w).sum::<f64>();
+        let (mut moment, mut second) = (Vec3::zeros(), Mat3::zeros());
+        for (x, overlap, w) in shares {
+            let r = x - center;
+            let lever = r.cross(normal);
+            moment += r * (w * overlap);
+            second += lever * lever.transpose() * w;
+        }
+        Some(Footprint { center, overlap, moment, second, weight })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rotation;
+    use std::f64::consts::FRAC_PI_4;
+
+    fn at(rotation: Rotation, translation: Vec3) -> Placement {
+        Placement { matrix: rotation.to_rotation_matrix().into_inner(), translation }
+    }
+
+    #[test]
+    fn a_cube_flush_on_a_larger_one_has_the_second_moments_of_its_corners() {
+        let (small, large) = (Core::Box(Vec3::repeat(0.5)), Core::Box(Vec3::repeat(2.0)));
+        let placement = at(Rotation::from_axis_angle(&Vec3::z_axis(), 0.3), Vec3::new(0.4, -0.2, 2.51));
+        let f = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), 0.01, 0.03).unwrap();
+        assert!((f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14 && (f.overlap - 0.02).abs() < 1e-15);
+        assert!(f.moment.norm() < 1e-15);
+        // Corners at (±1/2, ±1/2): x² and y² have the mean 1/4 in any turn about the normal.
+        let expected = Mat3::from_diagonal(&Vec3::new(0.25, 0.25, 0.0));
+        assert!((f.second - expected).norm() < 1e-14);
+    }
+
+    #[test]
+    fn a_tilted_cube_leans_on_its_lower_edge_and_the_moment_rights_it() {
+        let (small, large) = (Core::Box(Vec3::repeat(0.5)), Core::Box(Vec3::repeat(2.0)));
+        let tilt = 0.01;
+        let placement = at(Rotation::from_axis_angle(&Vec3::y_axis(), tilt), Vec3::new(0.0, 0.0, 2.51));
+        let lowest = 2.51 - 0.5 * (tilt.sin() + tilt.cos()) - 2.0;
+        let f = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), lowest, 0.03).unwrap();
+        // Turned about y by a positive angle the edge at +x is lower.
+        assert!(f.center.x > 0.05 && f.moment.x > 0.0 && f.moment.y.abs() < 1e-15);
+        let single = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), lowest, lowest + 0.002);
+        assert!((single.unwrap().center.x - 0.5 * (tilt.cos() - tilt.sin())).abs() < 1e-3, "only the edge");
+    }
+
+    #[test]
+    fn faces_that_overlap_in_part_share_the_common_polygon() {
+        let cube = Core::Box(Vec3::repeat(0.5));
+        let turned = Rotation::from_axis_angle(&Vec3::z_axis(), FRAC_PI_4);
+        let f =
+            Footprint::of_cores(&cube, &cube, &at(turned, Vec3::new(0.0, 0.0, 1.0)), &Vec3::z(), 0.0, 0.02);
+        // A regular octagon of inradius 1/2: r² = (1/2)²/cos²(22.5°).
+        let r2 = 0.25 / (FRAC_PI_4 / 2.0).cos().powi(2);
+        assert!((f.unwrap().second.trace() - r2).abs() < 1e-14);
+        let shifted = at(Rotation::identity(), Vec3::new(0.8, 0.0, 1.0));
+        let f = Footprint::of_cores(&cube, &cube, &shifted, &Vec3::z(), 0.0, 0.02).unwrap();
+        assert!((f.center - Vec3::new(0.4, 0.0, 0.5)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn cylinders_rest_on_lines_and_ends_and_lie_side_by_side() {
+        let rod = Core::Cylinder { radius: 0.5, half_height: 2.0 };
+        let side = Footprint::on_plane(&rod, &Vec3::x(), 0.5, 0.01).unwrap();
+        assert!((side.center - Vec3::new(0.5, 0.0, 0.0)).norm() < 1e-15);
+        assert!((side.second[(1, 1)] - 4.0).abs() < 1e-14 && side.second[(2, 2)].abs() < 1e-14);
+        let end = Footprint::on_plane(&rod, &-Vec3::z(), 2.0, 0.01).unwrap();
+        assert!((end.second.trace() - 0.25).abs() < 1e-14);
+        let beside = at(Rotation::identity(), Vec3::new(0.0, 1.005, 1.0));
+        let line = Footprint::of_cores(&rod, &rod, &beside, &Vec3::y(), 0.005, 0.02).unwrap();
+        assert!((line.center - Vec3::new(0.0, 0.5025, 0.5)).norm() < 1e-15);
+        assert!((line.second[(0, 0)] - 2.25).abs() < 1e-14 && (line.overlap - 0.015).abs() < 1e-15);
+        let crossed = at(Rotation::from_axis_angle(&Vec3::y_axis(), 1.0), Vec3::new(0.0, 1.005, 0.0));
+        assert!(Footprint::of_cores(&rod, &rod, &crossed, &Vec3::y(), 0.005, 0.02).is_none());
+    }
+
+    #[test]
+    fn a_floor_cut_in_triangles_bears_like_a_whole_one() {
+        let cube = Core::Box(Vec3::new(1.0, 0.5, 0.25));
+        let floor = |corners: [[f64; 2]; 3]| Core::Triangle(corners.map(|[x, y]| Vec3::new(x, y, -0.25)));
+        let halves =
+            [floor([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0]]), floor([[-2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]])];
+        let normal = -Vec3::z();
+        let [f, g] = halves.map(|half| {
+            let placement = at(Rotation::identity(), Vec3::zeros());
+            Footprint::of_cores(&cube, &half, &placement, &normal, 0.0, 0.02).unwrap()
+        });
+        let joined = f.joined(&g, &normal);
+        assert!(joined.center.x.abs() < 1e-14 && joined.center.y.abs() < 1e-14);
+        assert!((joined.overlap - 0.02).abs() < 1e-16 && joined.moment.norm() < 1e-16);
+        let moved = joined.moved(&Mat3::identity(), 2.0, &Vec3::x());
+        assert!((moved.second - joined.second * 4.0).norm() < 1e-14);
+    }
+}
