@@ -9,6 +9,7 @@ use crate::check::{Checker, Names, nearby_file};
 use crate::diagnostic::{CaseErrors, Diagnostic};
 use crate::fit;
 use crate::sections::contact::{self, Contact};
+use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
 use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
@@ -46,6 +47,9 @@ pub struct RawCase {
     /// Contact laws, one per pair of materials that can meet.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact: Vec<Contact<String>>,
+    /// How faces and composites touch.
+    #[serde(default)]
+    pub contact_points: ContactPoints,
     /// Forms of particles.
     #[schemars(length(min = 1))]
     pub shape: Vec<Shape>,
@@ -103,6 +107,8 @@ pub struct Case {
     pub materials: Vec<Material>,
     /// Contact laws, see [`Case::contact`].
     pub contacts: Vec<Contact>,
+    /// How faces and composites touch.
+    pub contact_points: ContactPoints,
     /// Forms of particles; their position is their index.
     pub shapes: Vec<Shape>,
     /// Particles to insert.
@@ -130,6 +136,7 @@ impl PartialEq for Case {
         (&self.name, self.seed, self.gravity) == (&other.name, other.seed, other.gravity)
             && (&self.domain, &self.time) == (&other.domain, &other.time)
             && (&self.materials, &self.contacts) == (&other.materials, &other.contacts)
+            && self.contact_points == other.contact_points
             && (&self.shapes, &self.inserts) == (&other.shapes, &other.inserts)
             && (&self.walls, &self.flow_planes) == (&other.walls, &other.flow_planes)
             && (&self.output, &self.limits) == (&other.output, &other.limits)
@@ -225,6 +232,7 @@ impl Case {
             time: self.time.clone(),
             material: self.materials.clone(),
             contact: self.contacts.iter().map(|c| c.clone().rename(|_, index| material(index))).collect(),
+            contact_points: self.contact_points.clone(),
             shape: self.shapes.clone(),
             insert: self.inserts.iter().map(insert).collect(),
             wall: self.walls.iter().map(|w| w.clone().rename(material)).collect(),
@@ -256,6 +264,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         seed: raw.seed,
         gravity: raw.gravity,
         contacts: contact::check(raw.contact, &names, checker),
+        contact_points: raw.contact_points,
         shapes: shape::check(raw.shape, checker),
         inserts: {
             let context =

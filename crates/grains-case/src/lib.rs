@@ -25,6 +25,7 @@ pub use case::{Case, RawCase};
 pub use diagnostic::{CaseErrors, Diagnostic};
 pub use particle_file::ParticleColumns;
 pub use sections::contact::{Contact, Tangential};
+pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Face};
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

@@ -161,21 +161,17 @@ pub(crate) fn touch(
             Footprint::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)
         }
     };
-    let normal = part.rotation * normal;
     // From between the cores to between the surfaces.
-    let shift = normal * (0.5 * (part.crust - other_crust));
+    let surfaces = |normal: &Vec3| normal * (0.5 * (part.crust - other_crust));
     if let Some(footprint) = footprint {
-        let footprint = footprint.moved(&part.rotation, part.scale, &shift);
-        let Footprint { center, overlap, .. } = footprint;
-        return Ok(Some(PartContact {
-            normal,
-            overlap,
-            point: center,
-            cores_met,
-            footprint: Some(footprint),
-        }));
+        let mut footprint = footprint.moved(&part.rotation, part.scale, &Vec3::zeros());
+        let Footprint { normal, center, overlap, .. } = footprint;
+        footprint.center = center + surfaces(&normal);
+        let point = footprint.center;
+        return Ok(Some(PartContact { normal, overlap, point, cores_met, footprint: Some(footprint) }));
     }
-    let point = part.rotation * (point_a + point_b) * (0.5 * part.scale) + shift;
+    let normal = part.rotation * normal;
+    let point = part.rotation * (point_a + point_b) * (0.5 * part.scale) + surfaces(&normal);
     Ok(Some(PartContact { normal, overlap, point, cores_met, footprint }))
 }
 

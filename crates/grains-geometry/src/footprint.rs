@@ -16,6 +16,9 @@ use crate::{Core, Mat3, Placement, Vec3};
 
 /// Cosine above which a contact normal counts as that of a face.
 const ALIGNED: f64 = 0.999;
+/// Squared sine below which it is that of the face to the accuracy of the distance query, which on a
+/// curved surface has half the digits.
+const SAME: f64 = 1e-10;
 /// Squared sine of the angle of two axes below which they are parallel.
 const PARALLEL: f64 = 2e-3;
 /// The deepest corner must have the overlap of the nearest points to within this share of the crusts.
@@ -30,6 +33,8 @@ const END: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Where two bodies touch, as seen along the contact normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
+    /// Unit contact normal, that of a flush face without rounding (-).
+    pub normal: Vec3,
     /// Weighted centre c of the corners (m).
     pub center: Vec3,
     /// Weighted overlap δ (m).
@@ -82,6 +87,11 @@ impl Polygon {
     /// How well the feature serves as the plane the other is clipped to.
     fn alignment(&self) -> f64 {
         self.face.map_or(-1.0, |(_, cosine)| cosine)
+    }
+
+    /// The normal of the face if a contact normal is the same but for the accuracy of the query.
+    fn normal_instead_of(&self, normal: &Vec3) -> Option<Vec3> {
+        self.face.map(|(outward, _)| outward).filter(|m| m.cross(normal).norm_squared() < SAME)
     }
 
     /// The part of the loop where `height` is not positive (Sutherland and Hodgman 1974).
@@ -164,17 +174,26 @@ impl Footprint {
         crusts: f64,
     ) -> Option<Self> {
         let scale = placement.matrix.column(0).norm();
-        let of_a = feature(a, normal)?;
-        let of_b = feature(b, &(-placement.matrix.tr_mul(normal) / scale))?.placed(placement);
+        let of_a = |n: &Vec3| feature(a, n);
+        let of_b = |n: &Vec3| Some(feature(b, &(-placement.matrix.tr_mul(n) / scale))?.placed(placement));
         let mut corners = Corners::new(crusts);
-        if of_a.alignment().max(of_b.alignment()) < ALIGNED {
-            corners.between_segments(&of_a, &of_b);
-        } else if of_a.alignment() >= of_b.alignment() {
-            corners.clip(&of_b, &of_a);
+        let (mut first, mut second, mut normal) = (of_a(normal)?, of_b(normal)?, *normal);
+        if first.alignment().max(second.alignment()) < ALIGNED {
+            corners.between_segments(&first, &second);
+        } else if first.alignment() >= second.alignment() {
+            if let Some(outward) = first.normal_instead_of(&normal) {
+                normal = outward;
+                second = of_b(&normal)?;
+            }
+            corners.clip(&second, &first);
         } else {
-            corners.clip(&of_a, &of_b);
+            if let Some(outward) = second.normal_instead_of(&normal) {
+                normal = -outward;
+                first = of_a(&normal)?;
+            }
+            corners.clip(&first, &second);
         }
-        corners.summary(normal, crusts - gap)
+        corners.summary(&normal, crusts - gap)
     }
 
     /// Footprint of a core on the half-space {x : normal·x ≥ offset} behind a plane, in the core's frame.
@@ -198,6 +217,7 @@ impl Footprint {
     /// The footprint at `scale` times the size, turned and moved: x → rotation x scale + offset.
     pub fn moved(&self, rotation: &Mat3, scale: f64, offset: &Vec3) -> Self {
         Self {
+            normal: rotation * self.normal,
             center: rotation * self.center * scale + offset,
             overlap: self.overlap * scale,
             moment: rotation * self.moment * (scale * scale),
@@ -206,15 +226,16 @@ impl Footprint {
         }
     }
 
-    /// The two footprints as one with the common `normal`.
-    pub fn joined(&self, other: &Self, normal: &Vec3) -> Self {
+    /// The two footprints, of one normal, as one.
+    pub fn joined(&self, other: &Self) -> Self {
         let weight = self.weight + other.weight;
         let (s, t) = (self.weight / weight, other.weight / weight);
         let (center, overlap) = (self.center * s + other.center * t, self.overlap * s + other.overlap * t);
-        let mut joined = Self { center, overlap, moment: Vec3::zeros(), second: Mat3::zeros(), weight };
+        let (moment, second) = (Vec3::zeros(), Mat3::zeros());
+        let mut joined = Self { normal: self.normal, center, overlap, moment, second, weight };
         for (part, share) in [(self, s), (other, t)] {
             let r = part.center - center;
-            let lever = r.cross(normal);
+            let lever = r.cross(&self.normal);
             joined.moment += (part.moment + r * part.overlap) * share;
             joined.second += (part.second + lever * lever.transpose()) * share;
         }
@@ -295,7 +316,7 @@ impl Corners {
             moment += r * (w * overlap);
             second += lever * lever.transpose() * w;
         }
-        Some(Footprint { center, overlap, moment, second, weight })
+        Some(Footprint { normal: *normal, center, overlap, moment, second, weight })
     }
 }
 
@@ -375,7 +396,7 @@ mod tests {
             let placement = at(Rotation::identity(), Vec3::zeros());
             Footprint::of_cores(&cube, &half, &placement, &normal, 0.0, 0.02).unwrap()
         });
-        let joined = f.joined(&g, &normal);
+        let joined = f.joined(&g);
         assert!(joined.center.x.abs() < 1e-14 && joined.center.y.abs() < 1e-14);
         assert!((joined.overlap - 0.02).abs() < 1e-16 && joined.moment.norm() < 1e-16);
         let moved = joined.moved(&Mat3::identity(), 2.0, &Vec3::x());

@@ -3,7 +3,7 @@
 use crate::error::RunError;
 use crate::geometry::{shape, surfaces};
 use crate::timestep::{self, TimeStepChoice};
-use grains_case::{Case, Motion as CaseMotion, Tangential as CaseTangential};
+use grains_case::{Case, Composite, Faces, Motion as CaseMotion, Tangential as CaseTangential};
 use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, Motion, Rates, Skin, Wall};
@@ -104,7 +104,15 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     let shapes = shapes.map(|(k, s)| shape(s).map_err(|e| case.about(&format!("shape[{k}]"), e)));
     let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
-    Ok(Catalogue { shapes, densities, contacts, faces: FaceContact::Point, sharing: Sharing::Mean })
+    let faces = match case.contact_points.faces {
+        Faces::Point => FaceContact::Point,
+        Faces::Spread => FaceContact::Spread,
+    };
+    let sharing = match case.contact_points.composite {
+        Composite::Mean => Sharing::Mean,
+        Composite::Sum => Sharing::Sum,
+    };
+    Ok(Catalogue { shapes, densities, contacts, faces, sharing })
 }
 
 /// Largest bounding radius any particle of the case can have (m).

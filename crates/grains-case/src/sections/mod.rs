@@ -5,6 +5,7 @@
 //! range outside which a value draws a warning, and `x-infinite`, set where `inf` is a sensible value.
 
 pub mod contact;
+pub mod contact_points;
 pub mod domain;
 pub mod insert;
 pub mod material;

@@ -73,7 +73,7 @@ impl SurfaceContact {
         let deeper = if self.overlap >= other.overlap { self } else { other };
         match (&self.footprint, &other.footprint) {
             (Some(a), Some(b)) => {
-                let joined = a.joined(b, &self.normal);
+                let joined = a.joined(b);
                 let share = a.weight / joined.weight;
                 Self {
                     normal: self.normal,
