@@ -103,12 +103,20 @@ pub struct Occupancy {
 }
 
 impl Occupancy {
-    /// Particles owned by this rank.
-    pub fn new(dem: &Dem) -> Self {
-        let mut occupancy =
-            Self { cells: Default::default(), width: 2.0 * dem.setup.largest_radius, held: Vec::new() };
-        let particles = &dem.particles;
-        for i in 0..particles.owned {
+    /// Particles owned by this rank that could touch one placed between two corners (m).
+    pub fn near(dem: &Dem, lower: &Vec3, upper: &Vec3) -> Self {
+        let width = 2.0 * dem.setup.largest_radius;
+        let mut occupancy = Self { cells: Default::default(), width, held: Vec::new() };
+        let (particles, global) = (&dem.particles, &dem.setup.global);
+        let is_near = |position: &Vec3| {
+            (0..3).all(|a| {
+                let x = if global.periodic[a] { global.wrap_along(a, position[a]) } else { position[a] };
+                let within = |x: f64| (lower[a] - width..=upper[a] + width).contains(&x);
+                let period = global.length(a);
+                within(x) || (global.periodic[a] && (within(x - period) || within(x + period)))
+            })
+        };
+        for i in (0..particles.owned).filter(|&i| is_near(&particles.bodies[i].position)) {
             let body = &particles.bodies[i];
             occupancy.add(NewParticle {
                 id: particles.ids[i],

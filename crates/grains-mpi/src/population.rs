@@ -261,8 +261,13 @@ impl Block {
         transport: &impl Transport,
     ) -> Result<bool, String> {
         let begun_at = self.done;
-        if let Place::Window { window, attempts } = self.insert.place.clone() {
-            let mut occupancy = Occupancy::new(dem);
+        if let Place::Window { window, attempts, retry } = self.insert.place.clone() {
+            let pause = retry.map_or(1, |t| (t / dem.setup.rates.dt).round().max(1.0) as u64);
+            if !dem.step.is_multiple_of(pause) {
+                return Ok(false);
+            }
+            let (lower, upper) = bounds(&window);
+            let mut occupancy = Occupancy::near(dem, &lower, &upper);
             while self.done < until {
                 let id = self.first_id + self.done;
                 let new = self.particle(id, case, seed, dem);
@@ -275,10 +280,10 @@ impl Block {
                         self.done += 1;
                     }
                     // During the run the rest waits for room; at the first batch there is nothing to wait for.
-                    None if dem.step > 0 || self.insert.interval > 0.0 => break,
+                    None if retry.is_some() || dem.step > 0 || self.insert.interval > 0.0 => break,
                     None => {
                         let message = format!(
-                            "no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or insert in batches with interval > 0",
+                            "no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or give place.retry (s) to wait for room",
                             self.done + 1,
                             self.count
                         );
@@ -465,6 +470,18 @@ fn attempted_position(new: &NewParticle, window: &Window, seed: u64, attempt: u6
     let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + attempt);
     let wrapped = dem.setup.global.wrap(point_in(window, &mut draw).into());
     Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)))
+}
+
+/// Corners of the box around a window (m).
+fn bounds(window: &Window) -> (Vec3, Vec3) {
+    match window {
+        Window::Box { lower, upper } => (Vec3::from(*lower), Vec3::from(*upper)),
+        Window::Disc { center, normal, radius } => {
+            let reach = Vec3::from(normal.map(|n| radius * (1.0 - n * n).max(0.0).sqrt()));
+            (Vec3::from(*center) - reach, Vec3::from(*center) + reach)
+        }
+        Window::Point { at } => (Vec3::from(*at), Vec3::from(*at)),
+    }
 }
 
 fn point_in(window: &Window, draw: &mut Draw) -> Vec3 {

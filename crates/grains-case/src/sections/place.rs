@@ -63,6 +63,10 @@ pub enum Place {
         #[serde(default = "thousand")]
         #[schemars(extend("minimum" = 1))]
         attempts: u64,
+        /// Wait for room, and try again after this time (s), instead of refusing a first batch that does not fit.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        retry: Option<f64>,
     },
     /// Positions from a file.
     ///
