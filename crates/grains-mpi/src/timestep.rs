@@ -1,7 +1,7 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
 use grains_case::{Case, TimeStep};
-use grains_contact::{CollisionEstimate, Tangential};
+use grains_contact::{CollisionEstimate, Sharing, Tangential};
 use grains_dem::Catalogue;
 
 /// One collision that can happen in the case, and what it asks of the time step.
@@ -17,7 +17,8 @@ pub struct Encounter {
     pub radius: f64,
     /// Closed form for the lightest bodies.
     pub collision: CollisionEstimate,
-    /// Shortest contact time (s): off-centre impacts of bodies that are not spheres are shorter.
+    /// Shortest contact time (s): off-centre impacts of bodies that are not spheres are shorter, and so are
+    /// those of many parts at once whose forces add up.
     pub shortest_contact: f64,
     /// Largest stable step of the explicit tangential damping (s).
     pub tangential_limit: f64,
@@ -56,6 +57,8 @@ struct Lightest {
     off_centre_mass: f64,
     /// Largest m/m'.
     quickening: f64,
+    /// Contacts that may act at once as so many springs side by side.
+    springs: usize,
 }
 
 /// Chooses the time step of a case.
@@ -133,6 +136,7 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
                 grains_contact::reduced_mass(body.off_centre_mass, o.off_centre_mass)
             });
             let quickening = other.map_or(body.quickening, |o| body.quickening.max(o.quickening));
+            let springs = other.map_or(body.springs, |o| body.springs.max(o.springs)) as f64;
             let collision = CollisionEstimate::new(law, reduced);
             // A sphere slides under 7/2 of the tangential damping: its spin helps (errata R16-21).
             let share = if quickening > 1.0 { 1.0 + quickening } else { 3.5 };
@@ -145,7 +149,7 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
                 is_wall: other.is_none(),
                 restitution: law.restitution,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
-                shortest_contact: collision.contact_time * (felt / reduced).sqrt(),
+                shortest_contact: collision.contact_time * (felt / reduced / springs).sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
                 collision,
             });
@@ -173,13 +177,18 @@ fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>,
         let lever = form.bounding_radius.powi(2) - form.inscribed_radius.powi(2);
         let quickening = if form.is_sphere() { 1.0 } else { 1.0 + lever * form.volume / form.inertia.min() };
         let radius = form.inscribed_radius * scale;
-        let new = Lightest { mass, radius, off_centre_mass: mass / quickening, quickening };
+        let springs = match catalogue.sharing {
+            Sharing::Mean => 1,
+            Sharing::Sum => form.parts.len(),
+        };
+        let new = Lightest { mass, radius, off_centre_mass: mass / quickening, quickening, springs };
         let known = lightest[material].get_or_insert(new);
         if mass < known.mass {
             (known.mass, known.radius) = (mass, radius);
         }
         known.off_centre_mass = known.off_centre_mass.min(new.off_centre_mass);
         known.quickening = known.quickening.max(quickening);
+        known.springs = known.springs.max(springs);
     };
     crate::population::for_each_kind(case, catalogue, |kind, scale| {
         consider(kind.material as usize, kind.shape as usize, scale.smallest());
