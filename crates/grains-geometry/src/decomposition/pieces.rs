@@ -6,15 +6,17 @@ use crate::{ConvexHull, MassProperties, TriMesh, Vec3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
+use parry3d_f64::transformation::voxelization::{FillMode, Voxel, VoxelSet, VoxelizedVolume};
+use std::collections::BTreeSet;
 
 /// Points of a piece closer than this become one (voxels).
 const WELD: f64 = 0.05;
 /// Pieces whose inscribed radius is less are united with a neighbour (voxels).
 const THIN: f64 = 0.25;
 /// Unions that add less than this to the volume, relative to the whole, are always made.
-const FREE: f64 = 1e-4;
+const FREE: f64 = 2e-3;
 /// Concavity up to which a piece is not cut further: hull less piece, relative to the hull of the whole.
-const CONCAVITY: f64 = 0.01;
+const CONCAVITY: f64 = 0.0025;
 
 /// Corners of the convex pieces of a mesh, and how they came about.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,7 +81,8 @@ impl Pieces {
     }
 }
 
-/// Points on the surface of each piece.
+/// Points that span each piece: where the mesh crosses its voxels, and the corners of its voxels that lie
+/// inside the mesh along a cut.
 fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>> {
     let points: Vec<Vector> = unit.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect();
     let parameters = VHACDParameters {
@@ -90,14 +93,30 @@ fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>>
     };
     // The library asserts where it meets a set of points without a hull.
     let found = std::panic::catch_unwind(|| {
-        let cut = VHACD::decompose(&parameters, &points, &unit.triangles, true);
-        let pieces = cut.compute_primitive_intersections(&points, &unit.triangles);
-        // Its hulls are quick but not exact to rounding: they only sort out most of the points inside.
-        pieces.into_iter().map(|p| try_convex_hull(&p).map_or(p, |(corners, _)| corners)).collect()
+        let fill = FillMode::FloodFill { detect_cavities: false };
+        let volume =
+            VoxelizedVolume::voxelize(&points, &unit.triangles, options.resolution, fill, true);
+        let voxels = VoxelSet::from(volume);
+        let place = |v: &Voxel| [v.coords.x, v.coords.y, v.coords.z];
+        let crossed: BTreeSet<_> = voxels.voxels().iter().filter(|v| v.is_on_surface).map(place).collect();
+        let cut = VHACD::from_voxels(&parameters, voxels);
+        let pieces = cut.voxel_parts().iter().map(|piece| {
+            let mut corners = piece.compute_primitive_intersections(&points, &unit.triangles);
+            let along_cut = piece.voxels().iter().filter(|v| v.is_on_surface && !crossed.contains(&place(v)));
+            corners.extend(along_cut.flat_map(|v| voxel_corners(piece, v)));
+            // Its hulls are quick but not exact to rounding: they only sort out most of the points inside.
+            try_convex_hull(&corners).map_or(corners, |(hull, _)| hull)
+        });
+        pieces.collect::<Vec<_>>()
     });
-    let pieces: Vec<Vec<Vector>> = found.ok()?;
-    let place = |p: &Vector| Vec3::new(p.x, p.y, p.z);
-    Some(pieces.iter().map(|piece| piece.iter().map(place).collect()).collect())
+    let vector = |p: &Vector| Vec3::new(p.x, p.y, p.z);
+    Some(found.ok()?.iter().map(|piece| piece.iter().map(vector).collect()).collect())
+}
+
+fn voxel_corners(set: &VoxelSet, voxel: &Voxel) -> impl Iterator<Item = Vector> + use<> {
+    let (half, middle) = (set.scale / 2.0, set.get_voxel_point(voxel));
+    let sign = move |bits: u32, k: u32| if bits >> k & 1 == 1 { half } else { -half };
+    (0..8).map(move |bits| middle + Vector::new(sign(bits, 0), sign(bits, 1), sign(bits, 2)))
 }
 
 /// Unites pieces, always the pair whose common hull adds the least volume: until there are no more
