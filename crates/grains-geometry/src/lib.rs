@@ -43,6 +43,6 @@ pub use mesh_file::{
 };
 pub use report::{DecompositionReport, MassReport, MassSource, ShapeReport};
 pub use shape::{Part, Shape, ShapeError};
-pub use shapes::{Lobes, RegularSolid, SphereArrangement, cross_beam_width};
+pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};

@@ -38,15 +38,15 @@ fn torus(r: f64, along: u32, around: u32) -> TriMesh {
 }
 
 #[test]
-fn an_angle_is_two_boxes_at_any_size() {
+fn an_angle_is_cut_at_its_corner_at_any_size() {
     for scale in [1e-6, 1.0, 1e3] {
         let shape = Shape::of_mesh(&angle(), scale, &options(16, 64), 0.02).unwrap();
         let report = shape.report.decomposition.clone().unwrap();
-        eprintln!("{report:?} {}", shape.parts.len());
-        assert_eq!((shape.parts.len(), shape.report.mass), (2, MassSource::ClosedMesh));
+        assert!((2..=3).contains(&shape.parts.len()), "{report:?}");
+        assert_eq!(shape.report.mass, MassSource::ClosedMesh);
         close(shape.volume, 4.0 * scale.powi(3), 1e-12);
         assert!((shape.user_to_body.1 / scale - Vec3::new(1.25, 0.75, 0.5)).norm() < 1e-12);
-        assert!(report.volume_error.abs() < 0.02, "{report:?}");
+        assert!(report.volume_error.abs() < 0.005, "{report:?}");
         assert!(!report.cached);
     }
 }
@@ -54,12 +54,12 @@ fn an_angle_is_two_boxes_at_any_size() {
 #[test]
 fn a_ring_keeps_its_hole() {
     let mesh = torus(0.3, 48, 16);
-    for most in [6, 12, 24] {
+    for (most, error) in [(6, 0.2), (12, 0.06), (24, 0.03)] {
         let shape = Shape::of_mesh(&mesh, 1e-3, &options(most, 64), 0.02).unwrap();
         let report = shape.report.decomposition.clone().unwrap();
-        eprintln!("{report:?} {}", shape.parts.len());
         assert!(shape.parts.len() <= most as usize);
-        assert!(!shape.contains(&Vec3::zeros()) || most < 6);
+        assert!(report.volume_error > 0.0 && report.volume_error < error, "{report:?}");
+        assert!(!shape.contains(&Vec3::zeros()));
         let exact = MassProperties::of_closed_mesh(&mesh);
         close(shape.volume, exact.volume * 1e-9, 1e-12);
         close(shape.volume, 2.0 * PI * PI * 0.09 * 1e-9, 0.04);
@@ -147,7 +147,6 @@ fn a_rough_stone_is_cut_within_its_volume_error() {
     }
     let shape = Shape::of_mesh(&mesh, 1e-2, &options(16, 64), 0.02).unwrap();
     let report = shape.report.decomposition.clone().unwrap();
-    eprintln!("{report:?} {}", shape.parts.len());
-    assert!(shape.parts.len() <= 16 && report.volume_error.abs() < 0.1, "{report:?}");
-    assert!(shape.mass_report(200).volume_difference.abs() < 0.1);
+    assert!(shape.parts.len() <= 16 && report.volume_error.abs() < 0.03, "{report:?}");
+    assert!(shape.mass_report(200).volume_difference.abs() < 0.03);
 }

@@ -94,8 +94,7 @@ fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>>
     // The library asserts where it meets a set of points without a hull.
     let found = std::panic::catch_unwind(|| {
         let fill = FillMode::FloodFill { detect_cavities: false };
-        let volume =
-            VoxelizedVolume::voxelize(&points, &unit.triangles, options.resolution, fill, true);
+        let volume = VoxelizedVolume::voxelize(&points, &unit.triangles, options.resolution, fill, true);
         let voxels = VoxelSet::from(volume);
         let place = |v: &Voxel| [v.coords.x, v.coords.y, v.coords.z];
         let crossed: BTreeSet<_> = voxels.voxels().iter().filter(|v| v.is_on_surface).map(place).collect();

@@ -4,13 +4,6 @@ use crate::glued::{Component, glue};
 use crate::shape::check_length;
 use crate::{MassProperties, MassSource, Shape, ShapeError, Vec3};
 
-/// Width w of the beams of a cross of the volume of a sphere of the given diameter (m), for beams q times
-/// as long as wide: V = w³ (2 q − 1) for two beams, w³ (3 q − 2) for three.
-pub fn cross_beam_width(beams: u32, equivalent_diameter: f64, aspect_ratio: f64) -> f64 {
-    let cubes = f64::from(beams) * (aspect_ratio - 1.0) + 1.0;
-    equivalent_diameter * (std::f64::consts::PI / 6.0 / cubes).cbrt()
-}
-
 impl Shape {
     /// Cross of two or three square beams along x, y and, for three, z, that share their middle; lengths in m.
     ///

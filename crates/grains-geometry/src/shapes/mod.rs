@@ -9,7 +9,6 @@ mod slices;
 mod sphere_cylinder;
 mod tessellation;
 
-pub use cross::cross_beam_width;
 pub use lobes::Lobes;
 pub(crate) use polyhedron::polyhedron_part_of;
 pub use regular::RegularSolid;
