@@ -12,7 +12,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub(crate) fn check_sizes(case: &Case, checker: &mut Checker) {
     for component in case.inserts.iter().flat_map(|insert| &insert.particles) {
         if let Some(message) = misfit(case, component) {
-            let key = case.shapes[component.shape].size_key();
+            let key = case.shapes[component.shape].kind.size_key();
             checker.error(&format!("shape[{}].{key}", component.shape), message);
         }
     }
@@ -25,7 +25,7 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
     let extents = case.domain.extents();
     let narrowest = (0..3).fold(0, |best, a| if extents[a] < extents[best] { a } else { best });
     let thickness = 2.0 * scale * shape.inscribed_radius().unwrap_or(0.0);
-    let length = scale * shape.diameter().unwrap_or(0.0);
+    let length = scale * shape.kind.diameter().unwrap_or(0.0);
     let (size, room, along) = if thickness > extents[narrowest] {
         (thickness, extents[narrowest], format!("along {}", AXES[narrowest]))
     } else if length > norm(extents) {

@@ -67,7 +67,7 @@ fn the_mixture_has_every_kind_with_its_defaults() {
 
 #[test]
 fn the_resolved_case_parses_to_the_same_case() {
-    for name in ["silo.toml", "mixture.toml", "single.toml"] {
+    for name in ["silo.toml", "mixture.toml", "composites.toml", "single.toml"] {
         let case = load(name);
         let resolved = case.to_toml();
         let again = Case::parse(&resolved, "anything.toml", Path::new("/nowhere"));
@@ -133,6 +133,24 @@ fn broken_particle_files_are_refused_by_line() {
     assert!(message(&many).ends_with("and 130 more like these"));
 }
 
+#[test]
+fn composites_keep_their_parts_and_fill_in_what_is_not_said() {
+    let case = load("composites.toml");
+    assert!(case.warnings.is_empty(), "{:?}", case.warnings);
+    let ShapeKind::Glued { parts } = &case.shapes[0].kind else { panic!("glued") };
+    assert_eq!((parts.len(), parts[0].at, parts[1].orientation), (6, [0.0, 0.0, 0.03], [1.0, 0.0, 0.0, 0.0]));
+    assert!(matches!(&parts[5].kind, ShapeKind::HullFile { path, .. } if path.is_file()));
+    assert_eq!(
+        (case.shapes[0].crust, case.shapes[1].crust, case.shapes[5].crust),
+        (Some(0.05), Some(0.02), None)
+    );
+    let ShapeKind::Cross { aspect_ratio, .. } = &case.shapes[4].kind else { panic!("cross") };
+    assert_eq!(*aspect_ratio, Some(5.0));
+    let ShapeKind::Mesh { resolution, max_parts, .. } = &case.shapes[8].kind else { panic!("mesh") };
+    assert_eq!((*resolution, *max_parts), (64, 8));
+    assert!(case.shapes[..8].iter().skip(1).all(|s| s.bounding_radius().is_some()));
+}
+
 /// Every key of the schema has a description, and every number in it a unit.
 #[test]
 fn the_schema_describes_every_key_with_its_unit() {
@@ -152,13 +170,13 @@ fn the_schema_describes_every_key_with_its_unit() {
     }
 }
 
-/// Both good files together use every key but the few that exclude each other.
+/// The good files together use every key but the few that exclude each other.
 #[test]
 fn the_schema_has_every_key_of_the_resolved_cases() {
     let mut keys = Vec::new();
     collect_keys(&schema(), "", &mut keys);
     let known: Vec<&str> = keys.iter().filter_map(|(path, _)| path.rsplit('.').next()).collect();
-    let resolved = load("silo.toml").to_toml() + &load("mixture.toml").to_toml();
+    let resolved = ["silo.toml", "mixture.toml", "composites.toml"].map(|name| load(name).to_toml()).concat();
     let used: Vec<&str> = resolved.lines().filter_map(|l| Some(l.split_once(" = ")?.0)).collect();
     used.iter().for_each(|key| assert!(known.contains(key), "{key} is not in the schema"));
     for key in known {

@@ -1,5 +1,6 @@
 //! The convex cores of bodies and their support mapping.
 
+use crate::mesh::leaders;
 use crate::{ConvexHull, Face, Mat3, Vec3};
 use std::sync::Arc;
 
@@ -83,6 +84,8 @@ pub struct Polyhedron {
 }
 
 const LANES: usize = 4;
+/// Corners closer than this are one where the faces are sought (relative to the size of the body).
+const SPLIT: f64 = 1e-7;
 
 impl Polyhedron {
     fn new(vertices: Vec<Vec3>) -> Self {
@@ -318,7 +321,14 @@ impl Placement {
 
 /// Faces of the hull of points, in their numbers.
 fn faces_of(points: &[Vec3]) -> Vec<Face> {
-    let Ok(hull) = ConvexHull::new(points) else { return Vec::new() };
+    // Erosion splits a corner of nearly coplanar faces into several a rounding apart.
+    let distinct = || {
+        let leader = leaders(points, SPLIT * 2.0 * radius_of(points));
+        (0..points.len()).filter(|&i| leader[i] == i as u32).map(|i| points[i]).collect::<Vec<_>>()
+    };
+    let Ok(hull) = ConvexHull::new(points).or_else(|_| ConvexHull::new(&distinct())) else {
+        return Vec::new();
+    };
     // The hull has worked on scaled points and dropped those inside.
     let number = |v: u32| {
         let corner = hull.vertices[v as usize];

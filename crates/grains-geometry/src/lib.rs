@@ -8,16 +8,20 @@
 
 pub mod bvh;
 pub mod core;
+mod decomposition;
 pub mod epa;
 pub mod footprint;
 pub mod gjk;
+mod glued;
 pub mod hull;
 pub mod mass;
 pub mod mesh;
 pub mod mesh_file;
 pub mod obb;
+mod report;
 pub mod shape;
 mod shapes;
+mod solid;
 pub mod surface;
 
 /// Vector of three f64.
@@ -29,14 +33,18 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
+pub use decomposition::DecompositionOptions;
 pub use footprint::Footprint;
 pub use gjk::{GjkError, Simplex};
+pub use glued::Component;
 pub use hull::{ConvexHull, Face, HullError};
-pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};
+pub use mass::{MassProperties, PIXELS, principal_axes, sphere_equivalent_diameter};
 pub use mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
 pub use mesh_file::{
     ImportedMesh, MeshFileError, ParseError, parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,
 };
+pub use report::{DecompositionReport, MassReport, MassSource, ShapeReport};
 pub use shape::{Part, Shape, ShapeError};
-pub use shapes::RegularSolid;
+pub use shapes::{Lobes, RegularSolid, SphereArrangement};
+pub use solid::SolidError;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};

@@ -1,6 +1,10 @@
 //! Volume, centre of mass, inertia and principal axes of solids of unit density.
 
-use crate::{Mat3, TriMesh, Vec3};
+mod chord;
+mod pixels;
+
+use crate::{Mat3, Rotation, TriMesh, Vec3};
+pub use pixels::PIXELS;
 use std::f64::consts::PI;
 
 /// Off-diagonal inertia below this fraction of the trace is rounding.
@@ -42,6 +46,33 @@ impl MassProperties {
             center: center * size + origin,
             inertia: inertia * size.powi(5),
         }
+    }
+
+    /// Of a solid whose frame is along the principal axes at the centre of mass.
+    pub fn in_body_frame(volume: f64, inertia: &Vec3) -> Self {
+        MassProperties { volume, center: Vec3::zeros(), inertia: Mat3::from_diagonal(inertia) }
+    }
+
+    /// Of the solid turned about the origin, then moved (m).
+    pub fn placed(&self, rotation: &Rotation, position: &Vec3) -> Self {
+        let turn = rotation.to_rotation_matrix().into_inner();
+        MassProperties {
+            volume: self.volume,
+            center: turn * self.center + position,
+            inertia: turn * self.inertia * turn.transpose(),
+        }
+    }
+
+    /// Of several solids that do not overlap: J = Σ J_i + V_i (|d_i|² 1 − d_i d_iᵀ) with d_i the centre
+    /// of the i-th less that of all.
+    pub fn sum(solids: &[Self]) -> Self {
+        let volume: f64 = solids.iter().map(|s| s.volume).sum();
+        let center = solids.iter().map(|s| s.center * (s.volume / volume)).sum::<Vec3>();
+        let about_center = |s: &Self| {
+            let d = s.center - center;
+            s.inertia + (Mat3::identity() * d.norm_squared() - d * d.transpose()) * s.volume
+        };
+        MassProperties { volume, center, inertia: solids.iter().map(about_center).sum() }
     }
 }
 

@@ -193,7 +193,7 @@ pub(crate) fn smallest_height(p: &[Vec3; 3]) -> f64 {
 }
 
 /// For each vertex, the first vertex within `distance` that leads itself.
-fn leaders(vertices: &[Vec3], distance: f64) -> Vec<u32> {
+pub(crate) fn leaders(vertices: &[Vec3], distance: f64) -> Vec<u32> {
     let cell = 2.0 * distance.max(f64::MIN_POSITIVE);
     let key = |v: &Vec3| [0, 1, 2].map(|k| (v[k] / cell).floor() as i64);
     // Only ever looked up by key, so its random order cannot show in the result.

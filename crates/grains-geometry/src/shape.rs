@@ -1,6 +1,9 @@
 //! Shapes of particles: convex parts, mass properties and surface.
 
-use crate::{Core, HullError, Mat3, MeshFileError, Rotation, TriMesh, Vec3, sphere_equivalent_diameter};
+use crate::{
+    Core, GjkError, HullError, Mat3, MeshFileError, Rotation, ShapeReport, SolidError, TriMesh, Vec3,
+    sphere_equivalent_diameter,
+};
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -25,6 +28,77 @@ pub enum ShapeError {
     /// An unreadable mesh file.
     #[error(transparent)]
     File(#[from] MeshFileError),
+    /// A mesh that bounds no solid.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+    /// A composite of nothing.
+    #[error("a composite needs at least one part, but none is given: add parts")]
+    NoComponents,
+    /// A component that is a composite itself.
+    #[error("{component} is a composite itself, but only convex bodies can be glued: list its parts instead")]
+    NotConvex {
+        /// The component.
+        component: String,
+    },
+    /// Components that form more than one body.
+    #[error(
+        "the parts do not form one body: {apart} lie apart, for the gap between {inside} and {outside} is {gap:.4e} m: move them together until they touch"
+    )]
+    Apart {
+        /// The components that form a body of their own.
+        apart: String,
+        /// The one of them nearest to the others.
+        inside: String,
+        /// The other one nearest to it.
+        outside: String,
+        /// Gap between the two (m).
+        gap: f64,
+    },
+    /// Lobes whose neighbours do not meet.
+    #[error(
+        "the {count} lobes do not meet: their centres lie {offset:.4e} m from the axis, which leaves a lobe radius of {lobe_radius:.4e} m within the circumscribed radius {radius:.4e} m, but neighbouring centres are {spacing:.4e} m apart: take an offset below {largest:.4e} m, or an area_fraction of {lowest:.4} to 1"
+    )]
+    OpenLobes {
+        /// Number of lobes.
+        count: u32,
+        /// Distance of the lobes' centres from the axis (m).
+        offset: f64,
+        /// Radius of a lobe (m).
+        lobe_radius: f64,
+        /// Radius of the circumscribed circle (m).
+        radius: f64,
+        /// Distance of neighbouring centres (m).
+        spacing: f64,
+        /// Offset at which neighbours just meet (m).
+        largest: f64,
+        /// Area fraction at which neighbours just meet (-).
+        lowest: f64,
+    },
+    /// Lobes that cannot fill the circle as wanted.
+    #[error(
+        "area_fraction = {fraction} of {count} lobes must be at least {lowest:.4}, where neighbouring lobes just meet, and below 1: take one of this range"
+    )]
+    AreaFraction {
+        /// Number of lobes.
+        count: u32,
+        /// Area fraction wanted (-).
+        fraction: f64,
+        /// Area fraction at which neighbours just meet (-).
+        lowest: f64,
+    },
+    /// A mesh that the convex decomposition cannot cut.
+    #[error(
+        "the mesh of {triangles} triangles cannot be cut into convex parts at a resolution of {resolution} voxels: raise `resolution`, repair the mesh, or take its convex hull"
+    )]
+    Decomposition {
+        /// Triangles.
+        triangles: usize,
+        /// Voxels along the longest edge.
+        resolution: u32,
+    },
+    /// Two components whose distance cannot be found.
+    #[error(transparent)]
+    Distance(#[from] GjkError),
 }
 
 /// A convex part of a shape: a core swept by a ball of radius `crust`, at scale 1.
@@ -57,12 +131,15 @@ pub struct Shape {
     pub inertia: Vec3,
     /// Radius of a ball about the centre of mass that holds the body (m).
     pub bounding_radius: f64,
-    /// Radius of a ball about the centre of mass that fits in the body (m).
+    /// Radius of a ball that fits in the body (m), the scale of overlaps: for a convex body about its
+    /// centre of mass, for a composite the largest of its parts.
     pub inscribed_radius: f64,
     /// `(R, c)` with `x_user = R x_body + c`.
     pub user_to_body: (Rotation, Vec3),
     /// Surface for output and pictures, in the body frame; a coarse tessellation of round bodies.
     pub surface: TriMesh,
+    /// How the shape was made.
+    pub report: ShapeReport,
 }
 
 impl Part {

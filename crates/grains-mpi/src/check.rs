@@ -1,5 +1,6 @@
 //! `grains-mpi check`: what a case is and what it will cost, before it runs.
 
+use crate::composites::describe;
 use crate::duration::duration;
 use crate::files::particle_fields;
 use crate::population::Population;
@@ -69,6 +70,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             shape.bounding_radius,
             shape.parts[0].crust
         );
+        out.push_str(&describe(shape));
     }
     for wall in &setup.walls {
         for surface in &wall.surfaces {

@@ -1,8 +1,11 @@
 //! Shapes of particles and surfaces of walls, from their description in the case.
 
+use crate::composites::composite;
 use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, WallKind};
 use grains_dem::Surface;
-use grains_geometry::{Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh, read_mesh};
+use grains_geometry::{
+    Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, ShapeError, TriMesh, Vec3, WallMesh, read_mesh,
+};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 
@@ -19,6 +22,15 @@ const CRUST: f64 = 0.02;
 pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
     let crust = shape.crust.unwrap_or(CRUST);
     let built = match &shape.kind {
+        kind if kind.is_composite() => composite(kind, crust),
+        kind => convex(kind, crust),
+    };
+    built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
+}
+
+/// Builds a convex shape.
+pub(crate) fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
+    match kind {
         ShapeKind::Sphere { radius } => Shape::sphere(*radius),
         ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
         ShapeKind::Cylinder { radius, height } => Shape::cylinder(*radius, *height, crust),
@@ -28,8 +40,9 @@ pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
             Shape::hull(&vertices, crust)
         }
         ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
-    };
-    built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
+        // What remains is composite, and composites are not glued again.
+        _ => Err(ShapeError::NoComponents),
+    }
 }
 
 fn regular(solid: Solid) -> RegularSolid {

@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod bench;
 mod check;
+mod composites;
 mod duration;
 mod error;
 mod files;

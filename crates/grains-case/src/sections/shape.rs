@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checker;
+use crate::sections::composite::{self, GluedPart};
 use crate::vector::{cross, dot, norm, sub, unit};
 
 /// The five regular polyhedra.
@@ -35,7 +36,7 @@ impl Solid {
     }
 }
 
-/// The form of a convex body, in its own frame.
+/// The form of a body, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeKind {
@@ -83,6 +84,106 @@ pub enum ShapeKind {
         #[schemars(extend("exclusiveMinimum" = 0))]
         scale: f64,
     },
+    /// Convex bodies glued into one; they may overlap, and must hang together.
+    Glued {
+        /// The bodies: a kind with its keys, and `at` and `orientation`.
+        #[schemars(length(min = 1))]
+        parts: Vec<GluedPart>,
+    },
+    /// Lobed extrudate along z: a cylinder for each lobe and the prism through their axes.
+    Lobes {
+        /// Number of lobes (-): 3 for a trilobe, 4 for a quadralobe.
+        #[schemars(extend("minimum" = 3, "maximum" = 100))]
+        lobes: u32,
+        /// Diameter of the circumscribed cylinder (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        diameter: f64,
+        /// Length along z (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        length: f64,
+        /// Cross-section over that of the circumscribed cylinder (-); this or `offset`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+        area_fraction: Option<f64>,
+        /// Distance of the lobes' axes from that of the body (m); the lobes' radius is what is left.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        offset: Option<f64>,
+    },
+    /// Square beams along x, y and, for three, z, that share their middle.
+    Cross {
+        /// Number of beams (-): 2 for a flat cross, 3 for one in space.
+        #[schemars(extend("minimum" = 2, "maximum" = 3))]
+        beams: u32,
+        /// Width of a beam (m); this or `equivalent_diameter`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        beam_width: Option<f64>,
+        /// Length of a beam (m); this or `aspect_ratio`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        beam_length: Option<f64>,
+        /// Diameter of the sphere of the same volume (m).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        equivalent_diameter: Option<f64>,
+        /// Length of a beam over its width (-), by default 5.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("minimum" = 1.01))]
+        aspect_ratio: Option<f64>,
+    },
+    /// Cylinder along z imitated by glued spheres, in layers of concentric rings.
+    SphereCylinder {
+        /// Radius of the cylinder (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 0.5]))]
+        radius: f64,
+        /// Height of the cylinder (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        height: f64,
+        /// Number of layers (-).
+        #[serde(default = "composite::one_layer")]
+        #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+        layers: u32,
+        /// Spheres in each ring of a layer (-), from the axis outwards: [1, 8] is one on the axis and eight
+        /// that touch the side of the cylinder.
+        #[schemars(schema_with = "composite::ring_list")]
+        rings: Vec<u32>,
+        /// Radius of the spheres (m); by default the layers touch each other and both ends.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        sphere_radius: Option<f64>,
+    },
+    /// Cylinder along z cut into like slices: moves as the whole, with a contact for each slice.
+    SlicedCylinder {
+        /// Radius (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 0.5]))]
+        radius: f64,
+        /// Height of all slices together (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        height: f64,
+        /// Number of slices (-).
+        #[schemars(extend("minimum" = 1, "maximum" = 10000))]
+        slices: u32,
+    },
+    /// Solid of a closed STL or OBJ file, convex or not, cut into convex parts that approximate it.
+    ///
+    /// Volume, centre of mass and inertia are those of the file. The parts are kept in the user's cache folder.
+    Mesh {
+        /// STL or OBJ file, relative to the folder of the case file.
+        path: PathBuf,
+        /// Factor from the file's unit to metres (m per unit): 0.001 for a file in millimetres.
+        #[serde(default = "super::one")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        scale: f64,
+        /// Largest number of convex parts (-).
+        #[serde(default = "composite::sixteen")]
+        #[schemars(extend("minimum" = 1, "maximum" = 1024))]
+        max_parts: u32,
+        /// Voxels along the longest edge of the solid (-), between which it is cut.
+        #[serde(default = "composite::sixty_four")]
+        #[schemars(extend("minimum" = 16, "maximum" = 400))]
+        resolution: u32,
+    },
 }
 
 /// A named form with its crust.
@@ -102,59 +203,113 @@ pub struct Shape {
     pub kind: ShapeKind,
 }
 
-impl Shape {
-    /// Radius of the largest sphere inside (m), where a closed form gives it.
+impl ShapeKind {
+    /// Whether the form is made of several convex bodies, or may be.
+    pub fn is_composite(&self) -> bool {
+        matches!(
+            self,
+            Self::Glued { .. }
+                | Self::Lobes { .. }
+                | Self::Cross { .. }
+                | Self::SphereCylinder { .. }
+                | Self::SlicedCylinder { .. }
+                | Self::Mesh { .. }
+        )
+    }
+
+    /// Radius of the largest sphere inside (m), where a closed form gives it; for composites about the
+    /// centre.
     pub fn inscribed_radius(&self) -> Option<f64> {
-        match &self.kind {
-            ShapeKind::Sphere { radius } => Some(*radius),
-            ShapeKind::Box { edges } => Some(0.5 * edges.iter().fold(f64::INFINITY, |m, e| m.min(*e))),
-            ShapeKind::Cylinder { radius, height } => Some(radius.min(0.5 * height)),
-            ShapeKind::Regular { solid, circumradius } => Some(circumradius * solid.inscribed_ratio()),
-            ShapeKind::Hull { .. } | ShapeKind::HullFile { .. } => None,
+        match self {
+            Self::Sphere { radius } => Some(*radius),
+            Self::Box { edges } => Some(0.5 * edges.iter().fold(f64::INFINITY, |m, e| m.min(*e))),
+            Self::Cylinder { radius, height } => Some(radius.min(0.5 * height)),
+            Self::Regular { solid, circumradius } => Some(circumradius * solid.inscribed_ratio()),
+            Self::Hull { .. } | Self::HullFile { .. } => None,
+            _ => self.composite_inscribed_radius(),
         }
     }
 
     /// Radius of the smallest sphere about the centre that holds the body (m), where a closed form
     /// gives it.
     pub fn bounding_radius(&self) -> Option<f64> {
-        match &self.kind {
-            ShapeKind::Sphere { radius } => Some(*radius),
-            ShapeKind::Box { edges } => Some(0.5 * norm(*edges)),
-            ShapeKind::Cylinder { radius, height } => Some(norm([*radius, 0.5 * height])),
-            ShapeKind::Regular { circumradius, .. } => Some(*circumradius),
-            ShapeKind::Hull { .. } | ShapeKind::HullFile { .. } => None,
+        match self {
+            Self::Sphere { radius } => Some(*radius),
+            Self::Box { edges } => Some(0.5 * norm(*edges)),
+            Self::Cylinder { radius, height } => Some(norm([*radius, 0.5 * height])),
+            Self::Regular { circumradius, .. } => Some(*circumradius),
+            Self::Hull { .. } | Self::HullFile { .. } => None,
+            _ => self.composite_bounding_radius(),
         }
     }
 
-    /// Largest distance between two points of the body (m), for every shape but one in a file.
+    /// Largest distance between two points of the body (m), for every shape but one in a file; for glued
+    /// parts a lower bound.
     pub(crate) fn diameter(&self) -> Option<f64> {
-        match &self.kind {
-            ShapeKind::Hull { vertices } => Some(
+        match self {
+            Self::Hull { vertices } => Some(
                 (vertices.iter().enumerate())
                     .flat_map(|(i, a)| vertices[..i].iter().map(|b| norm(sub(*a, *b))))
                     .fold(0.0, f64::max),
             ),
             // A tetrahedron has no opposite points: its edge is sqrt(8/3) R.
-            ShapeKind::Regular { solid: Solid::Tetrahedron, circumradius } => {
+            Self::Regular { solid: Solid::Tetrahedron, circumradius } => {
                 Some(circumradius * (8.0_f64 / 3.0).sqrt())
             }
+            // Nor has a trilobe: its neck is opposite a lobe.
+            Self::Lobes { diameter, length, .. } => Some(diameter.max(*length)),
+            Self::Glued { parts } => Some(Self::glued_diameter(parts)),
             _ => self.bounding_radius().map(|radius| 2.0 * radius),
         }
     }
 
     /// The key that sets the size, for messages.
     pub(crate) fn size_key(&self) -> &'static str {
-        match &self.kind {
-            ShapeKind::Sphere { .. } | ShapeKind::Cylinder { .. } => "radius",
-            ShapeKind::Box { .. } => "edges",
-            ShapeKind::Regular { .. } => "circumradius",
-            ShapeKind::Hull { .. } => "vertices",
-            ShapeKind::HullFile { .. } => "scale",
+        match self {
+            Self::Sphere { .. }
+            | Self::Cylinder { .. }
+            | Self::SphereCylinder { .. }
+            | Self::SlicedCylinder { .. } => "radius",
+            Self::Box { .. } => "edges",
+            Self::Regular { .. } => "circumradius",
+            Self::Hull { .. } => "vertices",
+            Self::HullFile { .. } | Self::Mesh { .. } => "scale",
+            Self::Glued { .. } => "parts",
+            Self::Lobes { .. } => "diameter",
+            Self::Cross { beam_width: Some(_), .. } => "beam_width",
+            Self::Cross { .. } => "equivalent_diameter",
         }
     }
 
+    /// Fills in defaults and checks the keys of the form.
+    pub(crate) fn check(&mut self, path: &str, checker: &mut Checker) {
+        match self {
+            Self::HullFile { path: file, .. } => {
+                *file = checker.file(&format!("{path}.path"), file, &["stl", "obj"]);
+            }
+            Self::Hull { vertices } if is_flat(vertices) => checker.error(
+                &format!("{path}.vertices"),
+                "all points lie in one plane, so the hull has no volume; add a point off the plane".into(),
+            ),
+            _ => self.check_composite(path, checker),
+        }
+    }
+}
+
+impl Shape {
+    /// Radius of the largest sphere inside (m), where a closed form gives it.
+    pub fn inscribed_radius(&self) -> Option<f64> {
+        self.kind.inscribed_radius()
+    }
+
+    /// Radius of the smallest sphere about the centre that holds the body (m), where a closed form
+    /// gives it.
+    pub fn bounding_radius(&self) -> Option<f64> {
+        self.kind.bounding_radius()
+    }
+
     fn check(&mut self, path: &str, checker: &mut Checker) {
-        if let ShapeKind::Sphere { .. } = self.kind {
+        if let ShapeKind::Sphere { .. } | ShapeKind::SphereCylinder { .. } = self.kind {
             if self.crust.is_some() {
                 checker.error(
                     &format!("{path}.crust"),
@@ -165,16 +320,7 @@ impl Shape {
         } else {
             self.crust.get_or_insert(0.02);
         }
-        match &mut self.kind {
-            ShapeKind::HullFile { path: file, .. } => {
-                *file = checker.file(&format!("{path}.path"), file, &["stl", "obj"]);
-            }
-            ShapeKind::Hull { vertices } if is_flat(vertices) => checker.error(
-                &format!("{path}.vertices"),
-                "all points lie in one plane, so the hull has no volume; add a point off the plane".into(),
-            ),
-            _ => {}
-        }
+        self.kind.check(path, checker);
     }
 }
 
@@ -227,6 +373,6 @@ mod tests {
         assert_eq!((brick.inscribed_radius(), brick.bounding_radius()), (Some(1.5), Some(6.5)));
         // Vertices (1,1,1), (1,-1,-1), ... : circumradius sqrt(3), edge sqrt(8).
         let tetrahedron = of(ShapeKind::Regular { solid: Solid::Tetrahedron, circumradius: 3.0_f64.sqrt() });
-        assert!((tetrahedron.diameter().unwrap_or(0.0) - 8.0_f64.sqrt()).abs() < 1e-15);
+        assert!((tetrahedron.kind.diameter().unwrap_or(0.0) - 8.0_f64.sqrt()).abs() < 1e-15);
     }
 }

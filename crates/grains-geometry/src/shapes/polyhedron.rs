@@ -2,7 +2,10 @@
 
 use crate::mass::{MassProperties, principal_axes};
 use crate::shape::{check_length, crust_thickness};
-use crate::{ConvexHull, Core, Mat3, Part, Rotation, Shape, ShapeError, TriMesh, Vec3, read_mesh};
+use crate::{
+    ConvexHull, Core, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, TriMesh,
+    Vec3, read_mesh,
+};
 use nalgebra::Rotation3;
 use std::path::Path;
 
@@ -22,18 +25,18 @@ impl Shape {
         let hull = in_body_frame(&user, &axes, &mass.center);
         let inscribed_radius = hull.depth_of(&Vec3::zeros());
         let crust = crust_thickness(crust_fraction, inscribed_radius)?;
-        let core = hull.eroded_vertices(&Vec3::zeros(), crust)?;
-        let farthest = core.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let (part, farthest) = eroded_part(&hull, crust)?;
         let rotation = Rotation::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
         Ok(Shape {
             name: "polyhedron".to_string(),
-            parts: vec![polyhedron_part(&hull, &core, crust)],
+            parts: vec![part],
             volume: mass.volume,
             inertia,
             bounding_radius: farthest + crust,
             inscribed_radius,
             user_to_body: (rotation, mass.center),
             surface: hull.triangles(),
+            report: ShapeReport { mass: MassSource::ClosedMesh, decomposition: None },
         })
     }
 
@@ -50,6 +53,18 @@ impl Shape {
         let shape = Shape::hull_of_mesh(&read_mesh(path)?.mesh, scale, crust_fraction)?;
         Ok(shape.named(path.file_stem().unwrap_or_default().to_string_lossy()))
     }
+}
+
+/// The part of a hull in its body frame under a crust (m).
+pub(crate) fn polyhedron_part_of(hull: &ConvexHull, crust: f64) -> Result<Part, HullError> {
+    Ok(eroded_part(hull, crust)?.0)
+}
+
+/// The same, and the largest distance of its core from the origin (m).
+fn eroded_part(hull: &ConvexHull, crust: f64) -> Result<(Part, f64), HullError> {
+    let core = hull.eroded_vertices(&Vec3::zeros(), crust)?;
+    let farthest = core.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    Ok((polyhedron_part(hull, &core, crust), farthest))
 }
 
 /// The hull in its body frame: `x_body = axesᵀ (x - center)`.

@@ -2,7 +2,7 @@
 
 use super::tessellation::{cuboid_surface, cylinder_surface, sphere_surface};
 use crate::shape::{check_length, crust_thickness};
-use crate::{Core, Mat3, Part, Rotation, Shape, ShapeError, Vec3};
+use crate::{Core, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, Vec3};
 use std::f64::consts::PI;
 
 impl Shape {
@@ -20,6 +20,7 @@ impl Shape {
             inscribed_radius: radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
             surface: sphere_surface(radius),
+            report: ShapeReport::default(),
         })
     }
 
@@ -42,6 +43,7 @@ impl Shape {
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
             surface: cuboid_surface(&half),
+            report: ShapeReport::default(),
         })
     }
 
@@ -65,6 +67,7 @@ impl Shape {
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
             surface: cylinder_surface(radius, height),
+            report: ShapeReport::default(),
         })
     }
 }

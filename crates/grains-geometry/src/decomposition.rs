@@ -1,0 +1,117 @@
+//! Convex parts of a mesh: approximate convex decomposition (Mamou 2016, in parry), done once at set-up
+//! and kept on disk.
+
+mod cache;
+mod pieces;
+
+use crate::glued::{Component, glue};
+use crate::report::{DecompositionReport, MassSource};
+use crate::shape::check_length;
+use crate::solid::solid_mass;
+use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3, read_mesh};
+use pieces::Pieces;
+use std::path::{Path, PathBuf};
+
+/// Cells per direction of the pixel rule that compares the parts with the mesh.
+const VOLUME_CELLS: u32 = 300;
+
+/// How a mesh is cut into convex parts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DecompositionOptions {
+    /// Largest number of parts, at least 1.
+    pub max_parts: u32,
+    /// Voxels along the longest edge of the mesh's box, 16 to 400; cuts lie between voxels.
+    pub resolution: u32,
+    /// Folder where decompositions are kept, if they are; failing to write there is no error.
+    pub cache: Option<PathBuf>,
+}
+
+impl Default for DecompositionOptions {
+    /// 16 parts at most, 64 voxels, kept in `$XDG_CACHE_HOME/grains-mpi` or `~/.cache/grains-mpi`.
+    fn default() -> Self {
+        Self { max_parts: 16, resolution: 64, cache: cache::folder() }
+    }
+}
+
+impl DecompositionOptions {
+    fn check(&self) -> Result<(), ShapeError> {
+        let range = |quantity, value: u32, allowed, is_allowed: bool, remedy| {
+            let error = ShapeError::OutOfRange { quantity, value: f64::from(value), allowed, remedy };
+            if is_allowed { Ok(()) } else { Err(error) }
+        };
+        let (parts, voxels) = (self.max_parts, self.resolution);
+        range("max_parts", parts, "1 to 1024", (1..=1024).contains(&parts), "16 do for most bodies")?;
+        range("resolution", voxels, "16 to 400", (16..=400).contains(&voxels), "64 do for most bodies")
+    }
+}
+
+impl Shape {
+    /// Solid bounded by a closed mesh, its vertices multiplied by `scale` (m per unit of the mesh), as
+    /// convex parts that approximate it; volume, centre of mass and inertia are those of the mesh itself.
+    ///
+    /// Errors: a mesh that bounds no solid or several, options, scale or crust out of range.
+    pub fn of_mesh(
+        mesh: &TriMesh,
+        scale: f64,
+        options: &DecompositionOptions,
+        crust_fraction: f64,
+    ) -> Result<Self, ShapeError> {
+        check_length("scale", scale)?;
+        options.check()?;
+        let scaled = TriMesh {
+            vertices: mesh.vertices.iter().map(|v| v * scale).collect(),
+            triangles: mesh.triangles.clone(),
+        };
+        let mass = solid_mass(&scaled)?;
+        // The decomposition has absolute tolerances, made for bodies of unit size.
+        let (lower, upper) = scaled.extents();
+        let (middle, size) = ((lower + upper) / 2.0, (upper - lower).max());
+        let unit = TriMesh {
+            vertices: scaled.vertices.iter().map(|v| (v - middle) / size).collect(),
+            triangles: scaled.triangles,
+        };
+        let (pieces, cached) = decomposed(&unit, options)?;
+        let components = pieces.hulls.iter().map(|hull| {
+            let corners: Vec<Vec3> = hull.iter().map(|v| v * size + middle).collect();
+            Ok(Component::new(Shape::hull(&corners, crust_fraction)?, Vec3::zeros()))
+        });
+        let components = components.collect::<Result<Vec<_>, ShapeError>>()?;
+        let mut shape = glue(&components, crust_fraction, Some((mass, MassSource::ClosedMesh)))?;
+        shape.report.decomposition = Some(DecompositionReport {
+            triangles: mesh.triangles.len(),
+            pieces: pieces.found,
+            merged: pieces.merged,
+            dropped: pieces.dropped,
+            volume_error: MassProperties::of_pixels(&shape.parts, VOLUME_CELLS).volume / mass.volume - 1.0,
+            cached,
+        });
+        Ok(shape.named("mesh"))
+    }
+
+    /// The same for an STL or OBJ file, named after the file.
+    pub fn of_mesh_file(
+        path: &Path,
+        scale: f64,
+        options: &DecompositionOptions,
+        crust_fraction: f64,
+    ) -> Result<Self, ShapeError> {
+        let shape = Shape::of_mesh(&read_mesh(path)?.mesh, scale, options, crust_fraction)?;
+        Ok(shape.named(path.file_stem().unwrap_or_default().to_string_lossy()))
+    }
+}
+
+/// The pieces of a mesh of unit size, and whether they were on disk.
+fn decomposed(unit: &TriMesh, options: &DecompositionOptions) -> Result<(Pieces, bool), ShapeError> {
+    let file = options.cache.as_ref().map(|folder| folder.join(cache::file_name(unit, options)));
+    if let Some(pieces) = file.as_deref().and_then(cache::load) {
+        return Ok((pieces, true));
+    }
+    let pieces = Pieces::of(unit, options).ok_or(ShapeError::Decomposition {
+        triangles: unit.triangles.len(),
+        resolution: options.resolution,
+    })?;
+    if let Some(file) = &file {
+        cache::store(file, &pieces);
+    }
+    Ok((pieces, false))
+}

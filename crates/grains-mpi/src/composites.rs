@@ -1,0 +1,103 @@
+//! Shapes of several convex parts, from their description in the case, and what `check` says of them.
+
+use crate::geometry::convex;
+use grains_case::{GluedPart, ShapeKind, beam_size, layer_radius};
+use grains_geometry::{
+    Component, DecompositionOptions, Lobes, MassSource, PIXELS, Rotation, Shape, ShapeError,
+    SphereArrangement, Vec3,
+};
+use nalgebra::{Quaternion, UnitQuaternion};
+use std::fmt::Write;
+
+/// Builds a shape of several parts.
+pub(crate) fn composite(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
+    match kind {
+        ShapeKind::Glued { parts } => {
+            let components =
+                parts.iter().map(|part| component(part, crust)).collect::<Result<Vec<_>, _>>()?;
+            Shape::glued(&components, crust)
+        }
+        ShapeKind::Lobes { lobes, diameter, length, area_fraction, offset } => {
+            let radius = 0.5 * diameter;
+            let section = match (area_fraction, offset) {
+                (_, Some(offset)) => Lobes { count: *lobes, radius, offset: *offset },
+                (fraction, None) => Lobes::with_area_fraction(*lobes, radius, fraction.unwrap_or(f64::NAN))?,
+            };
+            Shape::lobes(section, *length, crust)
+        }
+        ShapeKind::Cross { beams, beam_width, beam_length, equivalent_diameter, aspect_ratio } => {
+            let (width, length) =
+                beam_size(*beams, *beam_width, *beam_length, *equivalent_diameter, *aspect_ratio);
+            Shape::cross(*beams, width, length, crust)
+        }
+        ShapeKind::SphereCylinder { radius, height, layers, rings, sphere_radius } => {
+            let sphere_radius = layer_radius(*sphere_radius, *height, *layers);
+            let arrangement = SphereArrangement { layers: *layers, rings: rings.clone(), sphere_radius };
+            Shape::spheres_of_cylinder(*radius, *height, &arrangement)
+        }
+        ShapeKind::SlicedCylinder { radius, height, slices } => {
+            Shape::sliced_cylinder(*radius, *height, *slices, crust)
+        }
+        ShapeKind::Mesh { path, scale, max_parts, resolution } => {
+            let options = DecompositionOptions {
+                max_parts: *max_parts,
+                resolution: *resolution,
+                ..DecompositionOptions::default()
+            };
+            Shape::of_mesh_file(path, *scale, &options, crust)
+        }
+        single => convex(single, crust),
+    }
+}
+
+fn component(part: &GluedPart, crust: f64) -> Result<Component, ShapeError> {
+    let [w, x, y, z] = part.orientation;
+    let rotation: Rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    Ok(Component::new(convex(&part.kind, crust)?, Vec3::from(part.at)).turned(rotation))
+}
+
+/// Lines of `check` about a shape that is no simple convex body: parts, mass properties, decomposition.
+pub(crate) fn describe(shape: &Shape) -> String {
+    let mut text = String::new();
+    if shape.parts.len() == 1 && shape.report.mass == MassSource::ClosedForm {
+        return text;
+    }
+    let report = shape.mass_report(PIXELS);
+    let source = match report.source {
+        MassSource::ClosedForm => "in closed form".to_string(),
+        MassSource::ClosedMesh => "by integrals over the closed surface".to_string(),
+        MassSource::Parts => "as the sum of the parts, which do not overlap".to_string(),
+        MassSource::Pixels { cells } => format!("by the pixel rule, {cells} cells per direction"),
+    };
+    // What the pixel rule says of itself is its own error: the grid is turned.
+    let rule = if let MassSource::Pixels { .. } = report.source { "it, turned," } else { "the pixel rule" };
+    let _ = writeln!(
+        text,
+        "    {} part(s); mass properties {source}; {rule} differs by {:+.1e} in volume, {:+.1e} in inertia",
+        shape.parts.len(),
+        report.volume_difference,
+        report.inertia_difference
+    );
+    if let Some(cut) = &shape.report.decomposition {
+        let _ = writeln!(
+            text,
+            "    mesh of {} triangles cut into {} pieces, {} united with others, {} flat ones dropped{}; the parts have {:+.2} % of its volume too much",
+            cut.triangles,
+            cut.pieces,
+            cut.merged,
+            cut.dropped,
+            if cut.cached { " (kept from an earlier run)" } else { "" },
+            100.0 * cut.volume_error
+        );
+        if cut.volume_error.abs() > LARGE_ERROR {
+            let _ = writeln!(
+                text,
+                "    warning: the parts are a coarse likeness of the mesh: raise `max_parts` or `resolution`"
+            );
+        }
+    }
+    text
+}
+
+/// Volume error of a decomposition that is worth a warning (-).
+const LARGE_ERROR: f64 = 0.05;
