@@ -143,3 +143,23 @@ pub fn analyse(
     report.tables.extend([table, shares]);
     Ok(report)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analyse::synthetic::particles;
+    use grains_domain::SerialTransport;
+    use grains_geometry::Vec3;
+
+    #[test]
+    fn rattlers_are_told_apart_and_walls_hold() {
+        let mut snapshot = particles(vec![Vec3::zeros(); 6]);
+        snapshot.coordination = vec![0, 1, 1, 4, 6, 9];
+        snapshot.wall_contacts = vec![0, 0, 1, 0, 0, 5];
+        let found = measure(&snapshot, |i| i < 5, 2, &SerialTransport);
+        assert_eq!((found.particles, found.rattlers), (5, 2));
+        assert_eq!((found.mean, found.mean_without_rattlers, found.walls), (2.4, 11.0 / 3.0, 0.2));
+        assert_eq!(found.histogram, [1, 2, 0, 0, 1, 0, 1]);
+        assert!(measure(&snapshot, |_| false, 2, &SerialTransport).mean.is_nan());
+    }
+}

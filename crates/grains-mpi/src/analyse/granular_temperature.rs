@@ -195,3 +195,36 @@ pub fn analyse(
     report.tables.extend([means, table]);
     Ok(report)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analyse::synthetic::{lattice, particles};
+    use grains_domain::SerialTransport;
+
+    #[test]
+    fn a_shear_flow_has_the_temperature_of_its_fluctuations_only() {
+        // Eight particles per cell; mean velocity 10 x, fluctuations of 0.3 along y and 0.4 along z.
+        let mut snapshot = particles(lattice(Vec3::zeros(), [8, 4, 4], 0.25));
+        for (i, v) in snapshot.velocity.iter_mut().enumerate() {
+            let cell = (snapshot.position[i].x / 0.5).floor();
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            *v = Vec3::new(10.0 * cell, 0.3 * sign, -0.4 * sign);
+        }
+        let region =
+            Region { lower: Vec3::zeros(), upper: Vec3::new(2.0, 1.0, 1.0), axis: 2, cylinder: None };
+        let cells = measure(&region, 0.5, 8, &snapshot, &SerialTransport);
+        assert_eq!(cells.len(), 16);
+        for cell in &cells {
+            assert_eq!(cell.count, 8);
+            assert!((cell.temperature - 0.25 / 3.0).abs() < 1e-12, "{}", cell.temperature);
+            assert!(
+                (cell.velocity - Vec3::new(10.0 * (cell.middle.x / 0.5).floor(), 0.0, 0.0)).norm() < 1e-12
+            );
+        }
+        assert!(measure(&region, 0.5, 9, &snapshot, &SerialTransport).is_empty());
+        assert_eq!(by_layer(&cells, 2).len(), 2);
+        assert!((weighted(cells.iter(), |c| c.temperature) - 0.25 / 3.0).abs() < 1e-12);
+        assert!(weighted([].iter(), |c| c.temperature).is_nan());
+    }
+}

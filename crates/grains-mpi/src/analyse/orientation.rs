@@ -252,3 +252,53 @@ fn check(case: &Case, shapes: &[Shape], options: &Options) -> Result<(), RunErro
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analyse::synthetic::turns;
+    use grains_domain::SerialTransport;
+
+    #[test]
+    fn aligned_crossed_and_disordered_axes() {
+        let down = -Vec3::z();
+        let one = measure(&vec![Vec3::new(0.6, 0.0, -0.8); 10], &down, 18, &SerialTransport);
+        assert!((one.eigenvalues[0] - 1.0).abs() < 1e-12 && (one.eigenvalues[2] + 0.5).abs() < 1e-12);
+        assert!((one.director - Vec3::new(-0.6, 0.0, 0.8)).norm() < 1e-9, "{}", one.director);
+        assert!((one.along_gravity - 0.5 * (3.0 * 0.64 - 1.0)).abs() < 1e-12);
+        // acos 0.8 is 36.87 degrees.
+        assert_eq!(one.angles.iter().position(|&n| n == 10), Some(7));
+        let axes = [Vec3::x(), -Vec3::y(), Vec3::z()];
+        let three = measure(&axes, &down, 18, &SerialTransport);
+        assert!(three.tensor.norm() < 1e-12 && three.along_gravity.abs() < 1e-12);
+        let plane = measure(&axes[..2], &down, 18, &SerialTransport);
+        assert!((plane.along_gravity + 0.5).abs() < 1e-12 && (plane.eigenvalues[0] - 0.25).abs() < 1e-12);
+        assert!(measure(&[], &down, 18, &SerialTransport).eigenvalues[0].is_nan());
+    }
+
+    #[test]
+    fn the_main_axis_is_that_of_the_body() {
+        for (shape, wanted) in [
+            (Shape::cylinder(1.0, 5.0, 0.02).unwrap(), Vec3::z()),
+            (Shape::cylinder(1.0, 0.2, 0.02).unwrap(), Vec3::z()),
+            (Shape::cuboid(Vec3::new(5.0, 1.0, 1.1), 0.02).unwrap(), Vec3::x()),
+            (Shape::cuboid(Vec3::new(4.0, 0.3, 4.0), 0.02).unwrap(), Vec3::y()),
+        ] {
+            // The user's frame is the body frame turned by `user_to_body`.
+            let user = shape.user_to_body.0 * BodyAxis::Main.of(&shape);
+            assert!(user.dot(&wanted).abs() > 1.0 - 1e-9, "{user}");
+        }
+        let rod = Shape::cuboid(Vec3::new(5.0, 1.0, 1.1), 0.02).unwrap();
+        assert!((rod.user_to_body.0 * BodyAxis::Y.of(&rod) - Vec3::y()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn many_random_axes_show_no_order() {
+        let axes: Vec<Vec3> = turns(4000).iter().map(|turn| turn * Vec3::x()).collect();
+        let count = axes.len() as f64;
+        let gravity = Vec3::new(0.0, 0.0, -1.0);
+        let found = measure(&axes, &gravity, 9, &SerialTransport);
+        assert_eq!(found.angles.iter().sum::<u64>() as f64, count);
+        assert!(found.tensor.trace().abs() < 1e-12);
+    }
+}

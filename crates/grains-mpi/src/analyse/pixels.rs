@@ -31,15 +31,11 @@ impl Grid {
         let [v, u] = across(region.axis);
         let axes = [u, v, region.axis];
         let size = region.upper - region.lower;
-        let cells = axes.map(|a| (size[a] / edge).ceil().max(1.0) as usize);
+        // A whole number of edges, but for rounding, makes as many cells.
+        let cells = axes.map(|a| (size[a] / edge * (1.0 - 1e-12)).ceil().max(1.0) as usize);
         let mut spacing = Vec3::zeros();
         axes.iter().zip(cells).for_each(|(&a, n)| spacing[a] = size[a] / n as f64);
         Self { axes, cells, lower: region.lower, spacing }
-    }
-
-    /// Number of cells (-).
-    pub fn len(&self) -> f64 {
-        self.cells.iter().map(|&n| n as f64).product()
     }
 
     /// Largest edge of a cell (m).

@@ -252,3 +252,52 @@ pub fn analyse(
     report.tables = tables.into();
     Ok(report)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analyse::synthetic::{ball, particles};
+    use grains_domain::SerialTransport;
+
+    fn region() -> Region {
+        Region { lower: Vec3::zeros(), upper: Vec3::new(2.0, 2.0, 4.0), axis: 2, cylinder: None }
+    }
+
+    #[test]
+    fn a_ball_between_layers_is_shared_and_its_volume_kept() {
+        let snapshot = particles(vec![Vec3::new(1.0, 1.0, 2.0), Vec3::new(1.0, 1.0, 0.25)]);
+        let shapes = ball(0.5);
+        let profile = measure(&region(), &Bins::Layers(8), (&snapshot, &shapes), &SerialTransport);
+        let volume = |k: usize| profile[k].solid_fraction * 2.0;
+        let half = 0.5 * shapes[0].volume;
+        assert!((volume(3) - half).abs() < 1e-12 && (volume(4) - half).abs() < 1e-12);
+        // The second reaches through the lower face: a cap of height 1/4 is missing.
+        let cap = PI * 0.25_f64.powi(2) * (1.5 - 0.25) / 3.0;
+        assert!((volume(0) + volume(1) - (shapes[0].volume - cap)).abs() < 1e-12);
+        assert_eq!(profile.iter().map(|b| b.count).collect::<Vec<_>>(), [1, 0, 0, 0, 1, 0, 0, 0]);
+        assert!((profile[4].number_density - 0.5).abs() < 1e-12 && profile[1].temperature.is_nan());
+    }
+
+    #[test]
+    fn a_ring_of_particles_shows_in_its_bin_only() {
+        let place = |k: usize| {
+            let (sin, cos) = (0.1 + k as f64).sin_cos();
+            Vec3::new(1.0 + 0.55 * cos, 1.0 + 0.55 * sin, 0.03 * k as f64)
+        };
+        let mut snapshot = particles((0..100).map(place).collect());
+        // Half of them move up at 3, half at 1: mean 2, spread 1 in one direction.
+        for (k, v) in snapshot.velocity.iter_mut().enumerate() {
+            v.z = if k % 2 == 0 { 3.0 } else { 1.0 };
+        }
+        let bins = Bins::Rings([1.0, 1.0], vec![0.25, 0.5, 0.75, 1.0, 1.5]);
+        let profile = measure(&region(), &bins, (&snapshot, &ball(0.01)), &SerialTransport);
+        assert_eq!(profile.iter().map(|b| b.count).collect::<Vec<_>>(), [0, 0, 100, 0, 0]);
+        let space = PI * (0.75 * 0.75 - 0.25) * 4.0;
+        assert!((profile[2].number_density * space / 100.0 - 1.0).abs() < 1e-9);
+        assert!((profile[2].velocity - Vec3::new(0.0, 0.0, 2.0)).norm() < 1e-12);
+        assert!((profile[2].temperature - 1.0 / 3.0).abs() < 1e-12);
+        // The last ring lies in the corners only.
+        let corners = spaces(&region(), &bins)[4];
+        assert!((corners / (4.0 * (4.0 - PI)) - 1.0).abs() < 0.02, "{corners}");
+    }
+}

@@ -51,8 +51,6 @@ enum Length {
 impl Crop {
     /// A tenth at either end.
     pub const TENTH: Self = Self([Length::Fraction(0.1); 2]);
-    /// Nothing.
-    pub const NONE: Self = Self([Length::Metres(0.0); 2]);
 
     /// What is left out below and above (m) of a bed of a height of particles of a diameter (m).
     fn metres(self, height: f64, diameter: f64) -> [f64; 2] {

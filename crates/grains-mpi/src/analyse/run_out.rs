@@ -231,6 +231,10 @@ pub fn analyse(
     for &state in states {
         let snapshot = stock.read(transport, state, &[], "run-out")?;
         let particles = (&snapshot, &stock.catalogue.shapes[..]);
+        if snapshot.total(transport) == 0 {
+            report.lines.push(format!("t = {}: no particles", seconds(snapshot.time)));
+            continue;
+        }
         let channel = channel(&stock.case, particles, options, transport)?;
         let found = measure(&channel, particles, transport);
         let (time, height) = (snapshot.time, found.height());

@@ -69,6 +69,13 @@ impl Snapshot {
         self.position.len()
     }
 
+    /// Number of particles over all ranks.
+    pub fn total(&self, transport: &impl Transport) -> u64 {
+        let mut total = [self.len() as u64];
+        transport.sum_counts(&mut total);
+        total[0]
+    }
+
     /// Volume of a particle (m³).
     pub fn volume(&self, i: usize, shapes: &[Shape]) -> f64 {
         shapes[self.shape[i]].volume * self.scale[i].powi(3)

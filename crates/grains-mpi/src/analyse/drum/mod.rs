@@ -46,6 +46,8 @@ pub struct Found {
     pub energies: [f64; 2],
     /// Distance of the centre of volume from the axis over the radius (-).
     pub offset: f64,
+    /// Mean diameter of the particles over the radius (-).
+    pub grain: f64,
 }
 
 /// What a state shows; it must hold materials, velocities and angular velocities.
@@ -93,6 +95,7 @@ pub fn measure(
         surface: surface::find(drum, middle, diameter, (snapshot, shapes), transport),
         energies: [energies[0], energies[1]],
         offset: middle[0].hypot(middle[1]) / drum.radius,
+        grain: diameter / drum.radius,
     }
 }
 
@@ -107,12 +110,13 @@ pub fn analyse(
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
     let drum = Drum::chosen(&stock.case, &options.drum)?;
-    let mut table = table();
+    let (mut table, mut grain) = (table(), 0.0);
     for &state in states {
         let wanted = [Extra::Material, Extra::Velocity, Extra::AngularVelocity];
         let snapshot = stock.read(transport, state, &wanted, "drum")?;
         let found = measure(&drum, (&snapshot, &stock.catalogue), transport);
         let [moving, turning] = found.energies;
+        grain = f64::max(grain, found.grain);
         let of_surface = match found.surface {
             Some(s) => [s.angle.to_degrees(), s.roughness, s.thrown],
             None => [f64::NAN; 3],
@@ -121,7 +125,7 @@ pub fn analyse(
         let row = [&[snapshot.time, turned, found.speed, found.order], &of_surface[..]].concat();
         table.push([&row[..], &[found.offset, moving, turning, moving / turning]].concat());
     }
-    let mut report = Report { lines: summary(&drum, &table), ..Report::default() };
+    let mut report = Report { lines: summary(&drum, &table, grain), ..Report::default() };
     if states.len() > 1 {
         let picture = |name: &str, title: &str, label: &str, column: usize| {
             let curve = Curve::line("", table.points(1, column));
@@ -158,7 +162,7 @@ fn table() -> Table {
 }
 
 /// The main numbers, means over the states.
-fn summary(drum: &Drum, table: &Table) -> Vec<String> {
+fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
     let column = |k: usize| mean_and_deviation(table.rows.iter().map(|row| row[k]));
     let (speed, angle) = (column(2), column(4));
     let mean = |k: usize| column(k)[0];
@@ -168,6 +172,7 @@ fn summary(drum: &Drum, table: &Table) -> Vec<String> {
         speed: speed[0],
         order: mean(3),
         roughness: mean(5),
+        grain,
         thrown: mean(6),
         angle_deviation: if table.rows.len() >= Signs::ENOUGH { Some(angle[1]) } else { None },
     };

@@ -9,7 +9,7 @@
 //! | centrifuging | Fr > 0.5 and more than 90 % of the particles move with the drum |
 //! | sliding | the mean speed is below a tenth of that of the rim: the wall slips under the bed |
 //! | cataracting | more than 3 % of the particles fly higher than two diameters above the surface |
-//! | cascading | the surface is bent: it leaves the fitted line by more than 5 % of the radius (rms) |
+//! | cascading | the surface is bent: it leaves the fitted line by more than a diameter and 5 % of the radius (rms) |
 //! | slumping | the angle of the surface varies by more than 2° (standard deviation over the states) |
 //! | rolling | none of these |
 //!
@@ -26,6 +26,8 @@ pub struct Signs {
     pub order: f64,
     /// Root mean square distance of the surface from its line over the radius (-).
     pub roughness: f64,
+    /// Mean diameter of the particles over the radius (-).
+    pub grain: f64,
     /// Share of the particles that fly above the surface (-).
     pub thrown: f64,
     /// Standard deviation of the angle of the surface over the states (degrees), if there are enough.
@@ -66,7 +68,7 @@ pub fn regime(signs: &Signs) -> Regime {
         Regime::Sliding
     } else if signs.thrown > 0.03 {
         Regime::Cataracting
-    } else if signs.roughness > 0.05 {
+    } else if signs.roughness > signs.grain.max(0.05) {
         Regime::Cascading
     } else if is_slumping {
         Regime::Slumping
@@ -114,6 +116,7 @@ mod tests {
             speed: 0.5,
             order: 0.4,
             roughness: 0.01,
+            grain: 0.06,
             thrown: 0.0,
             angle_deviation: Some(0.5),
         };

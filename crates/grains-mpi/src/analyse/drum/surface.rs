@@ -96,10 +96,14 @@ fn columns(
     let volumes = exact_sums(transport, number * HEIGHTS, |add| {
         for i in 0..snapshot.len() {
             let [s, h] = turned(drum, angle, snapshot, i);
-            let column = ((s + reach) / width).floor();
-            if (0.0..number as f64).contains(&column) {
-                let level = (((h + r) / rise).max(0.0) as usize).min(HEIGHTS - 1);
-                add(column as usize * HEIGHTS + level, snapshot.volume(i, shapes));
+            let level = (((h + r) / rise).max(0.0) as usize).min(HEIGHTS - 1);
+            // Shared by the two nearest columns, lest a grain on the border between them weighs too much.
+            let at = (s + reach) / width - 0.5;
+            let share = at - at.floor();
+            for (column, share) in [(at.floor(), 1.0 - share), (at.floor() + 1.0, share)] {
+                if (0.0..number as f64).contains(&column) {
+                    add(column as usize * HEIGHTS + level, share * snapshot.volume(i, shapes));
+                }
             }
         }
     });
