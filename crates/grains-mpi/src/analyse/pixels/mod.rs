@@ -5,11 +5,16 @@
 //! meets a row of cells in one interval, whose ends are found by bisection, so the cost goes with the
 //! number of rows in particles. A cell covered twice counts once.
 
+mod bounds;
+mod line;
+
 use super::region::{Region, across};
 use super::snapshots::Snapshot;
+use bounds::{Bounded, bounded};
 use grains_case::Domain;
 use grains_domain::Transport;
-use grains_geometry::{Mat3, Part, Rotation, Shape, Vec3};
+use grains_geometry::{Mat3, Rotation, Shape, Vec3};
+use line::Line;
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 
@@ -126,21 +131,22 @@ pub fn count(
     transport.max(&mut largest);
     let masks = masks(region, grid, rings);
     let mut block = Block::new(grid, 0.5 * largest[0]);
-    let bodies = deal_out(&block, (snapshot, shapes), (region, domain), transport);
+    let (parts, radii): (Vec<_>, Vec<f64>) = shapes.iter().map(bounded).unzip();
+    let bodies = deal_out(&block, (snapshot, &radii), (region, domain), transport);
     let ring_count = rings.map_or(0, |r| r.edges.len());
     let mut totals = vec![0_u64; 2 * (grid.layers() + ring_count)];
     let (of_layers, of_rings) = totals.split_at_mut(2 * grid.layers());
     let blocks = grid.layers().div_ceil(block.depth);
     let mut reaching = vec![Vec::new(); blocks];
     for body in &bodies {
-        for b in block.reached_by(body, shapes) {
+        for b in block.reached_by(body, &radii) {
             reaching[b].push(body);
         }
     }
     for b in (transport.rank()..blocks).step_by(transport.size()) {
         block.clear(b);
         for body in &reaching[b] {
-            shapes[body.shape].parts.iter().for_each(|part| block.draw(body, part));
+            parts[body.shape].iter().for_each(|part| block.draw(body, part));
         }
         block.count(&masks, of_layers, of_rings);
     }
@@ -178,17 +184,18 @@ fn masks(region: &Region, grid: &Grid, rings: Option<&Rings>) -> Vec<Vec<Range<u
     (0..grid.cells[1]).map(row).collect()
 }
 
-/// The bodies of all ranks, periodic images included, that reach a block of this rank.
+/// The bodies of all ranks, periodic images included, that reach a block of this rank; `radii` are those of
+/// balls that hold the shapes (m).
 fn deal_out(
     block: &Block,
-    (snapshot, shapes): (&Snapshot, &[Shape]),
+    (snapshot, radii): (&Snapshot, &[f64]),
     (region, domain): (&Region, &Domain),
     transport: &impl Transport,
 ) -> Vec<Body> {
     let mut sent = vec![Vec::new(); transport.size()];
     let period = domain.extents();
     for i in 0..snapshot.len() {
-        let (center, radius) = (snapshot.position[i], snapshot.radius(i, shapes));
+        let (center, radius) = (snapshot.position[i], radii[snapshot.shape[i]] * snapshot.scale[i]);
         let images = |a: usize| {
             if !domain.periodic[a] {
                 return 0..=0;
@@ -206,7 +213,7 @@ fn deal_out(
                 center: center + shift,
                 orientation: snapshot.orientation[i],
             };
-            let reached = block.reached_by(&body, shapes);
+            let reached = block.reached_by(&body, radii);
             reached.take(transport.size()).for_each(|b| body.write(&mut sent[b % transport.size()]));
         }
     }
@@ -245,8 +252,8 @@ impl Block {
     }
 
     /// Blocks whose layers a body reaches.
-    fn reached_by(&self, body: &Body, shapes: &[Shape]) -> Range<usize> {
-        let radius = shapes[body.shape].bounding_radius * body.scale * (1.0 + 1e-9);
+    fn reached_by(&self, body: &Body, radii: &[f64]) -> Range<usize> {
+        let radius = radii[body.shape] * body.scale;
         let middle = body.center[self.grid.axes[2]];
         let layers = self.grid.between(2, middle - radius, middle + radius);
         if layers.is_empty() {
@@ -256,14 +263,14 @@ impl Block {
     }
 
     /// Sets the bits of the cells whose middles lie in a part of a body.
-    fn draw(&mut self, body: &Body, part: &Part) {
-        let grid = self.grid;
+    fn draw(&mut self, body: &Body, bounded: &Bounded) {
+        let (grid, part) = (self.grid, bounded.part);
         let turn: Mat3 = body.orientation.to_rotation_matrix().into_inner();
         let to_part = part.rotation.transpose() * turn.transpose() / body.scale;
         let offset = part.rotation.transpose() * part.center;
         let middle = body.center + turn * part.center * body.scale;
-        let box_reach = (turn * part.rotation).abs() * part.half_extents;
-        let reach = box_reach.map(|x| x.min(part.bounding_radius)) * body.scale * (1.0 + 1e-9);
+        let box_reach = (turn * part.rotation).abs() * bounded.half_extents;
+        let reach = box_reach.map(|x| x.min(bounded.radius)) * body.scale;
         let cells = |direction: usize| {
             let a = grid.axes[direction];
             grid.between(direction, middle[a] - reach[a], middle[a] + reach[a])
@@ -276,7 +283,7 @@ impl Block {
                 let mut first = Vec3::zeros();
                 (first[u], first[v], first[w]) = (grid.middle(0, 0), grid.middle(1, j), grid.middle(2, k));
                 let line = Line { start: to_part * (first - body.center) - offset, step: step.into() };
-                if let Some((from, to)) = line.inside(part, grid.cells[0]) {
+                if let Some((from, to)) = line.inside(bounded, grid.cells[0]) {
                     let row = ((k - self.layers.start) * grid.cells[1] + j) * self.words;
                     set(&mut self.bits[row..row + self.words], from, to);
                 }
@@ -303,77 +310,6 @@ impl Block {
                 }
             }
         }
-    }
-}
-
-/// The middles of a row of cells in the frame of a part: `start + k step`.
-struct Line {
-    start: Vec3,
-    step: Vec3,
-}
-
-impl Line {
-    /// First and last cell, of the first `count`, that lie in a convex part.
-    fn inside(&self, part: &Part, count: usize) -> Option<(usize, usize)> {
-        let (low, high) = self.candidates(part, count)?;
-        let is_in = |k: usize| part.contains(&(self.start + self.step * k as f64));
-        let (low_in, high_in) = (is_in(low), is_in(high));
-        let within = match (low_in, high_in) {
-            (true, _) => low,
-            (_, true) => high,
-            _ => Self::search(low, high, is_in)?,
-        };
-        let bisect = |mut inside: usize, mut outside: usize| {
-            while inside.abs_diff(outside) > 1 {
-                let middle = (inside + outside) / 2;
-                *(if is_in(middle) { &mut inside } else { &mut outside }) = middle;
-            }
-            inside
-        };
-        let first = if low_in { low } else { bisect(within, low) };
-        let last = if high_in { high } else { bisect(within, high) };
-        Some((first, last))
-    }
-
-    /// Cells in the box and the ball about the part.
-    fn candidates(&self, part: &Part, count: usize) -> Option<(usize, usize)> {
-        const SLACK: f64 = 1.0 + 1e-9;
-        let squared = self.step.norm_squared();
-        let nearest = -self.start.dot(&self.step) / squared;
-        let gap = (self.start + self.step * nearest).norm_squared();
-        let radius = part.bounding_radius * SLACK;
-        let half = ((radius * radius - gap) / squared).max(-1.0);
-        if half < 0.0 {
-            return None;
-        }
-        let (mut low, mut high) = (nearest - half.sqrt(), nearest + half.sqrt());
-        for a in 0..3 {
-            let (reach, s, d) = (part.half_extents[a] * SLACK, self.start[a], self.step[a]);
-            // A row almost along the box: it is inside all along or not at all.
-            if d.abs() * count as f64 <= 1e-12 * reach {
-                if s.abs() > reach * SLACK {
-                    return None;
-                }
-            } else {
-                let (one, other) = ((-reach - s) / d, (reach - s) / d);
-                (low, high) = (low.max(one.min(other)), high.min(one.max(other)));
-            }
-        }
-        let (low, high) = ((low - 1e-6).ceil().max(0.0), (high + 1e-6).floor().min(count as f64 - 1.0));
-        (low <= high).then_some((low as usize, high as usize))
-    }
-
-    /// A cell inside between two outside: long intervals are met soon, and none is missed.
-    fn search(low: usize, high: usize, is_in: impl Fn(usize) -> bool) -> Option<usize> {
-        let mut stride = (high - low).next_power_of_two();
-        while stride > 1 {
-            let half = stride / 2;
-            if let Some(k) = (low + half..high).step_by(stride).find(|&k| is_in(k)) {
-                return Some(k);
-            }
-            stride = half;
-        }
-        None
     }
 }
 
@@ -406,5 +342,4 @@ fn ones(row: &[u64], range: &Range<usize>) -> u64 {
 }
 
 #[cfg(test)]
-#[path = "pixels_tests.rs"]
 mod tests;

@@ -54,21 +54,25 @@ fn boxes_that_fill_the_region_leave_no_void_and_twins_count_once() {
 
 #[test]
 fn intervals_are_those_of_the_inside_test_for_every_shape() {
+    let needle = [[0.0, 0.0, 0.0], [0.8, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [0.1, 0.1, 0.1]];
+    let needle = needle.map(|v| Vec3::from(v));
     let shapes = vec![
         Shape::sphere(0.2).unwrap(),
-        Shape::cuboid(Vec3::new(0.1, 0.3, 0.5), 0.02).unwrap(),
-        Shape::cylinder(0.05, 0.5, 0.02).unwrap(),
-        Shape::cylinder(0.25, 0.04, 0.02).unwrap(),
-        Shape::regular(RegularSolid::Tetrahedron, 0.3, 0.02).unwrap(),
-        Shape::regular(RegularSolid::Icosahedron, 0.25, 0.02).unwrap(),
+        // Thick crusts: the rounded bodies are much smaller than those with sharp edges.
+        Shape::cuboid(Vec3::new(0.1, 0.3, 0.5), 0.4).unwrap(),
+        Shape::cylinder(0.05, 0.5, 0.5).unwrap(),
+        Shape::cylinder(0.25, 0.04, 0.5).unwrap(),
+        Shape::regular(RegularSolid::Tetrahedron, 0.45, 0.5).unwrap(),
+        Shape::regular(RegularSolid::Icosahedron, 0.25, 0.3).unwrap(),
+        Shape::hull(&needle, 0.5).unwrap(),
     ];
     let case = case([0.0; 3], [1.0; 3], [false; 3], "");
-    for (k, turn) in turns(48).into_iter().enumerate() {
+    for (k, turn) in turns(70).into_iter().enumerate() {
         let mut snapshot = particles(vec![Vec3::new(0.5, 0.45, 0.55)]);
         (snapshot.shape[0], snapshot.orientation[0]) = (k % shapes.len(), turn);
         snapshot.scale[0] = 0.6 + 0.01 * k as f64;
         let region = unit(k % 3);
-        let grid = Grid::new(&region, 0.03);
+        let grid = Grid::new(&region, 0.021);
         let counted = count(&region, &grid, None, (&snapshot, &shapes), &case.domain, &SerialTransport);
         for (layer, &[all, found]) in counted.layers.iter().enumerate() {
             let cells = (0..grid.cells[0]).flat_map(|i| (0..grid.cells[1]).map(move |j| (i, j)));
@@ -88,14 +92,14 @@ fn intervals_are_those_of_the_inside_test_for_every_shape() {
 #[test]
 fn volumes_of_bodies_by_cells_are_those_of_their_shapes() {
     let shapes = vec![
-        Shape::regular(RegularSolid::Dodecahedron, 0.4, 0.02).unwrap(),
+        Shape::regular(RegularSolid::Tetrahedron, 0.5, 0.02).unwrap(),
         Shape::cylinder(0.2, 0.5, 0.02).unwrap(),
     ];
     for shape in 0..2 {
         let mut snapshot = particles(vec![Vec3::repeat(0.5)]);
         (snapshot.shape[0], snapshot.orientation[0]) = (shape, turns(5)[4]);
         let found = solid(&unit(2), 0.004, &snapshot, &shapes, false);
-        assert!((found / shapes[shape].volume - 1.0).abs() < 1e-3, "{found} {}", shapes[shape].volume);
+        assert!((found / shapes[shape].volume - 1.0).abs() < 3e-4, "{found} {}", shapes[shape].volume);
     }
 }
 
