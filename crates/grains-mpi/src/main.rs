@@ -63,7 +63,7 @@ enum Command {
     Analyse {
         /// What to find out.
         #[command(subcommand)]
-        what: analyse::Analysis,
+        what: Box<analyse::Analysis>,
     },
     /// Time the step of a case: segments without output.
     Bench {

@@ -20,7 +20,7 @@ pub fn least_squares(points: &[[f64; 2]]) -> Option<Fit> {
     let moment =
         |a: usize, b: usize| points.iter().map(|p| (p[a] - means[a]) * (p[b] - means[b])).sum::<f64>();
     let [xx, xy, yy] = [moment(0, 0), moment(0, 1), moment(1, 1)];
-    if !(xx > 0.0) {
+    if xx.is_nan() || xx <= 0.0 {
         return None;
     }
     let slope = xy / xx;

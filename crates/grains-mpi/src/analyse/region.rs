@@ -202,7 +202,7 @@ impl Region {
         let slack = case.domain.extents().map(|extent| 1e-9 * extent);
         for a in 0..3 {
             let (name, lower, upper) = (["x", "y", "z"][a], self.lower[a], self.upper[a]);
-            if !(lower < upper) {
+            if lower.is_nan() || upper.is_nan() || lower >= upper {
                 return Err(RunError::case(format!(
                     "--lower, --upper: the region from {lower} to {upper} m along {name} is empty; let the upper corner be above the lower one"
                 )));
@@ -245,7 +245,7 @@ impl Region {
             let diameter = mean_diameter(snapshot, shapes, inside(), transport);
             let cut = crop.metres(highest - lowest, diameter);
             let [lower, upper] = [lowest + cut[0], highest - cut[1]];
-            if !(lower < upper) {
+            if lower >= upper {
                 return Err(RunError::case(format!(
                     "--crop: nothing is left of a bed {} m high after {} m below and {} m above; crop less",
                     highest - lowest,

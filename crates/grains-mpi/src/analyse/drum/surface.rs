@@ -42,8 +42,8 @@ pub fn find(
     transport: &impl Transport,
 ) -> Option<Surface> {
     let r = drum.radius;
-    // Written so that a centre that is not a number is refused as well.
-    if !(middle[0].hypot(middle[1]) > NO_BED * r) {
+    // Without particles the centre is not a number.
+    if middle[0].is_nan() || middle[0].hypot(middle[1]) <= NO_BED * r {
         return None;
     }
     // A level surface lies across the direction from the axis to the centre of volume.

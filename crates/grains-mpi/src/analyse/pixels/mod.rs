@@ -282,7 +282,7 @@ impl Block {
             for j in rows.clone() {
                 let mut first = Vec3::zeros();
                 (first[u], first[v], first[w]) = (grid.middle(0, 0), grid.middle(1, j), grid.middle(2, k));
-                let line = Line { start: to_part * (first - body.center) - offset, step: step.into() };
+                let line = Line { start: to_part * (first - body.center) - offset, step };
                 if let Some((from, to)) = line.inside(bounded, grid.cells[0]) {
                     let row = ((k - self.layers.start) * grid.cells[1] + j) * self.words;
                     set(&mut self.bits[row..row + self.words], from, to);

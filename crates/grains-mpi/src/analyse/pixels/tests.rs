@@ -55,7 +55,7 @@ fn boxes_that_fill_the_region_leave_no_void_and_twins_count_once() {
 #[test]
 fn intervals_are_those_of_the_inside_test_for_every_shape() {
     let needle = [[0.0, 0.0, 0.0], [0.8, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [0.1, 0.1, 0.1]];
-    let needle = needle.map(|v| Vec3::from(v));
+    let needle = needle.map(Vec3::from);
     let shapes = vec![
         Shape::sphere(0.2).unwrap(),
         // Thick crusts: the rounded bodies are much smaller than those with sharp edges.
