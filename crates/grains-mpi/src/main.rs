@@ -8,6 +8,7 @@ macro_rules! say {
     }};
 }
 
+mod analyse;
 mod bench;
 mod check;
 mod composites;
@@ -59,6 +60,12 @@ enum Command {
     },
     /// Print the JSON schema of case files.
     Schema,
+    /// Analyse the stored states of a run: tables and pictures.
+    Analyse {
+        /// What to find out.
+        #[command(subcommand)]
+        what: Box<analyse::Analysis>,
+    },
     /// Time the step of a case: segments without output.
     Bench {
         /// Case file (TOML).
@@ -149,6 +156,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             }
             Ok(())
         }
+        Command::Analyse { what } => analyse::run(&what, job, transport),
         Command::Bench { case, restart, warm, steps, segments } => {
             let case = load(&case, job, transport)?;
             bench::time(&case, job, transport, restart.as_deref(), [warm, steps, segments])

@@ -154,6 +154,24 @@ fn per_step(cells: Cells, specs: &[FieldSpec]) -> Vec<(String, Entry)> {
     list
 }
 
+/// The places of the steps of a file, whatever its fields.
+pub(crate) fn places(file: &File, cells: Cells) -> hdf5::Result<Vec<Place>> {
+    let root = file.group("VTKHDF")?;
+    let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()? as usize;
+    let times = root.dataset("Steps/Values")?.read_raw::<f64>()?;
+    let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
+    let cells = root.dataset(&format!("{}/NumberOfCells", cells.name()))?.read_raw::<i64>()?;
+    if times.len().min(points.len()).min(cells.len()) < steps {
+        return Err("it has fewer entries than steps".into());
+    }
+    let mut places: Vec<Place> = Vec::with_capacity(steps);
+    for k in 0..steps {
+        let (points, cells) = (points[k] as usize, cells[k] as usize);
+        places.push(Place::next(places.last(), times[k], points, cells));
+    }
+    Ok(places)
+}
+
 impl Arrays {
     /// Creates all arrays of a new file, without rows.
     pub fn create(
@@ -246,20 +264,7 @@ impl Arrays {
 
     /// The places of the steps of a file.
     pub fn places(&self, file: &File) -> hdf5::Result<Vec<Place>> {
-        let root = file.group("VTKHDF")?;
-        let steps = self.steps.attr("NSteps")?.read_scalar::<i64>()? as usize;
-        let times = root.dataset("Steps/Values")?.read_raw::<f64>()?;
-        let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
-        let cells = root.dataset(&format!("{}/NumberOfCells", self.cells.name()))?.read_raw::<i64>()?;
-        if times.len().min(points.len()).min(cells.len()) < steps {
-            return Err("it has fewer entries than steps".into());
-        }
-        let mut places: Vec<Place> = Vec::with_capacity(steps);
-        for k in 0..steps {
-            let (points, cells) = (points[k] as usize, cells[k] as usize);
-            places.push(Place::next(places.last(), times[k], points, cells));
-        }
-        Ok(places)
+        places(file, self.cells)
     }
 
     /// Cuts every array to the steps up to `last`; all ranks take part.

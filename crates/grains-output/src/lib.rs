@@ -25,6 +25,7 @@ mod metadata;
 mod polydata;
 mod series;
 mod shapes;
+mod snapshots;
 mod xdmf;
 
 pub use checkpoint::{Array, CheckpointFile, Values, latest_valid, remove_old, write_checkpoint};
@@ -35,3 +36,4 @@ pub use metadata::{Metadata, utc_now};
 pub use polydata::{Data, PolyDataFile, Step};
 pub use series::Series;
 pub use shapes::write_shape;
+pub use snapshots::SnapshotFile;

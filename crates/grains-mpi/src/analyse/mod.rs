@@ -1,0 +1,127 @@
+//! `grains-mpi analyse`: what the stored states of a run say.
+//!
+//! Each rank reads its share of the particles ([`snapshots`]) and the ranks work together on each state; all
+//! sums are exact ([`sums`]), so the results have the same bits on any number of ranks.
+
+mod coordination;
+mod drum;
+mod fit;
+mod granular_temperature;
+mod orientation;
+mod picture;
+mod pixels;
+mod profiles;
+mod ranking;
+mod region;
+mod report;
+mod run_out;
+mod snapshots;
+mod sums;
+mod void_fraction;
+
+use crate::error::{RunError, agreed};
+use grains_case::Case;
+use grains_comm::{Job, MpiTransport};
+use grains_domain::Transport;
+use region::Axis;
+use snapshots::{Stock, Times};
+use std::path::PathBuf;
+
+/// What every analysis is told.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Common {
+    /// Output directory of a run, its particles.vtkhdf, or a checkpoint.
+    run: PathBuf,
+    /// Which states: first, last, all, the nearest to a time (s), or FROM:TO (s).
+    #[arg(long, default_value = "last", value_name = "WHICH", allow_hyphen_values = true)]
+    time: Times,
+    /// Folder of the results; `analysis` in the directory of the run if absent.
+    #[arg(long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Case file to use instead of the case stored with the states.
+    #[arg(long, value_name = "FILE")]
+    case: Option<PathBuf>,
+}
+
+/// An analysis of the stored states of a run.
+#[derive(clap::Subcommand)]
+pub enum Analysis {
+    /// Void fraction by counting cells: mean, axial and radial profile.
+    VoidFraction(void_fraction::Options),
+    /// Void fraction by the ranking plot: slope of the sorted heights.
+    Ranking(ranking::Options),
+    /// Profiles of density, velocity and granular temperature.
+    Profiles(profiles::Options),
+    /// Contacts per particle: mean and histogram.
+    Coordination(coordination::Options),
+    /// Order of a body axis, and its angle to gravity.
+    Orientation(orientation::Options),
+    /// Length and shape of the deposit of a collapsed column.
+    RunOut(run_out::Options),
+    /// Speed, free surface and regime of a rotating drum.
+    Drum(drum::Options),
+    /// Granular temperature in the cells of a coarse grid.
+    GranularTemperature(granular_temperature::Options),
+}
+
+impl Analysis {
+    fn common(&self) -> &Common {
+        match self {
+            Self::VoidFraction(options) => &options.common,
+            Self::Ranking(options) => &options.common,
+            Self::Profiles(options) => &options.common,
+            Self::Coordination(options) => &options.common,
+            Self::Orientation(options) => &options.common,
+            Self::RunOut(options) => &options.common,
+            Self::Drum(options) => &options.common,
+            Self::GranularTemperature(options) => &options.common,
+        }
+    }
+}
+
+/// Reads the states, analyses them, writes the results and prints the main numbers.
+///
+/// # Errors
+/// Options that do not fit the run, fields it did not store, or files that cannot be read or written.
+pub fn run(analysis: &Analysis, job: &Job, transport: &MpiTransport) -> Result<(), RunError> {
+    let common = analysis.common();
+    let stock = Stock::open(&common.run, common.case.as_deref(), job, transport)?;
+    let states = stock.select(common.time)?;
+    let report = match analysis {
+        Analysis::VoidFraction(options) => void_fraction::analyse(&stock, &states, options, transport),
+        Analysis::Ranking(options) => ranking::analyse(&stock, &states, options, transport),
+        Analysis::Profiles(options) => profiles::analyse(&stock, &states, options, transport),
+        Analysis::Coordination(options) => coordination::analyse(&stock, &states, options, transport),
+        Analysis::Orientation(options) => orientation::analyse(&stock, &states, options, transport),
+        Analysis::RunOut(options) => run_out::analyse(&stock, &states, options, transport),
+        Analysis::Drum(options) => drum::analyse(&stock, &states, options, transport),
+        Analysis::GranularTemperature(options) => {
+            granular_temperature::analyse(&stock, &states, options, transport)
+        }
+    }?;
+    let directory = stock.path.parent().map_or_else(PathBuf::new, PathBuf::from);
+    let folder = common.output.clone().unwrap_or_else(|| directory.join("analysis"));
+    let times = match (states.first(), states.last()) {
+        (Some(&first), Some(&last)) if first != last => {
+            format!("{} states from {} s to {} s", states.len(), stock.time(first), stock.time(last))
+        }
+        (Some(&first), _) => format!("{} s", stock.time(first)),
+        _ => String::new(),
+    };
+    let is_first = transport.rank() == 0;
+    let written = if is_first { report.write(&folder, &stock.path, &times) } else { Ok(()) };
+    agreed(transport, written)?;
+    if is_first {
+        report.lines.iter().for_each(|line| say!("{line}"));
+        say!("{}: {}", folder.display(), report.files());
+    }
+    Ok(())
+}
+
+/// Name of an axis, by default that of gravity.
+fn axis_name(case: &Case, axis: Option<Axis>) -> &'static str {
+    ["x", "y", "z"][axis.map_or_else(|| region::vertical(case), |a| a as usize)]
+}
+
+#[cfg(test)]
+mod synthetic;

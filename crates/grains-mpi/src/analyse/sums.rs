@@ -1,0 +1,89 @@
+//! Sums over all particles whose bits depend neither on the order of the particles nor on the ranks.
+
+use grains_domain::Transport;
+
+/// Bits below the largest term that still count: a sum of 2^40 terms stays within 127 bits.
+const BITS: i32 = 86;
+
+/// Sums per slot, over the terms of all ranks; `each` hands every term (slot, value) to the function it gets,
+/// and is called twice.
+///
+/// Terms are cut to multiples of 2^-86 times a power of two above the largest term, and added as whole
+/// numbers. A term that is not finite makes every sum NaN.
+pub fn exact_sums(
+    transport: &impl Transport,
+    slots: usize,
+    each: impl Fn(&mut dyn FnMut(usize, f64)),
+) -> Vec<f64> {
+    let mut largest = [0.0_f64];
+    each(&mut |_, value| {
+        // `max` would drop a NaN.
+        largest[0] = if value.is_finite() { largest[0].max(value.abs()) } else { f64::INFINITY };
+    });
+    transport.max(&mut largest);
+    if largest[0] == 0.0 {
+        return vec![0.0; slots];
+    }
+    if !largest[0].is_finite() {
+        return vec![f64::NAN; slots];
+    }
+    // In two factors, either of which could leave the range of f64 otherwise.
+    let shift = BITS - largest[0].log2().ceil() as i32;
+    let factors = [2.0_f64.powi(shift / 2), 2.0_f64.powi(shift - shift / 2)];
+    let mut sums = vec![0_i128; slots];
+    each(&mut |slot, value| sums[slot] += (value * factors[0] * factors[1]) as i128);
+    // In words of 32 bits, so that no word overflows in the sum over ranks.
+    let words = |sum: i128| [0, 32, 64, 96].map(|at| (sum as u128 >> at) as u64 & 0xffff_ffff);
+    let mut parts: Vec<u64> = sums.into_iter().flat_map(words).collect();
+    transport.sum_counts(&mut parts);
+    let whole = |words: &[u64]| {
+        let add = |sum: u128, (k, &word): (usize, &u64)| sum.wrapping_add(u128::from(word) << (32 * k));
+        words.iter().enumerate().fold(0_u128, add) as i128
+    };
+    parts.chunks_exact(4).map(|words| whole(words) as f64 / factors[0] / factors[1]).collect()
+}
+
+/// The sum of one value per particle over all ranks, with the exactness of [`exact_sums`].
+pub fn exact_sum(transport: &impl Transport, values: impl Iterator<Item = f64> + Clone) -> f64 {
+    exact_sums(transport, 1, |add| values.clone().for_each(|value| add(0, value)))[0]
+}
+
+/// How often each slot is named, over all ranks.
+pub fn counts(transport: &impl Transport, slots: usize, named: impl Iterator<Item = usize>) -> Vec<u64> {
+    let mut counts = vec![0_u64; slots];
+    named.for_each(|slot| counts[slot] += 1);
+    transport.sum_counts(&mut counts);
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grains_domain::SerialTransport;
+
+    #[test]
+    fn sums_do_not_depend_on_the_order_and_cancel_exactly() {
+        let mut values: Vec<f64> =
+            (0..1000).map(|k| (f64::from(k)).sin() * 10.0_f64.powi(k % 20 - 10)).collect();
+        let forward = exact_sum(&SerialTransport, values.iter().copied());
+        values.reverse();
+        assert_eq!(forward, exact_sum(&SerialTransport, values.iter().copied()));
+        let plain: f64 = values.iter().sum();
+        assert!((forward - plain).abs() < 1e-12 * plain.abs().max(1e9), "{forward} {plain}");
+        let powers = [20, -50, 20].map(|k| 2.0_f64.powi(k));
+        assert_eq!(exact_sum(&SerialTransport, [powers[0], powers[1], -powers[2]].into_iter()), powers[1]);
+        assert_eq!(exact_sum(&SerialTransport, [-0.5, -1e-300].into_iter()), -0.5);
+        assert_eq!(exact_sum(&SerialTransport, [1e-300, 2e-300].into_iter()), 3e-300);
+        assert!(exact_sum(&SerialTransport, [1.0, f64::NAN, 2.0].into_iter()).is_nan());
+        assert_eq!(exact_sum(&SerialTransport, std::iter::empty()), 0.0);
+    }
+
+    #[test]
+    fn slots_are_separate() {
+        let terms = [(0, 1.5), (2, -2.0), (0, 0.25)];
+        let sums =
+            exact_sums(&SerialTransport, 3, |add| terms.iter().for_each(|&(slot, value)| add(slot, value)));
+        assert_eq!(sums, [1.75, 0.0, -2.0]);
+        assert_eq!(counts(&SerialTransport, 3, [2, 0, 2].into_iter()), [1, 0, 2]);
+    }
+}
