@@ -47,7 +47,7 @@ fn collide(mut dem: Dem, speed: f64) -> [f64; 3] {
     let transport = SerialTransport;
     loop {
         dem.refresh(&transport).unwrap();
-        dem.add_forces();
+        dem.add_forces(&transport);
         let overlap = dem.report.largest_overlap * RADIUS;
         deepest = deepest.max(overlap);
         if overlap > 0.0 {
@@ -175,7 +175,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
             let (mut touched, mut worst) = (false, (0.0_f64, 0.0_f64));
             for _ in 0..300 {
                 dem.refresh(&transport).unwrap();
-                dem.add_forces();
+                dem.add_forces(&transport);
                 touched |= dem.report.largest_overlap > 0.0;
                 let p = &dem.particles;
                 let (mut moment, mut scale) = (Vec3::zeros(), 0.0);
