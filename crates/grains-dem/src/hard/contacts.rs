@@ -1,4 +1,7 @@
 //! All contacts of a step in one list, found as for soft bodies.
+//!
+//! A soft contact lies midway in the overlap. Here the overlap is an error of the time step, which relocation
+//! undoes: each body is hit where it is deepest, the points that relocation brings together.
 
 use super::key::Key;
 use crate::bodies::{self, BodyPair};
@@ -13,7 +16,7 @@ use grains_geometry::Vec3;
 /// The second body of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Second {
-    /// A particle of this rank's arrays, and the contact point from its centre of mass (m).
+    /// A particle of this rank's arrays, and its deepest point from its centre of mass (m).
     Particle(u32, Vec3),
     /// A wall.
     Wall {
@@ -36,7 +39,7 @@ pub(crate) struct HardContact {
     pub(crate) normal: Vec3,
     /// Overlap (m), positive.
     pub(crate) overlap: f64,
-    /// Contact point from the first body's centre of mass (m).
+    /// Its deepest point from its centre of mass (m).
     pub(crate) arm: Vec3,
     /// Restitution (-).
     pub(crate) restitution: f64,
@@ -89,7 +92,7 @@ fn of_spheres(
     note(tally, overlap, one.radius.min(two.radius), particles, a, || {
         format!("particle {}", particles.ids[b as usize])
     });
-    let arms = [normal * (one.radius - 0.5 * overlap), normal * (0.5 * overlap - two.radius)];
+    let arms = [normal * one.radius, normal * -two.radius];
     Some(of_particles([a, b], [0, 0], normal, overlap, arms, (particles, catalogue)))
 }
 
@@ -106,7 +109,8 @@ fn of_bodies(
             tally.cores_met += u64::from(contact.cores_met);
             note(tally, contact.overlap, radius, particles, pair.a, name);
             let separation = particles.bodies[b].position - particles.bodies[a].position;
-            let arms = [contact.point, contact.point - separation];
+            let half = contact.normal * (0.5 * contact.overlap);
+            let arms = [contact.point + half, contact.point - half - separation];
             let of = (particles, catalogue);
             of_particles([pair.a, pair.b], pair.parts, contact.normal, contact.overlap, arms, of)
         }),
@@ -156,15 +160,16 @@ fn of_wall(
     let body = &particles.bodies[i];
     let shape = catalogue.shape(body.kind);
     let inscribed = body.radius * (shape.inscribed_radius / shape.bounding_radius);
+    let half = normal * (0.5 * overlap);
     note(tally, overlap, inscribed, particles, pair.particle, || format!("wall `{}`", wall.name));
     let law = catalogue.contacts.law(body.kind.material, wall.material);
     HardContact {
         key: Key::of_wall(particles.ids[i], [pair.wall, pair.surface, pair.part], pair.element, image),
         a: pair.particle,
-        second: Second::Wall { wall: pair.wall, point, velocity },
+        second: Second::Wall { wall: pair.wall, point: point - half, velocity },
         normal,
         overlap,
-        arm,
+        arm: arm + half,
         restitution: law.restitution,
         friction: law.friction,
     }
