@@ -24,6 +24,7 @@ mod vector;
 pub use case::{Case, RawCase};
 pub use diagnostic::{CaseErrors, Diagnostic};
 pub use particle_file::ParticleColumns;
+pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::contact::{Contact, Tangential};
 pub use sections::domain::{Domain, Face};
 pub use sections::insert::{Component, Insert, Orientation};

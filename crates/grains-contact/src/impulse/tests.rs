@@ -32,8 +32,7 @@ impl Moving {
         let mass = 5.5 + 4.5 * random.next();
         let axes = Vec3::repeat(0.6) + random.vector() * 0.4;
         let square = axes.component_mul(&axes);
-        let inertia =
-            Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y) * (mass / 5.0);
+        let inertia = Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y) * (mass / 5.0);
         let turn = nalgebra::Rotation3::new(random.vector() * 3.0).into_inner();
         let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
         let arm = turn * random.vector().normalize().component_mul(&axes);
@@ -110,8 +109,7 @@ fn momenta_are_kept_energy_never_grows_and_forces_stay_in_the_cone() {
         let against_wall = k % 3 == 0;
         let one = Moving::ellipsoid(&mut random);
         let two = if against_wall { Moving::wall(&mut random) } else { Moving::ellipsoid(&mut random) };
-        let (normal, e, mu) =
-            (random.vector().normalize(), 0.5 + 0.5 * random.next(), 1.0 + random.next());
+        let (normal, e, mu) = (random.vector().normalize(), 0.5 + 0.5 * random.next(), 1.0 + random.next());
         let e = if k % 5 == 0 { 1.0 } else { e };
         for scheme in SCHEMES {
             let (impulse, [a, b]) = collide(scheme, [one, two], normal, e, mu);
@@ -123,10 +121,7 @@ fn momenta_are_kept_energy_never_grows_and_forces_stay_in_the_cone() {
             hits += 1;
             let along = impulse.dot(&normal);
             let across = (impulse - normal * along).norm();
-            assert!(
-                along > 0.0 && across <= mu * along * (1.0 + 1e-9),
-                "{scheme:?}: {across} for {along}"
-            );
+            assert!(along > 0.0 && across <= mu * along * (1.0 + 1e-9), "{scheme:?}: {across} for {along}");
             // In the frame of the wall, where it does no work.
             let kinetic = |body: &Moving| {
                 let mut body = *body;
@@ -145,14 +140,10 @@ fn momenta_are_kept_energy_never_grows_and_forces_stay_in_the_cone() {
                 );
             }
             if !against_wall {
-                let momenta = |x: &Moving, y: &Moving| {
-                    (x.momenta().0 + y.momenta().0, x.momenta().1 + y.momenta().1)
-                };
+                let momenta =
+                    |x: &Moving, y: &Moving| (x.momenta().0 + y.momenta().0, x.momenta().1 + y.momenta().1);
                 let (old, new) = (momenta(&one, &two), momenta(&a, &b));
-                assert!(
-                    (old.0 - new.0).norm() < 1e-12 * 20.0 && (old.1 - new.1).norm() < 1e-11,
-                    "momenta"
-                );
+                assert!((old.0 - new.0).norm() < 1e-12 * 20.0 && (old.1 - new.1).norm() < 1e-11, "momenta");
             }
         }
     }
