@@ -30,7 +30,10 @@ fn assert_same_results(wanted: &Path, found: &Path) {
 
 /// Runs a case on many decompositions and across restarts, and compares each with one rank.
 fn compare(name: &str, decompositions: &Decompositions) -> std::path::PathBuf {
-    let text = case(&format!("{name}.toml"));
+    compare_case(name, case(&format!("{name}.toml")), decompositions)
+}
+
+fn compare_case(name: &str, text: String, decompositions: &Decompositions) -> std::path::PathBuf {
     let home = folder(&format!("same_bits_{name}"));
     let place = |label: &str| {
         let place = home.join(label);
@@ -104,4 +107,20 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
     for wall in ["drum_fz", "lifter_fz"] {
         assert!(series.column(wall).iter().any(|&f| f != 0.0), "the {wall} is touched");
     }
+}
+
+#[test]
+fn drum_with_hard_collisions() {
+    let text = replaced(
+        &case("drum.toml"),
+        "[[material]]\nname = \"plastic\"",
+        "[collisions]\nmodel = \"hard\"\nsweeps = 2\n\n[[material]]\nname = \"plastic\"",
+    );
+    let decompositions = Decompositions { chosen: &[2, 4, 8], given: &[[1, 2, 3], [4, 1, 1]] };
+    let results = compare_case("hard", text, &decompositions);
+    let series = series(&results);
+    assert_eq!(*series.column("inserted").last().unwrap(), 64.0);
+    assert!(series.column("drum_fz").iter().any(|&f| f != 0.0), "the drum is touched");
+    let kinetic = series.column("kinetic_translation");
+    assert!(kinetic.iter().all(|&k| k < 0.01), "{kinetic:?}");
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::check::{Checker, Names, nearby_file};
 use crate::diagnostic::{CaseErrors, Diagnostic};
 use crate::fit;
+use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
@@ -44,6 +45,9 @@ pub struct RawCase {
     /// Materials.
     #[schemars(length(min = 1))]
     pub material: Vec<Material>,
+    /// Soft or hard collisions.
+    #[serde(default)]
+    pub collisions: Collisions,
     /// Contact laws, one per pair of materials that can meet.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact: Vec<Contact<String>>,
@@ -105,6 +109,8 @@ pub struct Case {
     pub time: Time,
     /// Materials; their position is their index.
     pub materials: Vec<Material>,
+    /// Soft or hard collisions.
+    pub collisions: Collisions,
     /// Contact laws, see [`Case::contact`].
     pub contacts: Vec<Contact>,
     /// How faces and composites touch.
@@ -135,6 +141,7 @@ impl PartialEq for Case {
     fn eq(&self, other: &Self) -> bool {
         (&self.name, self.seed, self.gravity) == (&other.name, other.seed, other.gravity)
             && (&self.domain, &self.time) == (&other.domain, &other.time)
+            && self.collisions == other.collisions
             && (&self.materials, &self.contacts) == (&other.materials, &other.contacts)
             && self.contact_points == other.contact_points
             && (&self.shapes, &self.inserts) == (&other.shapes, &other.inserts)
@@ -231,6 +238,7 @@ impl Case {
             domain: self.domain.clone(),
             time: self.time.clone(),
             material: self.materials.clone(),
+            collisions: self.collisions.clone(),
             contact: self.contacts.iter().map(|c| c.clone().rename(|_, index| material(index))).collect(),
             contact_points: self.contact_points.clone(),
             shape: self.shapes.clone(),
@@ -263,6 +271,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         name: raw.name.unwrap_or_else(|| stem.to_string()),
         seed: raw.seed,
         gravity: raw.gravity,
+        collisions: raw.collisions.check(checker),
         contacts: contact::check(raw.contact, &names, checker),
         contact_points: raw.contact_points,
         shapes: shape::check(raw.shape, checker),
@@ -283,6 +292,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         warnings: Vec::new(),
         written: Default::default(),
     };
+    case.collisions.check_contacts(&case.contacts, checker);
     // Sizes and pairs only make sense once every name stands for something.
     if checker.error_count() == 0 {
         fit::check_sizes(&case, checker);

@@ -24,6 +24,7 @@ mod vector;
 pub use case::{Case, RawCase};
 pub use diagnostic::{CaseErrors, Diagnostic};
 pub use particle_file::ParticleColumns;
+pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::{Contact, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};

@@ -32,6 +32,8 @@ pub struct Coefficients {
     pub(crate) tangential_dashpot: f64,
     pub(crate) friction: f64,
     pub(crate) rolling_friction: f64,
+    /// Whether friction is limited by the whole normal force, not by its elastic part.
+    pub(crate) limits_by_total: bool,
 }
 
 /// How a contact resists sliding.
@@ -48,6 +50,17 @@ pub enum Tangential {
         stiffness_ratio: f64,
         /// Tangential over normal damping rate γt/γn (-).
         damping_ratio: f64,
+    },
+    /// Memoryless force −(kt τc + ηt) Urt: the displacement is taken for that of a whole contact at the
+    /// present speed, τc Urt (Srinivasan 2019, eqs 3.43-3.47; errata S19-22, S19-23).
+    ///
+    /// τc is the contact time of the pair and ηt = 2 γ √(m kt), γ the damping ratio of the normal direction.
+    /// Without a memory there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
+    /// the other laws take μ kn δ. The form with a memory, eq. 3.42, is [`Tangential::Spring`] with a damping
+    /// ratio √(kt/kn), but for that cap.
+    ContactTime {
+        /// Tangential over normal stiffness kt/kn (-).
+        stiffness_ratio: f64,
     },
 }
 
@@ -75,6 +88,11 @@ impl ContactLaw {
         Self { normal_stiffness, restitution, friction, tangential, rolling_friction: 0.0, damping }
     }
 
+    /// Law of bodies that do not deform: restitution and friction of their impulses, and no force.
+    pub fn rigid(restitution: f64, friction: f64) -> Self {
+        Self::new(0.0, restitution, friction, Tangential::Viscous { rate: 0.0 })
+    }
+
     /// The same law with rolling friction switched on.
     pub fn with_rolling_friction(self, rolling_friction: f64) -> Self {
         Self { rolling_friction, ..self }
@@ -90,7 +108,17 @@ impl ContactLaw {
         match self.tangential {
             Tangential::Viscous { rate } => rate,
             Tangential::Spring { damping_ratio, .. } => damping_ratio * self.damping_rate(reduced_mass),
+            Tangential::ContactTime { stiffness_ratio } => {
+                0.5 * self.contact_time_dashpot(stiffness_ratio, reduced_mass) / reduced_mass
+            }
         }
+    }
+
+    /// kt τc + 2 γ √(m kt) (N s/m), τc = π/√(kn (1 − γ²)/m) (Srinivasan 2019, eqs 3.43-3.45).
+    fn contact_time_dashpot(&self, stiffness_ratio: f64, reduced_mass: f64) -> f64 {
+        let root = (self.normal_stiffness * reduced_mass).sqrt();
+        let contact = std::f64::consts::PI * stiffness_ratio / (1.0 - self.damping.powi(2)).sqrt();
+        root * (contact + 2.0 * self.damping * stiffness_ratio.sqrt())
     }
 
     /// Coefficients of the law for a reduced mass (kg).
@@ -102,6 +130,9 @@ impl ContactLaw {
             Tangential::Spring { stiffness_ratio, damping_ratio } => {
                 (stiffness_ratio * self.normal_stiffness, damping_ratio * dashpot)
             }
+            Tangential::ContactTime { stiffness_ratio } => {
+                (0.0, self.contact_time_dashpot(stiffness_ratio, reduced_mass))
+            }
         };
         Coefficients {
             stiffness: self.normal_stiffness,
@@ -110,6 +141,7 @@ impl ContactLaw {
             tangential_dashpot,
             friction: self.friction,
             rolling_friction: self.rolling_friction,
+            limits_by_total: matches!(self.tangential, Tangential::ContactTime { .. }),
         }
     }
 }
@@ -120,17 +152,18 @@ impl Coefficients {
     /// `spring` is the tangential displacement ξ (m) of the contact, zero when it begins; it is turned
     /// into the contact plane, advanced by Vrt `dt`, and shortened while the contact slides so that
     /// kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2). Without a
-    /// tangential stiffness the force is the memoryless one of thesis eqs 3.20-3.21 and ξ stays zero.
+    /// tangential stiffness the force is the memoryless one of thesis eqs 3.20-3.21 and ξ stays zero;
+    /// [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
     pub fn force(&self, contact: &Contact, spring: &mut Vec3, dt: f64) -> Vec3 {
         let Contact { normal, overlap, velocity } = *contact;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
-        let normal_force =
-            normal * (self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic);
+        let along = self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic;
+        let normal_force = normal * along;
         let sliding = velocity - normal * opening;
         let viscous = sliding * self.tangential_dashpot;
-        let limit = self.friction * elastic;
+        let limit = self.friction * if self.limits_by_total { along.abs() } else { elastic };
         if self.tangential_stiffness == 0.0 {
             return normal_force + capped(viscous, limit).0;
         }
@@ -174,4 +207,30 @@ pub(crate) fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
 fn capped(vector: Vec3, limit: f64) -> (Vec3, bool) {
     let square = vector.norm_squared();
     if square > limit * limit { (vector * (limit / square.sqrt()), true) } else { (vector, false) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eqs 3.43-3.47 by hand: kn = 8 N/m, e = 0.98, m = 4.523893e-7 kg, whose Tc is 7.470850e-4 s (reference A1g).
+    #[test]
+    fn the_contact_time_stands_for_the_memory() {
+        let (kn, m, ratio) = (8.0, 4.523893e-7, 0.5);
+        let law = ContactLaw::new(kn, 0.98, 0.3, Tangential::ContactTime { stiffness_ratio: ratio });
+        let kt: f64 = ratio * kn;
+        let dashpot = kt * 7.470850e-4 + 2.0 * law.damping * (m * kt).sqrt();
+        assert!((2.0 * m * law.tangential_rate(m) / dashpot - 1.0).abs() < 1e-6);
+        let coefficients = law.coefficients(m);
+        let force = |overlap: f64, velocity: Vec3| {
+            let contact = Contact { normal: Vec3::z(), overlap, velocity };
+            coefficients.force(&contact, &mut Vec3::zeros(), 1e-9)
+        };
+        let slow = force(1e-5, Vec3::new(1e-4, 0.0, 0.0));
+        assert!((slow - Vec3::new(1e-4 * dashpot, 0.0, -8e-5)).norm() < 1e-9 * 8e-5 + 1e-6 * slow.x);
+        // Fast, the force is mu times the whole normal force, dashpot and all, on body 1 along V2 - V1.
+        let fast = force(1e-5, Vec3::new(3.0, 4.0, -2.0));
+        let whole = 8e-5 + 2.0 * law.damping * (kn * m).sqrt() * 2.0;
+        assert!((fast - Vec3::new(0.18 * whole, 0.24 * whole, -whole)).norm() < 1e-12 * whole);
+    }
 }

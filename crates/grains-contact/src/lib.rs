@@ -8,12 +8,17 @@
 //! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
 //! [`CollisionEstimate`] assume.
 //!
-//! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17.
+//! Bodies that do not deform meet by impulses instead: [`ImpulseScheme`].
+//!
+//! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17; Srinivasan 2019,
+//! ch. 3 and app. A.
 
 mod collision;
+mod impulse;
 mod law;
 mod spread;
 
 pub use collision::CollisionEstimate;
+pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, Contact, ContactLaw, Tangential, reduced_mass};
 pub use spread::{Sharing, Spread};

@@ -235,13 +235,8 @@ pub(crate) fn add_forces(
     let BodyList { pairs, found } = list;
     for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
         let (a, b) = (group[0].a as usize, group[0].b as usize);
-        if let Err(reason) = find_contacts(particles, group, catalogue, found) {
-            tally.error = Some(StepError::Distance {
-                id: particles.ids[a],
-                other: format!("particle {}", particles.ids[b]),
-                place: vector(&particles.bodies[a].position),
-                reason: reason.to_string(),
-            });
+        if let Err(error) = find_contacts(particles, group, catalogue, found) {
+            tally.error = Some(error);
             continue;
         }
         let count = found.iter().flatten().count();
@@ -276,29 +271,30 @@ pub(crate) fn add_forces(
     }
 }
 
-/// Calls `visit` with the two particles, the largest overlap and the smaller inscribed radius (m) of every
-/// pair of bodies that touch.
-pub(crate) fn for_each_contact(
+/// Calls `visit` with every pair of parts that touch and their contact.
+///
+/// # Errors
+/// A distance that could not be found.
+pub(crate) fn meet(
     particles: &Particles,
-    list: &BodyList,
+    list: &mut BodyList,
     catalogue: &Catalogue,
-    mut visit: impl FnMut(usize, usize, f64, f64),
-) {
-    let (mut pairs, mut found) = (list.pairs.clone(), Vec::new());
+    mut visit: impl FnMut(&BodyPair, &PartContact),
+) -> Result<(), StepError> {
+    let BodyList { pairs, found } = list;
     for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
-        let (a, b) = (group[0].a as usize, group[0].b as usize);
-        if find_contacts(particles, group, catalogue, &mut found).is_err() {
-            continue;
-        }
-        let deepest = found.iter().flatten().map(|c| c.overlap).fold(0.0, f64::max);
-        if deepest > 0.0 {
-            visit(a, b, deepest, smaller_radius(particles, a, b, catalogue));
+        find_contacts(particles, group, catalogue, found)?;
+        for (pair, contact) in group.iter().zip(found.iter()) {
+            if let Some(contact) = contact {
+                visit(pair, contact);
+            }
         }
     }
+    Ok(())
 }
 
 /// Smaller inscribed radius of two particles (m).
-fn smaller_radius(particles: &Particles, a: usize, b: usize, catalogue: &Catalogue) -> f64 {
+pub(crate) fn smaller_radius(particles: &Particles, a: usize, b: usize, catalogue: &Catalogue) -> f64 {
     let radius = |i: usize| catalogue.inscribed_radius(&particles.bodies[i]);
     radius(a).min(radius(b))
 }
@@ -322,7 +318,7 @@ fn find_contacts(
     group: &mut [BodyPair],
     catalogue: &Catalogue,
     found: &mut Vec<Option<PartContact>>,
-) -> Result<(), GjkError> {
+) -> Result<(), StepError> {
     found.clear();
     let (a, b) = (group[0].a as usize, group[0].b as usize);
     let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
@@ -337,7 +333,13 @@ fn find_contacts(
     for pair in group {
         let part_a = PlacedPart::of(shape_a, pair.parts[0], &particles.frames[a], scales[0]);
         let part_b = PlacedPart::of(shape_b, pair.parts[1], &particles.frames[b], scales[1]);
-        found.push(pair_contact(pair, &part_a, &part_b, &separation, catalogue.faces)?);
+        let contact = pair_contact(pair, &part_a, &part_b, &separation, catalogue.faces);
+        found.push(contact.map_err(|reason| StepError::Distance {
+            id: particles.ids[a],
+            other: format!("particle {}", particles.ids[b]),
+            place: vector(&body_a.position),
+            reason: reason.to_string(),
+        })?);
     }
     Ok(())
 }

@@ -4,13 +4,14 @@ use crate::bodies;
 use crate::error::vector;
 use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
+use crate::hard::{CollisionModel, Collisions, HardModel, Site};
 use crate::integrate::{self, Rates};
 use crate::measure::{self, Crossings, FlowPlane, Totals};
 use crate::memory::Memories;
 use crate::neighbours::{Neighbours, Skin, Surroundings};
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
-use crate::{Catalogue, Clock, ParticleRecord, Particles, Phase, StepError};
+use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_domain::{CellGrid, Decomposition, DecompositionError, GlobalBox, Transport};
 use grains_geometry::Vec3;
 
@@ -37,6 +38,8 @@ pub struct DemSetup {
     pub overlap_limit: f64,
     /// Verlet skin.
     pub skin: Skin,
+    /// What happens when bodies meet.
+    pub collisions: CollisionModel,
 }
 
 /// Why a step could not be done; the same kind of answer on every rank.
@@ -81,6 +84,12 @@ pub struct StepReport {
     pub cores_met: u64,
     /// Rebuilds of the lists since the start.
     pub rebuilds: u64,
+    /// Hard collisions since the start, each counted on one rank.
+    pub collisions: u64,
+    /// Those of them whose restitution was taken as 0: the bodies rest on each other.
+    pub resting_collisions: u64,
+    /// Rounds since the start in which hard collisions were worked off, the same on all ranks.
+    pub rounds: u64,
 }
 
 /// What the ranks agree on after a step: the highest level wins.
@@ -127,6 +136,7 @@ pub struct Dem {
     exchange: Exchange,
     neighbours: Neighbours,
     memories: Memories,
+    collisions: Collisions,
     crossings: Vec<Crossings>,
     states: Vec<WallState>,
     /// Whether `memories` holds what the pairs remember, and the lists are to be rebuilt.
@@ -158,6 +168,7 @@ impl Dem {
             exchange: Exchange::new(&decomposition, setup.outlets),
             neighbours: Neighbours::default(),
             memories: Memories::default(),
+            collisions: Collisions::default(),
             crossings: vec![Crossings::default(); setup.planes.len()],
             states: Vec::new(),
             gathered: true,
@@ -256,7 +267,7 @@ impl Dem {
     /// One leap-frog step: refreshes lists or clones, adds the contact loads, kicks and drifts.
     pub fn step(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.refresh(transport)?;
-        self.add_forces();
+        self.add_forces(transport);
         self.advance(transport)
     }
 
@@ -273,9 +284,12 @@ impl Dem {
         Ok(())
     }
 
-    /// Adds the loads of all contacts at the present positions.
-    pub fn add_forces(&mut self) {
+    /// Adds the loads of all contacts at the present positions; hard contacts change velocities instead.
+    pub fn add_forces(&mut self, transport: &impl Transport) {
         self.clock.start();
+        if let CollisionModel::Hard(model) = self.setup.collisions {
+            return self.collide(&model, transport);
+        }
         let dt = self.setup.rates.dt;
         let mut tally = Tally::new(self.setup.overlap_limit);
         let Self { particles, neighbours, setup, lattice, .. } = self;
@@ -285,10 +299,34 @@ impl Dem {
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut tally);
         self.clock.charge(Phase::Walls);
+        self.note(tally);
+    }
+
+    fn note(&mut self, tally: Tally) {
         self.report.largest_overlap = tally.largest_overlap();
         self.report.worst_overlap = self.report.worst_overlap.max(self.report.largest_overlap);
         self.report.cores_met += tally.cores_met;
         self.error = self.error.take().or(tally.error);
+    }
+
+    /// Gives all contacts at the present positions their impulses.
+    ///
+    /// The loads of particles and walls are what was exchanged over the time step; nothing moves by them.
+    fn collide(&mut self, model: &HardModel, transport: &impl Transport) {
+        self.wall_loads.fill(WallLoad::default());
+        let mut tally = Tally::new(self.setup.overlap_limit);
+        let time = self.time();
+        let Self { particles, neighbours, setup, states, wall_loads, collisions, exchange, .. } = self;
+        let (scene, catalogue) = (WallScene::new(setup, states, time), &setup.catalogue);
+        collisions.find(particles, neighbours, &scene, catalogue, &mut tally);
+        let (positions, dt) = (&setup.global.lattice, setup.rates.dt);
+        let mut site = Site { particles, catalogue, wall_loads, positions, dt };
+        let counts = collisions.resolve(&mut site, model, exchange, &mut tally, transport);
+        self.report.collisions += counts.collisions;
+        self.report.resting_collisions += counts.resting;
+        self.report.rounds += counts.rounds;
+        self.note(tally);
+        self.clock.charge(Phase::Contacts);
     }
 
     fn add_wall_forces(&mut self, tally: &mut Tally) {
@@ -310,7 +348,11 @@ impl Dem {
     /// Kicks and drifts, moves the walls, and agrees with the other ranks on errors and stale lists.
     pub fn advance(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.clock.start();
-        let Self { particles, neighbours, setup, lattice, .. } = self;
+        let Self { particles, neighbours, setup, lattice, collisions, .. } = self;
+        if setup.collisions != CollisionModel::Soft {
+            collisions.relocate(particles);
+            particles.loads.fill(Load::default());
+        }
         let outcome = integrate::advance(
             particles,
             neighbours,
@@ -533,15 +575,23 @@ impl Dem {
                 visit(&Touch { particle: i, other: Partner::Particle(j), overlap, radius });
             }
         }
-        bodies::for_each_contact(
-            &self.particles,
-            &self.neighbours.bodies,
-            catalogue,
-            |a, b, overlap, radius| {
-                let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
-                visit(&Touch { particle, other: Partner::Particle(other), overlap, radius });
-            },
-        );
+        // Parts of two bodies that touch are one contact, the deepest of theirs.
+        let mut touch: Option<Touch> = None;
+        let mut list = self.neighbours.bodies.clone();
+        let _ = bodies::meet(&self.particles, &mut list, catalogue, |pair, contact| {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
+            let (other, overlap) = (Partner::Particle(other), contact.overlap);
+            let radius = bodies::smaller_radius(&self.particles, a, b, catalogue);
+            let new = Touch { particle, other, overlap, radius };
+            match &mut touch {
+                Some(same) if (same.particle, same.other) == (particle, other) => {
+                    same.overlap = same.overlap.max(overlap);
+                }
+                last => last.replace(new).iter().for_each(&mut visit),
+            }
+        });
+        touch.iter().for_each(&mut visit);
         let scene = WallScene::new(&self.setup, &self.states, self.time());
         let mut list = self.neighbours.walls.clone();
         walls::for_each_contact(&self.particles, &mut list, &scene, catalogue, |i, wall, overlap| {

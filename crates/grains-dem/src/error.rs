@@ -113,6 +113,18 @@ pub enum StepError {
         /// What the narrow phase says.
         reason: String,
     },
+    /// A collision of two ranks' particles that only one of them sees.
+    #[error(
+        "the collision of particle {id} with {other} at {place} is known to one rank only, so the order of collisions has no end: this is a bug, please report it with the case"
+    )]
+    Unmatched {
+        /// Identity.
+        id: u64,
+        /// The other body.
+        other: String,
+        /// Position.
+        place: String,
+    },
 }
 
 /// A place or velocity for a message.

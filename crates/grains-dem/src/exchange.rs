@@ -3,6 +3,7 @@
 //! *migrate* when lists are rebuilt, particles that crossed a border move with all their contacts
 //! remember; *create clones* right after, every particle in a buffer cell is copied to the neighbours of
 //! its GEOLOC; *update clones* in every step between rebuilds, only positions, velocities and orientations.
+//! Hard collisions *tell clones* what each of their rounds changed.
 //! All messages to one neighbour are packed into one.
 
 use crate::error::vector;
@@ -40,6 +41,8 @@ pub(crate) struct Exchange {
     filled: Vec<Range<usize>>,
     /// Per self link, the first clone it fills.
     own_clones: Vec<(usize, usize)>,
+    /// What one clone of this rank's own particles is told.
+    news: Vec<f64>,
 }
 
 /// Faces of the box and whether particles may leave there.
@@ -69,6 +72,7 @@ impl Exchange {
             sent: buffers.clone(),
             received: buffers,
             own_clones: Vec::new(),
+            news: Vec::new(),
         }
     }
 
@@ -244,6 +248,47 @@ impl Exchange {
                 if turning {
                     particles.set_orientation(clone, read_orientation(&record[9..]));
                 }
+            }
+        }
+    }
+
+    /// Tells clones what changed of their owners within a step.
+    ///
+    /// `write` appends `numbers` numbers about an owned particle, or returns false if there is nothing to
+    /// tell; `read` takes them for a clone of it.
+    pub(crate) fn tell_clones<State>(
+        &mut self,
+        state: &mut State,
+        numbers: usize,
+        write: impl Fn(&State, usize, &mut Vec<f64>) -> bool,
+        read: impl Fn(&mut State, usize, &[f64]),
+        transport: &impl Transport,
+    ) {
+        for &(index, first) in &self.own_clones {
+            for (&i, clone) in self.links[index].sent.iter().zip(first..) {
+                self.news.clear();
+                if write(state, i as usize, &mut self.news) {
+                    read(state, clone, &self.news);
+                }
+            }
+        }
+        if self.peers.is_empty() {
+            return;
+        }
+        for (&peer, message) in self.peers.iter().zip(&mut self.sent) {
+            message.clear();
+            let sent = self.links.iter().filter(|l| l.rank == peer).flat_map(|l| &l.sent);
+            for (slot, &i) in sent.enumerate() {
+                message.push(slot as f64);
+                if !write(state, i as usize, message) {
+                    message.pop();
+                }
+            }
+        }
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        for (message, filled) in self.received.iter().zip(&self.filled) {
+            for record in message.chunks_exact(1 + numbers) {
+                read(state, filled.start + record[0] as usize, &record[1..]);
             }
         }
     }

@@ -24,7 +24,12 @@
 //!   consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
 //!
-//! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009.
+//! # Hard collisions
+//!
+//! With [`CollisionModel::Hard`] `add_forces` gives impulses instead of loads, in an order that depends on the
+//! identities of the bodies alone.
+//!
+//! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009; Srinivasan 2019, ch. 3.
 
 mod bodies;
 mod catalogue;
@@ -33,6 +38,7 @@ mod dem;
 mod error;
 mod exchange;
 mod forces;
+mod hard;
 mod images;
 mod insertion;
 mod integrate;
@@ -49,6 +55,7 @@ pub use catalogue::{Catalogue, ContactTable, FaceContact, Kind};
 pub use clock::{Clock, Phase};
 pub use dem::{Dem, DemSetup, Failure, Ledger, Partner, StepReport, Touch};
 pub use error::StepError;
+pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
 pub use integrate::{Rates, half_step_back};
 pub use measure::{FlowPlane, Totals};

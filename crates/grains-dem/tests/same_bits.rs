@@ -5,7 +5,9 @@
 mod common;
 
 use common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
-use grains_dem::{Motion, Skin, Surface};
+use grains_contact::ImpulseScheme;
+use grains_dem::{CollisionModel, HardModel, Motion, Skin, Surface};
+use grains_domain::SerialTransport;
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::sync::Arc;
 
@@ -171,6 +173,50 @@ fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
     for (mut scene, steps) in
         [(silo(), 1500), (shear(true), 400), (drift(), 1000), (drift_over_waves(), 2500)]
     {
+        let reference = scene.run([2, 1, 1], steps);
+        for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
+            scene.setup.skin = Skin { least, most, horizon };
+            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {least} to {most}"));
+        }
+    }
+}
+
+/// The scene with collisions by impulses, in longer steps.
+fn hard(mut scene: Scene, scheme: ImpulseScheme, sweeps: u32) -> Scene {
+    let rates = &mut scene.setup.rates;
+    rates.dt = 1e-5;
+    scene.setup.collisions = CollisionModel::Hard(HardModel { scheme, sweeps, ..HardModel::new(rates) });
+    scene
+}
+
+#[test]
+fn hard_collisions_are_the_same_on_any_ranks() {
+    use ImpulseScheme::{Exact, Sequential};
+    for (scene, steps) in [
+        (hard(silo(), Exact, 1), 800),
+        (hard(shear(true), Exact, 2), 150),
+        (hard(shear(true), Sequential, 1), 150),
+        (hard(drift_over_waves(), Exact, 1), 1000),
+    ] {
+        let mut dem = scene.start([1; 3], 0);
+        let reference = scene.run([1, 1, 1], steps);
+        (0..steps).for_each(|_| dem.step(&SerialTransport).unwrap());
+        let report = dem.report;
+        assert!(report.collisions > 1000 && report.rounds > 100, "{report:?}");
+        for grid in [[2, 1, 1], [1, 3, 1], [2, 2, 2], [4, 1, 2]] {
+            assert_same(&reference, &scene.run(grid, steps), &format!("grid {grid:?}"));
+        }
+        for (first, second) in [([1, 1, 1], [2, 2, 1]), ([2, 2, 2], [1, 3, 1])] {
+            let restarted = scene.run_with_restart(first, steps / 2 + 7, second, steps / 2 - 7);
+            assert_same(&reference, &restarted, &format!("{first:?} then {second:?}"));
+        }
+    }
+}
+
+#[test]
+fn hard_collisions_do_not_depend_on_the_skin() {
+    for (scene, steps) in [(silo(), 500), (shear(true), 150), (drift(), 600), (drift_over_waves(), 1000)] {
+        let mut scene = hard(scene, ImpulseScheme::Exact, 1);
         let reference = scene.run([2, 1, 1], steps);
         for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
             scene.setup.skin = Skin { least, most, horizon };

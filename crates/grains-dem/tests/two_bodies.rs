@@ -47,7 +47,7 @@ fn collide(mut dem: Dem, speed: f64) -> [f64; 3] {
     let transport = SerialTransport;
     loop {
         dem.refresh(&transport).unwrap();
-        dem.add_forces();
+        dem.add_forces(&transport);
         let overlap = dem.report.largest_overlap * RADIUS;
         deepest = deepest.max(overlap);
         if overlap > 0.0 {
@@ -175,7 +175,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
             let (mut touched, mut worst) = (false, (0.0_f64, 0.0_f64));
             for _ in 0..300 {
                 dem.refresh(&transport).unwrap();
-                dem.add_forces();
+                dem.add_forces(&transport);
                 touched |= dem.report.largest_overlap > 0.0;
                 let p = &dem.particles;
                 let (mut moment, mut scale) = (Vec3::zeros(), 0.0);
@@ -413,4 +413,36 @@ fn a_collision_deeper_than_the_crusts_keeps_its_restitution() {
     let restitution = (velocity(1) - velocity(0)).z / speed;
     assert!((restitution / 0.75 - 1.0).abs() < 5e-3, "{restitution}");
     assert!(dem.report.cores_met > 20, "the cores met {} times", dem.report.cores_met);
+}
+
+/// Oblique impact at 1 m/s on a wall under the contact-time law, e = 1: velocity along the wall and spin times
+/// radius afterwards, for a slope v_t/v_n.
+fn oblique_with_contact_time(stiffness_ratio: f64, friction: f64, slope: f64) -> [f64; 2] {
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+    let law = ContactLaw::new(1e5, 1.0, friction, Tangential::ContactTime { stiffness_ratio });
+    let mut setup = quiet(law, 800.0, &CollisionEstimate::new(&law, mass));
+    let middle = Vec3::repeat(0.025);
+    setup.catalogue.contacts.set(0, 1, law);
+    setup.walls = vec![wall("floor", Surface::Plane { point: middle, normal: Vec3::z() }, Motion::Fixed)];
+    let gap = 1e-3 * setup.rates.dt;
+    let start = middle + Vec3::z() * (RADIUS + gap);
+    let mut dem = dem_of(setup, &[particle(0, 0, start, Vec3::new(slope, 0.0, -1.0))]);
+    for _ in 0..820 {
+        dem.step(&SerialTransport).unwrap();
+    }
+    let body = dem.particles.bodies[0];
+    assert!((body.velocity.z - 1.0).abs() < 1e-3);
+    [body.velocity.x, body.angular_velocity.y * RADIUS]
+}
+
+/// Srinivasan 2019, eqs 3.43-3.47: below the cap the slip of a sphere decays at 7/2 k_t τ_c/m, so by
+/// exp(−7/2 π² k_t/k_n) in a contact; at the cap friction takes μ (1 + e) v_n.
+#[test]
+fn the_contact_time_law_makes_slip_decay_and_slides_at_the_cap() {
+    let ratio: f64 = 0.02;
+    let decay = (-3.5 * std::f64::consts::PI.powi(2) * ratio).exp();
+    let [speed, spin] = oblique_with_contact_time(ratio, 1e4, 0.5);
+    assert!(((speed - spin) / 0.5 / decay - 1.0).abs() < 5e-3, "slip {} for {}", speed - spin, 0.5 * decay);
+    let [speed, spin] = oblique_with_contact_time(2.0 / 7.0, 0.1, 2.0);
+    assert!((speed - (2.0 - 0.2)).abs() < 1e-3 && (spin - 2.5 * 0.2).abs() < 3e-3, "{speed} {spin}");
 }

@@ -5,9 +5,10 @@ use crate::duration::duration;
 use crate::files::particle_fields;
 use crate::population::Population;
 use crate::system::{self, System};
-use crate::timestep::Encounter;
+use crate::timestep::{Encounter, TimeStepChoice};
 use grains_case::{Case, Precision, TimeStep};
-use grains_dem::Failure;
+use grains_contact::ImpulseScheme;
+use grains_dem::{CollisionModel, Failure};
 use grains_domain::{Decomposition, SerialTransport};
 use grains_output::Kind;
 use std::fmt::Write;
@@ -103,6 +104,41 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         30.0 * size as f64 + count * MEMORY[kind] / 1e6,
         30.0 + count * MEMORY[kind] / 1e6 / size as f64
     );
+    if case.collisions.is_hard() {
+        hard_collisions(out, case, &setup.collisions, &step);
+    } else {
+        soft_collisions(out, case, &step);
+    }
+    let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
+    let _ = writeln!(out, "\ntime step      {:e} s ({chosen}); {}", step.dt, step.resolution(case));
+    let _ = writeln!(out, "  recommended  {:.3e} s: {}", step.recommended, step.reason);
+    if let Some(warning) = &step.warning {
+        let _ = writeln!(out, "warning: {warning}");
+    }
+    let steps = case.time.end / step.dt;
+    let seconds = steps * count * COST[kind] / size as f64;
+    let _ = writeln!(out, "steps          {steps:.3e} to t = {} s", case.time.end);
+    let _ = writeln!(
+        out,
+        "time needed    about {} on {size} rank(s), at {:.2} microseconds per particle and step and core",
+        duration(seconds),
+        1e6 * COST[kind]
+    );
+    let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
+    let _ = writeln!(
+        out,
+        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots, {} checkpoint(s))",
+        (snapshots * count * bytes_per_snapshot(case)
+            + case.output.keep_checkpoints as f64 * count * CHECKPOINT[kind])
+            / 1e6,
+        case.output.directory.display(),
+        case.output.keep_checkpoints
+    );
+    Ok(text)
+}
+
+/// The table of what collisions under forces come to.
+fn soft_collisions(out: &mut String, case: &Case, step: &TimeStepChoice) {
     let _ = writeln!(
         out,
         "\ncollisions at {} m/s (time.impact_speed), lightest bodies of each pair:",
@@ -130,37 +166,34 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             (deepest / case.limits.overlap).powi(2)
         );
     }
-    let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
+}
+
+/// The table of collisions by impulses.
+fn hard_collisions(out: &mut String, case: &Case, model: &CollisionModel, step: &TimeStepChoice) {
+    let CollisionModel::Hard(model) = model else { return };
     let _ = writeln!(
         out,
-        "\ntime step      {:e} s ({chosen}); T_c/dt = {:.2}",
-        step.dt,
-        step.steps_per_contact()
+        "\nhard collisions: impulses, {} scheme, {} sweep(s) per step, restitution 0 below {:.3e} m/s",
+        if model.scheme == ImpulseScheme::Exact { "exact" } else { "sequential" },
+        model.sweeps,
+        model.rest_speed
     );
-    let _ = writeln!(out, "  recommended  {:.3e} s: {}", step.recommended, step.reason);
-    if let Some(warning) = &step.warning {
-        let _ = writeln!(out, "warning: {warning}");
+    let _ = writeln!(out, "  {:<24} {:>6} {:>6} {:>11} {:>11}", "pair", "e_n", "mu", "m_ij (kg)", "v dt/R");
+    for e in &step.encounters {
+        let way = case.time.impact_speed * step.dt / e.radius;
+        let _ = writeln!(
+            out,
+            "  {:<24} {:>6.3} {:>6.3} {:>11.4e} {way:>11.4}",
+            pair(e),
+            e.restitution,
+            e.friction,
+            e.collision.reduced_mass
+        );
     }
-    let steps = case.time.end / step.dt;
-    let seconds = steps * count * COST[kind] / size as f64;
-    let _ = writeln!(out, "steps          {steps:.3e} to t = {} s", case.time.end);
-    let _ = writeln!(
-        out,
-        "time needed    about {} on {size} rank(s), at {:.2} microseconds per particle and step and core",
-        duration(seconds),
-        1e6 * COST[kind]
-    );
-    let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
-    let _ = writeln!(
-        out,
-        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots, {} checkpoint(s))",
-        (snapshots * count * bytes_per_snapshot(case)
-            + case.output.keep_checkpoints as f64 * count * CHECKPOINT[kind])
-            / 1e6,
-        case.output.directory.display(),
-        case.output.keep_checkpoints
-    );
-    Ok(text)
+}
+
+fn pair(e: &Encounter) -> String {
+    format!("{} - {}{}", e.materials[0], e.materials[1], if e.is_wall { " (wall)" } else { "" })
 }
 
 /// Inserts what a run would insert at its first step; returns how many.
@@ -182,9 +215,9 @@ fn place(case: &Case) -> Result<u64, String> {
 
 fn row(e: &Encounter, impact_speed: f64, dt: f64) -> String {
     let deepest = e.collision.largest_overlap(impact_speed);
-    let pair = format!("{} - {}{}", e.materials[0], e.materials[1], if e.is_wall { " (wall)" } else { "" });
     format!(
-        "{pair:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+        "{:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+        pair(e),
         e.restitution,
         e.collision.reduced_mass,
         e.collision.damping_rate,

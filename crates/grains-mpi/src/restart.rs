@@ -115,6 +115,7 @@ fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunErr
         ("domain", old.domain == case.domain),
         ("time", old.time == case.time),
         ("material", old.materials == case.materials),
+        ("collisions", old.collisions == case.collisions),
         ("contact", old.contacts == case.contacts),
         ("shape", old.shapes == case.shapes),
         ("insert", old.inserts == case.inserts),

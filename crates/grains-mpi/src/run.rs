@@ -93,7 +93,7 @@ impl<'a> Run<'a> {
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         if transport.rank() == 0 {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
-            say!("time step {:e} s: T_c/dt = {:.1}; {}", step.dt, step.steps_per_contact(), step.reason);
+            say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let files = Files::open(case, &transport, &options.restart, &mut dem, &mut population)?;
         let first_step = dem.step;
@@ -136,7 +136,7 @@ impl<'a> Run<'a> {
             if step > self.first_step && (is_due(step, self.schedule.checkpoint) || is_last) {
                 self.checkpoint()?;
             }
-            self.dem.add_forces();
+            self.dem.add_forces(&self.transport);
             let finished = self.observe(is_last)?;
             if is_last {
                 self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
@@ -262,6 +262,8 @@ impl<'a> Run<'a> {
             self.dem.ledger.inserted,
             self.dem.ledger.left,
             self.dem.report.cores_met,
+            self.dem.report.collisions,
+            self.dem.report.resting_collisions,
         ];
         let own = counts[0];
         self.transport.sum_counts(&mut counts);
@@ -279,7 +281,7 @@ impl<'a> Run<'a> {
                 of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
-        let [inside, inserted, left, cores_met] = counts;
+        let [inside, inserted, left, cores_met, collisions, resting] = counts;
         say!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
         let [most, least, overlap] = extremes;
         say!("particles per rank: {} to {most}", -least);
@@ -290,8 +292,18 @@ impl<'a> Run<'a> {
         }
         say!("lists rebuilt {} times in {steps} steps", self.dem.report.rebuilds);
         let limit = self.case.limits.overlap;
-        let judgement =
-            if overlap > 0.5 * limit { ", near the limit: a stiffer contact would be safer" } else { "" };
+        let is_hard = self.case.collisions.is_hard();
+        if is_hard {
+            say!(
+                "{collisions} collisions, {resting} of them at rest, in {:.1} rounds per step",
+                self.dem.report.rounds as f64 / steps.max(1) as f64
+            );
+        }
+        let judgement = match (overlap > 0.5 * limit, is_hard) {
+            (true, false) => ", near the limit: a stiffer contact would be safer",
+            (true, true) => ", near the limit: a smaller time step would be safer",
+            _ => "",
+        };
         say!(
             "largest overlap {:.2} % of the radius; limits.overlap is {:.1} %{judgement}",
             100.0 * overlap,

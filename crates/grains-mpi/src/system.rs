@@ -3,10 +3,15 @@
 use crate::error::RunError;
 use crate::geometry::{shape, surfaces};
 use crate::timestep::{self, TimeStepChoice};
-use grains_case::{Case, Composite, Faces, Motion as CaseMotion, Tangential as CaseTangential};
+use grains_case::{
+    Case, Composite, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion, Tangential as CaseTangential,
+};
 use grains_comm::{Job, MpiTransport, cartesian};
-use grains_contact::{ContactLaw, Sharing, Tangential};
-use grains_dem::{Catalogue, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, Motion, Rates, Skin, Wall};
+use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
+use grains_dem::{
+    Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, HardModel, Motion, Rates,
+    Skin, Wall,
+};
 use grains_domain::{GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
 
@@ -44,10 +49,12 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         point: Vec3::from(p.point),
         normal: Vec3::from(p.normal),
     });
+    let rates = Rates { gravity, dt: step.dt };
     let setup = DemSetup {
         walls: walls(case, &global)?,
         planes: planes.collect(),
-        rates: Rates { gravity, dt: step.dt },
+        rates,
+        collisions: collisions(case, &rates),
         overlap_limit: case.limits.overlap,
         global,
         outlets,
@@ -94,9 +101,13 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
                 Tangential::Spring { stiffness_ratio, damping_ratio }
             }
             CaseTangential::Viscous { gamma_t } => Tangential::Viscous { rate: gamma_t },
+            CaseTangential::ContactTime { stiffness_ratio } => Tangential::ContactTime { stiffness_ratio },
         };
-        let law =
-            ContactLaw::new(contact.normal_stiffness, contact.restitution, contact.friction, tangential);
+        let (e, mu) = (contact.restitution, contact.friction);
+        let law = match contact.normal_stiffness {
+            Some(stiffness) if !case.collisions.is_hard() => ContactLaw::new(stiffness, e, mu, tangential),
+            _ => ContactLaw::rigid(e, mu),
+        };
         let law = law.with_rolling_friction(contact.rolling_friction);
         contacts.set(contact.between[0], contact.between[1], law);
     }
@@ -113,6 +124,22 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
         Composite::Sum => Sharing::Sum,
     };
     Ok(Catalogue { shapes, densities, contacts, faces, sharing })
+}
+
+fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
+    let given = &case.collisions;
+    if !given.is_hard() {
+        return CollisionModel::Soft;
+    }
+    let default = HardModel::new(rates);
+    CollisionModel::Hard(HardModel {
+        scheme: match given.scheme.unwrap_or_default() {
+            CaseScheme::Sequential => ImpulseScheme::Sequential,
+            CaseScheme::Exact => ImpulseScheme::Exact,
+        },
+        sweeps: given.sweeps.map_or(default.sweeps, |sweeps| sweeps as u32),
+        rest_speed: given.rest_speed.unwrap_or(default.rest_speed),
+    })
 }
 
 /// Largest bounding radius any particle of the case can have (m).

@@ -1,7 +1,7 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
 use grains_case::{Case, TimeStep};
-use grains_contact::{CollisionEstimate, Sharing, Tangential};
+use grains_contact::{CollisionEstimate, Sharing};
 use grains_dem::Catalogue;
 
 /// One collision that can happen in the case, and what it asks of the time step.
@@ -13,6 +13,8 @@ pub struct Encounter {
     pub is_wall: bool,
     /// Restitution.
     pub restitution: f64,
+    /// Friction.
+    pub friction: f64,
     /// Smallest radius among the bodies (m).
     pub radius: f64,
     /// Closed form for the lightest bodies.
@@ -41,9 +43,27 @@ pub struct TimeStepChoice {
 
 impl TimeStepChoice {
     /// Shortest contact time over the time step.
-    pub fn steps_per_contact(&self) -> f64 {
+    fn steps_per_contact(&self) -> f64 {
         self.encounters.iter().map(|e| e.shortest_contact).fold(f64::INFINITY, f64::min) / self.dt
     }
+
+    /// How finely the step resolves collisions: steps per contact, or the way of hard bodies in one step.
+    pub fn resolution(&self, case: &Case) -> String {
+        if case.collisions.is_hard() {
+            format!("{:.2} % of the smallest radius at impact_speed", 100.0 * self.way_over_radius(case))
+        } else {
+            format!("T_c/dt = {:.2}", self.steps_per_contact())
+        }
+    }
+
+    /// Way at the impact speed in one step over the smallest radius (-): the overlap of a hard collision.
+    fn way_over_radius(&self, case: &Case) -> f64 {
+        case.time.impact_speed * self.dt / smallest_radius(&self.encounters)
+    }
+}
+
+fn smallest_radius(encounters: &[Encounter]) -> f64 {
+    encounters.iter().map(|e| e.radius).fold(f64::INFINITY, f64::min)
 }
 
 /// The particles of a material that ask for the smallest step.
@@ -64,9 +84,13 @@ struct Lightest {
 /// Chooses the time step of a case.
 ///
 /// # Errors
-/// A given step below 5 steps per contact, unless the case accepts it.
+/// A given step below 5 steps per contact, or in which hard bodies exceed limits.overlap, unless the case
+/// accepts it.
 pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, String> {
     let encounters = encounters(case, catalogue)?;
+    if case.collisions.is_hard() {
+        return choose_for_impulses(case, encounters);
+    }
     let wanted = case.time.steps_per_contact;
     let mut recommended = (f64::INFINITY, String::new());
     for e in &encounters {
@@ -96,6 +120,35 @@ pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, Stri
             choice.warning = choice.warning.map(|w| case.about("time.dt", w));
         }
     }
+    Ok(choice)
+}
+
+/// Chooses the time step of hard collisions, which last no time: bodies must not get far into each other.
+fn choose_for_impulses(case: &Case, encounters: Vec<Encounter>) -> Result<TimeStepChoice, String> {
+    /// Way per step over the smallest radius that "auto" aims at.
+    const WAY: f64 = 0.02;
+    let way = WAY.min(0.2 * case.limits.overlap);
+    let dt = way * smallest_radius(&encounters) / case.time.impact_speed;
+    let dt = if dt.is_finite() { dt } else { 1e-3 * case.time.end };
+    let reason = format!("{} % of the smallest radius per step at time.impact_speed", 100.0 * way);
+    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
+    let TimeStep::Seconds(given) = case.time.dt else {
+        choice.dt = rounded_down(dt);
+        return Ok(choice);
+    };
+    choice.dt = given;
+    let (overlap, limit) = (choice.way_over_radius(case), case.limits.overlap);
+    let message = format!(
+        "bodies at time.impact_speed = {} m/s get {:.1} % of the smallest radius into each other in one step, limits.overlap is {:.1} %; take \"auto\" or at most {:.2e}",
+        case.time.impact_speed,
+        100.0 * overlap,
+        100.0 * limit,
+        rounded_down(dt)
+    );
+    if overlap > limit && !case.time.accept_coarse_dt {
+        return Err(case.about("time.dt", format!("{message}, or set time.accept_coarse_dt = true")));
+    }
+    choice.warning = (overlap > 0.5 * limit).then(|| case.about("time.dt", message));
     Ok(choice)
 }
 
@@ -140,14 +193,12 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
             let collision = CollisionEstimate::new(law, reduced);
             // A sphere slides under 7/2 of the tangential damping: its spin helps (errata R16-21).
             let share = if quickening > 1.0 { 1.0 + quickening } else { 3.5 };
-            let rate = match law.tangential {
-                Tangential::Viscous { rate } => rate,
-                Tangential::Spring { .. } => law.tangential_rate(reduced),
-            };
+            let rate = law.tangential_rate(reduced);
             found.push(Encounter {
                 materials: materials.map(name),
                 is_wall: other.is_none(),
                 restitution: law.restitution,
+                friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
                 shortest_contact: collision.contact_time * (felt / reduced / springs).sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },

@@ -26,6 +26,13 @@ pub enum Tangential {
         #[schemars(extend("minimum" = 0))]
         gamma_t: f64,
     },
+    /// Memoryless force −(k_t τ_c + η_t) v_t, τ_c the contact time (Srinivasan 2019, eqs 3.43-3.47).
+    ContactTime {
+        /// Tangential over normal stiffness k_t/k_n (-).
+        #[serde(default = "two_sevenths")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.01, 2]))]
+        stiffness_ratio: f64,
+    },
 }
 
 fn two_sevenths() -> f64 {
@@ -49,9 +56,10 @@ impl Default for Tangential {
 pub struct Contact<Name = usize> {
     /// The two materials, in any order; the same one twice for a material with itself.
     pub between: [Name; 2],
-    /// Normal stiffness k_n (N/m).
+    /// Normal stiffness k_n (N/m); soft collisions need it, hard ones do without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e2, 1e11]))]
-    pub normal_stiffness: f64,
+    pub normal_stiffness: Option<f64>,
     /// Coefficient of restitution e_n (-); 1 is perfectly elastic, 0.1 very dissipative.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-plausible" = [0.05, 1]))]
     pub restitution: f64,

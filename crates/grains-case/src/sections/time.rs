@@ -9,7 +9,8 @@ use crate::check::Checker;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeStep {
-    /// From the shortest contact: T_c / `steps_per_contact`.
+    /// From the shortest contact: T_c / `steps_per_contact`; for hard collisions a step in which bodies at
+    /// `impact_speed` go 2 % of the smallest radius.
     Auto,
     /// Fixed (s).
     #[serde(untagged)]

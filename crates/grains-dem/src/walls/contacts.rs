@@ -5,6 +5,7 @@ use super::{Wall, WallLoad, WallState};
 use crate::bodies::PlacedPart;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
+use crate::images;
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_domain::GlobalBox;
@@ -122,6 +123,70 @@ pub(crate) fn for_each_contact(
     }
 }
 
+/// A contact with a wall, in the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallMeeting {
+    pub(crate) pair: WallPair,
+    /// Periodic image as seen from the wrapped position; 27 if it is none of those.
+    pub(crate) image: u8,
+    /// Unit normal into the wall.
+    pub(crate) normal: Vec3,
+    /// Overlap (m), positive.
+    pub(crate) overlap: f64,
+    /// Contact point from the particle's centre of mass (m).
+    pub(crate) arm: Vec3,
+    /// Contact point (m).
+    pub(crate) point: Vec3,
+    /// Velocity of the wall there (m/s).
+    pub(crate) velocity: Vec3,
+}
+
+/// Calls `visit` with every wall contact.
+pub(crate) fn meet(
+    particles: &Particles,
+    list: &mut WallList,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+    mut visit: impl FnMut(&WallMeeting),
+) -> Result<(), StepError> {
+    let mut start = 0;
+    while start < list.pairs.len() {
+        let end = list.group_end(start);
+        find_contacts(particles, list, start..end, scene, catalogue)
+            .map_err(|reason| not_found(particles, &list.pairs[start], scene, &reason))?;
+        for (pair, found) in list.pairs[start..end].iter().zip(&list.touching) {
+            let Some(found) = found else { continue };
+            let position = &particles.bodies[pair.particle as usize].position;
+            let (wall, state) = (&scene.walls[pair.wall as usize], &scene.states[pair.wall as usize]);
+            let center = scene.center(pair, position, &list.shifts);
+            let arm = state.to_world(&(found.point - state.to_wall(&center)));
+            let point = center + arm;
+            let wrapped = wall.wrapped_axes(&wall.surfaces[pair.surface as usize]);
+            let image = images::seen_from_wrapped(pair.image, position, scene.global, wrapped);
+            visit(&WallMeeting {
+                pair: *pair,
+                image: image.unwrap_or(27),
+                normal: state.to_world(&found.normal),
+                overlap: found.overlap,
+                arm,
+                point,
+                velocity: state.velocity_at(&point),
+            });
+        }
+        start = end;
+    }
+    Ok(())
+}
+
+fn not_found(particles: &Particles, pair: &WallPair, scene: &WallScene, reason: &GjkError) -> StepError {
+    StepError::Distance {
+        id: particles.ids[pair.particle as usize],
+        other: format!("wall `{}`", scene.walls[pair.wall as usize].name),
+        place: vector(&particles.bodies[pair.particle as usize].position),
+        reason: reason.to_string(),
+    }
+}
+
 /// Adds the loads of all wall contacts to particles and walls.
 pub(crate) fn add_forces(
     particles: &mut Particles,
@@ -136,13 +201,7 @@ pub(crate) fn add_forces(
     while start < list.pairs.len() {
         let end = list.group_end(start);
         if let Err(reason) = find_contacts(particles, list, start..end, scene, catalogue) {
-            let pair = &list.pairs[start];
-            tally.error = Some(StepError::Distance {
-                id: particles.ids[pair.particle as usize],
-                other: format!("wall `{}`", scene.walls[pair.wall as usize].name),
-                place: vector(&particles.bodies[pair.particle as usize].position),
-                reason: reason.to_string(),
-            });
+            tally.error = Some(not_found(particles, &list.pairs[start], scene, &reason));
             return;
         }
         let parts = touching_parts(list, start..end, scene);

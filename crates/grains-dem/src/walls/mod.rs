@@ -7,7 +7,7 @@ mod surface;
 pub use motion::{Motion, WallState};
 pub use surface::Surface;
 
-pub(crate) use contacts::{WallList, WallPair, WallScene, add_forces, for_each_contact};
+pub(crate) use contacts::{WallList, WallMeeting, WallPair, WallScene, add_forces, for_each_contact, meet};
 pub(crate) use surface::SurfaceContact;
 
 use grains_geometry::Vec3;

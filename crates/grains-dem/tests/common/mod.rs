@@ -5,8 +5,8 @@
 
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{
-    Catalogue, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle, ParticleRecord, Rates,
-    Skin, Surface, Wall,
+    Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle,
+    ParticleRecord, Rates, Skin, Surface, Wall,
 };
 use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{RegularSolid, Rotation, Shape, Vec3};
@@ -261,6 +261,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         largest_radius,
         overlap_limit: 0.3,
         skin: Skin::default(),
+        collisions: CollisionModel::Soft,
     }
 }
 

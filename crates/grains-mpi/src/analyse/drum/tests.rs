@@ -12,7 +12,13 @@ fn drum(rate: f64) -> Drum {
 }
 
 fn catalogue() -> Catalogue {
-    Catalogue { shapes: ball(0.0015), densities: vec![2470.0], contacts: ContactTable::new(1) }
+    Catalogue {
+        shapes: ball(0.0015),
+        densities: vec![2470.0],
+        contacts: ContactTable::new(1),
+        faces: Default::default(),
+        sharing: Default::default(),
+    }
 }
 
 /// Many small parts of balls, so that the planes of their lattice do not show, below a plane at an angle (rad) and a height (m) in the frame of the drum.
