@@ -1,5 +1,6 @@
 //! The convex cores of bodies and their support mapping.
 
+use crate::superellipsoid::Superellipsoid;
 use crate::{ConvexHull, Face, Mat3, Vec3};
 use std::sync::Arc;
 
@@ -21,6 +22,8 @@ pub enum Core {
     Polyhedron(Arc<Polyhedron>),
     /// A triangle of a wall mesh (m).
     Triangle([Vec3; 3]),
+    /// Superellipsoid less an inset (m).
+    Superellipsoid(Superellipsoid),
 }
 
 impl Core {
@@ -42,6 +45,7 @@ impl Core {
             }
             Self::Polyhedron(hull) => hull.farthest(direction),
             Self::Triangle(corners) => TriangleCore(*corners).farthest(direction),
+            Self::Superellipsoid(body) => body.farthest(direction),
         }
     }
 
@@ -56,6 +60,10 @@ impl Core {
             }
             Self::Polyhedron(hull) => bounds_of(&hull.vertices),
             Self::Triangle(corners) => bounds_of(corners),
+            Self::Superellipsoid(body) => {
+                let half = body.semi_axes().add_scalar(-body.inset());
+                (-half, half)
+            }
         }
     }
 
@@ -67,6 +75,7 @@ impl Core {
             Self::Cylinder { radius, half_height } => radius.hypot(*half_height),
             Self::Polyhedron(hull) => hull.radius,
             Self::Triangle(corners) => radius_of(corners),
+            Self::Superellipsoid(body) => body.bounding_radius() - body.inset(),
         }
     }
 }
@@ -127,6 +136,11 @@ pub(crate) trait Support {
 
     /// The cylinder, if the core is one.
     fn cylinder(&self) -> Option<&CylinderCore> {
+        None
+    }
+
+    /// The superellipsoid, if the core is one.
+    fn superellipsoid(&self) -> Option<&Superellipsoid> {
         None
     }
 }

@@ -15,8 +15,10 @@ pub mod mass;
 pub mod mesh;
 pub mod mesh_file;
 pub mod obb;
+mod powers;
 pub mod shape;
 mod shapes;
+pub mod superellipsoid;
 pub mod surface;
 
 /// Vector of three f64.
@@ -37,4 +39,5 @@ pub use mesh_file::{
 };
 pub use shape::{Part, Shape, ShapeError};
 pub use shapes::RegularSolid;
+pub use superellipsoid::Superellipsoid;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};

@@ -78,6 +78,7 @@ impl Part {
                 hull.faces().iter().all(|face| face.normal.dot(point) <= face.offset + self.crust)
             }
             Core::Triangle(_) => false,
+            Core::Superellipsoid(body) => body.inside_outside(point) <= 1.0,
         }
     }
 }
