@@ -8,6 +8,7 @@
 
 pub mod bvh;
 pub mod core;
+pub mod discrete;
 pub mod epa;
 pub mod gjk;
 pub mod hull;
@@ -30,6 +31,7 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
+pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
 pub use gjk::{GjkError, Simplex};
 pub use hull::{ConvexHull, Face, HullError};
 pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};

@@ -1,7 +1,8 @@
 //! Shapes of particles: convex parts, mass properties and surface.
 
-use crate::{Core, HullError, Mat3, MeshFileError, Rotation, TriMesh, Vec3, sphere_equivalent_diameter};
+use crate::{Core, DiscreteSurface, HullError, Mat3, MeshFileError, Rotation, TriMesh, Vec3, sphere_equivalent_diameter};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Why a shape cannot be made.
@@ -63,6 +64,8 @@ pub struct Shape {
     pub user_to_body: (Rotation, Vec3),
     /// Surface for output and pictures, in the body frame; a coarse tessellation of round bodies.
     pub surface: TriMesh,
+    /// Vertices that find contacts in place of the parts, if the shape asks for it (Srinivasan 2019, 2.4).
+    pub discrete: Option<Arc<DiscreteSurface>>,
 }
 
 impl Part {

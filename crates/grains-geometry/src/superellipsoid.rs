@@ -36,6 +36,8 @@ pub struct Superellipsoid {
     semi_axes: Vec3,
     /// Semi-axes of the body this one is the core of, its edges not rounded (m).
     sharp_axes: Vec3,
+    /// One over the semi-axes (1/m).
+    inverse_axes: Vec3,
     eps: [f64; 2],
     inset: f64,
     /// p = 2/ε₂ and q = 2/ε₁ (-).
@@ -84,6 +86,7 @@ impl Superellipsoid {
         Self {
             semi_axes,
             sharp_axes: semi_axes,
+            inverse_axes: semi_axes.map(|a| 1.0 / a),
             eps,
             inset,
             exponents: [p, q],
@@ -96,6 +99,11 @@ impl Superellipsoid {
     /// The same body less an inset (m), which must not exceed [`Self::least_curvature_radius`].
     pub fn less(&self, inset: f64) -> Self {
         Self { inset, ..*self }
+    }
+
+    /// The body without inset or rounding.
+    pub fn sharp(&self) -> Self {
+        Self::build(self.sharp_axes, self.eps, 0.0)
     }
 
     /// The body magnified, its inset too.

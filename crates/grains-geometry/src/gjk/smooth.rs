@@ -140,8 +140,8 @@ impl Pair<'_> {
 impl<'a> Linear<'a> {
     #[inline(always)]
     fn new(pair: &'a Pair<'a>, a: &'a Local, b: &'a Local) -> Self {
-        let normal = a.normal();
-        let normal_b = pair.placement.matrix * b.gradient * (b.inverse * pair.inverse_scale);
+        let normal = a.normal;
+        let normal_b = pair.placement.matrix * (b.normal * pair.inverse_scale);
         let w = pair.placement.apply(&b.point) - a.point;
         Self { pair, a, b, normal, normal_b, w, gap: w.dot(&normal) }
     }

@@ -3,6 +3,7 @@
 mod polyhedron;
 mod regular;
 mod round;
+mod superellipsoid;
 mod tessellation;
 
 pub use regular::RegularSolid;

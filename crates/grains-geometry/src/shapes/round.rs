@@ -19,6 +19,7 @@ impl Shape {
             volume,
             inscribed_radius: radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: sphere_surface(radius),
         })
     }
@@ -41,6 +42,7 @@ impl Shape {
             volume,
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: cuboid_surface(&half),
         })
     }
@@ -64,12 +66,13 @@ impl Shape {
             volume,
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: cylinder_surface(radius, height),
         })
     }
 }
 
 /// A part whose frame is the body frame.
-fn centred_part(core: Core, crust: f64, half_extents: Vec3, bounding_radius: f64) -> Part {
+pub(super) fn centred_part(core: Core, crust: f64, half_extents: Vec3, bounding_radius: f64) -> Part {
     Part { core, crust, center: Vec3::zeros(), rotation: Mat3::identity(), half_extents, bounding_radius }
 }

@@ -18,32 +18,26 @@ const SMALL_TURN: f64 = 0.1;
 pub(crate) struct Local {
     /// Point of the surface (m).
     pub point: Vec3,
-    /// g = ∇F there, along the outward normal; g·point = 1 (1/m).
-    pub gradient: Vec3,
-    /// 1/|g| (m).
-    pub inverse: f64,
-    /// Second derivatives of F along the axes without what they have along g (1/m²).
+    /// Outward unit normal (-).
+    pub normal: Vec3,
+    /// normal·point, which is 1/|∇F| (m).
+    height: f64,
+    /// Second derivatives of F along the axes, without what they have along ∇F, over |∇F| (1/m).
     diagonal: Vec3,
-    /// Factor of gᵢgⱼ, i and j of x and y, in the second derivatives: q ≠ p couples x and y (-).
+    /// Factor of nᵢnⱼ, i and j of x and y, in them: q ≠ p couples x and y (1/m).
     coupling: f64,
 }
 
 impl Local {
-    /// Outward unit normal.
-    #[inline(always)]
-    pub fn normal(&self) -> Vec3 {
-        self.gradient * self.inverse
-    }
-
-    /// The form of curvature of tangents e and f, e ∇∇F f / |g| (1/m): [[ee, ef], [ef, ff]].
+    /// The form of curvature of tangents e and f, e ∇∇F f / |∇F| (1/m): [[ee, ef], [ef, ff]].
     #[inline(always)]
     pub fn curvature(&self, e: &Vec3, f: &Vec3) -> [[f64; 2]; 2] {
         let (de, df) = (self.diagonal.component_mul(e), self.diagonal.component_mul(f));
-        let ge = self.gradient.x * e.x + self.gradient.y * e.y;
-        let gf = self.gradient.x * f.x + self.gradient.y * f.y;
-        let form = |direct: f64, coupled: f64| (direct + self.coupling * coupled) * self.inverse;
-        let mixed = form(de.dot(f), ge * gf);
-        [[form(de.dot(e), ge * ge), mixed], [mixed, form(df.dot(f), gf * gf)]]
+        let ne = self.normal.x * e.x + self.normal.y * e.y;
+        let nf = self.normal.x * f.x + self.normal.y * f.y;
+        let (ce, cf) = (self.coupling * ne, self.coupling * nf);
+        let mixed = de.dot(f) + ce * nf;
+        [[de.dot(e) + ce * ne, mixed], [mixed, df.dot(f) + cf * nf]]
     }
 }
 
@@ -51,28 +45,30 @@ impl Superellipsoid {
     /// The surface where the ray from the centre through `near` leaves the body without inset.
     #[inline(always)]
     pub(crate) fn local(&self, near: &Vec3) -> Local {
-        let inverse_axes = self.semi_axes.map(|a| 1.0 / a);
-        let x = near.component_mul(&inverse_axes);
-        let [p, q] = self.exponents;
+        let inverse = &self.inverse_axes;
+        let x = near.component_mul(inverse);
+        let squares = inverse.component_mul(inverse);
         if self.powers == Powers::Squares {
-            let k = 1.0 / x.norm();
-            let gradient = x.component_mul(&inverse_axes) * k;
-            let diagonal = inverse_axes.component_mul(&inverse_axes);
-            let inverse = 1.0 / gradient.norm();
-            return Local { point: near * k, gradient, inverse, diagonal, coupling: 0.0 };
+            let gradient = near.component_mul(&squares);
+            let point = near * (1.0 / x.norm());
+            let normal = gradient * (1.0 / gradient.norm());
+            let height = normal.dot(&point);
+            return Local { point, normal, height, diagonal: squares * height, coupling: 0.0 };
         }
+        let [p, q] = self.exponents;
         let (powers, s) = self.raised(&x);
+        let gradient = powers.component_mul(near).component_mul(&squares);
+        let normal = gradient * (1.0 / gradient.norm());
         let t = s + powers.z * x.z * x.z;
-        let inverse_t = 1.0 / t;
         let k = root(t, 1.0 / q);
-        let slope = inverse_t / k;
-        let bend = slope / k;
-        let gradient = powers.component_mul(&x).component_mul(&inverse_axes) * slope;
+        let point = near * k;
+        let height = normal.dot(&point);
+        let bend = height / (t * k * k);
         let factors = Vec3::new(p - 1.0, p - 1.0, q - 1.0) * bend;
         let cut = powers.map(|x| if x < EDGE { x } else { EDGE });
-        let diagonal = cut.component_mul(&factors).component_mul(&inverse_axes).component_mul(&inverse_axes);
-        let coupling = if p == q || s < f64::MIN_POSITIVE { 0.0 } else { (q - p) * t / s };
-        Local { point: near * k, gradient, inverse: 1.0 / gradient.norm(), diagonal, coupling }
+        let diagonal = cut.component_mul(&factors).component_mul(&squares);
+        let coupling = if p == q || s < f64::MIN_POSITIVE { 0.0 } else { (q - p) * t / (s * height) };
+        Local { point, normal, height, diagonal, coupling }
     }
 
     /// Factors of (X, Y, Z) in ∇F^q/q: S^(q/p−1) |X|^(p−2), the same of Y, |Z|^(q−2); and S^(q/p), with
@@ -100,10 +96,10 @@ impl Superellipsoid {
         } else {
             v
         };
-        let log = log2([u / largest, v / largest, w, largest]);
+        let (across, along) = (u / largest, v / largest);
+        let log = log2([across, along, w, largest]);
         let powers = [log[0] * (p - 2.0), log[1] * (p - 2.0), log[2] * (q - 2.0), log[3] * (q - 2.0)];
         let [u, v, w, scale] = exp2(powers);
-        let (across, along) = (x.x / largest, x.y / largest);
         let s = u * across * across + v * along * along;
         let c = if p == q { 1.0 } else { scale * exp2([log2([s])[0] * (q / p - 1.0)])[0] };
         (Vec3::new(c * u, c * v, w), c * s * largest * largest)
@@ -115,9 +111,10 @@ impl Superellipsoid {
     pub(crate) fn excess(&self, local: &Local, n: &Vec3) -> f64 {
         let reach = n.dot(&local.point);
         if self.powers == Powers::Squares && reach > 0.0 {
-            // h² − reach² without the cancellation: |a∘n − reach a∘g|².
-            let off = (n - local.gradient * reach).component_mul(&self.semi_axes);
-            return off.norm_squared() / (2.0 * reach);
+            // h² − reach² without the cancellation: |a∘n − reach a∘∇F|².
+            let off = n * local.height - local.normal * reach;
+            let squared = off.component_mul(&self.semi_axes).norm_squared();
+            return squared / (2.0 * reach * local.height * local.height);
         }
         if let Some(excess) = self.second_order(local, n, reach) {
             return excess;
@@ -125,19 +122,20 @@ impl Superellipsoid {
         self.dual(n).0 - reach
     }
 
-    /// With n = reach (g + off), off·y = 0 and h(g) = 1: ½ off·∇∇h·off and the growth of ∇∇h on the way.
+    /// With n = g + off, g = reach ∇F, off·y = 0 and h(∇F) = 1: ½ off·∇∇h·off and the growth of ∇∇h on the way.
     ///
     /// Each of the two nested norms adds at most (P − 1)/2 Σ ωᵢrᵢ² of the relative changes rᵢ of the
     /// components with weights ωᵢ = gᵢyᵢ; the factor 2 is more than the changes of ω and r.
     #[inline(always)]
     fn second_order(&self, local: &Local, n: &Vec3, reach: f64) -> Option<f64> {
-        let off = n - local.gradient * reach;
+        let gradient = local.normal * (reach / local.height);
+        let off = n - gradient;
         let mut sum = 0.0;
         let mut small = true;
         let [dual_p, dual_q] = self.conjugates;
         let limit = SMALL_TURN / dual_p.max(dual_q);
         for i in 0..3 {
-            let slope = local.gradient[i] * reach;
+            let slope = gradient[i];
             small &= off[i].abs() <= limit * slope.abs();
             let term = off[i] * off[i] * local.point[i] / slope;
             sum += if off[i] == 0.0 { 0.0 } else { term };

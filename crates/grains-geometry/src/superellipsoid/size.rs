@@ -72,7 +72,7 @@ impl Superellipsoid {
     /// Larger principal curvature at a point of the surface (1/m).
     fn largest_curvature(&self, azimuth: f64, latitude: f64) -> f64 {
         let local = self.local(&self.surface_point(azimuth, latitude));
-        let [e, f] = tangents(&local.normal());
+        let [e, f] = tangents(&local.normal);
         let [[a, b], [_, d]] = local.curvature(&e, &f);
         0.5 * (a + d) + libm::hypot(0.5 * (a - d), b)
     }

@@ -119,7 +119,7 @@ fn nearest(
     let mut local = body.local(&if feature.count == 3 { facing(body, feature)? } else { near });
     let mut best = (f64::INFINITY, 0);
     for step in 0..MAX_STEPS {
-        let normal = local.normal();
+        let normal = local.normal;
         let core_point = local.point - normal * body.inset();
         let x = feature.nearest(&core_point)?;
         let v = x - core_point;
