@@ -79,7 +79,9 @@ impl<'a> Difference<'a> {
     }
 
     fn curved(&self) -> bool {
-        [self.a, self.b].into_iter().any(|core| matches!(core, Core::Cylinder { .. } | Core::Superellipsoid(_)))
+        [self.a, self.b]
+            .into_iter()
+            .any(|core| matches!(core, Core::Cylinder { .. } | Core::Superellipsoid(_)))
     }
 
     fn failure(&self, gap: f64, iterations: usize) -> GjkError {

@@ -1,6 +1,9 @@
 //! Shapes of particles: convex parts, mass properties and surface.
 
-use crate::{Core, DiscreteSurface, HullError, Mat3, MeshFileError, Rotation, TriMesh, Vec3, sphere_equivalent_diameter};
+use crate::{
+    Core, DiscreteSurface, HullError, Mat3, MeshFileError, Rotation, TriMesh, Vec3,
+    sphere_equivalent_diameter,
+};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use thiserror::Error;

@@ -1,8 +1,10 @@
 //! Shapes of particles and surfaces of walls, from their description in the case.
 
-use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, WallKind};
+use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, VertexSpacing, WallKind};
 use grains_dem::Surface;
-use grains_geometry::{Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh, read_mesh};
+use grains_geometry::{
+    Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, Spacing, TriMesh, Vec3, WallMesh, read_mesh,
+};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 
@@ -23,6 +25,15 @@ pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
         ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
         ShapeKind::Cylinder { radius, height } => Shape::cylinder(*radius, *height, crust),
         ShapeKind::Regular { solid, circumradius } => Shape::regular(regular(*solid), *circumradius, crust),
+        ShapeKind::Superellipsoid { semi_axes, eps, surface_vertices } => {
+            let shape = Shape::superellipsoid(Vec3::from(*semi_axes), *eps, crust);
+            match surface_vertices {
+                Some(v) => {
+                    shape.and_then(|s| s.with_surface_vertices(v.per_direction as usize, spacing(v.spacing)))
+                }
+                None => shape,
+            }
+        }
         ShapeKind::Hull { vertices } => {
             let vertices: Vec<Vec3> = vertices.iter().map(|v| Vec3::from(*v)).collect();
             Shape::hull(&vertices, crust)
@@ -30,6 +41,13 @@ pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
         ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
     };
     built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
+}
+
+fn spacing(spacing: VertexSpacing) -> Spacing {
+    match spacing {
+        VertexSpacing::Linear => Spacing::Linear,
+        VertexSpacing::Exponential => Spacing::Exponential,
+    }
 }
 
 fn regular(solid: Solid) -> RegularSolid {

@@ -1,8 +1,8 @@
 //! The search for the nearest simplex, compiled once for each pair of kinds of cores.
 
 use super::curved::{self, Touch};
-use super::smooth;
 use super::nearest::{Nearest, nearest};
+use super::smooth;
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
 use crate::{Core, Placement, Superellipsoid, Vec3};

@@ -21,11 +21,7 @@ impl Shape {
     ///
     /// # Errors
     /// Semi-axes that are not positive, ε outside [0.05, 2], crust outside (0, 0.5].
-    pub fn superellipsoid(
-        semi_axes: Vec3,
-        eps: [f64; 2],
-        crust_fraction: f64,
-    ) -> Result<Self, ShapeError> {
+    pub fn superellipsoid(semi_axes: Vec3, eps: [f64; 2], crust_fraction: f64) -> Result<Self, ShapeError> {
         let body = Superellipsoid::new(semi_axes, eps)?;
         let inscribed_radius = body.inscribed_radius();
         let mut crust = crust_thickness(crust_fraction, inscribed_radius)?;
@@ -55,7 +51,11 @@ impl Shape {
     ///
     /// # Errors
     /// Fewer than 4 vertices per direction.
-    pub fn with_surface_vertices(mut self, per_direction: usize, spacing: Spacing) -> Result<Self, ShapeError> {
+    pub fn with_surface_vertices(
+        mut self,
+        per_direction: usize,
+        spacing: Spacing,
+    ) -> Result<Self, ShapeError> {
         if let Some(Core::Superellipsoid(core)) = self.parts.first().map(|part| &part.core) {
             let surface = DiscreteSurface::new(&core.sharp(), per_direction, spacing)?;
             self.discrete = Some(Arc::new(surface));
@@ -116,6 +116,7 @@ fn surface(body: &Superellipsoid) -> TriMesh {
 fn on_curve(angle: f64, p: f64) -> [f64; 2] {
     let (u, v) = (libm::cos(angle), libm::sin(angle));
     let largest = u.abs().max(v.abs());
-    let norm = largest * libm::pow(libm::pow(u.abs() / largest, p) + libm::pow(v.abs() / largest, p), 1.0 / p);
+    let norm =
+        largest * libm::pow(libm::pow(u.abs() / largest, p) + libm::pow(v.abs() / largest, p), 1.0 / p);
     [u / norm, v / norm]
 }

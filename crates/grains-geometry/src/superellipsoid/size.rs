@@ -46,7 +46,9 @@ impl Superellipsoid {
     /// Point of the surface of the parametric form (2.2) at azimuth φ₁ and latitude φ₂ (rad), without inset:
     /// x = a₁ cos^ε₁ φ₂ cos^ε₂ φ₁, y = a₂ cos^ε₁ φ₂ sin^ε₂ φ₁, z = a₃ sin^ε₁ φ₂ (m).
     pub fn surface_point(&self, azimuth: f64, latitude: f64) -> Vec3 {
-        let signed = |x: f64, e: f64| libm::copysign(libm::pow(x.abs(), e), x);
+        // Sines of multiples of π are zero but for rounding, which a small power would magnify.
+        let snapped = |x: f64| if x.abs() < 1e-15 { 0.0 } else { x };
+        let signed = |x: f64, e: f64| libm::copysign(libm::pow(snapped(x.abs()), e), x);
         let [e1, e2] = self.eps;
         let ring = signed(libm::cos(latitude), e1);
         Vec3::new(

@@ -2,7 +2,7 @@
 
 use super::super::search::{Query, apart};
 use super::super::{MEETING, Separation, Simplex, TOLERANCE};
-use super::{Matrix2, MAX_STEPS, PATIENCE, apply, limit, solve};
+use super::{MAX_STEPS, Matrix2, PATIENCE, apply, limit, solve};
 use crate::core::Support;
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
 use crate::{Placement, Vec3};
@@ -67,9 +67,8 @@ pub(crate) fn feature<B: Support>(
     let (feature, vertices) = Feature::of(&simplex.b, simplex.len as usize, query.placement)?;
     let len = simplex.len as usize;
     let near = simplex.a[..len].iter().sum::<Vec3>();
-    let lowest = |n: &Vec3| {
-        n.dot(&query.placement.translation) - b.height(&-query.placement.matrix.tr_mul(n))
-    };
+    let lowest =
+        |n: &Vec3| n.dot(&query.placement.translation) - b.height(&-query.placement.matrix.tr_mul(n));
     let (answer, point) = nearest(a, &feature, near, lowest, [query.cutoff, size])?;
     simplex.len = feature.count as u8;
     for i in 0..feature.count {
