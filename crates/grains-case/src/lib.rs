@@ -36,7 +36,7 @@ pub use sections::output::{Field, Output, Precision};
 pub use sections::place::{Place, Window, default_spacing, lattice_sites};
 pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};
 pub use sections::scale::Scale;
-pub use sections::shape::{Shape, ShapeKind, Solid};
+pub use sections::shape::{Shape, ShapeKind, Solid, SurfaceVertices, VertexSpacing};
 pub use sections::time::{Time, TimeStep};
 pub use sections::wall::{Side, Wall, WallKind};
 pub use structure::schema;

@@ -3,7 +3,7 @@
 //! Run with `cargo run --release -p grains-geometry --example gjk_speed`.
 
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Placement, Rotation, Simplex, Vec3};
+use grains_geometry::{Core, Placement, Rotation, Simplex, Superellipsoid, Vec3};
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::details::closest_points_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
@@ -47,11 +47,53 @@ fn main() {
             to_parry,
         );
     }
+    superellipsoids();
+}
+
+/// Ours alone, for there is no other: pairs of one superellipsoid, and of it with other cores.
+fn superellipsoids() {
+    let core = |semi_axes: [f64; 3], eps: [f64; 2]| {
+        let body = Superellipsoid::new(Vec3::from(semi_axes), eps).expect("in range");
+        let crust = 0.02 * body.inscribed_radius();
+        let core = if eps.iter().all(|e| *e <= 1.0) { body.less(crust) } else { body.rounded(crust) };
+        Core::Superellipsoid(core)
+    };
+    let ellipsoid = core([1.0, 0.5, 0.5], [1.0, 1.0]);
+    let block = core([0.5, 0.5, 0.5], [0.25, 0.25]);
+    let pairs = [
+        ("ellipsoid 2:1:1", ellipsoid.clone(), ellipsoid.clone()),
+        ("block 0.25", block.clone(), block.clone()),
+        ("block 0.5", core([0.6, 0.5, 0.4], [0.5, 0.5]), core([0.6, 0.5, 0.4], [0.5, 0.5])),
+        ("block 0.3", core([0.6, 0.5, 0.4], [0.3, 0.3]), core([0.6, 0.5, 0.4], [0.3, 0.3])),
+        ("cylinder 0.1, 1", core([0.5, 0.5, 0.5], [0.1, 1.0]), core([0.5, 0.5, 0.5], [0.1, 1.0])),
+        ("0.7, 0.4", core([0.6, 0.5, 0.4], [0.7, 0.4]), core([0.6, 0.5, 0.4], [0.7, 0.4])),
+        ("edges 1.5", core([0.6, 0.5, 0.4], [1.5, 1.5]), core([0.6, 0.5, 0.4], [1.5, 1.5])),
+        ("octahedron", core([0.5, 0.5, 0.5], [2.0, 2.0]), core([0.5, 0.5, 0.5], [2.0, 2.0])),
+        ("ellipsoid-sphere", ellipsoid.clone(), Core::Point),
+        ("block-sphere", block.clone(), Core::Point),
+        ("ellipsoid-box", ellipsoid.clone(), Core::Box(Vec3::repeat(0.5))),
+        ("block-icosahedron", block.clone(), Core::polyhedron(icosahedron())),
+        ("ellipsoid-cylinder", ellipsoid, Core::Cylinder { radius: 0.5, half_height: 0.5 }),
+        ("block-cylinder", block, Core::Cylinder { radius: 0.5, half_height: 0.5 }),
+    ];
+    println!("\n{:<20}{:>8}{:>10}{:>12}", "pair", "gap", "ours/ns", "beyond/ns");
+    for gap in [1e-3, 0.02, 0.2] {
+        for (name, a, b) in &pairs {
+            let paths: Vec<Path> = (0..PAIRS).map(|seed| path(a, b, gap, seed as u64)).collect();
+            let placements: Vec<Vec<Placement>> = paths.iter().map(Path::placements).collect();
+            let query = |cutoff: f64| {
+                time(&placements, Simplex::default(), |placement, simplex| {
+                    black_box(distance(a, b, placement, cutoff, simplex).expect("converges"));
+                })
+            };
+            println!("{name:<20}{gap:>8}{:>10.1}{:>12.1}", query(1.0), query(0.5 * gap));
+        }
+    }
 }
 
 /// Times both on the same paths; `frame` turns parry's cylinder axis (y) to ours (z).
 fn compare(name: &str, core: &Core, shape: &impl SupportMap, gap: f64, frame: Rotation) {
-    let paths: Vec<Path> = (0..PAIRS).map(|seed| path(core, gap, seed as u64)).collect();
+    let paths: Vec<Path> = (0..PAIRS).map(|seed| path(core, core, gap, seed as u64)).collect();
     let placements: Vec<Vec<Placement>> = paths.iter().map(Path::placements).collect();
     let poses: Vec<Vec<Pose>> = paths.iter().map(|path| path.poses(&frame)).collect();
     let ours = time(&placements, Simplex::default(), |placement, simplex| {
@@ -97,12 +139,12 @@ fn time<T, M: Clone>(paths: &[Vec<T>], cold: M, mut query: impl FnMut(&T, &mut M
 }
 
 /// A random orientation at the given gap, then steady slow motion.
-fn path(core: &Core, gap: f64, seed: u64) -> Path {
+fn path(a: &Core, b: &Core, gap: f64, seed: u64) -> Path {
     let mut random = Random(seed);
     let mut rotation = Rotation::from_scaled_axis(random.vector() * 3.0);
     let mut translation = random.vector().normalize() * 4.0;
     let placement = Placement { matrix: rotation.to_rotation_matrix().into_inner(), translation };
-    let answer = distance(core, core, &placement, f64::INFINITY, &mut Simplex::default());
+    let answer = distance(a, b, &placement, f64::INFINITY, &mut Simplex::default());
     if let Ok(Separation::Apart { distance, normal, .. }) = answer {
         translation -= normal * (distance - gap);
     }

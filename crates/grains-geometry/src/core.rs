@@ -1,6 +1,7 @@
 //! The convex cores of bodies and their support mapping.
 
 use crate::mesh::leaders;
+use crate::superellipsoid::Superellipsoid;
 use crate::{ConvexHull, Face, Mat3, Vec3};
 use std::sync::Arc;
 
@@ -22,6 +23,8 @@ pub enum Core {
     Polyhedron(Arc<Polyhedron>),
     /// A triangle of a wall mesh (m).
     Triangle([Vec3; 3]),
+    /// Superellipsoid less an inset (m).
+    Superellipsoid(Superellipsoid),
 }
 
 impl Core {
@@ -43,6 +46,7 @@ impl Core {
             }
             Self::Polyhedron(hull) => hull.farthest(direction),
             Self::Triangle(corners) => TriangleCore(*corners).farthest(direction),
+            Self::Superellipsoid(body) => body.farthest(direction),
         }
     }
 
@@ -57,6 +61,10 @@ impl Core {
             }
             Self::Polyhedron(hull) => bounds_of(&hull.vertices),
             Self::Triangle(corners) => bounds_of(corners),
+            Self::Superellipsoid(body) => {
+                let half = body.semi_axes().add_scalar(-body.inset());
+                (-half, half)
+            }
         }
     }
 
@@ -68,6 +76,7 @@ impl Core {
             Self::Cylinder { radius, half_height } => radius.hypot(*half_height),
             Self::Polyhedron(hull) => hull.radius,
             Self::Triangle(corners) => radius_of(corners),
+            Self::Superellipsoid(body) => body.bounding_radius() - body.inset(),
         }
     }
 }
@@ -130,6 +139,11 @@ pub(crate) trait Support {
 
     /// The cylinder, if the core is one.
     fn cylinder(&self) -> Option<&CylinderCore> {
+        None
+    }
+
+    /// The superellipsoid, if the core is one.
+    fn superellipsoid(&self) -> Option<&Superellipsoid> {
         None
     }
 }

@@ -79,7 +79,9 @@ impl<'a> Difference<'a> {
     }
 
     fn curved(&self) -> bool {
-        [self.a, self.b].into_iter().any(|core| matches!(core, Core::Cylinder { .. }))
+        [self.a, self.b]
+            .into_iter()
+            .any(|core| matches!(core, Core::Cylinder { .. } | Core::Superellipsoid(_)))
     }
 
     fn failure(&self, gap: f64, iterations: usize) -> GjkError {
@@ -97,7 +99,7 @@ impl<'a> Difference<'a> {
 /// Least translation that separates core `a` from core `b`, put at `placement` in the frame of `a`.
 ///
 /// To be asked when [`distance`] answers `Meeting`; `simplex` is what that query left. Exact for
-/// polyhedral cores; for cylinders exact to first order in the direction, thus in depth to rounding.
+/// polyhedral cores; for curved ones exact to first order in the direction, thus in depth to rounding.
 /// Allocates.
 ///
 /// # Errors

@@ -14,6 +14,7 @@ mod curved;
 mod nearest;
 mod point;
 mod search;
+mod smooth;
 
 use crate::core::{BoxCore, CylinderCore, PointCore, TriangleCore};
 use crate::{Core, Placement, Vec3};
@@ -114,6 +115,7 @@ pub fn distance(
         }
         Core::Polyhedron(hull) => query.with_first(hull.as_ref(), b, simplex),
         Core::Triangle(corners) => query.with_first(&TriangleCore(*corners), b, simplex),
+        Core::Superellipsoid(body) => query.with_first(body, b, simplex),
     };
     answer.map_err(|stall| GjkError {
         query: "distance",

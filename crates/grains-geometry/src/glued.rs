@@ -144,6 +144,7 @@ pub(crate) fn glue(
         user_to_body,
         parts,
         report: ShapeReport { mass: source, decomposition: None },
+        discrete: None,
     })
 }
 

@@ -9,6 +9,7 @@
 pub mod bvh;
 pub mod core;
 mod decomposition;
+pub mod discrete;
 pub mod epa;
 pub mod footprint;
 pub mod gjk;
@@ -18,10 +19,12 @@ pub mod mass;
 pub mod mesh;
 pub mod mesh_file;
 pub mod obb;
+mod powers;
 mod report;
 pub mod shape;
 mod shapes;
 mod solid;
+pub mod superellipsoid;
 pub mod surface;
 
 /// Vector of three f64.
@@ -34,6 +37,7 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
 pub use decomposition::DecompositionOptions;
+pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
 pub use footprint::Footprint;
 pub use gjk::{GjkError, Simplex};
 pub use glued::Component;
@@ -47,4 +51,5 @@ pub use report::{DecompositionReport, MassReport, MassSource, ShapeReport};
 pub use shape::{Part, Shape, ShapeError};
 pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
+pub use superellipsoid::Superellipsoid;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};

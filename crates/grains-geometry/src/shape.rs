@@ -1,10 +1,11 @@
 //! Shapes of particles: convex parts, mass properties and surface.
 
 use crate::{
-    Core, GjkError, HullError, Mat3, MeshFileError, Rotation, ShapeReport, SolidError, TriMesh, Vec3,
-    sphere_equivalent_diameter,
+    Core, DiscreteSurface, GjkError, HullError, Mat3, MeshFileError, Rotation, ShapeReport, SolidError,
+    TriMesh, Vec3, sphere_equivalent_diameter,
 };
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Why a shape cannot be made.
@@ -140,6 +141,8 @@ pub struct Shape {
     pub surface: TriMesh,
     /// How the shape was made.
     pub report: ShapeReport,
+    /// Vertices that find contacts in place of the parts, if the shape asks for it (Srinivasan 2019, 2.4).
+    pub discrete: Option<Arc<DiscreteSurface>>,
 }
 
 impl Part {
@@ -155,6 +158,7 @@ impl Part {
                 hull.faces().iter().all(|face| face.normal.dot(point) <= face.offset + self.crust)
             }
             Core::Triangle(_) => false,
+            Core::Superellipsoid(body) => body.inside_outside(point) <= 1.0,
         }
     }
 }

@@ -26,7 +26,7 @@ fn vector(v: &Vec3) -> Vector {
 fn oracle(core: &Core) -> Option<(Box<dyn SupportMap>, Rotation)> {
     let none = Rotation::identity();
     Some(match core {
-        Core::Point => return None,
+        Core::Point | Core::Superellipsoid(_) => return None,
         Core::Box(half) => (Box::new(Cuboid::new(vector(half))), none),
         Core::Cylinder { radius, half_height } => (
             Box::new(Cylinder::new(*half_height, *radius)),

@@ -1,10 +1,10 @@
 //! Shapes of particles and surfaces of walls, from their description in the case.
 
 use crate::composites::composite;
-use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, WallKind};
+use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, VertexSpacing, WallKind};
 use grains_dem::Surface;
 use grains_geometry::{
-    Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, ShapeError, TriMesh, Vec3, WallMesh, read_mesh,
+    Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, ShapeError, Spacing, TriMesh, Vec3, WallMesh, read_mesh,
 };
 use nalgebra::Rotation3;
 use std::sync::Arc;
@@ -35,6 +35,15 @@ pub(crate) fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> 
         ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
         ShapeKind::Cylinder { radius, height } => Shape::cylinder(*radius, *height, crust),
         ShapeKind::Regular { solid, circumradius } => Shape::regular(regular(*solid), *circumradius, crust),
+        ShapeKind::Superellipsoid { semi_axes, eps, surface_vertices } => {
+            let shape = Shape::superellipsoid(Vec3::from(*semi_axes), *eps, crust);
+            match surface_vertices {
+                Some(v) => {
+                    shape.and_then(|s| s.with_surface_vertices(v.per_direction as usize, spacing(v.spacing)))
+                }
+                None => shape,
+            }
+        }
         ShapeKind::Hull { vertices } => {
             let vertices: Vec<Vec3> = vertices.iter().map(|v| Vec3::from(*v)).collect();
             Shape::hull(&vertices, crust)
@@ -42,6 +51,13 @@ pub(crate) fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> 
         ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
         // What remains is composite, and composites are not glued again.
         _ => Err(ShapeError::NoComponents),
+    }
+}
+
+fn spacing(spacing: VertexSpacing) -> Spacing {
+    match spacing {
+        VertexSpacing::Linear => Spacing::Linear,
+        VertexSpacing::Exponential => Spacing::Exponential,
     }
 }
 

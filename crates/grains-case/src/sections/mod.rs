@@ -42,6 +42,14 @@ pub(crate) fn three_lengths(_: &mut schemars::SchemaGenerator) -> Schema {
     })
 }
 
+/// Schema of the two exponents of a superellipsoid (-), in the range where it is convex.
+pub(crate) fn two_exponents(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "array", "minItems": 2, "maxItems": 2,
+        "items": {"type": "number", "minimum": 0.05, "maximum": 2}
+    })
+}
+
 /// Schema of a list of positive numbers, not empty.
 pub(crate) fn positive_list(_: &mut schemars::SchemaGenerator) -> Schema {
     json_schema!({

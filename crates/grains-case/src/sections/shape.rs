@@ -36,6 +36,29 @@ impl Solid {
     }
 }
 
+/// How the latitudes of surface vertices are spaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VertexSpacing {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// Crowded at the equator, for bodies with flat ends.
+    Exponential,
+}
+
+/// Vertices on a surface that find its contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceVertices {
+    /// Longitudes, and as many latitudes (-).
+    #[schemars(extend("minimum" = 4, "maximum" = 1000, "x-plausible" = [10, 100]))]
+    pub per_direction: u32,
+    /// Spacing of the latitudes.
+    #[serde(default)]
+    pub spacing: VertexSpacing,
+}
+
 /// The form of a body, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -68,6 +91,19 @@ pub enum ShapeKind {
         /// Radius of the circumscribed sphere (m).
         #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 0.5]))]
         circumradius: f64,
+    },
+    /// Superellipsoid: ellipsoids, boxes and cylinders with rounded edges, octahedra.
+    Superellipsoid {
+        /// Half of the length along x, y and z (m).
+        #[schemars(schema_with = "super::three_lengths")]
+        semi_axes: [f64; 3],
+        /// Exponents of the meridian and of the x-y section (-): 1 round, towards 0 square, 2 a rhombus.
+        #[serde(default = "round")]
+        #[schemars(schema_with = "super::two_exponents")]
+        eps: [f64; 2],
+        /// Finds contacts with others of the kind by vertices of the surface instead of by the distance of the bodies.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        surface_vertices: Option<SurfaceVertices>,
     },
     /// Convex hull of points.
     Hull {
@@ -225,6 +261,7 @@ impl ShapeKind {
             Self::Box { edges } => Some(0.5 * edges.iter().fold(f64::INFINITY, |m, e| m.min(*e))),
             Self::Cylinder { radius, height } => Some(radius.min(0.5 * height)),
             Self::Regular { solid, circumradius } => Some(circumradius * solid.inscribed_ratio()),
+            Self::Superellipsoid { semi_axes, eps, .. } => Some(nested_radius(*semi_axes, *eps, -1.0)),
             Self::Hull { .. } | Self::HullFile { .. } => None,
             _ => self.composite_inscribed_radius(),
         }
@@ -238,6 +275,7 @@ impl ShapeKind {
             Self::Box { edges } => Some(0.5 * norm(*edges)),
             Self::Cylinder { radius, height } => Some(norm([*radius, 0.5 * height])),
             Self::Regular { circumradius, .. } => Some(*circumradius),
+            Self::Superellipsoid { semi_axes, eps, .. } => Some(nested_radius(*semi_axes, *eps, 1.0)),
             Self::Hull { .. } | Self::HullFile { .. } => None,
             _ => self.composite_bounding_radius(),
         }
@@ -272,6 +310,7 @@ impl ShapeKind {
             | Self::SlicedCylinder { .. } => "radius",
             Self::Box { .. } => "edges",
             Self::Regular { .. } => "circumradius",
+            Self::Superellipsoid { .. } => "semi_axes",
             Self::Hull { .. } => "vertices",
             Self::HullFile { .. } | Self::Mesh { .. } => "scale",
             Self::Glued { .. } => "parts",
@@ -332,6 +371,25 @@ pub(crate) fn check(mut shapes: Vec<Shape>, checker: &mut Checker) -> Vec<Shape>
     shapes
 }
 
+fn round() -> [f64; 2] {
+    [1.0; 2]
+}
+
+/// Largest (`side` = 1) or least (-1) distance (m) of a superellipsoid's surface from its centre.
+///
+/// The extreme of c X + d Y on X^(1/ε) + Y^(1/ε) = 1, X and Y squares, is (c^s + d^s)^(1/s) with s = 1/(1 − ε) if
+/// that has the sign of the side, else at an end.
+fn nested_radius([a, b, c]: [f64; 3], [meridian, section]: [f64; 2], side: f64) -> f64 {
+    let extreme = |c: f64, d: f64, eps: f64| {
+        let s = 1.0 / (1.0 - eps);
+        let at_end = if (c > d) == (side > 0.0) { c } else { d };
+        let ratio = (c / at_end).min(d / at_end).min((at_end / c).min(at_end / d));
+        let is_inside = s.is_finite() && s * side > 0.0;
+        if is_inside { at_end * (1.0 + ratio.powf(s.abs())).powf(1.0 / s) } else { at_end }
+    };
+    extreme(extreme(a * a, b * b, section), c * c, meridian).sqrt()
+}
+
 /// Whether points span no volume, relative to their extent.
 fn is_flat(points: &[[f64; 3]]) -> bool {
     const TOLERANCE: f64 = 1e-9;
@@ -364,6 +422,25 @@ mod tests {
             assert!(!is_flat(&solid));
         }
         assert!(is_flat(&[[1.0; 3]; 4]));
+    }
+
+    #[test]
+    fn radii_of_superellipsoids_have_closed_forms() {
+        let of = |semi_axes, eps| {
+            let kind = ShapeKind::Superellipsoid { semi_axes, eps, surface_vertices: None };
+            let shape = Shape { name: String::new(), crust: None, kind };
+            (shape.inscribed_radius().unwrap_or(0.0), shape.bounding_radius().unwrap_or(0.0))
+        };
+        let near = |found: (f64, f64), inner: f64, outer: f64| {
+            assert!((found.0 - inner).abs() < 1e-14 && (found.1 - outer).abs() < 1e-14, "{found:?}");
+        };
+        near(of([1.0, 2.0, 0.5], [1.0, 1.0]), 0.5, 2.0);
+        // Octahedron: its face is 1/sqrt(1/a² + 1/b² + 1/c²) away.
+        near(of([1.0, 2.0, 0.5], [2.0, 2.0]), 1.0 / 5.25_f64.sqrt(), 2.0);
+        // x⁴ + y⁴ + z⁴ = 1 is farthest where all are 3^(-1/4).
+        near(of([1.0; 3], [0.5, 0.5]), 1.0, 3.0_f64.powf(0.25));
+        // A circular bar, x² + y² = m², m⁴ + z⁴ = 1.
+        near(of([1.0; 3], [0.5, 1.0]), 1.0, 2.0_f64.powf(0.25));
     }
 
     #[test]

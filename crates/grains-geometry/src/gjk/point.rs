@@ -1,4 +1,4 @@
-//! Closed forms for the point core against all but polyhedra.
+//! Closed forms for the point core against all but polyhedra and superellipsoids.
 
 use super::nearest::on_triangle;
 use super::{MEETING, Separation};
@@ -20,7 +20,7 @@ pub(super) fn closed_form(a: &Core, b: &Core, placement: &Placement, cutoff: f64
     None
 }
 
-/// From `point` to the nearest point of the core, zero inside; `None` for a polyhedron.
+/// From `point` to the nearest point of the core, zero inside; `None` for those without a closed form.
 #[inline]
 fn offset(core: &Core, point: &Vec3) -> Option<Vec3> {
     match core {
@@ -33,7 +33,7 @@ fn offset(core: &Core, point: &Vec3) -> Option<Vec3> {
             Some(Vec3::new(point.x * inward, point.y * inward, axial))
         }
         Core::Triangle([p, q, r]) => Some(on_triangle(&(p - point), &(q - point), &(r - point)).point),
-        Core::Polyhedron(_) => None,
+        Core::Polyhedron(_) | Core::Superellipsoid(_) => None,
     }
 }
 

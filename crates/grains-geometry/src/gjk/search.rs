@@ -2,9 +2,10 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
+use super::smooth;
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
-use crate::{Core, Placement, Vec3};
+use crate::{Core, Placement, Superellipsoid, Vec3};
 
 /// What is asked of a pair of cores.
 pub(super) struct Query<'a> {
@@ -52,6 +53,7 @@ impl Query<'_> {
             }
             Core::Polyhedron(hull) => self.search(a, hull.as_ref(), simplex),
             Core::Triangle(corners) => self.search(a, &TriangleCore(*corners), simplex),
+            Core::Superellipsoid(body) => self.search(a, body, simplex),
         }
     }
 
@@ -64,6 +66,9 @@ impl Query<'_> {
         simplex: &mut Simplex,
     ) -> Result<Separation, Stall> {
         let warm = simplex.len > 0;
+        if let Some(answer) = self.start_smooth(a, b, simplex) {
+            return Ok(answer);
+        }
         self.descend(a, b, simplex).or_else(|stall| {
             if !warm {
                 return Err(stall);
@@ -71,6 +76,50 @@ impl Query<'_> {
             *simplex = Simplex::default();
             self.descend(a, b, simplex)
         })
+    }
+
+    /// Answers for a warm pair with a superellipsoid; if it cannot, the points of the simplex, which lie on
+    /// the bodies, are moved into the cores.
+    #[inline(always)]
+    fn start_smooth<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Option<Separation> {
+        let bodies = (a.superellipsoid(), b.superellipsoid());
+        if simplex.len == 0 || bodies.0.or(bodies.1).is_none() {
+            return None;
+        }
+        let answer = self.touch_smooth(a, b, simplex, None);
+        if answer.is_none() {
+            let shrink = |body: Option<&Superellipsoid>, points: &mut [Vec3; 4]| {
+                let factor = body.map_or(1.0, Superellipsoid::into_core);
+                points.iter_mut().for_each(|point| *point *= factor);
+            };
+            shrink(bodies.0, &mut simplex.a);
+            shrink(bodies.1, &mut simplex.b);
+        }
+        answer
+    }
+
+    /// Newton's method for a pair with a superellipsoid, from the points of the simplex with the given
+    /// weights, else from those nearest now.
+    #[inline(always)]
+    fn touch_smooth<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+        weights: Option<&[f64; 4]>,
+    ) -> Option<Separation> {
+        let size = self.size(a, b);
+        match (a.superellipsoid(), b.superellipsoid()) {
+            (Some(a), Some(b)) => smooth::pair(a, b, self, size, simplex, weights),
+            (Some(a), None) => smooth::feature(a, b, self, size, simplex),
+            (None, Some(b)) => smooth::feature_first(a, b, self, size, simplex),
+            (None, None) => None,
+        }
     }
 
     /// The search proper. The simplex is left as the start for the next step on every way out.
@@ -109,7 +158,7 @@ impl Query<'_> {
             // Early, for a warm start; later now and then, as the simplex settles on the features.
             if curved
                 && iteration % 3 == 0
-                && let Some(answer) = self.touch(a, b, simplex, size)
+                && let Some(answer) = self.touch(a, b, simplex, &weights, size)
             {
                 return Ok(answer);
             }
@@ -177,8 +226,12 @@ impl Query<'_> {
         a: &A,
         b: &B,
         simplex: &mut Simplex,
+        weights: &[f64; 4],
         size: f64,
     ) -> Option<Separation> {
+        if a.superellipsoid().is_some() || b.superellipsoid().is_some() {
+            return self.touch_smooth(a, b, simplex, Some(weights));
+        }
         let touch: Touch = curved::touch(a, b, self.placement, simplex)?;
         let squared = touch.v.norm_squared();
         if squared <= (MEETING * size).powi(2) {
@@ -195,7 +248,7 @@ impl Query<'_> {
 }
 
 #[inline(always)]
-fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
+pub(super) fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
     let distance = squared.sqrt();
     Separation::Apart { distance, normal: v / distance, point_a, point_b: point_a + v }
 }
@@ -220,7 +273,7 @@ fn keep(simplex: &mut Simplex, w: &mut [Vec3; 4], found: &Nearest) -> [f64; 4] {
 
 /// The point of A with the given weights on the vertices.
 #[inline(always)]
-fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
+pub(super) fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
     let mut point = simplex.a[0] * weights[0];
     for (a, weight) in simplex.a.iter().zip(weights).take(simplex.len as usize).skip(1) {
         point += a * *weight;

@@ -7,6 +7,7 @@ mod regular;
 mod round;
 mod slices;
 mod sphere_cylinder;
+mod superellipsoid;
 mod tessellation;
 
 pub use lobes::Lobes;

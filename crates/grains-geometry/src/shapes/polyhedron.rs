@@ -35,6 +35,7 @@ impl Shape {
             bounding_radius: farthest + crust,
             inscribed_radius,
             user_to_body: (rotation, mass.center),
+            discrete: None,
             surface: hull.triangles(),
             report: ShapeReport { mass: MassSource::ClosedMesh, decomposition: None },
         })

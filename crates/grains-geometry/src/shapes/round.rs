@@ -19,6 +19,7 @@ impl Shape {
             volume,
             inscribed_radius: radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: sphere_surface(radius),
             report: ShapeReport::default(),
         })
@@ -42,6 +43,7 @@ impl Shape {
             volume,
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: cuboid_surface(&half),
             report: ShapeReport::default(),
         })
@@ -66,6 +68,7 @@ impl Shape {
             volume,
             inscribed_radius,
             user_to_body: (Rotation::identity(), Vec3::zeros()),
+            discrete: None,
             surface: cylinder_surface(radius, height),
             report: ShapeReport::default(),
         })
@@ -73,6 +76,6 @@ impl Shape {
 }
 
 /// A part whose frame is the body frame.
-fn centred_part(core: Core, crust: f64, half_extents: Vec3, bounding_radius: f64) -> Part {
+pub(super) fn centred_part(core: Core, crust: f64, half_extents: Vec3, bounding_radius: f64) -> Part {
     Part { core, crust, center: Vec3::zeros(), rotation: Mat3::identity(), half_extents, bounding_radius }
 }

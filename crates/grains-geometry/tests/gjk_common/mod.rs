@@ -123,6 +123,7 @@ pub fn scaled(core: &Core, s: f64) -> Core {
         }
         Core::Polyhedron(hull) => Core::polyhedron(hull.vertices().iter().map(|v| v * s).collect()),
         Core::Triangle(corners) => Core::Triangle(corners.map(|v| v * s)),
+        Core::Superellipsoid(body) => Core::Superellipsoid(body.magnified(s)),
     }
 }
 
@@ -138,6 +139,14 @@ pub fn holds(core: &Core, point: &Vec3, slack: f64) -> bool {
         Core::Box(half) => inside_box(half),
         Core::Cylinder { radius, half_height } => {
             point.xy().norm() <= radius + slack && point.z.abs() <= half_height + slack
+        }
+        // Less the inset: as deep as the inset, seen in random directions about that of the point.
+        Core::Superellipsoid(_) => {
+            let mut random = Random(11);
+            let outward = point.try_normalize(0.0).unwrap_or_else(Vec3::x);
+            (0..20)
+                .map(|k| (outward + random.direction() * (f64::from(k) / 10.0)).normalize())
+                .all(|d| d.dot(point) <= d.dot(&core.support(&d)) + slack)
         }
         // Nearest point to a hull is a query of its own; planes in the six axis directions and the
         // direction from the centre must do.

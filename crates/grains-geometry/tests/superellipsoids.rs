@@ -1,0 +1,322 @@
+//! Superellipsoids against closed forms, and their distances against certificates and an independent solution.
+#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
+mod gjk_common;
+
+use gjk_common::{KINDS, Kind, Pair, Random, place};
+use grains_geometry::epa::penetration;
+use grains_geometry::gjk::{Separation, distance};
+use grains_geometry::{
+    Core, MassProperties, Placement, Rotation, Shape, ShapeError, Simplex, Superellipsoid, Vec3,
+};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Semi-axes, ε₁, ε₂, volume, moments of inertia of unit density, by quadrature.
+const TABLE: [([f64; 3], [f64; 2], f64, [f64; 3]); 10] = [
+    ([1.0, 1.0, 1.0], [1.0, 1.0], 4.1887902048, [1.6755160819; 3]),
+    ([1.0, 2.0, 3.0], [1.0, 1.0], 25.1327412287, [65.3451271947, 50.2654824574, 25.1327412287]),
+    ([2.0, 0.5, 0.5], [1.0, 1.0], 2.0943951024, [0.2094395102, 1.7802358370, 1.7802358370]),
+    ([1.0, 1.0, 1.0], [0.5, 0.5], 6.4819873518, [3.5543063505; 3]),
+    ([1.0, 1.0, 1.0], [0.2, 0.2], 7.6752358866, [4.8882725493; 3]),
+    ([1.0, 1.0, 1.0], [0.1, 1.0], 6.2367409439, [3.6000901260, 3.6000901260, 3.0980551999]),
+    ([1.0, 1.0, 2.0], [0.5, 1.0], 10.9832489998, [14.5582935130, 14.5582935130, 5.0265482457]),
+    ([1.0, 0.8, 0.6], [1.0, 0.5], 2.3732155869, [0.5348324926, 0.7395605383, 0.9326499864]),
+    ([1.0, 1.0, 1.0], [2.0, 2.0], 4.0 / 3.0, [4.0 / 15.0; 3]),
+    ([1.0, 2.0, 0.5], [1.5, 0.8], 3.2406677511, [2.5401341054, 0.7213809982, 3.0312551787]),
+];
+
+/// Random exponents: round, square, with edges.
+fn eps(random: &mut Random) -> [f64; 2] {
+    let one = |random: &mut Random| match random.below(6) {
+        0 => 1.0,
+        1 => [0.1, 0.2, 0.25, 0.5][random.below(4)],
+        2 => random.log(0.05, 0.3),
+        3 | 4 => 0.3 + 0.7 * random.unit(),
+        _ => 1.0 + random.unit(),
+    };
+    let first = one(random);
+    [first, if random.below(2) == 0 { first } else { one(random) }]
+}
+
+/// The core of a random shape, of longest semi-axis `size`.
+fn core(random: &mut Random, slenderness: f64, size: f64) -> Core {
+    let mut axes = Vec3::from_fn(|_, _| random.log(1.0 / slenderness, 1.0));
+    axes[random.below(3)] = 1.0;
+    let shape = Shape::superellipsoid(axes * size, eps(random), random.log(1e-3, 0.2)).unwrap();
+    shape.parts[0].core.clone()
+}
+
+fn body(core: &Core) -> &Superellipsoid {
+    let Core::Superellipsoid(body) = core else { panic!("no superellipsoid") };
+    body
+}
+
+#[test]
+fn volume_and_inertia_agree_with_quadrature() {
+    for (axes, eps, volume, inertia) in TABLE {
+        let shape = Shape::superellipsoid(Vec3::from(axes), eps, 0.02).unwrap();
+        assert!((shape.volume / volume - 1.0).abs() < 1e-9, "{axes:?} {eps:?}");
+        for i in 0..3 {
+            assert!((shape.inertia[i] / inertia[i] - 1.0).abs() < 1e-9, "{axes:?} {eps:?}");
+        }
+    }
+    let box_like = Shape::superellipsoid(Vec3::repeat(1.0), [0.05; 2], 0.02).unwrap();
+    assert!((box_like.volume / 8.0 - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn eps_out_of_range_is_refused() {
+    for eps in [[0.01, 1.0], [1.0, 2.1], [f64::NAN, 1.0]] {
+        let error = Shape::superellipsoid(Vec3::repeat(1.0), eps, 0.02).unwrap_err();
+        assert!(matches!(error, ShapeError::OutOfRange { quantity: "eps", .. }));
+        assert!(error.to_string().contains("[0.05, 2]"));
+    }
+}
+
+#[test]
+fn surfaces_are_closed_and_near_the_volume() {
+    for eps in [[0.1, 0.1], [0.1, 1.0], [1.0, 0.1], [0.25, 0.25], [1.0, 1.0], [1.5, 0.8], [2.0, 2.0]] {
+        let shape = Shape::superellipsoid(Vec3::new(1.0, 0.7, 0.5), eps, 0.02).unwrap();
+        let report = shape.surface.report();
+        assert_eq!((report.open_edges, report.non_manifold_edges), (0, 0));
+        let ratio = MassProperties::of_closed_mesh(&shape.surface).volume / shape.volume;
+        assert!((0.97..1.0 + 1e-12).contains(&ratio), "{eps:?}: {ratio}");
+    }
+}
+
+#[test]
+fn radii_hold_what_they_say() {
+    let mut random = Random(1);
+    for _ in 0..200 {
+        let axes = Vec3::from_fn(|_, _| random.log(0.1, 1.0));
+        let eps = eps(&mut random);
+        let shape = Shape::superellipsoid(axes, eps, 0.05).unwrap();
+        let part = &shape.parts[0];
+        let whole = Superellipsoid::new(axes, eps).unwrap();
+        let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+        for i in 0..=60 {
+            for k in 0..=60 {
+                let point =
+                    whole.surface_point(f64::from(i) * FRAC_PI_2 / 60.0, f64::from(k) * FRAC_PI_2 / 60.0);
+                assert!((whole.inside_outside(&point) - 1.0).abs() < 1e-11);
+                assert!(part.contains(&(point * (1.0 - 1e-9))) && !part.contains(&(point * (1.0 + 1e-9))));
+                least = least.min(point.norm());
+                most = most.max(point.norm());
+            }
+            let n = random.direction();
+            // The core swept by the crust stays within the body; without edges it is the body.
+            let reach = n.dot(&part.core.support(&n)) + part.crust;
+            let sharp = n.dot(&Core::Superellipsoid(whole).support(&n));
+            assert!(reach <= sharp * (1.0 + 1e-8));
+            assert!(eps[0] > 1.0 || eps[1] > 1.0 || (reach - sharp).abs() < 1e-12);
+        }
+        assert!(least >= shape.inscribed_radius * (1.0 - 1e-12) && least < shape.inscribed_radius * 1.05);
+        assert!(most <= shape.bounding_radius * (1.0 + 1e-12) && most > shape.bounding_radius * 0.95);
+    }
+}
+
+#[test]
+fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
+    let mut random = Random(2);
+    for _ in 0..1000 {
+        let axes = Vec3::from_fn(|_, _| random.log(0.1, 1.0));
+        let ellipsoid = Superellipsoid::new(axes, [1.0; 2]).unwrap();
+        let n = random.direction();
+        let exact = n.component_mul(&axes).norm();
+        assert!((n.dot(&Core::Superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
+        let radius = axes.min() * axes.min() / axes.max();
+        assert!((ellipsoid.least_curvature_radius() - radius).abs() < 1e-15);
+    }
+    // A circular bar is as curved as a circle of its radius at the equator, at the edge far more.
+    let bar = Superellipsoid::new(Vec3::new(1.0, 1.0, 1.0), [0.5, 1.0]).unwrap();
+    // m⁴ + z⁴ = 1 at m = z: curvature 3·2^(1/4)/√2.
+    let edge = 2f64.sqrt() / (3.0 * 2f64.powf(0.25));
+    assert!((bar.least_curvature_radius() / edge - 1.0).abs() < 1e-3, "{}", bar.least_curvature_radius());
+}
+
+/// A sphere outside an ellipsoid's pole, and one off a block's flat face.
+#[test]
+fn spheres_meet_superellipsoids_at_the_right_distance() {
+    let mut random = Random(3);
+    for size in [1e-6, 1.0, 1e3] {
+        for _ in 0..2000 {
+            let core = core(&mut random, 10.0, size);
+            let n = random.direction();
+            let foot = core.support(&n);
+            let gap = size * random.log(1e-6, 1.0);
+            let place = place(&random.rotation(), 1.0, foot + n * gap);
+            let answer =
+                distance(&core, &Core::Point, &place, f64::INFINITY, &mut Simplex::default()).unwrap();
+            let Separation::Apart { distance, normal, .. } = answer else { panic!("apart") };
+            assert!((distance - gap).abs() < 1e-13 * size, "{distance} {gap}");
+            assert!(
+                (normal - n).norm() < 2e-7 * (size / gap).sqrt().max(1.0),
+                "{core:?} {gap:e} {:e}",
+                (normal - n).norm()
+            );
+        }
+    }
+}
+
+/// Calls `check` with random pairs of a superellipsoid and any core, some near.
+fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usize, Pair)) {
+    let mut random = Random(seed);
+    for number in 0..pairs {
+        let size = [1e-6, 1.0, 1e3][random.below(3)];
+        let slenderness = if random.below(2) == 0 { 2.0 } else { 20.0 };
+        let partner = number % 12;
+        let other = match KINDS.get(partner) {
+            Some(kind) => gjk_common::scaled(&random.core(*kind, slenderness), size),
+            None => core(&mut random, slenderness, size),
+        };
+        let own = core(&mut random, slenderness, size);
+        let (a, b) = if random.below(2) == 0 { (own, other) } else { (other, own) };
+        let rotation = if random.below(2) == 0 { random.aligned() } else { random.rotation() };
+        let scale = random.log(0.5, 2.0);
+        let reach = a.radius() + b.radius() * scale;
+        let translation = random.direction() * (reach * (0.2 + random.unit()));
+        let pair = Pair::new(a, b, place(&rotation, scale, translation));
+        let near = random.below(2) == 0;
+        let target = pair.size * random.log(1e-5, 1.0);
+        check(&mut random, partner, if near { pair.at_distance(target) } else { pair });
+    }
+}
+
+#[test]
+fn random_pairs_are_certified_warm_and_cold() {
+    let mut worst = 0.0f64;
+    for_all_pairs(4, 100_000, |random, partner, pair| {
+        let mut simplex = Simplex::default();
+        let gap = pair.certify(&pair.query(&mut simplex));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
+        let motion = random.log(1e-7, 1e-1);
+        let moved = pair.moved(random, motion);
+        assert!(moved.certify(&moved.query(&mut simplex)) < 1e-9);
+        let (warm, cold) = (moved.distance(&mut simplex), moved.distance(&mut Simplex::default()));
+        worst = worst.max((warm - cold).abs() / pair.size);
+        assert!((warm - cold).abs() <= 1e-9 * pair.size, "{warm} {cold}");
+    });
+    println!("warm and cold differ by {worst:e}");
+}
+
+#[test]
+fn distances_are_symmetric_and_turn_with_the_bodies() {
+    for_all_pairs(5, 20_000, |_, partner, pair| {
+        if KINDS.get(partner) == Some(&Kind::Cylinder) {
+            return;
+        }
+        let exchanged = pair.exchanged();
+        let scale = pair.placement.matrix.column(0).norm();
+        let (ab, ba) =
+            (pair.distance(&mut Simplex::default()), exchanged.distance(&mut Simplex::default()) * scale);
+        assert!(
+            (ab - ba).abs() <= 1e-12 * pair.size,
+            "{:?} {:e}",
+            KINDS.get(partner),
+            (ab - ba).abs() / pair.size
+        );
+    });
+}
+
+/// Least distance of two surfaces over their parameters by steepest descent from the answer and pattern search: no
+/// use is made of support points or normals.
+#[test]
+fn no_points_of_the_surfaces_are_nearer() {
+    let mut random = Random(6);
+    for _ in 0..300 {
+        let cores = [0; 2].map(|_| {
+            let mut axes = Vec3::from_fn(|_, _| random.log(0.3, 1.0));
+            axes[random.below(3)] = 1.0;
+            let eps = eps(&mut random);
+            Superellipsoid::new(axes, eps).unwrap()
+        });
+        let placement = place(&random.rotation(), 1.0, random.direction() * 3.5);
+        let [a, b] = cores.map(Core::Superellipsoid);
+        let pair = Pair::new(a, b, placement);
+        let answer = pair.query(&mut Simplex::default());
+        let Separation::Apart { distance, normal, .. } = answer else { continue };
+        // Brute force over both surfaces, refined about the best pair.
+        let sampled = nearest_by_search(&cores, &placement);
+        assert!(distance <= sampled + 1e-12, "{distance} {sampled}");
+        assert!((sampled - distance) < 1e-6, "{distance} {sampled} {normal:?} {:?}", cores.map(|c| c.eps()));
+    }
+}
+
+fn nearest_by_search([a, b]: &[Superellipsoid; 2], placement: &Placement) -> f64 {
+    let at =
+        |x: [f64; 4]| (placement.apply(&b.surface_point(x[2], x[3])) - a.surface_point(x[0], x[1])).norm();
+    let grid = 16;
+    let angle = |k: usize| TAU * k as f64 / grid as f64;
+    let mut best = ([0.0; 4], f64::INFINITY);
+    for n in 0..grid * grid / 2 * grid * grid / 2 {
+        let (i, j, k, l) =
+            (n % grid, n / grid % (grid / 2), n / (grid * grid / 2) % grid, n / (grid * grid / 2 * grid));
+        let x = [angle(i) + 0.1, angle(j) - FRAC_PI_2 + 0.1, angle(k) + 0.1, angle(l) - FRAC_PI_2 + 0.1];
+        if at(x) < best.1 {
+            best = (x, at(x));
+        }
+    }
+    let mut random = Random(7);
+    let mut step = 0.2;
+    while step > 1e-9 {
+        let mut improved = false;
+        for _ in 0..60 {
+            let x = best.0.map(|x| x + step * (2.0 * random.unit() - 1.0));
+            if at(x) < best.1 {
+                (best, improved) = ((x, at(x)), true);
+            }
+        }
+        step *= if improved { 1.0 } else { 0.7 };
+    }
+    best.1
+}
+
+/// Blocks face to face: parallel, tilted by little, shifted at random.
+#[test]
+fn blocks_face_to_face_converge_from_step_to_step() {
+    let mut random = Random(8);
+    for number in 0..3000 {
+        let eps = [0.25, 0.1, 0.5, 0.33, 0.05][number % 5];
+        let shape = Shape::superellipsoid(Vec3::new(0.5, 0.6, 0.7), [eps; 2], 0.02).unwrap();
+        let core = shape.parts[0].core.clone();
+        let tilt = if number % 3 == 0 { 0.0 } else { random.log(1e-12, 1e-2) };
+        let axis = random.direction();
+        let turn = Rotation::from_scaled_axis(axis * tilt);
+        let gap = random.log(1e-4, 0.04);
+        let reach = 2.0 * body(&core).semi_axes().z - 2.0 * body(&core).inset();
+        let shift = Vec3::new(random.unit() - 0.5, random.unit() - 0.5, reach + gap);
+        let mut pair = Pair::new(core.clone(), core.clone(), place(&turn, 1.0, shift));
+        let mut simplex = Simplex::default();
+        for _ in 0..20 {
+            let answer = pair.query(&mut simplex);
+            assert!(pair.certify(&answer) < 1e-12, "{eps} {tilt:e}: {:e}", pair.certify(&answer));
+            let motion = random.log(1e-8, 1e-3) * gap;
+            pair = pair.moved(&mut random, motion);
+        }
+    }
+}
+
+#[test]
+fn cores_that_meet_are_separated_by_the_least_translation() {
+    let mut met = 0;
+    for_all_pairs(9, 2_000, |random, partner, pair| {
+        let mut simplex = Simplex::default();
+        if pair.query(&mut simplex) != Separation::Meeting {
+            return;
+        }
+        met += 1;
+        let p = penetration(&pair.a, &pair.b, &pair.placement, &simplex).unwrap();
+        assert!(p.depth >= -2e-12 * pair.size);
+        assert!((p.depth + pair.lower_bound(&p.normal)).abs() <= 1e-12 * pair.size);
+        for _ in 0..10 {
+            let far = random.direction();
+            let near = (p.normal + far * random.log(1e-6, 1.0)).normalize();
+            for direction in [far, near] {
+                let depth = -pair.lower_bound(&direction);
+                let more = (p.depth - depth) / pair.size;
+                assert!(more < 1e-8, "{:?}: {more:e} less", KINDS.get(partner));
+            }
+        }
+    });
+    assert!(met > 200, "{met}");
+}
