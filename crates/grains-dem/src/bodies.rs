@@ -9,7 +9,7 @@ use grains_contact::{Coefficients, Contact, Spread, reduced_mass};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::obb::boxes_apart;
-use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Shape, Simplex, Vec3};
+use grains_geometry::{Core, DiscreteSurface, Footprint, GjkError, Mat3, Placement, Shape, Simplex, Vec3};
 
 /// A part of a particle where it is now.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,8 @@ pub(crate) struct PlacedPart<'a> {
     pub(crate) crust: f64,
     /// Radius of a ball about the part's centre that holds it (m), scaled.
     pub(crate) bounding_radius: f64,
+    /// Vertices that find contacts in place of the core (Srinivasan 2019, section 2.4).
+    pub(crate) vertices: Option<&'a DiscreteSurface>,
 }
 
 impl<'a> PlacedPart<'a> {
@@ -39,7 +41,7 @@ impl<'a> PlacedPart<'a> {
             (frame * part.rotation, frame * part.center * scale)
         };
         let crust = part.crust * scale;
-        let bounding_radius = part.bounding_radius * scale;
+        let (bounding_radius, vertices) = (part.bounding_radius * scale, shape.discrete.as_deref());
         Self {
             core: &part.core,
             half_extents: &part.half_extents,
@@ -48,6 +50,7 @@ impl<'a> PlacedPart<'a> {
             offset,
             crust,
             bounding_radius,
+            vertices,
         }
     }
 
@@ -86,6 +89,24 @@ impl<'a> PlacedPart<'a> {
     pub(crate) fn contact_behind(&self, deepest: &Vec3, normal: Vec3, depth: f64) -> Option<SurfaceContact> {
         let overlap = depth + self.crust;
         (overlap > 0.0).then(|| SurfaceContact::new(deepest + normal * self.crust, normal, overlap, None))
+    }
+
+    /// Contact of the vertices of a part, at `center` (m), that lie behind a plane (Srinivasan 2019, 2.36-2.41).
+    pub(crate) fn vertices_behind(
+        &self,
+        vertices: &DiscreteSurface,
+        center: &Vec3,
+        point: &Vec3,
+        normal: &Vec3,
+    ) -> Option<SurfaceContact> {
+        let local = self.rotation.tr_mul(&(point - center)) / self.scale;
+        let found = vertices.contact_with_plane(&local, &self.rotation.tr_mul(normal))?;
+        Some(SurfaceContact {
+            normal: -normal,
+            overlap: found.overlap * self.scale,
+            point: center + self.rotation * found.point * self.scale,
+            footprint: None,
+        })
     }
 
     /// Footprint on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
@@ -367,7 +388,16 @@ fn pair_contact(
         pair.forget();
         return Ok(None);
     }
-    let contact = touch(part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex, faces)?;
+    let contact = match (part_a.vertices, part_b.vertices) {
+        (Some(a), Some(b)) => a.contact(b, &placement).map(|found| PartContact {
+            normal: part_a.rotation * found.normal,
+            overlap: found.overlap * part_a.scale,
+            point: part_a.rotation * found.point * part_a.scale,
+            cores_met: false,
+            footprint: None,
+        }),
+        _ => touch(part_a, part_b.core, &placement, part_b.crust, &mut pair.simplex, faces)?,
+    };
     if contact.is_none() {
         if is_warm && are_boxes_apart() {
             pair.simplex.len = 0;

@@ -190,6 +190,9 @@ impl Surface {
         let is_spread = faces == FaceContact::Spread;
         match self {
             Surface::Plane { point, normal } => {
+                if let Some(vertices) = part.vertices {
+                    return Ok(part.vertices_behind(vertices, center, point, normal));
+                }
                 let deepest = center + part.farthest(&-normal);
                 let contact = part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal));
                 Ok(contact.map(|contact| {
