@@ -166,6 +166,7 @@ fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
     let column = |k: usize| mean_and_deviation(table.rows.iter().map(|row| row[k]));
     let (speed, angle) = (column(2), column(4));
     let mean = |k: usize| column(k)[0];
+    let energy = |k: usize| table.rows.iter().map(|row| row[k]).sum::<f64>();
     let froude = drum.froude();
     let signs = Signs {
         froude,
@@ -192,7 +193,7 @@ fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
             100.0 * signs.order,
             angle[0],
             angle[1],
-            mean(10),
+            energy(8) / energy(9),
             table.rows.len()
         ),
     ]
