@@ -226,7 +226,8 @@ fn cross_section(
         curves.push(Curve::line("surface", vec![end(-half), end(half)]));
     }
     let title = format!("Free surface at {angle:.1} degrees, t = {}", seconds(snapshot.time));
-    Ok(Picture::new("drum", title, ["the way the lowest point moves (m)", "up (m)"], curves))
+    let picture = Picture::new("drum", title, ["the way the lowest point moves (m)", "up (m)"], curves);
+    Ok(Picture { is_true_to_scale: true, ..picture })
 }
 
 #[cfg(test)]
