@@ -112,11 +112,22 @@ pub fn run(analysis: &Analysis, job: &Job, transport: &MpiTransport) -> Result<(
     let written = if is_first { report.write(&folder, &stock.path, &times) } else { Ok(()) };
     agreed(transport, written)?;
     if is_first {
-        report.lines.iter().for_each(|line| say!("{line}"));
+        let last = report.lines.len().saturating_sub(1);
+        for (k, line) in report.lines.iter().enumerate() {
+            // Of many states the first and the last; the tables hold all.
+            if last < MOST_LINES || k == 0 || k == last {
+                say!("{line}");
+            } else if k == 1 {
+                say!("…");
+            }
+        }
         say!("{}: {}", folder.display(), report.files());
     }
     Ok(())
 }
+
+/// Lines for the terminal up to which all are shown.
+const MOST_LINES: usize = 6;
 
 /// Name of an axis, by default that of gravity.
 fn axis_name(case: &Case, axis: Option<Axis>) -> &'static str {

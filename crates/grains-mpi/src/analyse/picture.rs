@@ -53,12 +53,15 @@ pub struct Picture {
     pub axes: [String; 2],
     /// Curves, drawn in this order.
     pub curves: Vec<Curve>,
+    /// Whether a length is as long along x as along y, so that angles are true.
+    pub is_true_to_scale: bool,
 }
 
 impl Picture {
     /// A picture of some curves.
     pub fn new(name: &str, title: impl Into<String>, axes: [&str; 2], curves: Vec<Curve>) -> Self {
-        Self { name: name.into(), title: title.into(), axes: axes.map(String::from), curves }
+        let axes = axes.map(String::from);
+        Self { name: name.into(), title: title.into(), axes, curves, is_true_to_scale: false }
     }
 
     /// A picture of at most as many of the curves as can be told apart, the first and the last among them.
@@ -76,6 +79,8 @@ impl Picture {
 }
 
 const SIZE: (u32, u32) = (800, 560);
+/// Leaves a square between the labels.
+const SQUARE: (u32, u32) = (640, 640);
 /// Colours that remain apart for the colour-blind (Okabe & Ito 2008).
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -94,7 +99,8 @@ const COLOURS: [RGBColor; 7] = [
 pub fn draw(picture: &Picture) -> Result<String, String> {
     let mut text = String::new();
     {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let size = if picture.is_true_to_scale { SQUARE } else { SIZE };
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
         let drawn = draw_on(&area, picture).and_then(|()| area.present().map_err(|e| e.to_string()));
         drawn.map_err(|e| format!("{}.svg: cannot be drawn: {e}", picture.name))?;
     }
@@ -104,7 +110,11 @@ pub fn draw(picture: &Picture) -> Result<String, String> {
 fn draw_on(area: &DrawingArea<SVGBackend, Shift>, picture: &Picture) -> Result<(), String> {
     let refuse = |e: &dyn std::fmt::Display| e.to_string();
     area.fill(&WHITE).map_err(|e| refuse(&e))?;
-    let [x, y] = [0, 1].map(|axis| range(picture, axis));
+    let [mut x, mut y] = [0, 1].map(|axis| range(picture, axis));
+    if picture.is_true_to_scale {
+        let half = 0.5 * (x.end - x.start).max(y.end - y.start);
+        [x, y] = [x, y].map(|r| 0.5 * (r.start + r.end) - half..0.5 * (r.start + r.end) + half);
+    }
     let mut chart = ChartBuilder::on(area)
         .caption(&picture.title, ("sans-serif", 18))
         .margin(12)

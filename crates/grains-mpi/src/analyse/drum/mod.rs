@@ -166,6 +166,7 @@ fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
     let column = |k: usize| mean_and_deviation(table.rows.iter().map(|row| row[k]));
     let (speed, angle) = (column(2), column(4));
     let mean = |k: usize| column(k)[0];
+    let energy = |k: usize| table.rows.iter().map(|row| row[k]).sum::<f64>();
     let froude = drum.froude();
     let signs = Signs {
         froude,
@@ -192,7 +193,7 @@ fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
             100.0 * signs.order,
             angle[0],
             angle[1],
-            mean(10),
+            energy(8) / energy(9),
             table.rows.len()
         ),
     ]
@@ -225,7 +226,8 @@ fn cross_section(
         curves.push(Curve::line("surface", vec![end(-half), end(half)]));
     }
     let title = format!("Free surface at {angle:.1} degrees, t = {}", seconds(snapshot.time));
-    Ok(Picture::new("drum", title, ["the way the lowest point moves (m)", "up (m)"], curves))
+    let picture = Picture::new("drum", title, ["the way the lowest point moves (m)", "up (m)"], curves);
+    Ok(Picture { is_true_to_scale: true, ..picture })
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::super::sums::{counts, exact_sums};
 use super::geometry::Drum;
 use grains_domain::Transport;
 use grains_geometry::Shape;
+use std::f64::consts::FRAC_PI_2;
 
 /// A fitted surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,8 @@ pub fn find(
             break;
         }
     }
-    let surface = fitted?;
+    // Particles that hang over the axis are no bed.
+    let surface = fitted.filter(|s| s.angle.abs() <= FRAC_PI_2)?;
     let is_thrown =
         |i: usize| usize::from(turned(drum, surface.angle, snapshot, i)[1] > surface.height + 2.0 * diameter);
     let [all, thrown] = {
