@@ -21,7 +21,7 @@ pub struct Mobility {
 }
 
 impl Mobility {
-    /// Velocity that the contact point gains per impulse, 1/M − [r]× I⁻¹ [r]× (1/kg).
+    /// Velocity that the contact point gains per impulse, 1/M − R I⁻¹ R with R v = r × v (1/kg).
     pub fn matrix(&self) -> Mat3 {
         let arm = self.arm.cross_matrix();
         Mat3::from_diagonal_element(self.inverse_mass) - arm * self.inverse_inertia * arm

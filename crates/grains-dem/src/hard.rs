@@ -8,7 +8,7 @@
 //! # Order
 //!
 //! Each contact sees the velocities that the earlier ones left, so their order is part of the result. It is that
-//! of a [`Key`], a hash of the identities of the two bodies: the same on any ranks, and mixed, so that a chain of
+//! of a [`key::Key`], a hash of the identities of the two bodies: the same on any ranks, and mixed, so that a chain of
 //! contacts that wait for each other is short. Contacts are worked off in rounds. In a round a contact is due when
 //! its key is the lowest pending one of both its bodies; then no two of them share a body. Between rounds the
 //! clones learn velocities, relocations and lowest keys from their owners, and a contact of an owned particle

@@ -11,6 +11,7 @@ use grains_dem::{
 };
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, Shape, Vec3};
+use std::f64::consts::FRAC_PI_2;
 
 const RADIUS: f64 = 1.5e-3;
 const SCHEMES: [ImpulseScheme; 2] = [ImpulseScheme::Sequential, ImpulseScheme::Exact];
@@ -89,9 +90,7 @@ fn kinetic(dem: &Dem) -> f64 {
 #[test]
 fn two_bodies_head_on_leave_with_the_set_restitution() {
     let middle = Vec3::repeat(0.025);
-    let crossed = [Rotation::from_axis_angle(&Vec3::x_axis(), 1.570_796_326_794_896_6), Rotation::identity()];
-    let crossed =
-        [crossed[0], Rotation::from_axis_angle(&Vec3::y_axis(), 1.570_796_326_794_896_6) * crossed[1]];
+    let crossed = [Vec3::x_axis(), Vec3::y_axis()].map(|a| Rotation::from_axis_angle(&a, FRAC_PI_2));
     for (shape, turns) in [
         (Shape::sphere(RADIUS).unwrap(), [Rotation::identity(); 2]),
         (Shape::cylinder(RADIUS, 5.0 * RADIUS, 0.05).unwrap(), crossed),
