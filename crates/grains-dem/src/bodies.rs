@@ -3,9 +3,10 @@
 use crate::catalogue::FaceContact;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
+use crate::integrate::inverse_mass_along;
 use crate::walls::SurfaceContact;
 use crate::{Catalogue, Load, Particles, StepError};
-use grains_contact::{Coefficients, Contact, Spread, reduced_mass};
+use grains_contact::{Coefficients, Contact, Spread};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::obb::boxes_apart;
@@ -260,11 +261,10 @@ pub(crate) fn add_forces(
             tally.error = Some(error);
             continue;
         }
-        let count = found.iter().flatten().count();
-        if count == 0 {
+        if found.iter().all(Option::is_none) {
             continue;
         }
-        let law = coefficients(particles, a, b, count, catalogue);
+        let law = coefficients(particles, a, b, found, catalogue);
         let mut deepest = 0.0_f64;
         for (pair, contact) in group.iter_mut().zip(found.iter()) {
             let Some(contact) = contact else { continue };
@@ -320,17 +320,31 @@ pub(crate) fn smaller_radius(particles: &Particles, a: usize, b: usize, catalogu
     radius(a).min(radius(b))
 }
 
-/// The law of each of `count` contacts of two particles.
+/// The law of each of the contacts of two particles, for the mass felt amid them.
 fn coefficients(
     particles: &Particles,
     a: usize,
     b: usize,
-    count: usize,
+    found: &[Option<PartContact>],
     catalogue: &Catalogue,
 ) -> Coefficients {
-    let (a, b) = (&particles.bodies[a], &particles.bodies[b]);
-    let law = catalogue.contacts.law(a.kind.material, b.kind.material);
-    law.coefficients(reduced_mass(a.mass, b.mass)).shared(count, catalogue.sharing)
+    let count = found.iter().flatten().count();
+    let (mut normal, mut arm) = (Vec3::zeros(), Vec3::zeros());
+    for contact in found.iter().flatten() {
+        normal += contact.normal;
+        arm += contact.point;
+    }
+    if count > 1 {
+        // Of normals that cancel any direction will do.
+        normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
+        arm /= count as f64;
+    }
+    let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
+    let arm_b = arm - (body_b.position - body_a.position);
+    let inverse = inverse_mass_along(particles, a, &arm, &normal, catalogue)
+        + inverse_mass_along(particles, b, &arm_b, &normal, catalogue);
+    let law = catalogue.contacts.law(body_a.kind.material, body_b.kind.material);
+    law.coefficients(1.0 / inverse).shared(count, catalogue.sharing)
 }
 
 /// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.

@@ -6,6 +6,7 @@ use crate::bodies::PlacedPart;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::images;
+use crate::integrate::inverse_mass_along;
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_domain::GlobalBox;
@@ -209,8 +210,9 @@ pub(crate) fn add_forces(
         let body = &particles.bodies[first.particle as usize];
         let center = scene.center(first, &body.position, &list.shifts);
         let wall = &scene.walls[first.wall as usize];
-        let law = catalogue.contacts.law(body.kind.material, wall.material).coefficients(body.mass);
-        let law = law.shared(parts.max(1), catalogue.sharing);
+        let law = catalogue.contacts.law(body.kind.material, wall.material);
+        let mass = felt_mass(particles, first, &list.touching, &center, scene, catalogue);
+        let law = law.coefficients(mass).shared(parts.max(1), catalogue.sharing);
         for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
             match contact {
                 None => pair.forget_springs(),
@@ -236,6 +238,28 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
         start = end;
     }
     parts
+}
+
+/// Mass (kg) that a particle sets against a wall, as felt amid its contacts.
+fn felt_mass(
+    particles: &Particles,
+    pair: &WallPair,
+    touching: &[Option<SurfaceContact>],
+    center: &Vec3,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+) -> f64 {
+    let body = &particles.bodies[pair.particle as usize];
+    let count = touching.iter().flatten().count();
+    if count == 0 || catalogue.shape(body.kind).is_sphere() {
+        return body.mass;
+    }
+    let state = &scene.states[pair.wall as usize];
+    let point = touching.iter().flatten().map(|c| c.point).sum::<Vec3>() / count as f64;
+    let normal = touching.iter().flatten().map(|c| c.normal).sum::<Vec3>();
+    let normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
+    let arm = state.to_world(&(point - state.to_wall(center)));
+    1.0 / inverse_mass_along(particles, pair.particle as usize, &arm, &state.to_world(&normal), catalogue)
 }
 
 /// Finds which pairs of a group touch, in the wall's frame.
