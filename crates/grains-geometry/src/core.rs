@@ -321,14 +321,11 @@ impl Placement {
 
 /// Faces of the hull of points, in their numbers.
 fn faces_of(points: &[Vec3]) -> Vec<Face> {
-    // Erosion splits a corner of nearly coplanar faces into several a rounding apart.
-    let distinct = || {
-        let leader = leaders(points, SPLIT * 2.0 * radius_of(points));
-        (0..points.len()).filter(|&i| leader[i] == i as u32).map(|i| points[i]).collect::<Vec<_>>()
-    };
-    let Ok(hull) = ConvexHull::new(points).or_else(|_| ConvexHull::new(&distinct())) else {
-        return Vec::new();
-    };
+    // Erosion splits a corner of more than three faces into several that may be a rounding apart.
+    let leader = leaders(points, SPLIT * radius_of(points));
+    let distinct: Vec<Vec3> =
+        points.iter().enumerate().filter(|(i, _)| leader[*i] == *i as u32).map(|(_, p)| *p).collect();
+    let Ok(hull) = ConvexHull::new(&distinct) else { return Vec::new() };
     // The hull has worked on scaled points and dropped those inside.
     let number = |v: u32| {
         let corner = hull.vertices[v as usize];
