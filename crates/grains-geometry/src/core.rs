@@ -30,7 +30,17 @@ impl Core {
     /// # Panics
     /// If `vertices` is empty.
     pub fn polyhedron(vertices: Vec<Vec3>) -> Self {
-        Self::Polyhedron(Arc::new(Polyhedron::new(vertices)))
+        let faces = faces_of(&vertices);
+        Self::polyhedron_with_faces(vertices, faces)
+    }
+
+    /// The same where the faces are known: of the hull of eroded vertices, which may be a rounding apart,
+    /// they would not be found as well.
+    ///
+    /// # Panics
+    /// If `vertices` is empty.
+    pub fn polyhedron_with_faces(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
+        Self::Polyhedron(Arc::new(Polyhedron::new(vertices, faces)))
     }
 
     /// Point of the core farthest along `direction`: argmax of d·x; any such point for a zero direction.
@@ -88,7 +98,7 @@ const LANES: usize = 4;
 const SPLIT: f64 = 1e-7;
 
 impl Polyhedron {
-    fn new(vertices: Vec<Vec3>) -> Self {
+    fn new(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
         assert!(!vertices.is_empty(), "a polyhedron needs at least one vertex");
         let lanes = vertices
             .chunks(LANES)
@@ -99,7 +109,6 @@ impl Polyhedron {
             })
             .collect();
         let radius = radius_of(&vertices);
-        let faces = faces_of(&vertices);
         Self { vertices, lanes, radius, faces }
     }
 

@@ -303,7 +303,8 @@ fn hulls_of_thin_crust_know_what_is_outside() {
         for _ in 0..2000 {
             let x = random.vector();
             let depth = exact.depth_of(&x);
-            if depth.abs() > 1e-4 {
+            // Small faces are rounded away with the crust, and corners reach a little farther without them.
+            if depth.abs() > 1e-6 + 0.1 * crust {
                 outside += usize::from(depth < 0.0);
                 assert_eq!(
                     shape.contains(&body.inverse_transform_vector(&(x - center))),
@@ -313,5 +314,13 @@ fn hulls_of_thin_crust_know_what_is_outside() {
             }
         }
         assert!(outside > 100);
+        let Core::Polyhedron(core) = &shape.parts[0].core else { panic!("polyhedron") };
+        for face in core.faces() {
+            // Counter-clockwise seen from outside.
+            let corners: Vec<Vec3> = face.vertices.iter().map(|&v| core.vertices()[v as usize]).collect();
+            let n = corners.len();
+            let area: Vec3 = (0..n).map(|k| corners[k].cross(&corners[(k + 1) % n])).sum();
+            assert!(area.normalize().dot(&face.normal) > 1.0 - 1e-6 || area.norm() < 1e-6);
+        }
     }
 }
