@@ -81,6 +81,34 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["wall[0]", "hopper.stl"],
     ),
     mistake(
+        "lobes that do not meet",
+        &[(
+            "kind = \"sphere\"\nradius = 5e-3",
+            "kind = \"lobes\"\nlobes = 3\ndiameter = 0.01\nlength = 0.01\noffset = 3e-3",
+        )],
+        2,
+        &[
+            "shape[0]",
+            "the 3 lobes do not meet",
+            "an offset below 2.6795e-3 m, or an area_fraction of 0.6572 to 1",
+        ],
+    ),
+    mistake(
+        "a composite of two bodies",
+        &[(
+            "kind = \"sphere\"\nradius = 5e-3",
+            "kind = \"glued\"\nparts = [{ kind = \"sphere\", radius = 2e-3 }, { kind = \"box\", edges = [2e-3, 2e-3, 2e-3], at = [4e-3, 0, 0] }]",
+        )],
+        2,
+        &["shape[0]", "parts[1] (cuboid)", "the gap between", "1.0000e-3 m", "move them together"],
+    ),
+    mistake(
+        "a particle mesh with a hole",
+        &[("kind = \"sphere\"\nradius = 5e-3", "kind = \"mesh\"\npath = \"open.stl\"")],
+        2,
+        &["shape[0]", "not closed: 3 of 6 edges", "close its holes"],
+    ),
+    mistake(
         "a particle file with a bad number",
         &[(LATTICE, "{ kind = \"file\", path = \"balls.csv\" }"), ("count = 16\n", "")],
         2,
@@ -188,6 +216,14 @@ const DURING_THE_RUN: &[Mistake] = &[
     ),
 ];
 
+/// Three of the four triangles of a tetrahedron.
+const OPEN_MESH: &str = "solid open
+facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.01 0\nvertex 0.01 0 0\nendloop\nendfacet
+facet normal 0 -1 0\nouter loop\nvertex 0 0 0\nvertex 0.01 0 0\nvertex 0 0 0.01\nendloop\nendfacet
+facet normal -1 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 0.01\nvertex 0 0.01 0\nendloop\nendfacet
+endsolid open
+";
+
 /// Makes the mistake and returns the message, which must have the right form.
 fn message_of(mistake: &Mistake, home: &Path) -> String {
     let text = mistake.edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
@@ -214,6 +250,7 @@ fn message_of(mistake: &Mistake, home: &Path) -> String {
 fn check_all(name: &str, mistakes: &[Mistake]) {
     let home = folder(name);
     fs::write(home.join("hopper.stl"), "solid\nno mesh at all\n").unwrap();
+    fs::write(home.join("open.stl"), OPEN_MESH).unwrap();
     fs::write(home.join("balls.csv"), "x,y,z\n0.03,0.03,0.03\n0.05,0.0x,0.03\n").unwrap();
     run_case(2, &home, &case("base.toml"), &[]).succeeded();
     fs::remove_dir_all(home.join("results")).unwrap();

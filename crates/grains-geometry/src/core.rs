@@ -33,7 +33,17 @@ impl Core {
     /// # Panics
     /// If `vertices` is empty.
     pub fn polyhedron(vertices: Vec<Vec3>) -> Self {
-        Self::Polyhedron(Arc::new(Polyhedron::new(vertices)))
+        let faces = faces_of(&vertices);
+        Self::polyhedron_with_faces(vertices, faces)
+    }
+
+    /// The same where the faces are known: of the hull of eroded vertices, which may be a rounding apart,
+    /// they would not be found as well.
+    ///
+    /// # Panics
+    /// If `vertices` is empty.
+    pub fn polyhedron_with_faces(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
+        Self::Polyhedron(Arc::new(Polyhedron::new(vertices, faces)))
     }
 
     /// Point of the core farthest along `direction`: argmax of d·x; any such point for a zero direction.
@@ -97,7 +107,7 @@ const LANES: usize = 4;
 const SPLIT: f64 = 1e-7;
 
 impl Polyhedron {
-    fn new(vertices: Vec<Vec3>) -> Self {
+    fn new(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
         assert!(!vertices.is_empty(), "a polyhedron needs at least one vertex");
         let lanes = vertices
             .chunks(LANES)
@@ -108,7 +118,6 @@ impl Polyhedron {
             })
             .collect();
         let radius = radius_of(&vertices);
-        let faces = faces_of(&vertices);
         Self { vertices, lanes, radius, faces }
     }
 
@@ -335,14 +344,11 @@ impl Placement {
 
 /// Faces of the hull of points, in their numbers.
 fn faces_of(points: &[Vec3]) -> Vec<Face> {
-    // Erosion splits a corner of nearly coplanar faces into several a rounding apart.
-    let distinct = || {
-        let leader = leaders(points, SPLIT * 2.0 * radius_of(points));
-        (0..points.len()).filter(|&i| leader[i] == i as u32).map(|i| points[i]).collect::<Vec<_>>()
-    };
-    let Ok(hull) = ConvexHull::new(points).or_else(|_| ConvexHull::new(&distinct())) else {
-        return Vec::new();
-    };
+    // Erosion splits a corner of more than three faces into several that may be a rounding apart.
+    let leader = leaders(points, SPLIT * radius_of(points));
+    let distinct: Vec<Vec3> =
+        points.iter().enumerate().filter(|(i, _)| leader[*i] == *i as u32).map(|(_, p)| *p).collect();
+    let Ok(hull) = ConvexHull::new(&distinct) else { return Vec::new() };
     // The hull has worked on scaled points and dropped those inside.
     let number = |v: u32| {
         let corner = hull.vertices[v as usize];

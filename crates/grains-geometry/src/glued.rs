@@ -16,7 +16,7 @@ use nalgebra::Rotation3;
 const MOST_CRUST: f64 = 0.5;
 /// Crust of the parts where it is sought which of them touch, relative to the size of the composite: their
 /// edges are sharp, and parts that only touch still have separate cores.
-const SHARP: f64 = 1e-9;
+const SHARP: f64 = 1e-7;
 
 /// A convex body of a composite, where it is: x_composite = rotation x_user + position, with x_user the
 /// coordinates in which the body itself was given.

@@ -119,6 +119,17 @@ fn meshes_that_bound_no_solid_are_refused_with_counts() {
 }
 
 #[test]
+fn a_convex_mesh_stays_whole() {
+    let stone = Shape::sphere(1.0).unwrap().surface;
+    let shape = Shape::of_mesh(&stone, 0.01, &options(16, 64), 0.02).unwrap();
+    let hull = Shape::hull_of_mesh(&stone, 0.01, 0.02).unwrap();
+    assert_eq!(shape.parts.len(), 1);
+    close(shape.volume, hull.volume, 1e-12);
+    close(shape.bounding_radius, hull.bounding_radius, 1e-9);
+    assert!(shape.report.decomposition.unwrap().volume_error.abs() < 1e-3);
+}
+
+#[test]
 fn two_bodies_in_one_mesh_are_named_as_apart() {
     let mut two = angle();
     let shifted: Vec<Vec3> = two.vertices.iter().map(|v| v + Vec3::new(5.0, 0.0, 0.0)).collect();

@@ -62,26 +62,27 @@ pub(crate) fn describe(shape: &Shape) -> String {
     if shape.parts.len() == 1 && shape.report.mass == MassSource::ClosedForm {
         return text;
     }
-    let report = shape.mass_report(PIXELS);
-    let source = match report.source {
+    let source = match shape.report.mass {
         MassSource::ClosedForm => "in closed form".to_string(),
         MassSource::ClosedMesh => "by integrals over the closed surface".to_string(),
         MassSource::Parts => "as the sum of the parts, which do not overlap".to_string(),
-        MassSource::Pixels { cells } => format!("by the pixel rule, {cells} cells per direction"),
+        MassSource::Pixels { cells } => format!("by the pixel rule with {cells} cells per direction"),
     };
-    // What the pixel rule says of itself is its own error: the grid is turned.
-    let rule = if let MassSource::Pixels { .. } = report.source { "it, turned," } else { "the pixel rule" };
+    // Where the rule is all there is, another grid shows its error.
+    let cells = if let MassSource::Pixels { cells } = shape.report.mass { cells / 2 + 1 } else { PIXELS };
+    let report = shape.mass_report(cells);
+    let count = shape.parts.len();
     let _ = writeln!(
         text,
-        "    {} part(s); mass properties {source}; {rule} differs by {:+.1e} in volume, {:+.1e} in inertia",
-        shape.parts.len(),
+        "    {count} part{}; mass properties {source}; the pixel rule with {cells} differs by {:+.1e} in volume, {:+.1e} in inertia",
+        if count == 1 { "" } else { "s" },
         report.volume_difference,
         report.inertia_difference
     );
     if let Some(cut) = &shape.report.decomposition {
         let _ = writeln!(
             text,
-            "    mesh of {} triangles cut into {} pieces, {} united with others, {} flat ones dropped{}; the parts have {:+.2} % of its volume too much",
+            "    mesh of {} triangles cut into {} pieces, {} united with others, {} flat ones dropped{}; volume error of the parts {:+.2} %",
             cut.triangles,
             cut.pieces,
             cut.merged,

@@ -15,6 +15,8 @@ const WELD: f64 = 0.05;
 const THIN: f64 = 0.25;
 /// Unions that add less than this to the volume, relative to the whole, are always made.
 const FREE: f64 = 2e-3;
+/// A mesh is convex if its hull exceeds its volume by less than this, relative to the volume.
+const FILLED: f64 = 1e-6;
 /// Concavity up to which a piece is not cut further: hull less piece, relative to the hull of the whole.
 const CONCAVITY: f64 = 0.0025;
 
@@ -69,6 +71,9 @@ impl Piece {
 impl Pieces {
     /// Of a closed mesh of unit size; `None` if the decomposition fails.
     pub(super) fn of(unit: &TriMesh, options: &DecompositionOptions) -> Option<Self> {
+        if let Some(hull) = convex(unit) {
+            return Some(Self { hulls: vec![hull.vertices], found: 1, ..Self::default() });
+        }
         let voxel = 1.0 / f64::from(options.resolution);
         let weld = WELD * voxel;
         let cut = cut(unit, options)?;
@@ -79,6 +84,13 @@ impl Pieces {
         let hulls: Vec<_> = united.into_iter().map(|p| p.hull.vertices).collect();
         (!hulls.is_empty()).then_some(Self { hulls, found, merged, dropped })
     }
+}
+
+/// The hull of a mesh that fills its hull.
+fn convex(unit: &TriMesh) -> Option<ConvexHull> {
+    let hull = ConvexHull::new(&unit.vertices).ok()?;
+    let volume = |mesh: &TriMesh| MassProperties::of_closed_mesh(mesh).volume;
+    (volume(&hull.triangles()) <= volume(unit) * (1.0 + FILLED)).then_some(hull)
 }
 
 /// Points that span each piece: where the mesh crosses its voxels, and the corners of its voxels that lie

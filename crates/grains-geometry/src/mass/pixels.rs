@@ -6,8 +6,10 @@ use super::chord::Solid;
 use crate::{Mat3, Part, Vec3};
 use std::thread;
 
-/// Cells per direction of the thesis, beyond which the volume of a ball is within 1e-4.
-pub const PIXELS: u32 = 500;
+/// Cells per direction, more than the 500 of the thesis: the volume of a ball is then within 1e-4.
+///
+/// A number with many divisors, so that bodies of simple proportions have few cell centres on their faces.
+pub const PIXELS: u32 = 600;
 
 /// Numbers of cells and of cell indices, and their products, summed over the cells inside.
 ///

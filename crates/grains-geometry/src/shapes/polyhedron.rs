@@ -3,12 +3,14 @@
 use crate::mass::{MassProperties, principal_axes};
 use crate::shape::{check_length, crust_thickness};
 use crate::{
-    ConvexHull, Core, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, TriMesh,
-    Vec3, read_mesh,
+    ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport,
+    TriMesh, Vec3, read_mesh,
 };
 use nalgebra::Rotation3;
 use std::path::Path;
 
+/// Corners of a core closer than this to a face's plane lie on it (relative to the size of the body).
+const ON_FACE: f64 = 1e-9;
 /// A box must be smaller by this much than the one along the principal axes to be preferred.
 const CLEARLY_SMALLER: f64 = 1.0 - 1e-6;
 /// Polyhedra of more faces are boxed along their principal axes: they are round enough.
@@ -89,14 +91,38 @@ fn polyhedron_part(hull: &ConvexHull, core: &[Vec3], crust: f64) -> Part {
     let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
     let vertices: Vec<Vec3> = core.iter().map(|v| rotation.tr_mul(v) - middle).collect();
     let farthest = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let center = rotation * middle;
+    let planes =
+        hull.faces.iter().map(|f| (rotation.tr_mul(&f.normal), f.offset - crust - f.normal.dot(&center)));
+    let faces = planes.filter_map(|(normal, offset)| face_of(&vertices, normal, offset)).collect();
     Part {
-        core: Core::polyhedron(vertices),
+        core: Core::polyhedron_with_faces(vertices, faces),
         crust,
-        center: rotation * middle,
+        center,
         rotation,
         half_extents: half.add_scalar(crust),
         bounding_radius: farthest + crust,
     }
+}
+
+/// The face on a plane normal·x = offset, its corners counter-clockwise; `None` if erosion has rounded
+/// it away.
+fn face_of(vertices: &[Vec3], normal: Vec3, offset: f64) -> Option<Face> {
+    let size = vertices.iter().map(Vec3::amax).fold(0.0, f64::max);
+    let is_on = |v: &Vec3| (normal.dot(v) - offset).abs() <= ON_FACE * size;
+    let mut corners: Vec<u32> =
+        (0..vertices.len() as u32).filter(|&k| is_on(&vertices[k as usize])).collect();
+    if corners.len() < 3 {
+        return None;
+    }
+    let middle = corners.iter().map(|&k| vertices[k as usize]).sum::<Vec3>() / corners.len() as f64;
+    let across = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
+    let angle = |k: &u32| {
+        let off = vertices[*k as usize] - middle;
+        normal.cross(&across).dot(&off).atan2(across.dot(&off))
+    };
+    corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    Some(Face { vertices: corners, normal, offset })
 }
 
 /// Axes (columns) of the smallest box among the candidates.
