@@ -1,8 +1,7 @@
 //! The convex cores of bodies and their support mapping.
 
-use crate::mesh::leaders;
 use crate::superellipsoid::Superellipsoid;
-use crate::{ConvexHull, Face, Mat3, Vec3};
+use crate::{Face, Mat3, Vec3};
 use std::sync::Arc;
 
 /// A convex core, centred on its own frame's origin, in metres at scale 1.
@@ -28,17 +27,15 @@ pub enum Core {
 }
 
 impl Core {
-    /// Convex hull of `vertices` (m); points inside the hull are harmless but cost time.
+    /// Convex hull of `vertices` (m), its faces unknown; points inside the hull are harmless but cost time.
     ///
     /// # Panics
     /// If `vertices` is empty.
     pub fn polyhedron(vertices: Vec<Vec3>) -> Self {
-        let faces = faces_of(&vertices);
-        Self::polyhedron_with_faces(vertices, faces)
+        Self::polyhedron_with_faces(vertices, Vec::new())
     }
 
-    /// The same where the faces are known: of the hull of eroded vertices, which may be a rounding apart,
-    /// they would not be found as well.
+    /// Convex hull of `vertices` (m) with the given faces.
     ///
     /// # Panics
     /// If `vertices` is empty.
@@ -103,8 +100,6 @@ pub struct Polyhedron {
 }
 
 const LANES: usize = 4;
-/// Corners closer than this are one where the faces are sought (relative to the size of the body).
-const SPLIT: f64 = 1e-7;
 
 impl Polyhedron {
     fn new(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
@@ -340,24 +335,6 @@ impl Placement {
         let matrix = self.matrix.transpose() / self.matrix.column(0).norm_squared();
         Self { matrix, translation: -(matrix * self.translation) }
     }
-}
-
-/// Faces of the hull of points, in their numbers.
-fn faces_of(points: &[Vec3]) -> Vec<Face> {
-    // Erosion splits a corner of more than three faces into several that may be a rounding apart.
-    let leader = leaders(points, SPLIT * radius_of(points));
-    let distinct: Vec<Vec3> =
-        points.iter().enumerate().filter(|(i, _)| leader[*i] == *i as u32).map(|(_, p)| *p).collect();
-    let Ok(hull) = ConvexHull::new(&distinct) else { return Vec::new() };
-    // The hull has worked on scaled points and dropped those inside.
-    let number = |v: u32| {
-        let corner = hull.vertices[v as usize];
-        let off = |k: &usize| (points[*k] - corner).norm_squared();
-        (0..points.len()).min_by(|k, l| off(k).total_cmp(&off(l))).unwrap_or(0) as u32
-    };
-    let renumbered =
-        |face: Face| Face { vertices: face.vertices.iter().map(|&v| number(v)).collect(), ..face };
-    hull.faces.iter().cloned().map(renumbered).collect()
 }
 
 fn bounds_of(points: &[Vec3]) -> (Vec3, Vec3) {
