@@ -188,10 +188,11 @@ fn random_pairs_are_certified_warm_and_cold() {
     for_all_pairs(4, 100_000, |random, partner, pair| {
         let mut simplex = Simplex::default();
         let gap = pair.certify(&pair.query(&mut simplex));
-        assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e} {pair:?}", KINDS.get(partner));
         let motion = random.log(1e-7, 1e-1);
         let moved = pair.moved(random, motion);
-        assert!(moved.certify(&moved.query(&mut simplex)) < 1e-9);
+        let gap = moved.certify(&moved.query(&mut simplex));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e} {pair:?}", KINDS.get(partner));
         let (warm, cold) = (moved.distance(&mut simplex), moved.distance(&mut Simplex::default()));
         worst = worst.max((warm - cold).abs() / pair.size);
         assert!((warm - cold).abs() <= 1e-9 * pair.size, "{warm} {cold}");
@@ -220,6 +221,7 @@ fn distances_are_symmetric_and_turn_with_the_bodies() {
 
 /// Least distance of two surfaces over their parameters by steepest descent from the answer and pattern search: no
 /// use is made of support points or normals.
+#[ignore]
 #[test]
 fn no_points_of_the_surfaces_are_nearer() {
     let mut random = Random(6);
@@ -289,7 +291,7 @@ fn blocks_face_to_face_converge_from_step_to_step() {
         let mut simplex = Simplex::default();
         for _ in 0..20 {
             let answer = pair.query(&mut simplex);
-            assert!(pair.certify(&answer) < 1e-12, "{eps} {tilt:e}: {:e}", pair.certify(&answer));
+            assert!(pair.certify(&answer) < 1e-12, "{number} {eps} {tilt:e} {gap}: {:e} {answer:?} {pair:?}", pair.certify(&answer));
             let motion = random.log(1e-8, 1e-3) * gap;
             pair = pair.moved(&mut random, motion);
         }

@@ -19,14 +19,14 @@
 
 mod feature;
 
-use super::search::{Query, apart, combine};
+use super::search::{Query, combine};
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
 use crate::{Placement, Vec3};
 pub(super) use feature::{feature, feature_first};
 
 /// Newton steps before giving up; a start 1e-4 off takes one or two, flat faces more.
-const MAX_STEPS: usize = 12;
+const MAX_STEPS: usize = 40;
 /// Steps without a smaller gap before giving up.
 const PATIENCE: usize = 3;
 /// Longest step, relative to the largest semi-axis.
@@ -45,6 +45,7 @@ struct Pair<'a> {
     inverse_scale: f64,
     /// Least curvature (1/m).
     floor: f64,
+    is_sharp: bool,
 }
 
 /// Newton's equations at a pair of surface points.
@@ -77,7 +78,8 @@ pub(super) fn pair(
     let (near_a, near_b) = start(query.placement, simplex, weights);
     let scale = query.placement.matrix.column(0).norm();
     let (inverse_scale, floor) = (1.0 / scale, LEAST_CURVATURE / size);
-    let pair = Pair { a, b, placement: query.placement, scale, inverse_scale, floor };
+    let is_sharp = a.is_sharp() || b.is_sharp();
+    let pair = Pair { a, b, placement: query.placement, scale, inverse_scale, floor, is_sharp };
     let (answer, [a, b]) = pair.solve([a.local(&near_a), b.local(&near_b)], query.cutoff, size)?;
     (simplex.len, simplex.a[0], simplex.b[0]) = (1, a, b);
     Some(answer)
@@ -115,10 +117,12 @@ impl Pair<'_> {
                 return Some((Separation::Beyond, points));
             }
             let v = linear.w + linear.normal * insets[0] - linear.normal_b * insets[1];
-            let squared = v.norm_squared();
-            let slack = squared.sqrt() - lower;
-            if slack <= TOLERANCE * size && lower > MEETING * size {
-                return Some((apart(v, squared, at[0].point - linear.normal * insets[0]), points));
+            let slack = v.norm() - lower;
+            // Where edges make the points the stiff variable, they must be as close as the bounds.
+            let aside = v - linear.normal * v.dot(&linear.normal);
+            let settled = !self.is_sharp || aside.norm() <= TOLERANCE * size;
+            if slack <= TOLERANCE * size && settled && lower > MEETING * size {
+                return Some((linear.answer(&v, at[0].point - linear.normal * insets[0]), points));
             }
             if slack < best.0 {
                 best = (slack, step);
@@ -144,6 +148,14 @@ impl<'a> Linear<'a> {
         let normal_b = pair.placement.matrix * (b.normal * pair.inverse_scale);
         let w = pair.placement.apply(&b.point) - a.point;
         Self { pair, a, b, normal, normal_b, w, gap: w.dot(&normal) }
+    }
+
+    /// The answer for the points of the cores that are `v` (m) apart, across the normal by less than the root of
+    /// the tolerance.
+    #[inline(always)]
+    fn answer(&self, v: &Vec3, point_a: Vec3) -> Separation {
+        let (distance, normal) = (v.dot(&self.normal), self.normal);
+        Separation::Apart { distance, normal, point_a, point_b: point_a + normal * distance }
     }
 
     /// The surfaces at the points where Newton's method expects the nearest ones.
