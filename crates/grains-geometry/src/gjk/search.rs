@@ -248,7 +248,7 @@ impl Query<'_> {
 }
 
 #[inline(always)]
-pub(super) fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
+fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
     let distance = squared.sqrt();
     Separation::Apart { distance, normal: v / distance, point_a, point_b: point_a + v }
 }

@@ -17,6 +17,7 @@
 //! across n from below, B's support function to second order in its normal's error. Any failure sends the
 //! pair back to the search.
 
+mod element;
 mod feature;
 
 use super::search::{Query, combine};
@@ -123,6 +124,12 @@ impl Pair<'_> {
             let settled = !self.is_sharp || aside.norm() <= TOLERANCE * size;
             if slack <= TOLERANCE * size && settled && lower > MEETING * size {
                 return Some((linear.answer(&v, at[0].point - linear.normal * insets[0]), points));
+            }
+            // A ball of the depth in the core that rolls inside its body holds the other's point.
+            let depth = -v.dot(&linear.normal);
+            let rolls = depth > MEETING * size && depth < insets[0].max(insets[1]);
+            if rolls && aside.norm() < 0.5 * depth {
+                return Some((Separation::Meeting, points));
             }
             if slack < best.0 {
                 best = (slack, step);
