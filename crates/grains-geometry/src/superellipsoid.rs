@@ -45,6 +45,8 @@ pub struct Superellipsoid {
     /// Conjugates p' and q', infinite for ε = 2 (-).
     conjugates: [f64; 2],
     powers: Powers,
+    /// Ratios (s − k)/(k + 1) of the terms of (1 + x)^s with s = −1/q (-).
+    root: [f64; local::SERIES],
     /// Radius of the largest ball about the centre (m).
     inscribed: f64,
 }
@@ -92,6 +94,7 @@ impl Superellipsoid {
             exponents: [p, q],
             conjugates: [dual_p, dual_q],
             powers,
+            root: std::array::from_fn(|k| (-1.0 / q - k as f64) / (k + 1) as f64),
             inscribed,
         }
     }
@@ -163,7 +166,7 @@ impl Superellipsoid {
 
     /// Factor by which the body without inset fits into this one: (1 − t) K + t K = K, and t K holds a ball of
     /// the inset for t = inset / inscribed radius.
-    pub(crate) fn into_core(&self) -> f64 {
+    pub(crate) fn shrinking(&self) -> f64 {
         1.0 - self.inset / self.inscribed
     }
 
@@ -225,7 +228,7 @@ impl Support for Superellipsoid {
             return point - direction * (self.inset / length);
         }
         // A zero direction gets the end of the first axis.
-        if self.inset > 0.0 { point * self.into_core() } else { point }
+        if self.inset > 0.0 { point * self.shrinking() } else { point }
     }
 
     #[inline]

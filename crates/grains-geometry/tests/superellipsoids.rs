@@ -9,10 +9,12 @@ use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
     Core, MassProperties, Placement, Rotation, Shape, ShapeError, Simplex, Superellipsoid, Vec3,
 };
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Semi-axes, ε₁, ε₂, volume, moments of inertia of unit density, by quadrature.
-const TABLE: [([f64; 3], [f64; 2], f64, [f64; 3]); 10] = [
+type Row = ([f64; 3], [f64; 2], f64, [f64; 3]);
+
+const TABLE: [Row; 10] = [
     ([1.0, 1.0, 1.0], [1.0, 1.0], 4.1887902048, [1.6755160819; 3]),
     ([1.0, 2.0, 3.0], [1.0, 1.0], 25.1327412287, [65.3451271947, 50.2654824574, 25.1327412287]),
     ([2.0, 0.5, 0.5], [1.0, 1.0], 2.0943951024, [0.2094395102, 1.7802358370, 1.7802358370]),
@@ -56,9 +58,8 @@ fn volume_and_inertia_agree_with_quadrature() {
     for (axes, eps, volume, inertia) in TABLE {
         let shape = Shape::superellipsoid(Vec3::from(axes), eps, 0.02).unwrap();
         assert!((shape.volume / volume - 1.0).abs() < 1e-9, "{axes:?} {eps:?}");
-        for i in 0..3 {
-            assert!((shape.inertia[i] / inertia[i] - 1.0).abs() < 1e-9, "{axes:?} {eps:?}");
-        }
+        let off = shape.inertia.component_div(&Vec3::from(inertia)).add_scalar(-1.0);
+        assert!(off.amax() < 1e-9, "{axes:?} {eps:?}");
     }
     let box_like = Shape::superellipsoid(Vec3::repeat(1.0), [0.05; 2], 0.02).unwrap();
     assert!((box_like.volume / 8.0 - 1.0).abs() < 0.01);
@@ -139,7 +140,7 @@ fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
 fn spheres_meet_superellipsoids_at_the_right_distance() {
     let mut random = Random(3);
     for size in [1e-6, 1.0, 1e3] {
-        for _ in 0..2000 {
+        for _ in 0..500 {
             let core = core(&mut random, 10.0, size);
             let n = random.direction();
             let foot = core.support(&n);
@@ -161,15 +162,21 @@ fn spheres_meet_superellipsoids_at_the_right_distance() {
 /// Calls `check` with random pairs of a superellipsoid and any core, some near.
 fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usize, Pair)) {
     let mut random = Random(seed);
+    let pool: Vec<Core> =
+        (0..400).map(|k| core(&mut random, if k % 2 == 0 { 2.0 } else { 20.0 }, 1.0)).collect();
+    let any = |random: &mut Random, size: f64| {
+        let Core::Superellipsoid(body) = &pool[random.below(pool.len())] else { panic!("no superellipsoid") };
+        Core::Superellipsoid(body.magnified(size))
+    };
     for number in 0..pairs {
         let size = [1e-6, 1.0, 1e3][random.below(3)];
         let slenderness = if random.below(2) == 0 { 2.0 } else { 20.0 };
         let partner = number % 12;
         let other = match KINDS.get(partner) {
             Some(kind) => gjk_common::scaled(&random.core(*kind, slenderness), size),
-            None => core(&mut random, slenderness, size),
+            None => any(&mut random, size),
         };
-        let own = core(&mut random, slenderness, size);
+        let own = any(&mut random, size);
         let (a, b) = if random.below(2) == 0 { (own, other) } else { (other, own) };
         let rotation = if random.below(2) == 0 { random.aligned() } else { random.rotation() };
         let scale = random.log(0.5, 2.0);
@@ -191,7 +198,8 @@ fn random_pairs_are_certified_warm_and_cold() {
         assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
         let motion = random.log(1e-7, 1e-1);
         let moved = pair.moved(random, motion);
-        assert!(moved.certify(&moved.query(&mut simplex)) < 1e-9);
+        let gap = moved.certify(&moved.query(&mut simplex));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
         let (warm, cold) = (moved.distance(&mut simplex), moved.distance(&mut Simplex::default()));
         worst = worst.max((warm - cold).abs() / pair.size);
         assert!((warm - cold).abs() <= 1e-9 * pair.size, "{warm} {cold}");
@@ -218,46 +226,45 @@ fn distances_are_symmetric_and_turn_with_the_bodies() {
     });
 }
 
-/// Least distance of two surfaces over their parameters by steepest descent from the answer and pattern search: no
-/// use is made of support points or normals.
+/// Least distance of two surfaces over their parameters by a random search: no use is made of support points
+/// or normals. Nearly flat faces would need more patience of it.
 #[test]
 fn no_points_of_the_surfaces_are_nearer() {
     let mut random = Random(6);
-    for _ in 0..300 {
-        let cores = [0; 2].map(|_| {
-            let mut axes = Vec3::from_fn(|_, _| random.log(0.3, 1.0));
-            axes[random.below(3)] = 1.0;
-            let eps = eps(&mut random);
-            Superellipsoid::new(axes, eps).unwrap()
+    for _ in 0..30 {
+        let bodies = [0; 2].map(|_| {
+            let axes = Vec3::from_fn(|_, _| random.log(0.5, 1.0));
+            Superellipsoid::new(axes, [0.6 + 0.6 * random.unit(), 0.6 + 0.6 * random.unit()]).unwrap()
         });
-        let placement = place(&random.rotation(), 1.0, random.direction() * 3.5);
-        let [a, b] = cores.map(Core::Superellipsoid);
+        let placement = place(&random.rotation(), 1.0, random.direction() * 2.5);
+        let [a, b] = bodies.map(Core::Superellipsoid);
         let pair = Pair::new(a, b, placement);
         let answer = pair.query(&mut Simplex::default());
-        let Separation::Apart { distance, normal, .. } = answer else { continue };
-        // Brute force over both surfaces, refined about the best pair.
-        let sampled = nearest_by_search(&cores, &placement);
+        let Separation::Apart { distance, .. } = answer else { continue };
+        let sampled = nearest_by_search(&bodies, &placement);
         assert!(distance <= sampled + 1e-12, "{distance} {sampled}");
-        assert!((sampled - distance) < 1e-6, "{distance} {sampled} {normal:?} {:?}", cores.map(|c| c.eps()));
+        assert!(sampled - distance < 1e-7, "{distance} {sampled} {bodies:?}");
     }
 }
 
 fn nearest_by_search([a, b]: &[Superellipsoid; 2], placement: &Placement) -> f64 {
     let at =
         |x: [f64; 4]| (placement.apply(&b.surface_point(x[2], x[3])) - a.surface_point(x[0], x[1])).norm();
-    let grid = 16;
-    let angle = |k: usize| TAU * k as f64 / grid as f64;
+    let points = |body: &Superellipsoid| {
+        let angles =
+            (0..512).map(|k| [TAU * f64::from(k % 32) / 32.0, PI * (f64::from(k / 32) + 0.5) / 16.0]);
+        angles.map(|[l, m]| ([l, m - FRAC_PI_2], body.surface_point(l, m - FRAC_PI_2))).collect::<Vec<_>>()
+    };
     let mut best = ([0.0; 4], f64::INFINITY);
-    for n in 0..grid * grid / 2 * grid * grid / 2 {
-        let (i, j, k, l) =
-            (n % grid, n / grid % (grid / 2), n / (grid * grid / 2) % grid, n / (grid * grid / 2 * grid));
-        let x = [angle(i) + 0.1, angle(j) - FRAC_PI_2 + 0.1, angle(k) + 0.1, angle(l) - FRAC_PI_2 + 0.1];
-        if at(x) < best.1 {
-            best = (x, at(x));
+    for (y, q) in points(b) {
+        let q = placement.apply(&q);
+        for (x, p) in points(a) {
+            if (q - p).norm() < best.1 {
+                best = ([x[0], x[1], y[0], y[1]], (q - p).norm());
+            }
         }
     }
-    let mut random = Random(7);
-    let mut step = 0.2;
+    let (mut random, mut step) = (Random(7), 0.2);
     while step > 1e-9 {
         let mut improved = false;
         for _ in 0..60 {
@@ -275,7 +282,7 @@ fn nearest_by_search([a, b]: &[Superellipsoid; 2], placement: &Placement) -> f64
 #[test]
 fn blocks_face_to_face_converge_from_step_to_step() {
     let mut random = Random(8);
-    for number in 0..3000 {
+    for number in 0..1500 {
         let eps = [0.25, 0.1, 0.5, 0.33, 0.05][number % 5];
         let shape = Shape::superellipsoid(Vec3::new(0.5, 0.6, 0.7), [eps; 2], 0.02).unwrap();
         let core = shape.parts[0].core.clone();

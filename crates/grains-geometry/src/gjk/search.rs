@@ -94,7 +94,7 @@ impl Query<'_> {
         let answer = self.touch_smooth(a, b, simplex, None);
         if answer.is_none() {
             let shrink = |body: Option<&Superellipsoid>, points: &mut [Vec3; 4]| {
-                let factor = body.map_or(1.0, Superellipsoid::into_core);
+                let factor = body.map_or(1.0, Superellipsoid::shrinking);
                 points.iter_mut().for_each(|point| *point *= factor);
             };
             shrink(bodies.0, &mut simplex.a);
@@ -248,7 +248,7 @@ impl Query<'_> {
 }
 
 #[inline(always)]
-pub(super) fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
+fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
     let distance = squared.sqrt();
     Separation::Apart { distance, normal: v / distance, point_a, point_b: point_a + v }
 }

@@ -17,18 +17,19 @@
 //! across n from below, B's support function to second order in its normal's error. Any failure sends the
 //! pair back to the search.
 
+mod element;
 mod feature;
 
-use super::search::{Query, apart, combine};
+use super::search::{Query, combine};
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
 use crate::{Placement, Vec3};
 pub(super) use feature::{feature, feature_first};
 
 /// Newton steps before giving up; a start 1e-4 off takes one or two, flat faces more.
-const MAX_STEPS: usize = 12;
-/// Steps without a smaller gap before giving up.
-const PATIENCE: usize = 3;
+const MAX_STEPS: usize = 40;
+/// Steps without a smaller error before giving up.
+const PATIENCE: usize = 8;
 /// Longest step, relative to the largest semi-axis.
 const LONGEST_STEP: f64 = 0.5;
 /// Curvature of two flat faces, times the size, taken for the least.
@@ -45,6 +46,7 @@ struct Pair<'a> {
     inverse_scale: f64,
     /// Least curvature (1/m).
     floor: f64,
+    is_sharp: bool,
 }
 
 /// Newton's equations at a pair of surface points.
@@ -77,7 +79,8 @@ pub(super) fn pair(
     let (near_a, near_b) = start(query.placement, simplex, weights);
     let scale = query.placement.matrix.column(0).norm();
     let (inverse_scale, floor) = (1.0 / scale, LEAST_CURVATURE / size);
-    let pair = Pair { a, b, placement: query.placement, scale, inverse_scale, floor };
+    let is_sharp = a.is_sharp() || b.is_sharp();
+    let pair = Pair { a, b, placement: query.placement, scale, inverse_scale, floor, is_sharp };
     let (answer, [a, b]) = pair.solve([a.local(&near_a), b.local(&near_b)], query.cutoff, size)?;
     (simplex.len, simplex.a[0], simplex.b[0]) = (1, a, b);
     Some(answer)
@@ -109,20 +112,35 @@ impl Pair<'_> {
         for step in 0..MAX_STEPS {
             let linear = Linear::new(self, &at[0], &at[1]);
             let points = [at[0].point, at[1].point];
-            let facing = -self.into_b(&linear.normal);
-            let lower = linear.gap + insets[0] + insets[1] - self.scale * self.b.excess(&at[1], &facing);
-            if lower > cutoff {
-                return Some((Separation::Beyond, points));
-            }
             let v = linear.w + linear.normal * insets[0] - linear.normal_b * insets[1];
-            let squared = v.norm_squared();
-            let slack = squared.sqrt() - lower;
-            if slack <= TOLERANCE * size && lower > MEETING * size {
-                return Some((apart(v, squared, at[0].point - linear.normal * insets[0]), points));
+            // B's support function is at least what its point reaches: a bound that may yet be too high.
+            let hoped = linear.gap + insets[0] + insets[1];
+            let depth = -v.dot(&linear.normal);
+            let aside = (v + linear.normal * depth).norm();
+            // Where edges make the points the stiff variable, they must be as close as the bounds.
+            let is_near = if self.is_sharp { aside } else { v.norm() - hoped } <= TOLERANCE * size;
+            if hoped > cutoff || is_near {
+                let facing = -self.in_b(&linear.normal);
+                if hoped - self.scale * self.b.excess_at_most(&at[1], &facing) > cutoff {
+                    return Some((Separation::Beyond, points));
+                }
+                let lower = hoped - self.scale * self.b.excess(&at[1], &facing);
+                if lower > cutoff {
+                    return Some((Separation::Beyond, points));
+                }
+                if v.norm() - lower <= TOLERANCE * size && lower > MEETING * size {
+                    return Some((linear.answer(&v, at[0].point - linear.normal * insets[0]), points));
+                }
             }
-            if slack < best.0 {
-                best = (slack, step);
-            } else if step > best.1 + PATIENCE || slack.is_nan() {
+            // A ball of the depth in the core that rolls inside its body holds the other's point.
+            let rolls = depth > MEETING * size && depth < insets[0].max(insets[1]);
+            if rolls && aside < 0.5 * depth {
+                return Some((Separation::Meeting, points));
+            }
+            let off = aside + size * (linear.normal + linear.normal_b).norm();
+            if off < best.0 {
+                best = (off, step);
+            } else if step > best.1 + PATIENCE || off.is_nan() {
                 return None;
             }
             at = linear.step()?;
@@ -132,7 +150,7 @@ impl Pair<'_> {
 
     /// A vector of the frame of A in that of B, in the length of A.
     #[inline(always)]
-    fn into_b(&self, v: &Vec3) -> Vec3 {
+    fn in_b(&self, v: &Vec3) -> Vec3 {
         self.placement.matrix.tr_mul(v) * self.inverse_scale
     }
 }
@@ -146,12 +164,20 @@ impl<'a> Linear<'a> {
         Self { pair, a, b, normal, normal_b, w, gap: w.dot(&normal) }
     }
 
+    /// The answer for the points of the cores that are `v` (m) apart, across the normal by less than the root of
+    /// the tolerance.
+    #[inline(always)]
+    fn answer(&self, v: &Vec3, point_a: Vec3) -> Separation {
+        let (distance, normal) = (v.dot(&self.normal), self.normal);
+        Separation::Apart { distance, normal, point_a, point_b: point_a + normal * distance }
+    }
+
     /// The surfaces at the points where Newton's method expects the nearest ones.
     #[inline(always)]
     fn step(&self) -> Option<[Local; 2]> {
         let pair = self.pair;
         let [e, f] = tangents(&self.normal);
-        let [e_b, f_b] = [pair.into_b(&e), pair.into_b(&f)];
+        let [e_b, f_b] = [pair.in_b(&e), pair.in_b(&f)];
         let of_a = self.a.curvature(&e, &f);
         let of_b = self.b.curvature(&e_b, &f_b).map(|row| row.map(|x| x * pair.inverse_scale));
         let off = [-e.dot(&self.normal_b), -f.dot(&self.normal_b)];
@@ -175,7 +201,7 @@ impl<'a> Linear<'a> {
             self.a.point + e * move_a[0] + f * move_a[1]
         };
         let near_b = if pair.b.is_sharp() {
-            pair.b.dual(&-pair.into_b(&normal)).1
+            pair.b.dual(&-pair.in_b(&normal)).1
         } else {
             self.b.point - (e_b * move_b[0] + f_b * move_b[1]) * pair.inverse_scale
         };

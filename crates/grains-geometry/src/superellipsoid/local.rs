@@ -8,7 +8,10 @@ use crate::powers::{exp2, log2, natural};
 const EDGE: f64 = 1e6;
 /// Distance of T from 1 up to which its root is a series of [`SERIES`] terms.
 const NEAR_ONE: f64 = 4e-3;
-const SERIES: usize = 6;
+/// Number of those terms.
+pub(super) const SERIES: usize = 6;
+/// Distance up to which three terms do.
+const NEARER_ONE: f64 = 1e-4;
 /// Change of a component of the normal, relative to it, up to which the support function is bounded by
 /// its second derivative.
 const SMALL_TURN: f64 = 0.1;
@@ -60,7 +63,7 @@ impl Superellipsoid {
         let gradient = powers.component_mul(near).component_mul(&squares);
         let normal = gradient * (1.0 / gradient.norm());
         let t = s + powers.z * x.z * x.z;
-        let k = root(t, 1.0 / q);
+        let k = root(t, &self.root);
         let point = near * k;
         let height = normal.dot(&point);
         let bend = height / (t * k * k);
@@ -122,6 +125,14 @@ impl Superellipsoid {
         self.dual(n).0 - reach
     }
 
+    /// A coarser bound of the same that takes no powers: with n = g + off and g along the normal at y,
+    /// h(n) ≤ h(g) + h(off) ≤ n·y + Σ aᵢ |offᵢ|.
+    #[inline(always)]
+    pub(crate) fn excess_at_most(&self, local: &Local, n: &Vec3) -> f64 {
+        let off = n - local.normal * (n.dot(&local.point) / local.height);
+        self.semi_axes.dot(&off.abs())
+    }
+
     /// With n = g + off, g = reach ∇F, off·y = 0 and h(∇F) = 1: ½ off·∇∇h·off and the growth of ∇∇h on the way.
     ///
     /// Each of the two nested norms adds at most (P − 1)/2 Σ ωᵢrᵢ² of the relative changes rᵢ of the
@@ -144,17 +155,14 @@ impl Superellipsoid {
     }
 }
 
-/// t^(−exponent): a series near 1.
+/// t^(−1/q): a series near 1, (1 + x)^s = 1 + s x (1 + (s−1)/2 x (1 + ...)), with the given ratios of its terms.
 #[inline(always)]
-fn root(t: f64, exponent: f64) -> f64 {
-    let off = t - 1.0;
-    if off.abs() > NEAR_ONE {
-        return exp2([-exponent * log2([t])[0]])[0];
+fn root(t: f64, ratios: &[f64; SERIES]) -> f64 {
+    let x = t - 1.0;
+    let sum = |terms: &[f64]| terms.iter().rev().fold(1.0, |sum, ratio| 1.0 + ratio * x * sum);
+    match x.abs() {
+        off if off < NEARER_ONE => sum(&ratios[..3]),
+        off if off < NEAR_ONE => sum(ratios),
+        _ => exp2([ratios[0] * log2([t])[0]])[0],
     }
-    // (1 + x)^s = 1 + s x (1 + (s−1)/2 x (1 + ...)).
-    let mut series = 1.0;
-    for k in (1..=SERIES).rev() {
-        series = 1.0 + (-exponent - (k as f64 - 1.0)) / k as f64 * off * series;
-    }
-    series
 }

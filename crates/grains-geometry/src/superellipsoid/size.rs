@@ -68,7 +68,7 @@ impl Superellipsoid {
         if self.eps == [1.0; 2] {
             return least * least / most;
         }
-        1.0 / largest_over_octant(|azimuth, latitude| self.largest_curvature(azimuth, latitude))
+        1.0 / largest_over_octant(|azimuth, latitude, _| self.largest_curvature(azimuth, latitude))
     }
 
     /// Larger principal curvature at a point of the surface (1/m).
@@ -95,19 +95,22 @@ impl Superellipsoid {
 
     /// Least length by which all semi-axes must be shorter for the rounded body to stay within (m).
     fn least_shift(&self, radius: f64) -> f64 {
-        let needed = |n: &Vec3| {
-            let room = self.dual(n).0 - radius;
-            let mut range = [radius, self.semi_axes.min()];
+        let fits = |shift: f64, n: &Vec3| {
+            let shorter = Self { semi_axes: self.semi_axes.add_scalar(-shift), ..*self };
+            shorter.dual(n).0 + radius <= self.dual(n).0
+        };
+        largest_over_octant(|azimuth, latitude, least| {
+            let (s, c) = (libm::sin(latitude), libm::cos(latitude));
+            let n = Vec3::new(c * libm::cos(azimuth), c * libm::sin(azimuth), s);
+            let mut range = [least.max(radius), self.semi_axes.min()];
+            if fits(range[0], &n) {
+                return range[0];
+            }
             for _ in 0..HALVINGS {
                 let shift = 0.5 * (range[0] + range[1]);
-                let reach = Self { semi_axes: self.semi_axes.add_scalar(-shift), ..*self }.dual(n).0;
-                range[usize::from(reach <= room)] = shift;
+                range[usize::from(fits(shift, &n))] = shift;
             }
             range[1]
-        };
-        largest_over_octant(|azimuth, latitude| {
-            let (s, c) = (libm::sin(latitude), libm::cos(latitude));
-            needed(&Vec3::new(c * libm::cos(azimuth), c * libm::sin(azimuth), s))
         })
     }
 }
@@ -122,13 +125,15 @@ pub(crate) fn tangents(n: &Vec3) -> [Vec3; 2] {
 }
 
 /// Largest value over the parameters in [0, π/2]²: best of a grid, then a pattern search with halved steps.
-fn largest_over_octant(value: impl Fn(f64, f64) -> f64) -> f64 {
+///
+/// `value` also gets the largest so far, and may answer that if it would be less.
+fn largest_over_octant(value: impl Fn(f64, f64, f64) -> f64) -> f64 {
     let step = FRAC_PI_2 / SAMPLES as f64;
     let mut best = ([0.0; 2], f64::NEG_INFINITY);
     for i in 0..=SAMPLES {
         for k in 0..=SAMPLES {
             let at = [i as f64 * step, k as f64 * step];
-            let found = value(at[0], at[1]);
+            let found = value(at[0], at[1], best.1);
             if found > best.1 {
                 best = (at, found);
             }
@@ -139,7 +144,7 @@ fn largest_over_octant(value: impl Fn(f64, f64) -> f64) -> f64 {
         let mut moved = false;
         for (da, dl) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
             let at = [best.0[0] + da * step, best.0[1] + dl * step].map(|x: f64| x.clamp(0.0, FRAC_PI_2));
-            let found = value(at[0], at[1]);
+            let found = value(at[0], at[1], best.1);
             if found > best.1 {
                 (best, moved) = ((at, found), true);
             }

@@ -160,6 +160,7 @@ pub fn holds(core: &Core, point: &Vec3, slack: f64) -> bool {
 }
 
 /// A pair with its size, the length its errors are measured by (m).
+#[derive(Debug)]
 pub struct Pair {
     pub a: Core,
     pub b: Core,

@@ -1,58 +1,14 @@
-//! Distance of a superellipsoid from a vertex, an edge or a face, solved as equations.
+//! Distance of a superellipsoid from a vertex, edge or face, or from a cylinder, solved as equations.
 
-use super::super::search::{Query, apart};
+use super::super::search::Query;
 use super::super::{MEETING, Separation, Simplex, TOLERANCE};
+use super::element::Element;
 use super::{MAX_STEPS, Matrix2, PATIENCE, apply, limit, solve};
+use crate::Vec3;
 use crate::core::Support;
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
-use crate::{Placement, Vec3};
 
-/// The vertices of a feature, at most three, in the frame of the superellipsoid (m).
-struct Feature {
-    count: usize,
-    points: [Vec3; 3],
-}
-
-impl Feature {
-    /// Of the distinct points; `None` if there are more than three, or of a curved core.
-    #[inline(always)]
-    fn of(points: &[Vec3; 4], len: usize, placement: &Placement) -> Option<(Self, [Vec3; 3])> {
-        let mut own = [points[0]; 3];
-        let mut count = 1;
-        for point in &points[1..len] {
-            if own[..count].contains(point) {
-                continue;
-            }
-            if count == 3 {
-                return None;
-            }
-            own[count] = *point;
-            count += 1;
-        }
-        Some((Self { count, points: own.map(|point| placement.apply(&point)) }, own))
-    }
-
-    /// The point of the feature nearest `from`; `None` if that is off its end.
-    #[inline(always)]
-    fn nearest(&self, from: &Vec3) -> Option<Vec3> {
-        let [p, q, r] = &self.points;
-        match self.count {
-            1 => Some(*p),
-            2 => {
-                let edge = q - p;
-                let t = (from - p).dot(&edge) / edge.norm_squared();
-                (0.0..=1.0).contains(&t).then(|| p + edge * t)
-            }
-            _ => {
-                let found = super::super::nearest::on_triangle(&(p - from), &(q - from), &(r - from));
-                found.weights[..3].iter().all(|weight| *weight > 0.0).then(|| from + found.point)
-            }
-        }
-    }
-}
-
-/// Distance of the superellipsoid `a`, less its inset, from the vertex, edge or face of `b` whose vertices
-/// are in the simplex.
+/// Distance of the superellipsoid `a`, less its inset, from the element of `b` that the simplex marks.
 #[inline(always)]
 pub(crate) fn feature<B: Support>(
     a: &Superellipsoid,
@@ -61,19 +17,23 @@ pub(crate) fn feature<B: Support>(
     size: f64,
     simplex: &mut Simplex,
 ) -> Option<Separation> {
-    if B::CURVED || !a.is_smooth() {
+    if !a.is_smooth() {
         return None;
     }
-    let (feature, vertices) = Feature::of(&simplex.b, simplex.len as usize, query.placement)?;
     let len = simplex.len as usize;
+    let element = Element::of(b, &simplex.b[..len], query.placement)?;
     let near = simplex.a[..len].iter().sum::<Vec3>();
     let lowest =
         |n: &Vec3| n.dot(&query.placement.translation) - b.height(&-query.placement.matrix.tr_mul(n));
-    let (answer, point) = nearest(a, &feature, near, lowest, [query.cutoff, size])?;
-    simplex.len = feature.count as u8;
-    for i in 0..feature.count {
-        (simplex.a[i], simplex.b[i]) = (point, vertices[i]);
-    }
+    let (answer, local) = nearest(a, &element, near, lowest, [query.cutoff, size])?;
+    let on_rim = match &answer {
+        Separation::Apart { point_b, .. } => *point_b,
+        _ => element.nearest(&local.point)? - local.normal * element.reach(),
+    };
+    let towards = query.placement.matrix.tr_mul(&(on_rim - query.placement.translation));
+    let count = element.mark(b, &mut simplex.b, len, &towards)?;
+    simplex.len = count as u8;
+    simplex.a[..count].fill(local.point);
     Some(answer)
 }
 
@@ -86,9 +46,6 @@ pub(crate) fn feature_first<A: Support>(
     size: f64,
     simplex: &mut Simplex,
 ) -> Option<Separation> {
-    if A::CURVED {
-        return None;
-    }
     let placement = query.placement.inverse();
     let scale = query.placement.matrix.column(0).norm();
     let turned = Query { placement: &placement, cutoff: query.cutoff / scale };
@@ -106,82 +63,81 @@ pub(crate) fn feature_first<A: Support>(
     })
 }
 
-/// The answer and the nearest point of the surface; `lowest` is the least n·x of the other core.
+/// The answer and the surface at its nearest point; `lowest` is the least n·x of the other core.
 #[inline(always)]
 fn nearest(
     body: &Superellipsoid,
-    feature: &Feature,
+    element: &Element,
     near: Vec3,
     lowest: impl Fn(&Vec3) -> f64,
     [cutoff, size]: [f64; 2],
-) -> Option<(Separation, Vec3)> {
-    let mut local = body.local(&if feature.count == 3 { facing(body, feature)? } else { near });
+) -> Option<(Separation, Local)> {
+    let plane = element.plane();
+    let mut local = body.local(&match &plane {
+        Some(normal) if normal.norm_squared() > 0.0 => body.dual(normal).1,
+        Some(_) => return None,
+        None => near,
+    });
+    let (reach, inset) = (element.reach(), body.inset());
     let mut best = (f64::INFINITY, 0);
     for step in 0..MAX_STEPS {
-        let normal = local.normal;
-        let core_point = local.point - normal * body.inset();
-        let x = feature.nearest(&core_point)?;
+        let core_point = local.point - local.normal * inset;
+        let x = element.nearest(&core_point)?;
         let v = x - core_point;
-        let squared = v.norm_squared();
-        let distance = squared.sqrt();
-        let n = v / distance;
+        let length = v.norm();
+        let n = v / length;
         // Above the plane across n: h(n) = n·y + excess.
-        let lower = lowest(&n) - n.dot(&local.point) - body.excess(&local, &n) + body.inset();
+        let lower = lowest(&n) - n.dot(&local.point) - body.excess(&local, &n) + inset;
         if lower > cutoff {
-            return Some((Separation::Beyond, local.point));
+            return Some((Separation::Beyond, local));
         }
+        let distance = length - reach;
         let slack = distance - lower;
         if slack <= TOLERANCE * size && lower > MEETING * size {
-            return Some((apart(v, squared, core_point), local.point));
+            let point_b = core_point + n * distance;
+            return Some((Separation::Apart { distance, normal: n, point_a: core_point, point_b }, local));
+        }
+        // A ball of the depth in the core that rolls inside the body holds the point of the element.
+        let depth = reach - v.dot(&local.normal);
+        let aside = v - local.normal * v.dot(&local.normal);
+        if depth > MEETING * size && depth < inset && aside.norm() < 0.5 * depth {
+            return Some((Separation::Meeting, local));
         }
         if slack < best.0 {
             best = (slack, step);
-        } else if step > best.1 + PATIENCE || slack.is_nan() || feature.count == 3 {
+        } else if step > best.1 + PATIENCE || slack.is_nan() || plane.is_some() {
             return None;
         }
-        local = advance(body, feature, &local, &normal, &x)?;
+        local = advance(body, element, &local, &x)?;
     }
     None
 }
 
-/// The support point towards a face.
+/// A step of Newton's method. At a vertex the point of the superellipsoid moves by α, (1 + d W) α = w_t. On a
+/// curve that holds across it; along its tangent τ the normal stays at a right angle with the curve, which
+/// turns by its curvature κ towards n: W α − κ (1 + d W) α = −n·τ − κ w_t.
 #[inline(always)]
-fn facing(body: &Superellipsoid, feature: &Feature) -> Option<Vec3> {
-    let [p, q, r] = &feature.points;
-    let across = (q - p).cross(&(r - p));
-    let outward = if across.dot(p) < 0.0 { -across } else { across };
-    (outward.norm_squared() > 0.0).then(|| body.dual(&outward).1)
-}
-
-/// A step of Newton's method: with P across and Q along the edge, P = 1 and Q = 0 at a vertex,
-/// [P (1 + d W) + Q W] α = P w_t + Q β, where β turns the normal to a right angle with the edge.
-#[inline(always)]
-fn advance(
-    body: &Superellipsoid,
-    feature: &Feature,
-    local: &Local,
-    normal: &Vec3,
-    x: &Vec3,
-) -> Option<Local> {
+fn advance(body: &Superellipsoid, element: &Element, local: &Local, x: &Vec3) -> Option<Local> {
+    let normal = &local.normal;
     let [e, f] = tangents(normal);
     let curvature = local.curvature(&e, &f);
     let w = x - local.point;
     let (across, gap) = ([e.dot(&w), f.dot(&w)], w.dot(normal));
     let mut longer = curvature.map(|row| row.map(|x| x * gap));
     (longer[0][0], longer[1][1]) = (longer[0][0] + 1.0, longer[1][1] + 1.0);
-    let step = if feature.count == 1 {
-        solve(&longer, across)?
-    } else {
-        let edge = feature.points[1] - feature.points[0];
-        let flat = [e.dot(&edge), f.dot(&edge)];
-        let along = flat.map(|t| t / (flat[0] * flat[0] + flat[1] * flat[1]).sqrt());
-        let aside = [-along[1], along[0]];
-        let squared = flat[0] * along[0] + flat[1] * along[1];
-        let row = |of: &Matrix2, t: [f64; 2]| {
-            [t[0] * of[0][0] + t[1] * of[1][0], t[0] * of[0][1] + t[1] * of[1][1]]
-        };
-        let matrix = [row(&longer, aside), row(&curvature, along)];
-        solve(&matrix, [aside[0] * across[0] + aside[1] * across[1], -normal.dot(&edge) / squared])?
+    let step = match element.tangent(x, normal) {
+        None => solve(&longer, across)?,
+        Some((tangent, turn)) => {
+            let flat = [e.dot(&tangent), f.dot(&tangent)];
+            let length = (flat[0] * flat[0] + flat[1] * flat[1]).sqrt();
+            let along = flat.map(|t| t / length);
+            let aside = [-along[1], along[0]];
+            let row = |of: &Matrix2, t: [f64; 2]| [0, 1].map(|k| t[0] * of[0][k] + t[1] * of[1][k]);
+            let (turned, moved) = (row(&curvature, along), row(&longer, along));
+            let matrix = [row(&longer, aside), [0, 1].map(|k| turned[k] - turn * moved[k])];
+            let part = |t: [f64; 2]| t[0] * across[0] + t[1] * across[1];
+            solve(&matrix, [part(aside), -normal.dot(&tangent) / length - turn * part(along)])?
+        }
     };
     let damping = limit(step, body).min(1.0);
     let step = step.map(|x| x * damping);
