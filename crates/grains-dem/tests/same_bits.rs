@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
-use grains_contact::ImpulseScheme;
-use grains_dem::{CollisionModel, HardModel, Motion, Skin, Surface};
+use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
+use grains_contact::{ImpulseScheme, Sharing};
+use grains_dem::{CollisionModel, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::sync::Arc;
@@ -181,6 +181,43 @@ fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
     }
 }
 
+/// The scene with composites and superellipsoids in place of its shapes.
+fn knobbly(mut scene: Scene, faces: FaceContact, sharing: Sharing) -> Scene {
+    let shapes = knobbly_shapes(1.4e-3);
+    for (k, particle) in scene.particles.iter_mut().enumerate() {
+        particle.kind.shape = (k % shapes.len()) as u16;
+    }
+    let catalogue = &mut scene.setup.catalogue;
+    (catalogue.shapes, catalogue.faces, catalogue.sharing) = (shapes, faces, sharing);
+    scene
+}
+
+#[test]
+fn composites_and_superellipsoids_are_the_same_on_any_ranks_skin_and_restart() {
+    for (mut scene, steps) in [
+        (knobbly(shear(true), FaceContact::Point, Sharing::Mean), 400),
+        (knobbly(shear(false), FaceContact::Spread, Sharing::Sum), 400),
+        (knobbly(drift_over_waves(), FaceContact::Spread, Sharing::Mean), 3000),
+    ] {
+        let mut dem = scene.start([1; 3], 0);
+        let mut contacts = 0;
+        for _ in 0..steps / 10 {
+            (0..10).for_each(|_| dem.step(&SerialTransport).unwrap());
+            let (neighbours, walls) = dem.coordination();
+            contacts += neighbours.iter().chain(&walls).sum::<u32>();
+        }
+        assert!(contacts > 200, "only {contacts} contacts in {} looks", steps / 10);
+        let reference = scene.run([1, 1, 1], steps);
+        for grid in [[2, 1, 1], [2, 2, 2], [1, 3, 1]] {
+            assert_same(&reference, &scene.run(grid, steps), &format!("grid {grid:?}"));
+        }
+        let restarted = scene.run_with_restart([2, 1, 1], steps / 2 + 7, [1, 3, 1], steps / 2 - 7);
+        assert_same(&reference, &restarted, "restart");
+        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
+        assert_same(&reference, &scene.run([2, 1, 1], steps), "skin");
+    }
+}
+
 /// The scene with collisions by impulses, in longer steps.
 fn hard(mut scene: Scene, scheme: ImpulseScheme, sweeps: u32) -> Scene {
     let rates = &mut scene.setup.rates;
@@ -197,6 +234,7 @@ fn hard_collisions_are_the_same_on_any_ranks() {
         (hard(shear(true), Exact, 2), 150),
         (hard(shear(true), Sequential, 1), 150),
         (hard(drift_over_waves(), Exact, 1), 1000),
+        (hard(knobbly(shear(true), FaceContact::Point, Sharing::Mean), Exact, 1), 150),
     ] {
         let mut dem = scene.start([1; 3], 0);
         let reference = scene.run([1, 1, 1], steps);

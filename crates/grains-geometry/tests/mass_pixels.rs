@@ -97,7 +97,7 @@ fn sharp_box(shape: &Shape) -> (Vec3, Vec3) {
                 let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
                 (0..4).map(corner).fold(start, |(l, u), p| (l.inf(&p), u.sup(&p)))
             }
-            Core::Triangle(_) => unreachable!("no part of a particle"),
+            Core::Superellipsoid(_) | Core::Triangle(_) => unreachable!("no part of these shapes"),
         };
         extents = (extents.0.inf(&(low + part.center)), extents.1.sup(&(high + part.center)));
     }

@@ -9,7 +9,7 @@ use grains_dem::{
     ParticleRecord, Rates, Skin, Surface, Wall,
 };
 use grains_domain::{GlobalBox, Transport};
-use grains_geometry::{RegularSolid, Rotation, Shape, Vec3};
+use grains_geometry::{Lobes, RegularSolid, Rotation, Shape, Spacing, SphereArrangement, Vec3};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex};
 
@@ -305,5 +305,21 @@ pub fn mixed_shapes(radius: f64) -> Vec<Shape> {
         Shape::cuboid(Vec3::new(1.1, 1.0, 0.9) * radius, 0.05).unwrap(),
         Shape::cylinder(0.6 * radius, 1.3 * radius, 0.05).unwrap(),
         Shape::regular(RegularSolid::Icosahedron, radius, 0.05).unwrap(),
+    ]
+}
+
+/// A trilobe, a cross, nine spheres, an ellipsoid, a block and a superellipsoid met by its vertices, of like
+/// size (m).
+pub fn knobbly_shapes(radius: f64) -> Vec<Shape> {
+    let lobes = Lobes::with_area_fraction(3, 0.6 * radius, 0.69).unwrap();
+    let nine = SphereArrangement::touching(1, vec![1, 8], 0.8 * radius);
+    let vertices = Shape::superellipsoid(Vec3::new(0.6, 0.7, 0.9) * radius, [1.0, 0.8], 0.05).unwrap();
+    vec![
+        Shape::lobes(lobes, 1.5 * radius, 0.05).unwrap(),
+        Shape::cross(3, 0.38 * radius, 1.9 * radius, 0.05).unwrap(),
+        Shape::spheres_of_cylinder(0.8 * radius, 0.8 * radius, &nine).unwrap(),
+        Shape::superellipsoid(Vec3::new(1.0, 0.5, 0.5) * radius, [1.0, 1.0], 0.05).unwrap(),
+        Shape::superellipsoid(Vec3::repeat(0.6 * radius), [0.25, 0.25], 0.05).unwrap(),
+        vertices.with_surface_vertices(20, Spacing::Linear).unwrap(),
     ]
 }
