@@ -16,6 +16,7 @@ mod duration;
 mod error;
 mod files;
 mod geometry;
+mod particle_files;
 mod population;
 mod random;
 mod restart;

@@ -1,5 +1,6 @@
 //! The particles of a case: when, where and how they are inserted.
 
+use crate::particle_files::files;
 use crate::random::Draw;
 use grains_case::{
     Case, Component, Insert, Orientation, ParticleColumns, Place, Scale, Window, default_spacing,
@@ -37,27 +38,6 @@ struct Block {
 pub struct Population {
     blocks: Vec<Block>,
     seed: u64,
-}
-
-/// The particle files of a case, one entry per insertion.
-///
-/// # Errors
-/// What is wrong in a file, with its lines.
-pub fn files(case: &Case) -> Result<Vec<Option<ParticleColumns>>, String> {
-    let read = |insert: &Insert| match &insert.place {
-        Place::File { path } => {
-            let columns = if path.extension().is_some_and(|e| e == "csv") {
-                ParticleColumns::read_csv(path).map_err(|e| e.to_string())?
-            } else {
-                let text = grains_output::read_columns_as_csv(path).map_err(|e| e.to_string())?;
-                ParticleColumns::parse_csv(&text, &path.display().to_string()).map_err(|e| e.to_string())?
-            };
-            columns.check(&path.display().to_string(), case, insert).map_err(|e| e.to_string())?;
-            Ok(Some(columns))
-        }
-        _ => Ok(None),
-    };
-    case.inserts.iter().map(read).collect()
 }
 
 /// Kind of a row of a particle file, and its scale if the file has sizes; columns it lacks come from a

@@ -74,7 +74,8 @@ pub enum Place {
     /// qw,qx,qy,qz, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5 with those data sets (numbers, and names
     /// of variable length).
     File {
-        /// CSV (.csv) or HDF5 (.h5) file, relative to the folder of the case file.
+        /// CSV (.csv) or HDF5 (.h5) file, or the particles.vtkhdf of a run, of which the last snapshot is taken;
+        /// relative to the folder of the case file.
         path: PathBuf,
     },
 }
@@ -105,7 +106,7 @@ impl Place {
             }
             Self::Window { window, .. } => window.check(&format!("{path}.window"), domain, checker),
             Self::File { path: file } => {
-                *file = checker.file(&format!("{path}.path"), file, &["csv", "h5", "hdf5"]);
+                *file = checker.file(&format!("{path}.path"), file, &["csv", "h5", "hdf5", "vtkhdf"]);
             }
         }
     }
