@@ -115,7 +115,7 @@ pub fn distance(
         }
         Core::Polyhedron(hull) => query.with_first(hull.as_ref(), b, simplex),
         Core::Triangle(corners) => query.with_first(&TriangleCore(*corners), b, simplex),
-        Core::Superellipsoid(body) => query.with_first(body, b, simplex),
+        Core::Superellipsoid(body) => query.with_first(body.as_ref(), b, simplex),
     };
     answer.map_err(|stall| GjkError {
         query: "distance",

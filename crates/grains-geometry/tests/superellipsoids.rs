@@ -107,7 +107,7 @@ fn radii_hold_what_they_say() {
             let n = random.direction();
             // The core swept by the crust stays within the body; without edges it is the body.
             let reach = n.dot(&part.core.support(&n)) + part.crust;
-            let sharp = n.dot(&Core::Superellipsoid(whole).support(&n));
+            let sharp = n.dot(&Core::superellipsoid(whole).support(&n));
             assert!(reach <= sharp * (1.0 + 1e-8));
             assert!(eps[0] > 1.0 || eps[1] > 1.0 || (reach - sharp).abs() < 1e-12);
         }
@@ -124,7 +124,7 @@ fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
         let ellipsoid = Superellipsoid::new(axes, [1.0; 2]).unwrap();
         let n = random.direction();
         let exact = n.component_mul(&axes).norm();
-        assert!((n.dot(&Core::Superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
+        assert!((n.dot(&Core::superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
         let radius = axes.min() * axes.min() / axes.max();
         assert!((ellipsoid.least_curvature_radius() - radius).abs() < 1e-15);
     }
@@ -166,7 +166,7 @@ fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usi
         (0..400).map(|k| core(&mut random, if k % 2 == 0 { 2.0 } else { 20.0 }, 1.0)).collect();
     let any = |random: &mut Random, size: f64| {
         let Core::Superellipsoid(body) = &pool[random.below(pool.len())] else { panic!("no superellipsoid") };
-        Core::Superellipsoid(body.magnified(size))
+        Core::superellipsoid(body.magnified(size))
     };
     for number in 0..pairs {
         let size = [1e-6, 1.0, 1e3][random.below(3)];
@@ -237,7 +237,7 @@ fn no_points_of_the_surfaces_are_nearer() {
             Superellipsoid::new(axes, [0.6 + 0.6 * random.unit(), 0.6 + 0.6 * random.unit()]).unwrap()
         });
         let placement = place(&random.rotation(), 1.0, random.direction() * 2.5);
-        let [a, b] = bodies.map(Core::Superellipsoid);
+        let [a, b] = bodies.map(Core::superellipsoid);
         let pair = Pair::new(a, b, placement);
         let answer = pair.query(&mut Simplex::default());
         let Separation::Apart { distance, .. } = answer else { continue };
