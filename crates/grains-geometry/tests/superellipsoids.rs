@@ -327,3 +327,32 @@ fn cores_that_meet_are_separated_by_the_least_translation() {
     });
     assert!(met > 200, "{met}");
 }
+
+/// Pushed together by little, along the normal, cores are no deeper in each other than that.
+#[test]
+fn cores_pushed_together_are_no_deeper_than_pushed() {
+    let mut met = [0; 12];
+    for_all_pairs(10, 20_000, |random, partner, pair| {
+        let gap = pair.size * random.log(1e-5, 1e-2);
+        let pair = pair.at_distance(gap);
+        let mut simplex = Simplex::default();
+        let Separation::Apart { normal, .. } = pair.query(&mut simplex) else { return };
+        let push = pair.size * random.log(1e-6, 1e-2);
+        let mut placement = pair.placement;
+        placement.translation -= normal * (gap + push);
+        let pushed = Pair::new(pair.a.clone(), pair.b.clone(), placement);
+        for mut start in [Simplex::default(), simplex] {
+            let answer = pushed.query(&mut start);
+            // An acute edge may pass by a corner.
+            if answer != Separation::Meeting {
+                assert!(pushed.certify(&answer) < 1e-9);
+                continue;
+            }
+            met[partner] += 1;
+            let p = penetration(&pushed.a, &pushed.b, &pushed.placement, &start).unwrap();
+            let more = (p.depth - push) / pair.size;
+            assert!(more < 1e-10, "{:?} {:e}: {more:e} {pushed:?}", KINDS.get(partner), push / pair.size);
+        }
+    });
+    assert!(met.iter().all(|met| *met > 500), "{met:?}");
+}
