@@ -356,3 +356,23 @@ fn cores_pushed_together_are_no_deeper_than_pushed() {
     });
     assert!(met.iter().all(|met| *met > 500), "{met:?}");
 }
+
+/// Whatever points the simplex holds, `Beyond` is a proof and a distance is certified.
+#[test]
+fn any_points_of_the_bodies_are_a_valid_start() {
+    for_all_pairs(11, 20_000, |random, partner, pair| {
+        let cold = pair.distance(&mut Simplex::default());
+        let mut start = Simplex { len: 1 + random.below(4) as u8, ..Simplex::default() };
+        for i in 0..start.len as usize {
+            start.a[i] = pair.a.support(&random.direction());
+            start.b[i] = pair.b.support(&random.direction());
+        }
+        let cutoff = cold * (1.0 + 1e-3) + 1e-9 * pair.size;
+        let answer = distance(&pair.a, &pair.b, &pair.placement, cutoff, &mut start).unwrap();
+        match answer {
+            Separation::Beyond => panic!("{:?} is not beyond {cutoff}: {cold}", KINDS.get(partner)),
+            Separation::Apart { distance, .. } => assert!((distance - cold).abs() <= 1e-9 * pair.size),
+            Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", KINDS.get(partner)),
+        }
+    });
+}
