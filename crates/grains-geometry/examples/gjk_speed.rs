@@ -56,7 +56,7 @@ fn superellipsoids() {
         let body = Superellipsoid::new(Vec3::from(semi_axes), eps).expect("in range");
         let crust = 0.02 * body.inscribed_radius();
         let core = if eps.iter().all(|e| *e <= 1.0) { body.less(crust) } else { body.rounded(crust) };
-        Core::Superellipsoid(core)
+        Core::superellipsoid(core)
     };
     let ellipsoid = core([1.0, 0.5, 0.5], [1.0, 1.0]);
     let block = core([0.5, 0.5, 0.5], [0.25, 0.25]);

@@ -23,7 +23,7 @@ pub enum Core {
     /// A triangle of a wall mesh (m).
     Triangle([Vec3; 3]),
     /// Superellipsoid less an inset (m).
-    Superellipsoid(Superellipsoid),
+    Superellipsoid(Arc<Superellipsoid>),
 }
 
 impl Core {
@@ -41,6 +41,11 @@ impl Core {
     /// If `vertices` is empty.
     pub fn polyhedron_with_faces(vertices: Vec<Vec3>, faces: Vec<Face>) -> Self {
         Self::Polyhedron(Arc::new(Polyhedron::new(vertices, faces)))
+    }
+
+    /// Superellipsoid less its inset.
+    pub fn superellipsoid(body: Superellipsoid) -> Self {
+        Self::Superellipsoid(Arc::new(body))
     }
 
     /// Point of the core farthest along `direction`: argmax of d·x; any such point for a zero direction.

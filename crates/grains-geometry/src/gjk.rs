@@ -6,8 +6,8 @@
 //! v·w/|v| ≤ d(A, B) ≤ |v|. Every tolerance is relative to the size of the pair.
 //!
 //! Two measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
-//! usually still is the answer and one support point certifies it; and for cylinders the features that
-//! touch are solved as equations by Newton's method, for support points alone would
+//! usually still is the answer and one support point certifies it; and for cylinders and superellipsoids
+//! the features that touch are solved as equations by Newton's method, for support points alone would
 //! approach a curved surface slowly.
 
 mod curved;
@@ -23,7 +23,8 @@ use thiserror::Error;
 
 /// Pairs of points of the two cores that span the current simplex, kept from one step to the next.
 ///
-/// Each is in coordinates of its own body, so any pairs of points of the bodies are a valid start.
+/// Each is in coordinates of its own body, so any pairs of points of the bodies are a valid start. Of a
+/// superellipsoid less an inset they may be points of the whole body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Simplex {
     /// Number of pairs in use, 0 to 4; 0 is a cold start.
@@ -115,7 +116,7 @@ pub fn distance(
         }
         Core::Polyhedron(hull) => query.with_first(hull.as_ref(), b, simplex),
         Core::Triangle(corners) => query.with_first(&TriangleCore(*corners), b, simplex),
-        Core::Superellipsoid(body) => query.with_first(body, b, simplex),
+        Core::Superellipsoid(body) => query.with_first(body.as_ref(), b, simplex),
     };
     answer.map_err(|stall| GjkError {
         query: "distance",

@@ -107,7 +107,7 @@ fn radii_hold_what_they_say() {
             let n = random.direction();
             // The core swept by the crust stays within the body; without edges it is the body.
             let reach = n.dot(&part.core.support(&n)) + part.crust;
-            let sharp = n.dot(&Core::Superellipsoid(whole).support(&n));
+            let sharp = n.dot(&Core::superellipsoid(whole).support(&n));
             assert!(reach <= sharp * (1.0 + 1e-8));
             assert!(eps[0] > 1.0 || eps[1] > 1.0 || (reach - sharp).abs() < 1e-12);
         }
@@ -124,7 +124,7 @@ fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
         let ellipsoid = Superellipsoid::new(axes, [1.0; 2]).unwrap();
         let n = random.direction();
         let exact = n.component_mul(&axes).norm();
-        assert!((n.dot(&Core::Superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
+        assert!((n.dot(&Core::superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
         let radius = axes.min() * axes.min() / axes.max();
         assert!((ellipsoid.least_curvature_radius() - radius).abs() < 1e-15);
     }
@@ -166,7 +166,7 @@ fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usi
         (0..400).map(|k| core(&mut random, if k % 2 == 0 { 2.0 } else { 20.0 }, 1.0)).collect();
     let any = |random: &mut Random, size: f64| {
         let Core::Superellipsoid(body) = &pool[random.below(pool.len())] else { panic!("no superellipsoid") };
-        Core::Superellipsoid(body.magnified(size))
+        Core::superellipsoid(body.magnified(size))
     };
     for number in 0..pairs {
         let size = [1e-6, 1.0, 1e3][random.below(3)];
@@ -237,7 +237,7 @@ fn no_points_of_the_surfaces_are_nearer() {
             Superellipsoid::new(axes, [0.6 + 0.6 * random.unit(), 0.6 + 0.6 * random.unit()]).unwrap()
         });
         let placement = place(&random.rotation(), 1.0, random.direction() * 2.5);
-        let [a, b] = bodies.map(Core::Superellipsoid);
+        let [a, b] = bodies.map(Core::superellipsoid);
         let pair = Pair::new(a, b, placement);
         let answer = pair.query(&mut Simplex::default());
         let Separation::Apart { distance, .. } = answer else { continue };
@@ -326,4 +326,53 @@ fn cores_that_meet_are_separated_by_the_least_translation() {
         }
     });
     assert!(met > 200, "{met}");
+}
+
+/// Pushed together by little, along the normal, cores are no deeper in each other than that.
+#[test]
+fn cores_pushed_together_are_no_deeper_than_pushed() {
+    let mut met = [0; 12];
+    for_all_pairs(10, 20_000, |random, partner, pair| {
+        let gap = pair.size * random.log(1e-5, 1e-2);
+        let pair = pair.at_distance(gap);
+        let mut simplex = Simplex::default();
+        let Separation::Apart { normal, .. } = pair.query(&mut simplex) else { return };
+        let push = pair.size * random.log(1e-6, 1e-2);
+        let mut placement = pair.placement;
+        placement.translation -= normal * (gap + push);
+        let pushed = Pair::new(pair.a.clone(), pair.b.clone(), placement);
+        for mut start in [Simplex::default(), simplex] {
+            let answer = pushed.query(&mut start);
+            // An acute edge may pass by a corner.
+            if answer != Separation::Meeting {
+                assert!(pushed.certify(&answer) < 1e-9);
+                continue;
+            }
+            met[partner] += 1;
+            let p = penetration(&pushed.a, &pushed.b, &pushed.placement, &start).unwrap();
+            let more = (p.depth - push) / pair.size;
+            assert!(more < 1e-10, "{:?} {:e}: {more:e} {pushed:?}", KINDS.get(partner), push / pair.size);
+        }
+    });
+    assert!(met.iter().all(|met| *met > 500), "{met:?}");
+}
+
+/// Whatever points the simplex holds, `Beyond` is a proof and a distance is certified.
+#[test]
+fn any_points_of_the_bodies_are_a_valid_start() {
+    for_all_pairs(11, 20_000, |random, partner, pair| {
+        let cold = pair.distance(&mut Simplex::default());
+        let mut start = Simplex { len: 1 + random.below(4) as u8, ..Simplex::default() };
+        for i in 0..start.len as usize {
+            start.a[i] = pair.a.support(&random.direction());
+            start.b[i] = pair.b.support(&random.direction());
+        }
+        let cutoff = cold * (1.0 + 1e-3) + 1e-9 * pair.size;
+        let answer = distance(&pair.a, &pair.b, &pair.placement, cutoff, &mut start).unwrap();
+        match answer {
+            Separation::Beyond => panic!("{:?} is not beyond {cutoff}: {cold}", KINDS.get(partner)),
+            Separation::Apart { distance, .. } => assert!((distance - cold).abs() <= 1e-9 * pair.size),
+            Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", KINDS.get(partner)),
+        }
+    });
 }

@@ -53,7 +53,7 @@ impl Query<'_> {
             }
             Core::Polyhedron(hull) => self.search(a, hull.as_ref(), simplex),
             Core::Triangle(corners) => self.search(a, &TriangleCore(*corners), simplex),
-            Core::Superellipsoid(body) => self.search(a, body, simplex),
+            Core::Superellipsoid(body) => self.search(a, body.as_ref(), simplex),
         }
     }
 

@@ -133,8 +133,9 @@ impl Pair<'_> {
                 }
             }
             // A ball of the depth in the core that rolls inside its body holds the other's point.
-            let rolls = depth > MEETING * size && depth < insets[0].max(insets[1]);
-            if rolls && aside < 0.5 * depth {
+            let in_a = depth < insets[0] && aside < 0.5 * depth;
+            let in_b = depth < insets[1] && (v - linear.normal_b * depth).norm() < 0.5 * depth;
+            if depth > MEETING * size && (in_a || in_b) {
                 return Some((Separation::Meeting, points));
             }
             let off = aside + size * (linear.normal + linear.normal_b).norm();

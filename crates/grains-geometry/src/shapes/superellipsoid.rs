@@ -31,7 +31,7 @@ impl Shape {
             crust = crust.min(0.5 * body.least_curvature_radius());
             body.less(crust)
         };
-        let core = Core::Superellipsoid(core);
+        let core = Core::superellipsoid(core);
         let part = centred_part(core, crust, semi_axes, body.bounding_radius());
         Ok(Shape {
             name: "superellipsoid".to_string(),

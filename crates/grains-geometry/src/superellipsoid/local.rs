@@ -126,10 +126,14 @@ impl Superellipsoid {
     }
 
     /// A coarser bound of the same that takes no powers: with n = g + off and g along the normal at y,
-    /// h(n) ≤ h(g) + h(off) ≤ n·y + Σ aᵢ |offᵢ|.
+    /// h(n) ≤ h(g) + h(off) ≤ n·y + Σ aᵢ |offᵢ|; none for an n that points the other way.
     #[inline(always)]
     pub(crate) fn excess_at_most(&self, local: &Local, n: &Vec3) -> f64 {
-        let off = n - local.normal * (n.dot(&local.point) / local.height);
+        let reach = n.dot(&local.point);
+        if reach <= 0.0 {
+            return f64::INFINITY;
+        }
+        let off = n - local.normal * (reach / local.height);
         self.semi_axes.dot(&off.abs())
     }
 

@@ -123,7 +123,7 @@ pub fn scaled(core: &Core, s: f64) -> Core {
         }
         Core::Polyhedron(hull) => Core::polyhedron(hull.vertices().iter().map(|v| v * s).collect()),
         Core::Triangle(corners) => Core::Triangle(corners.map(|v| v * s)),
-        Core::Superellipsoid(body) => Core::Superellipsoid(body.magnified(s)),
+        Core::Superellipsoid(body) => Core::superellipsoid(body.magnified(s)),
     }
 }
 
