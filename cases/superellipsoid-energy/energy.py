@@ -1,0 +1,43 @@
+"""Energy through collisions, hard and soft (Srinivasan 2019, section 4.1.1): `python3 cases/superellipsoid-energy/energy.py`."""
+import csv
+import re
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import sweep
+
+HERE = Path(__file__).parent
+
+
+def energies(case, folder):
+    """Times, kinetic energy over that at the start, and largest speeds of a run."""
+    sweep.run(re.sub(r'directory = "[^"]*"', f'directory = "{folder / "run"}"', case), folder)
+    with open(folder / "run/series.csv") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    energy = [float(r["kinetic_translation"]) + float(r["kinetic_rotation"]) for r in rows]
+    return [float(r["time"]) for r in rows], [e / energy[0] for e in energy], [float(r["largest_speed"]) for r in rows]
+
+
+def main():
+    two = (HERE / "ellipsoids.toml").read_text()
+    print(f"{'':<14} {'e':>4} {'KE after the pair':>18} {'speed':>8} {'KE after the walls':>19}")
+    for model in ("hard", "soft"):
+        for restitution in (0.4, 1.0):
+            case = two.replace('model = "hard"', f'model = "{model}"')
+            case = case.replace("restitution = 0.4", f"restitution = {restitution}")
+            folder = sweep.RESULTS / "superellipsoid-energy" / f"{model}-{restitution}"
+            times, ratio, speed = energies(case, folder)
+            # Between the pair's collision at 0.09 s and the walls, 0.36 m away.
+            k = min(range(len(times)), key=lambda i: abs(times[i] - 0.2))
+            print(f"{model:<14} {restitution:>4} {ratio[k]:>18.12f} {speed[k]:>8.5f} {ratio[-1]:>19.12f}")
+    folder = sweep.RESULTS / "superellipsoid-energy/cylinders"
+    _, ratio, _ = energies((HERE / "cylinders.toml").read_text(), folder)
+    found = re.search(r"(\d+) collisions", (folder / "log").read_text())
+    count = int(found.group(1)) if found else 0
+    worst = max(abs(r - 1) for r in ratio)
+    print(f"50 cylinders: energy changes by {worst:.1e} in {count} collisions, {worst / max(count, 1):.1e} per collision")
+
+
+if __name__ == "__main__":
+    main()
