@@ -14,7 +14,8 @@ pub enum Faces {
     Spread,
 }
 
-/// What the contacts of one composite particle with one other body do together.
+/// What the contacts of one composite particle with one other body do together; each plane, tube or mesh of
+/// a wall is a body of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Composite {

@@ -18,8 +18,8 @@ pub use folder::{latest_valid, remove_old};
 pub use read::CheckpointFile;
 pub use write::write_checkpoint;
 
-/// Version of the layout above; a reader refuses others.
-const FORMAT: i64 = 1;
+/// Version of the layout above and of the arrays in it; a reader refuses others.
+const FORMAT: i64 = 2;
 const STATE: &str = "state";
 
 /// Values of an array on this rank.
