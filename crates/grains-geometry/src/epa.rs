@@ -7,7 +7,7 @@
 
 mod polytope;
 
-use crate::gjk::{GjkError, Separation, distance, nearest_weights};
+use crate::gjk::{GjkError, Separation, distance, nearest_weights, smooth_penetration};
 use crate::{Core, Placement, Rotation, Simplex, Vec3};
 use polytope::{Polytope, Start, start};
 
@@ -111,6 +111,12 @@ pub fn penetration(
     simplex: &Simplex,
 ) -> Result<Penetration, GjkError> {
     let set = Difference::new(a, b, placement);
+    if let (Core::Superellipsoid(first), Core::Superellipsoid(second)) = (a, b)
+        && let Some((depth, normal, point_a)) =
+            smooth_penetration(first, second, placement, set.size, simplex)
+    {
+        return Ok(Penetration { depth, normal, point_a, point_b: point_a - normal * depth });
+    }
     let mut failure = None;
     for joggle in JOGGLES {
         let turn = Rotation::from_scaled_axis(Vec3::new(1.0, 2.0, 3.0) * joggle).to_rotation_matrix();

@@ -16,6 +16,8 @@ mod point;
 mod search;
 mod smooth;
 
+pub(crate) use smooth::penetration as smooth_penetration;
+
 use crate::core::{BoxCore, CylinderCore, PointCore, TriangleCore};
 use crate::{Core, Placement, Vec3};
 use search::Query;

@@ -32,6 +32,9 @@ const MAX_STEPS: usize = 40;
 const PATIENCE: usize = 8;
 /// Longest step, relative to the largest semi-axis.
 const LONGEST_STEP: f64 = 0.5;
+/// Distance of the points across the normal, relative to the size, and sine of the angle of the normals, at
+/// which a penetration is settled; the depth is then exact to its square.
+const SETTLED: f64 = 1e-9;
 /// Curvature of two flat faces, times the size, taken for the least.
 const LEAST_CURVATURE: f64 = 1e-13;
 
@@ -77,13 +80,46 @@ pub(super) fn pair(
         return None;
     }
     let (near_a, near_b) = start(query.placement, simplex, weights);
-    let scale = query.placement.matrix.column(0).norm();
-    let (inverse_scale, floor) = (1.0 / scale, LEAST_CURVATURE / size);
-    let is_sharp = a.is_sharp() || b.is_sharp();
-    let pair = Pair { a, b, placement: query.placement, scale, inverse_scale, floor, is_sharp };
+    let pair = Pair::new(a, b, query.placement, size);
     let (answer, [a, b]) = pair.solve([a.local(&near_a), b.local(&near_b)], query.cutoff, size)?;
     (simplex.len, simplex.a[0], simplex.b[0]) = (1, a, b);
     Some(answer)
+}
+
+/// How deep two superellipsoids less their insets are in each other: depth (m), normal from A to B, and the
+/// deepest point of A (m), in the frame of A.
+///
+/// The nearest least depth to the points of the simplex, found by Newton's method like the distance; `None` if
+/// it fails or the bodies are deeper than half of the thinner one, where another direction may be shorter.
+pub(crate) fn penetration(
+    a: &Superellipsoid,
+    b: &Superellipsoid,
+    placement: &Placement,
+    size: f64,
+    simplex: &Simplex,
+) -> Option<(f64, Vec3, Vec3)> {
+    if simplex.len != 1 || !(a.is_smooth() && b.is_smooth()) {
+        return None;
+    }
+    let pair = Pair::new(a, b, placement, size);
+    let mut at = [a.local(&simplex.a[0]), b.local(&simplex.b[0])];
+    let insets = [a.inset(), b.inset() * pair.scale];
+    let deepest = 0.5 * a.inscribed_radius().min(b.inscribed_radius() * pair.scale);
+    for _ in 0..MAX_STEPS {
+        let linear = Linear::new(&pair, &at[0], &at[1]);
+        let v = linear.w + linear.normal * insets[0] - linear.normal_b * insets[1];
+        let depth = -v.dot(&linear.normal);
+        let aside = (v + linear.normal * depth).norm();
+        if !(depth < deepest) {
+            return None;
+        }
+        if aside + size * (linear.normal + linear.normal_b).norm() <= SETTLED * size {
+            let point = at[0].point - linear.normal * insets[0];
+            return (linear.is_least() && depth >= 0.0).then_some((depth, linear.normal, point));
+        }
+        at = linear.step()?;
+    }
+    None
 }
 
 /// The points to start from.
@@ -101,6 +137,15 @@ fn start(placement: &Placement, simplex: &Simplex, weights: Option<&[f64; 4]>) -
     };
     let swapped = Simplex { len: simplex.len, a: simplex.b, b: simplex.a };
     (combine(simplex, &nearest), combine(&swapped, &nearest))
+}
+
+impl<'a> Pair<'a> {
+    #[inline(always)]
+    fn new(a: &'a Superellipsoid, b: &'a Superellipsoid, placement: &'a Placement, size: f64) -> Self {
+        let scale = placement.matrix.column(0).norm();
+        let is_sharp = a.is_sharp() || b.is_sharp();
+        Self { a, b, placement, scale, inverse_scale: 1.0 / scale, floor: LEAST_CURVATURE / size, is_sharp }
+    }
 }
 
 impl Pair<'_> {
@@ -173,14 +218,33 @@ impl<'a> Linear<'a> {
         Separation::Apart { distance, normal, point_a, point_b: point_a + normal * distance }
     }
 
+    /// Whether moving the points along the surfaces makes the overlap smaller in no direction: W_A + W_B (1 + d W_A)
+    /// is positive.
+    fn is_least(&self) -> bool {
+        let [e, f] = tangents(&self.normal);
+        let (of_a, of_b) = self.curvatures(&e, &f);
+        let mut longer = of_a.map(|row| row.map(|x| x * self.gap));
+        (longer[0][0], longer[1][1]) = (longer[0][0] + 1.0, longer[1][1] + 1.0);
+        let matrix = sum(&of_a, &product(&of_b, &longer));
+        let determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
+        determinant >= 0.0 && matrix[0][0] + matrix[1][1] >= 0.0
+    }
+
+    /// The forms of curvature of both bodies in two tangents.
+    #[inline(always)]
+    fn curvatures(&self, e: &Vec3, f: &Vec3) -> (Matrix2, Matrix2) {
+        let (e_b, f_b) = (self.pair.in_b(e), self.pair.in_b(f));
+        let of_b = self.b.curvature(&e_b, &f_b).map(|row| row.map(|x| x * self.pair.inverse_scale));
+        (self.a.curvature(e, f), of_b)
+    }
+
     /// The surfaces at the points where Newton's method expects the nearest ones.
     #[inline(always)]
     fn step(&self) -> Option<[Local; 2]> {
         let pair = self.pair;
         let [e, f] = tangents(&self.normal);
         let [e_b, f_b] = [pair.in_b(&e), pair.in_b(&f)];
-        let of_a = self.a.curvature(&e, &f);
-        let of_b = self.b.curvature(&e_b, &f_b).map(|row| row.map(|x| x * pair.inverse_scale));
+        let (of_a, of_b) = self.curvatures(&e, &f);
         let off = [-e.dot(&self.normal_b), -f.dot(&self.normal_b)];
         let across = [e.dot(&self.w), f.dot(&self.w)];
         let mut longer = of_a.map(|row| row.map(|x| x * self.gap));
