@@ -1,8 +1,10 @@
 """Impact of a cylinder on a plane at 0 to 90 degrees, in several representations, against the closed form of
 rigid bodies (thesis eqs 3.37-3.38 as corrected): `python cases/cylinder-impact/impact.py`, with the Python that
-scripts/python-environment prints. Writes impact.csv and impact.png beside this file."""
+scripts/python-environment prints. Writes impact.csv, impact.png and cylinders.csv, the
+places of the cylinders, beside this file."""
 import csv
 import math
+import shutil
 import sys
 from pathlib import Path
 
@@ -71,7 +73,8 @@ def run(name):
     keys, composite, faces = BODIES[name]
     folder = sweep.RESULTS / "cylinder-impact" / name.replace(", ", "-").replace(" ", "-")
     folder.mkdir(parents=True, exist_ok=True)
-    write_places(folder / "cylinders.csv")
+    write_places(HERE / "cylinders.csv")
+    shutil.copy(HERE / "cylinders.csv", folder)
     case = (HERE / "cylinders.toml").read_text().replace(TRUE, keys)
     if "sphere" in keys:
         case = case.replace("crust = 0.002\n", "")

@@ -16,7 +16,7 @@ SOURCE = {20: 13.1, 30: 25.5, 40: 46.07}
 
 def bench(name, keys):
     """Microseconds per particle and step and per contact, and contacts per particle."""
-    text = CASE.replace("crust = 0.2\n", f"crust = 0.2\n{keys}")
+    text = CASE.replace("semi_axes", f"{keys}semi_axes")
     text = re.sub(r'place = \{ kind = "lattice".*', 'place = { kind = "file", path = "settled/run/particles.vtkhdf" }', text)
     path = FOLDER / f"{name}.toml"
     path.write_text(text)

@@ -35,13 +35,13 @@ pub struct Particle {
 }
 
 /// Contacts in the packed memory of a particle, in an order that does not depend on neighbour lists:
-/// counts of sphere, body and wall contacts, then for each its key, spring and (not for spheres) simplex.
+/// counts of sphere, body and wall contacts, then for each its key, spring and (not for spheres) twist and simplex.
 fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let (counts, mut rest) = packed.split_at(3);
     let mut contacts = Vec::new();
     for (kind, &count) in counts.iter().enumerate() {
         for _ in 0..count as usize {
-            let fixed = [4, 6, 8][kind];
+            let fixed = [4, 7, 9][kind];
             let length = if kind == 0 { fixed } else { fixed + 1 + 6 * rest[fixed] as usize };
             let (contact, after) = rest.split_at(length);
             contacts.push([&[kind as u64], &*bits(contact)].concat());
