@@ -38,7 +38,7 @@ def superellipsoid(ratios, exponent):
 def cross(dimensions, ratio=5):
     """Keys of a cross of square beams, `ratio` times as long as wide, and half of its largest extent."""
     width = (VOLUME / (2 * ratio - 1 if dimensions == 2 else 3 * ratio - 2)) ** (1 / 3)
-    keys = f'kind = "cross"\ndimensions = {dimensions}\nbeam_width = {width!r}\nbeam_length = {ratio * width!r}'
+    keys = f'kind = "cross"\nbeams = {dimensions}\nbeam_width = {width!r}\nbeam_length = {ratio * width!r}'
     return keys, width * math.sqrt(ratio**2 + 2) / 2
 
 

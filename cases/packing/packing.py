@@ -33,7 +33,7 @@ def shapes():
 def cross(dimensions, ratio):
     """Cross of 2 or 3 square beams, `ratio` times as long as wide: V = w^3 (2 q - 1) or w^3 (3 q - 2)."""
     width = (VOLUME / (2 * ratio - 1 if dimensions == 2 else 3 * ratio - 2)) ** (1 / 3)
-    return f'kind = "cross"\ndimensions = {dimensions}\nbeam_width = {width!r}\nbeam_length = {ratio * width!r}'
+    return f'kind = "cross"\nbeams = {dimensions}\nbeam_width = {width!r}\nbeam_length = {ratio * width!r}'
 
 
 # Table 3.3.

@@ -110,7 +110,7 @@ pub(crate) fn penetration(
         let v = linear.w + linear.normal * insets[0] - linear.normal_b * insets[1];
         let depth = -v.dot(&linear.normal);
         let aside = (v + linear.normal * depth).norm();
-        if !(depth < deepest) {
+        if depth.is_nan() || depth >= deepest {
             return None;
         }
         if aside + size * (linear.normal + linear.normal_b).norm() <= SETTLED * size {
