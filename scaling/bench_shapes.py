@@ -103,7 +103,8 @@ def settle(name, folder, binary, ranks, timeout):
     values = dict(box=box, height=height, top=height + 0.01, dt=DT, count=COUNT, spacing=spacing, keys=keys)
     (place / "bed.toml").write_text(CASE.format(glass=GLASS, floor=FLOOR, **values))
     if not (place / "done").exists():
-        run(mpi(ranks, [binary, "bed.toml"]), timeout, place)
+        begun = ["--restart", "latest"] if list(place.glob("settled/checkpoint-*.h5")) else []
+        run(mpi(ranks, [binary, "bed.toml", *begun]), timeout, place)
         (place / "done").touch()
     return place
 
