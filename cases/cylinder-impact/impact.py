@@ -109,16 +109,23 @@ def main():
             for angle, (velocity, omega, contact) in zip(ANGLES, found):
                 v, w = exact(angle)
                 table.writerow([name, angle, f"{velocity:.5f}", f"{v:.5f}", f"{omega:.3f}", f"{w:.3f}", f"{contact:.2e}"])
-    print(f"{'representation':<20} {'V+ 30':>9} {'omega 30':>9} {'V+ 60':>9} {'omega 60':>9} {'V+ 90':>9} {'omega 90':>9} "
-          f"{'worst V':>8} {'worst w':>8} {'T_c 90 (us)':>11}")
+    print(f"{'representation':<20} {'V+ 0':>9} {'V+ 30':>9} {'omega 30':>9} {'V+ 60':>9} {'omega 60':>9} {'V+ 90':>9} {'omega 90':>9} "
+          f"{'worst V':>8} {'worst w':>8} {'leaves at':>15} {'T_c 90 (us)':>11}")
     for name, found in [("exact", [(*exact(a), 0) for a in ANGLES])] + list(results.items()):
         at = lambda angle: found[ANGLES.index(angle)]
         inner = [(f, exact(a)) for a, f in zip(ANGLES, found) if 5 <= a <= 85]
         worst_v = max(abs(f[0] - e[0]) for f, e in inner)
         worst_w = max(abs(f[1] - e[1]) for f, e in inner) / max(abs(e[1]) for _, e in inner)
-        print(f"{name:<20} {at(30)[0]:>9.5f} {at(30)[1]:>9.2f} {at(60)[0]:>9.5f} {at(60)[1]:>9.2f} "
-              f"{at(90)[0]:>9.5f} {at(90)[1]:>9.2f} {worst_v:>8.4f} {worst_w:>8.4f} {1e6 * at(90)[2]:>11.1f}")
+        print(f"{name:<20} {at(0)[0]:>9.5f} {at(30)[0]:>9.5f} {at(30)[1]:>9.2f} {at(60)[0]:>9.5f} {at(60)[1]:>9.2f} "
+              f"{at(90)[0]:>9.5f} {at(90)[1]:>9.2f} {worst_v:>8.4f} {worst_w:>8.4f} {leaving(found):>15} {1e6 * at(90)[2]:>11.1f}")
     draw(results)
+
+
+def leaving(found):
+    """Least and largest velocity (m/s) of the contact point after the impact, at 0.5 to 89.5 degrees."""
+    lever = lambda a: RADIUS * math.cos(math.radians(a)) - HEIGHT / 2 * math.sin(math.radians(a))
+    speeds = [f[0] + f[1] * lever(a) for a, f in zip(ANGLES, found) if 0 < a < 90]
+    return f"{min(speeds):.4f}-{max(speeds):.4f}"
 
 
 def draw(results):
@@ -132,7 +139,7 @@ def draw(results):
         right.plot(ANGLES, [f[1] for f in results[name]], mark, label=name, fillstyle="none")
     left.set(xlabel="angle (degrees)", ylabel="velocity away from the wall after the impact (m/s)")
     right.set(xlabel="angle (degrees)", ylabel="angular velocity after the impact (rad/s)")
-    left.legend()
+    left.legend(loc="lower center")
     figure.tight_layout()
     figure.savefig(HERE / "impact.png", dpi=110)
 

@@ -121,7 +121,8 @@ impl ContactLaw {
         root * (contact + 2.0 * self.damping * stiffness_ratio.sqrt())
     }
 
-    /// Coefficients of the law for a reduced mass (kg).
+    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the mass felt at the contact,
+    /// 1/(n·K n) with K their mobility there.
     #[inline]
     pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
         let dashpot = 2.0 * self.damping * (self.normal_stiffness * reduced_mass).sqrt();

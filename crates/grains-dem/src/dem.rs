@@ -1,12 +1,14 @@
 //! The granular phase of one rank and its step.
 
+mod observe;
+
 use crate::bodies;
 use crate::error::vector;
 use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
 use crate::hard::{CollisionModel, Collisions, HardModel, Site};
 use crate::integrate::{self, Rates};
-use crate::measure::{self, Crossings, FlowPlane, Totals};
+use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
 use crate::neighbours::{Neighbours, Skin, Surroundings};
 use crate::spheres;
@@ -14,6 +16,7 @@ use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_domain::{CellGrid, Decomposition, DecompositionError, GlobalBox, Transport};
 use grains_geometry::Vec3;
+pub use observe::{Partner, Touch};
 
 /// Everything that defines a granular system, apart from its particles.
 #[derive(Clone, Debug)]
@@ -49,28 +52,6 @@ pub enum Failure {
     Here(StepError),
     /// Another rank did.
     Elsewhere,
-}
-
-/// The other side of a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Partner {
-    /// A particle of this rank's arrays, owned or clone.
-    Particle(usize),
-    /// A wall.
-    Wall(usize),
-}
-
-/// A contact of an owned particle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
-    /// The owned particle.
-    pub particle: usize,
-    /// What it touches.
-    pub other: Partner,
-    /// Overlap (m).
-    pub overlap: f64,
-    /// Smaller inscribed radius of the two (m).
-    pub radius: f64,
 }
 
 /// What the last evaluation of the contacts found on this rank.
@@ -492,116 +473,5 @@ impl Dem {
                 });
             }
         }
-    }
-
-    /// Sums over all ranks.
-    pub fn totals(&self, transport: &impl Transport) -> Totals {
-        let own = Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity);
-        let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
-        transport.sum(&mut sums);
-        transport.max(&mut speed);
-        Totals::from_sums(sums, speed[0])
-    }
-
-    /// Checks that every particle inserted is inside or has left; returns the sums of all ranks.
-    pub fn check_ledger(&self, transport: &impl Transport) -> Result<Ledger, StepError> {
-        let mut counts = [self.ledger.inserted, self.ledger.left, self.particles.owned as u64];
-        transport.sum_counts(&mut counts);
-        let [inserted, left, inside] = counts;
-        if inserted == left + inside {
-            return Ok(Ledger { inserted, left });
-        }
-        let missing = inserted as i64 - left as i64 - inside as i64;
-        Err(StepError::Ledger { inserted, inside, left, missing })
-    }
-
-    /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.
-    pub fn crossings(&mut self, transport: &impl Transport) -> Vec<(i64, f64)> {
-        measure::count_crossings(
-            &mut self.particles,
-            &self.setup.planes,
-            &self.setup.global,
-            &mut self.crossings,
-        );
-        let mut sums: Vec<f64> = self.crossings.iter().flat_map(|c| [c.count as f64, c.mass]).collect();
-        transport.sum(&mut sums);
-        sums.chunks_exact(2).map(|c| (c[0] as i64, c[1])).collect()
-    }
-
-    /// Sets the crossings counted so far (on one rank; zero on the others), as after a restart.
-    pub fn restore_crossings(&mut self, counts: &[(i64, f64)]) {
-        for (crossing, &(count, mass)) in self.crossings.iter_mut().zip(counts) {
-            *crossing = Crossings { count, mass };
-        }
-    }
-
-    /// Force (N) and torque about the origin (N m) on each wall, over all ranks.
-    pub fn wall_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums: Vec<f64> = self
-            .wall_loads
-            .iter()
-            .flat_map(|l| l.force.iter().chain(l.torque.iter()).copied().collect::<Vec<_>>())
-            .collect();
-        transport.sum(&mut sums);
-        let vector = |s: &[f64]| Vec3::new(s[0], s[1], s[2]);
-        sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
-    }
-
-    /// Touching neighbours and touching walls of each owned particle, at the present positions.
-    pub fn coordination(&self) -> (Vec<u32>, Vec<u32>) {
-        let owned = self.particles.owned;
-        let (mut neighbours, mut touching_walls) = (vec![0; owned], vec![0; owned]);
-        self.for_each_contact(|touch| match touch.other {
-            Partner::Wall(_) => touching_walls[touch.particle] += 1,
-            Partner::Particle(other) => {
-                for i in [touch.particle, other].into_iter().filter(|&i| i < owned) {
-                    neighbours[i] += 1;
-                }
-            }
-        });
-        (neighbours, touching_walls)
-    }
-
-    /// Calls `visit` with every contact of an owned particle at the present positions.
-    pub fn for_each_contact(&self, mut visit: impl FnMut(&Touch)) {
-        let bodies = &self.particles.bodies;
-        let catalogue = &self.setup.catalogue;
-        for pair in &self.neighbours.spheres {
-            let (i, j) = (pair.a as usize, pair.b as usize);
-            let overlap =
-                bodies[i].radius + bodies[j].radius - (bodies[j].position - bodies[i].position).norm();
-            if overlap > 0.0 {
-                let radius = bodies[i].radius.min(bodies[j].radius);
-                visit(&Touch { particle: i, other: Partner::Particle(j), overlap, radius });
-            }
-        }
-        // Parts of two bodies that touch are one contact, the deepest of theirs.
-        let mut touch: Option<Touch> = None;
-        let mut list = self.neighbours.bodies.clone();
-        let _ = bodies::meet(&self.particles, &mut list, catalogue, |pair, contact| {
-            let (a, b) = (pair.a as usize, pair.b as usize);
-            let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
-            let (other, overlap) = (Partner::Particle(other), contact.overlap);
-            let radius = bodies::smaller_radius(&self.particles, a, b, catalogue);
-            let new = Touch { particle, other, overlap, radius };
-            match &mut touch {
-                Some(same) if (same.particle, same.other) == (particle, other) => {
-                    same.overlap = same.overlap.max(overlap);
-                }
-                last => last.replace(new).iter().for_each(&mut visit),
-            }
-        });
-        touch.iter().for_each(&mut visit);
-        let scene = WallScene::new(&self.setup, &self.states, self.time());
-        let mut list = self.neighbours.walls.clone();
-        walls::for_each_contact(&self.particles, &mut list, &scene, catalogue, |i, wall, overlap| {
-            let radius = catalogue.inscribed_radius(&bodies[i]);
-            visit(&Touch { particle: i, other: Partner::Wall(wall), overlap, radius });
-        });
-    }
-
-    /// Lengths of the lists (sphere pairs, body pairs, wall pairs) and clones sent per step.
-    pub fn list_sizes(&self) -> ([usize; 3], usize) {
-        (self.neighbours.sizes(), self.exchange.clones_sent())
     }
 }
