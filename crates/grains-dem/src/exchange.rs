@@ -219,6 +219,7 @@ impl Exchange {
                 if turning {
                     particles.orientations[clone] = particles.orientations[i];
                     particles.frames[clone] = particles.frames[i];
+                    particles.travelled[clone] = particles.travelled[i];
                 }
             }
         }
@@ -244,9 +245,10 @@ impl Exchange {
         transport.exchange(&self.peers, &self.sent, &mut self.received);
         for (message, filled) in self.received.iter().zip(&self.filled) {
             for (record, clone) in message.chunks_exact(length).zip(filled.clone()) {
+                let before = particles.bodies[clone].position;
                 read_motion(&mut particles.bodies[clone], record);
                 if turning {
-                    particles.set_orientation(clone, read_orientation(&record[9..]));
+                    particles.turn_to(clone, &before, read_orientation(&record[9..]));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! New particles, and whether there is room for them.
 
-use crate::bodies::{PlacedPart, touch};
+use crate::bodies::{Meeting, PlacedPart, Pose, touch};
 use crate::images;
 use crate::integrate::{half_step_back, inertia};
 use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
@@ -59,10 +59,6 @@ impl NewParticle {
         crate::rotation::frame(&self.orientation)
     }
 
-    fn placed<'a>(&self, catalogue: &'a Catalogue, part: u16) -> PlacedPart<'a> {
-        PlacedPart::of(catalogue.shape(self.kind), part, &self.frame(), self.scale)
-    }
-
     /// Largest overlap (m) with another particle at `separation` (m) from this one; 0 if apart.
     pub fn overlap_with(&self, other: &NewParticle, separation: &Vec3, catalogue: &Catalogue) -> f64 {
         let (shape, other_shape) = (catalogue.shape(self.kind), catalogue.shape(other.kind));
@@ -74,16 +70,19 @@ impl NewParticle {
         if shape.is_sphere() && other_shape.is_sphere() {
             return radii - distance;
         }
+        let frames = [self.frame(), other.frame()];
+        let pose = Pose { shape, frame: &frames[0], scale: self.scale };
+        let other_pose = Pose { shape: other_shape, frame: &frames[1], scale: other.scale };
         let mut worst = 0.0_f64;
         for a in 0..shape.parts.len() as u16 {
-            let part = self.placed(catalogue, a);
+            let part = PlacedPart::of(&pose, a);
             for b in 0..other_shape.parts.len() as u16 {
-                let other_part = other.placed(catalogue, b);
+                let other_part = PlacedPart::of(&other_pose, b);
                 let between = separation + other_part.offset - part.offset;
                 let placement = part.placement(&other_part.rotation, other_part.scale, &between);
                 let mut cold = Simplex::default();
-                if let Ok(Some(contact)) =
-                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold, FaceContact::Point)
+                if let Ok(Meeting::Touching(contact)) =
+                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold)
                 {
                     worst = worst.max(contact.overlap);
                 }
@@ -181,10 +180,13 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
     let radius = shape.bounding_radius * new.scale;
     let global = &dem.setup.global;
     let shifts = images::shifts(global);
+    let frame = new.frame();
     for (wall, state) in dem.setup.walls.iter().zip(dem.wall_states()) {
         if !wall.exists_at(dem.time()) {
             continue;
         }
+        let seen = state.rotation.tr_mul(&frame);
+        let pose = Pose { shape, frame: &seen, scale: new.scale };
         for surface in &wall.surfaces {
             let axes = wall.wrapped_axes(surface).map(|w| !w);
             let mut found = Vec::new();
@@ -200,9 +202,7 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
                     }
                 } else {
                     for part in 0..shape.parts.len() as u16 {
-                        let mut placed = new.placed(catalogue, part);
-                        placed.rotation = state.rotation.tr_mul(&placed.rotation);
-                        placed.offset = state.rotation.tr_mul(&placed.offset);
+                        let placed = PlacedPart::of(&pose, part);
                         let at = center + placed.offset;
                         if let Ok(Some(c)) = surface.meets_part(
                             element,

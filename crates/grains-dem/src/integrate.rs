@@ -41,7 +41,11 @@ pub(crate) fn inverse_mass_along(
 ) -> f64 {
     let body = &particles.bodies[i];
     let lever = particles.frames[i].tr_mul(&arm.cross(normal));
-    1.0 / body.mass + lever.component_mul(&lever).component_div(&inertia(catalogue, body)).sum()
+    let shape = catalogue.shape(body.kind);
+    let scale = body.radius / shape.bounding_radius;
+    // m/I, where I is that of the shape at unit density.
+    let turned = lever.component_mul(&lever).component_div(&shape.inertia).sum() * shape.volume;
+    (1.0 + turned / (scale * scale)) / body.mass
 }
 
 /// Velocity half a step before a particle is placed with `velocity` (m/s): it has flown freely until then.
@@ -71,6 +75,7 @@ pub(crate) fn advance(
         let velocity = particles.half_velocity[i] + acceleration * dt;
         particles.half_velocity[i] = velocity;
         body.velocity = velocity + acceleration * half;
+        let before = body.position;
         // Only the displacement is rounded: the position stays on the lattice.
         body.position += (velocity * dt).map(|d| positions.round(d));
         if all_spheres || catalogue.shape(body.kind).is_sphere() {
@@ -79,8 +84,11 @@ pub(crate) fn advance(
             let spin = particles.half_spin[i] + acceleration * dt;
             particles.half_spin[i] = spin;
             body.angular_velocity = spin + acceleration * half;
+            if !all_spheres {
+                particles.travelled[i] += (body.position - before).norm();
+            }
         } else {
-            turn(particles, i, &load, catalogue, dt);
+            turn(particles, i, &before, &load, catalogue, dt);
         }
         outcome.is_stale |= !is_within_reach(particles, neighbours, i);
     }
@@ -95,13 +103,13 @@ pub(crate) struct Advance {
     pub(crate) overloaded: Option<(usize, f64)>,
 }
 
-/// Turns a body: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt.
-fn turn(particles: &mut Particles, i: usize, load: &Load, catalogue: &Catalogue, dt: f64) {
+/// Turns a body that has come from the position `before` (m): L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt.
+fn turn(particles: &mut Particles, i: usize, before: &Vec3, load: &Load, catalogue: &Catalogue, dt: f64) {
     let inertia = inertia(catalogue, &particles.bodies[i]);
     let momentum = particles.half_spin[i] + load.torque * dt;
     particles.half_spin[i] = momentum;
     let orientation = rotate_freely(&particles.orientations[i], &inertia, &momentum, dt);
-    particles.set_orientation(i, orientation);
+    particles.turn_to(i, before, orientation);
     let predicted = momentum + load.torque * (0.5 * dt);
     particles.bodies[i].angular_velocity = angular_velocity(&particles.frames[i], &inertia, &predicted);
 }

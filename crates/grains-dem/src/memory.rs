@@ -63,14 +63,23 @@ pub(crate) struct SphereMemory {
     pub(crate) spring: Vec3,
 }
 
+/// What a contact of bodies that are not both spheres remembers while it lasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ContactMemory {
+    /// Tangential spring (m).
+    pub(crate) spring: Vec3,
+    /// Spring against twisting about the normal (rad).
+    pub(crate) twist: f64,
+    /// Simplex of the last distance query.
+    pub(crate) simplex: Simplex,
+}
+
 /// A contact of two parts, seen from the particle of lower id.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyMemory {
     pub(crate) partner: u64,
     pub(crate) parts: [u16; 2],
-    pub(crate) spring: Vec3,
-    pub(crate) twist: f64,
-    pub(crate) simplex: Simplex,
+    pub(crate) contact: ContactMemory,
 }
 
 /// A contact with a wall.
@@ -82,9 +91,7 @@ pub(crate) struct WallMemory {
     pub(crate) element: u32,
     /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
     pub(crate) image: u8,
-    pub(crate) spring: Vec3,
-    pub(crate) twist: f64,
-    pub(crate) simplex: Simplex,
+    pub(crate) contact: ContactMemory,
 }
 
 /// The memories of all owned particles, in rows by particle.
@@ -104,13 +111,11 @@ impl Memories {
         bodies: impl Fn(&mut dyn FnMut(u32, BodyMemory)),
         walls: impl Fn(&mut dyn FnMut(u32, WallMemory)),
     ) {
-        let (spring, simplex) = (Vec3::zeros(), Simplex::default());
-        self.spheres.fill(owned, SphereMemory { partner: 0, spring }, spheres);
-        let blank = BodyMemory { partner: 0, parts: [0; 2], spring, twist: 0.0, simplex };
-        self.bodies.fill(owned, blank, bodies);
+        self.spheres.fill(owned, SphereMemory { partner: 0, spring: Vec3::zeros() }, spheres);
+        let contact = ContactMemory::default();
+        self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], contact }, bodies);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
-        let blank = WallMemory { wall, surface, part, element, image, spring, twist: 0.0, simplex };
-        self.walls.fill(owned, blank, walls);
+        self.walls.fill(owned, WallMemory { wall, surface, part, element, image, contact }, walls);
     }
 
     /// Appends one particle's memories to a message.
@@ -122,14 +127,12 @@ impl Memories {
         }
         for m in bodies {
             message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
-            message.extend([m.spring.x, m.spring.y, m.spring.z, m.twist]);
-            write_simplex(&m.simplex, message);
+            m.contact.write(message);
         }
         for m in walls {
             message.extend([m.wall, m.surface, m.part].map(f64::from));
             message.extend([f64::from(m.element), f64::from(m.image)]);
-            message.extend([m.spring.x, m.spring.y, m.spring.z, m.twist]);
-            write_simplex(&m.simplex, message);
+            m.contact.write(message);
         }
     }
 
@@ -147,48 +150,46 @@ impl Memories {
             SphereMemory { partner: m[0] as u64, spring: Vec3::new(m[1], m[2], m[3]) }
         }));
         self.bodies.push_row((0..counts[1]).map(|_| {
-            let m = take(7);
+            let m = take(3);
             let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
-            let (spring, twist) = (Vec3::new(m[3], m[4], m[5]), m[6]);
-            BodyMemory { partner, parts, spring, twist, simplex: read_simplex(&mut take) }
+            BodyMemory { partner, parts, contact: ContactMemory::read(&mut take) }
         }));
         self.walls.push_row((0..counts[2]).map(|_| {
-            let m = take(9);
+            let m = take(5);
             let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
             let (element, image) = (m[3] as u32, m[4] as u8);
-            let (spring, twist) = (Vec3::new(m[5], m[6], m[7]), m[8]);
-            WallMemory {
-                wall,
-                surface,
-                part,
-                element,
-                image,
-                spring,
-                twist,
-                simplex: read_simplex(&mut take),
-            }
+            WallMemory { wall, surface, part, element, image, contact: ContactMemory::read(&mut take) }
         }));
         rest
     }
 }
 
-fn write_simplex(simplex: &Simplex, message: &mut Vec<f64>) {
-    message.push(f64::from(simplex.len));
-    for k in 0..simplex.len as usize {
-        for p in [&simplex.a[k], &simplex.b[k]] {
-            message.extend([p.x, p.y, p.z]);
+impl ContactMemory {
+    /// Whether there is anything to remember.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.simplex.len == 0 && self.twist == 0.0 && self.spring == Vec3::zeros()
+    }
+
+    fn write(&self, message: &mut Vec<f64>) {
+        let Self { spring, twist, simplex } = self;
+        message.extend([spring.x, spring.y, spring.z, *twist, f64::from(simplex.len)]);
+        for k in 0..simplex.len as usize {
+            for p in [&simplex.a[k], &simplex.b[k]] {
+                message.extend([p.x, p.y, p.z]);
+            }
         }
     }
-}
 
-fn read_simplex<'a>(take: &mut impl FnMut(usize) -> &'a [f64]) -> Simplex {
-    let mut simplex = Simplex { len: take(1)[0] as u8, ..Simplex::default() };
-    for k in 0..simplex.len as usize {
-        let p = take(6);
-        simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
-        simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
+    fn read<'a>(take: &mut impl FnMut(usize) -> &'a [f64]) -> Self {
+        let m = take(5);
+        let mut simplex = Simplex { len: m[4] as u8, ..Simplex::default() };
+        for k in 0..simplex.len as usize {
+            let p = take(6);
+            simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
+            simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
+        }
+        Self { spring: Vec3::new(m[0], m[1], m[2]), twist: m[3], simplex }
     }
-    simplex
 }
 
 #[cfg(test)]
@@ -207,19 +208,13 @@ mod tests {
                 add(0, SphereMemory { partner: 8, spring: spring(0.25) });
                 add(2, SphereMemory { partner: 9, spring: spring(0.125) });
             },
-            |add| add(1, BodyMemory { partner: 3, parts: [4, 5], spring: spring(3.0), twist: 0.1, simplex }),
             |add| {
-                let wall = WallMemory {
-                    wall: 1,
-                    surface: 2,
-                    part: 3,
-                    element: 4,
-                    image: 5,
-                    spring: spring(5.0),
-                    twist: -0.3,
-                    simplex,
-                };
-                add(2, wall)
+                let contact = ContactMemory { spring: spring(3.0), twist: 0.1, simplex };
+                add(1, BodyMemory { partner: 3, parts: [4, 5], contact })
+            },
+            |add| {
+                let contact = ContactMemory { spring: spring(5.0), twist: -0.3, simplex };
+                add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
             },
         );
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);

@@ -4,15 +4,15 @@
 //! so that a few falling grains do not force a dense bed to rebuild. Reaches, and so the times of rebuilds,
 //! cannot change a result: a pair remembers something only while it is evaluated in consecutive steps.
 
-use crate::bodies::{BodyList, BodyPair, PlacedPart};
+use crate::bodies::{BodyList, BodyPair, PlacedPart, Pose};
 use crate::images;
-use crate::memory::{BodyMemory, Memories, SphereMemory, WallMemory};
+use crate::memory::{BodyMemory, ContactMemory, Memories, SphereMemory, WallMemory};
 use crate::spheres::SpherePair;
 use crate::walls::{Wall, WallList, WallPair, WallState};
 use crate::{Body, Catalogue, Particles, Surface};
 use grains_domain::{CellGrid, Decomposition, GlobalBox};
 use grains_geometry::obb::boxes_apart;
-use grains_geometry::{Rotation, Simplex, Vec3};
+use grains_geometry::{Rotation, Vec3};
 
 /// How far particles may move before lists are rebuilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,15 +114,16 @@ impl Neighbours {
     /// Builds all lists from sorted owned particles and their clones.
     pub(crate) fn build(
         &mut self,
-        particles: &Particles,
+        particles: &mut Particles,
         origins: &[u32],
         memories: &Memories,
         around: &Surroundings,
     ) {
+        particles.travelled.fill(0.0);
         self.probe(particles, around);
         self.bin_clones(particles, around.grid);
         self.spheres.clear();
-        self.bodies.pairs.clear();
+        self.bodies.clear();
         self.walls.pairs.clear();
         self.walls.simplexes.clear();
         let all_spheres = around.catalogue.all_spheres();
@@ -163,6 +164,7 @@ impl Neighbours {
             );
         }
         self.elements = near_walls.elements;
+        self.bodies.reserve();
     }
 
     /// Fills `probes` with position and radius plus reach of owned particles and clones.
@@ -241,33 +243,25 @@ impl Neighbours {
         let mut near = std::mem::take(&mut self.near_parts);
         parts_near(&mut near[0], particles, a, (b, &separation), margin, around.catalogue);
         parts_near(&mut near[1], particles, b, (a, &-separation), margin, around.catalogue);
-        let placed = |i: usize, part: u16| {
-            let body = &particles.bodies[i];
-            let shape = around.catalogue.shape(body.kind);
-            PlacedPart::of(shape, part, &particles.frames[i], body.radius / shape.bounding_radius)
-        };
+        let poses = [a, b].map(|i| Pose::of(particles, i, around.catalogue));
         for &part in &near[0] {
-            let part_a = placed(a, part);
+            let part_a = PlacedPart::of(&poses[0], part);
             for &other in &near[1] {
-                let part_b = placed(b, other);
+                let part_b = PlacedPart::of(&poses[1], other);
                 let between = separation + (part_b.offset - part_a.offset);
                 let range = part_a.bounding_radius + part_b.bounding_radius + margin;
                 if between.norm_squared() >= range * range {
                     continue;
                 }
                 let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
-                let mut hint = 0;
-                let gap = margin / part_a.scale;
-                if boxes_apart(part_a.half_extents, part_b.half_extents, &placement, gap, &mut hint) {
+                let half = |k: usize, part: u16| &poses[k].shape.parts[part as usize].half_extents;
+                if boxes_apart(half(0, part), half(1, other), &placement, margin / part_a.scale) {
                     continue;
                 }
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = memories.bodies.row(origin as usize).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
-                let (spring, twist, simplex) = known
-                    .map_or((Vec3::zeros(), 0.0, Simplex::default()), |m| (m.spring, m.twist, m.simplex));
-                let (a, b) = (a as u32, b as u32);
-                self.bodies.pairs.push(BodyPair { a, b, parts, hint, spring, twist, simplex });
+                self.bodies.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
             }
         }
         self.near_parts = near;
@@ -294,12 +288,10 @@ impl Neighbours {
                 }
             },
             |add| {
-                for pair in self.bodies.pairs.iter().filter(|p| p.remembers()) {
-                    for (own, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
+                for (&BodyPair { a, b, parts, .. }, contact) in self.bodies.remembered() {
+                    for (own, other) in [(a, b), (b, a)] {
                         if own < owned {
-                            let partner = ids[other as usize];
-                            let BodyPair { parts, spring, twist, simplex, .. } = *pair;
-                            add(own, BodyMemory { partner, parts, spring, twist, simplex });
+                            add(own, BodyMemory { partner: ids[other as usize], parts, contact: *contact });
                         }
                     }
                 }
@@ -307,20 +299,16 @@ impl Neighbours {
             |add| {
                 for pair in &self.walls.pairs {
                     let &WallPair { wall, surface, part, element, spring, twist, .. } = pair;
-                    let cold = Simplex::default();
-                    let simplex = self.walls.simplexes.get(pair.simplex as usize).unwrap_or(&cold);
-                    if spring == Vec3::zeros() && twist == 0.0 && simplex.len == 0 {
+                    let simplex = self.walls.simplexes.get(pair.simplex as usize).copied();
+                    let contact = ContactMemory { spring, twist, simplex: simplex.unwrap_or_default() };
+                    if contact.is_empty() {
                         continue;
                     }
                     let wrapped =
                         walls[wall as usize].wrapped_axes(&walls[wall as usize].surfaces[surface as usize]);
                     let position = &particles.bodies[pair.particle as usize].position;
                     if let Some(image) = images::seen_from_wrapped(pair.image, position, global, wrapped) {
-                        let simplex = *simplex;
-                        add(
-                            pair.particle,
-                            WallMemory { wall, surface, part, element, image, spring, twist, simplex },
-                        );
+                        add(pair.particle, WallMemory { wall, surface, part, element, image, contact });
                     }
                 }
             },
@@ -428,14 +416,15 @@ impl WallSearch<'_> {
                     for part in 0..shape.parts.len() as u16 {
                         for &element in &self.elements {
                             let key = (w as u16, s as u16, part, element, image);
-                            let memory =
+                            let known =
                                 known.iter().find(|m| (m.wall, m.surface, m.part, m.element, m.image) == key);
+                            let memory = known.map(|m| m.contact).unwrap_or_default();
                             let closed = shape.is_sphere()
                                 || matches!(surface, Surface::Plane { .. } | Surface::Tube { .. });
                             let simplex = if closed {
                                 WallPair::CLOSED_FORM
                             } else {
-                                list.simplexes.push(memory.map_or(Simplex::default(), |m| m.simplex));
+                                list.simplexes.push(memory.simplex);
                                 list.simplexes.len() as u32 - 1
                             };
                             list.pairs.push(WallPair {
@@ -445,8 +434,8 @@ impl WallSearch<'_> {
                                 surface: s as u16,
                                 part,
                                 image,
-                                spring: memory.map_or(Vec3::zeros(), |m| m.spring),
-                                twist: memory.map_or(0.0, |m| m.twist),
+                                spring: memory.spring,
+                                twist: memory.twist,
                                 simplex,
                             });
                         }

@@ -62,6 +62,21 @@ impl Core {
         }
     }
 
+    /// Support function, max d·x: how far the core reaches along `direction`, in metres times its length.
+    #[inline]
+    pub fn reach(&self, direction: &Vec3) -> f64 {
+        match self {
+            Self::Point => 0.0,
+            Self::Box(half) => BoxCore(*half).height(direction),
+            Self::Cylinder { radius, half_height } => {
+                CylinderCore { radius: *radius, half_height: *half_height }.height(direction)
+            }
+            Self::Polyhedron(hull) => hull.height(direction),
+            Self::Triangle(corners) => TriangleCore(*corners).height(direction),
+            Self::Superellipsoid(body) => body.height(direction),
+        }
+    }
+
     /// Lowest and highest corner of the axis-aligned bounding box in the core's frame (m).
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {

@@ -8,9 +8,11 @@
 //! Two measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
 //! usually still is the answer and one support point certifies it; and for cylinders and superellipsoids
 //! the features that touch are solved as equations by Newton's method, for support points alone would
-//! approach a curved surface slowly.
+//! approach a curved surface slowly. Bodies that do not touch need no query while a plane still parts them:
+//! [`Core::reach`].
 
 mod curved;
+mod ellipsoids;
 mod nearest;
 mod point;
 mod search;
@@ -41,7 +43,10 @@ pub struct Simplex {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Separation {
     /// The cores are proven farther apart than the cutoff.
-    Beyond,
+    Beyond {
+        /// Normal of a plane that proves it, from A to B, of any length, in the frame of A.
+        axis: Vec3,
+    },
     /// The cores are apart.
     Apart {
         /// Distance of the cores (m).

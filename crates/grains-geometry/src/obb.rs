@@ -2,8 +2,6 @@
 
 use crate::{Mat3, Placement, Vec3};
 
-/// Axes of the test: three of A, three of B, nine cross products.
-const AXES: u8 = 15;
 /// Squared sine of the angle of two edges below which their cross product is no axis of its own.
 const PARALLEL: f64 = 1e-12;
 
@@ -11,29 +9,11 @@ const PARALLEL: f64 = 1e-12;
 ///
 /// Box A, of half edges `half_a` (m), is centred in its frame; box B, of half edges `half_b` (m) at
 /// scale 1, is put there by `placement`. True is a proof; false may also mean boxes somewhat farther
-/// apart than `margin` at a corner. `hint` is the axis tried first and becomes an axis found: it
-/// changes the time, never the answer.
-pub fn boxes_apart(half_a: &Vec3, half_b: &Vec3, placement: &Placement, margin: f64, hint: &mut u8) -> bool {
+/// apart than `margin` at a corner.
+pub fn boxes_apart(half_a: &Vec3, half_b: &Vec3, placement: &Placement, margin: f64) -> bool {
     let boxes = Boxes::new(half_a, half_b, placement, margin);
-    if boxes.apart_along(*hint % AXES) {
-        return true;
-    }
-    // All axes at once: boxes that overlap, the usual case now, need every one, and no branch is cheaper.
-    let mut apart = [false; AXES as usize];
-    for axis in 0..3 {
-        apart[axis] = boxes.face_of_a(axis);
-        apart[3 + axis] = boxes.face_of_b(axis);
-    }
-    for (axis, apart) in apart.iter_mut().enumerate().skip(6) {
-        *apart = boxes.edges((axis - 6) / 3, (axis - 6) % 3);
-    }
-    match apart.iter().position(|&is_apart| is_apart) {
-        Some(axis) => {
-            *hint = axis as u8;
-            true
-        }
-        None => false,
-    }
+    (0..3).any(|axis| boxes.face_of_a(axis) || boxes.face_of_b(axis))
+        || (0..3).any(|i| (0..3).any(|j| boxes.edges(i, j)))
 }
 
 struct Boxes<'a> {
@@ -60,15 +40,6 @@ impl<'a> Boxes<'a> {
             scale: scale2.sqrt(),
             scale2,
             margin,
-        }
-    }
-
-    #[inline(always)]
-    fn apart_along(&self, axis: u8) -> bool {
-        match axis as usize {
-            i @ 0..3 => self.face_of_a(i),
-            j @ 3..6 => self.face_of_b(j - 3),
-            k => self.edges((k - 6) / 3, (k - 6) % 3),
         }
     }
 

@@ -154,6 +154,12 @@ impl Superellipsoid {
         }
     }
 
+    /// Whether the body is an ellipsoid.
+    #[inline(always)]
+    pub(crate) fn is_ellipsoid(&self) -> bool {
+        self.powers == Powers::Squares
+    }
+
     /// Whether the surface has normals and points that Newton's method can follow; ε = 2 makes flat faces.
     pub(crate) fn is_smooth(&self) -> bool {
         self.eps[0] < 2.0 && self.eps[1] < 2.0
@@ -233,7 +239,12 @@ impl Support for Superellipsoid {
 
     #[inline]
     fn height(&self, direction: &Vec3) -> f64 {
-        self.dual(direction).0 - self.inset * direction.norm()
+        let whole = if self.is_ellipsoid() {
+            direction.component_mul(&self.semi_axes).norm()
+        } else {
+            self.dual(direction).0
+        };
+        whole - self.inset * direction.norm()
     }
 
     #[inline(always)]

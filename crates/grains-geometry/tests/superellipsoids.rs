@@ -374,7 +374,7 @@ fn any_points_of_the_bodies_are_a_valid_start() {
         let cutoff = cold * (1.0 + 1e-3) + 1e-9 * pair.size;
         let answer = distance(&pair.a, &pair.b, &pair.placement, cutoff, &mut start).unwrap();
         match answer {
-            Separation::Beyond => panic!("{:?} is not beyond {cutoff}: {cold}", KINDS.get(partner)),
+            Separation::Beyond { .. } => panic!("{:?} is not beyond {cutoff}: {cold}", KINDS.get(partner)),
             Separation::Apart { distance, .. } => assert!((distance - cold).abs() <= 1e-9 * pair.size),
             Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", KINDS.get(partner)),
         }

@@ -105,8 +105,11 @@ impl Collisions {
 
     /// Applies the relocations (m) of this step, which then are done.
     pub(crate) fn relocate(&mut self, particles: &mut Particles) {
-        for (body, relocation) in particles.bodies[..particles.owned].iter_mut().zip(&self.relocations) {
-            body.position += relocation;
+        for (i, relocation) in self.relocations.iter().enumerate().take(particles.owned) {
+            particles.bodies[i].position += relocation;
+            if let Some(travelled) = particles.travelled.get_mut(i) {
+                *travelled += relocation.norm();
+            }
         }
         self.relocations.clear();
     }

@@ -2,7 +2,7 @@
 
 use super::surface::SurfaceContact;
 use super::{Wall, WallLoad, WallState};
-use crate::bodies::PlacedPart;
+use crate::bodies::{PlacedPart, Pose};
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::images;
@@ -293,16 +293,17 @@ fn find_contacts(
         }
         return Ok(());
     }
-    let scale = body.radius / shape.bounding_radius;
+    let mut pose = Pose::of(particles, first.particle as usize, catalogue);
+    let turned;
+    if state.is_displaced {
+        turned = state.rotation.tr_mul(pose.frame);
+        pose.frame = &turned;
+    }
     let mut start = group.start;
     while start < group.end {
         let end = list.part_end(start, group.end);
         let number = list.pairs[start].part;
-        let mut part = PlacedPart::of(shape, number, &particles.frames[first.particle as usize], scale);
-        if state.is_displaced {
-            part.rotation = state.rotation.tr_mul(&part.rotation);
-            part.offset = state.rotation.tr_mul(&part.offset);
-        }
+        let part = PlacedPart::of(&pose, number);
         for pair in &list.pairs[start..end] {
             let simplex = match pair.simplex {
                 WallPair::CLOSED_FORM => &mut Simplex::default(),

@@ -1,6 +1,6 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
-use crate::bodies::{PlacedPart, touch};
+use crate::bodies::{Meeting, PlacedPart, spread, touch};
 use crate::catalogue::FaceContact;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
@@ -219,25 +219,28 @@ impl Surface {
             }
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let contact = touch(part, core, &placement, 0.0, simplex, faces)?;
-                Ok(contact.map(|c| SurfaceContact {
-                    normal: c.normal,
-                    overlap: c.overlap,
-                    point: center + c.point,
-                    footprint: c.footprint,
-                }))
+                let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, simplex)? else {
+                    return Ok(None);
+                };
+                let footprint =
+                    is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
+                let point = center + c.point;
+                Ok(Some(SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint }))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Some(c) = touch(part, &core, &placement, 0.0, simplex, faces)? else { return Ok(None) };
+                let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, simplex)? else {
+                    return Ok(None);
+                };
+                let footprint =
+                    is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();
                 let point = center + c.point;
-                let contact =
-                    SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint: c.footprint };
+                let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
                 // The triangle's point lies half an overlap behind the contact point.
                 let on_triangle = point - c.normal * (0.5 * c.overlap);
                 let owns = c.cores_met
-                    || c.footprint.is_some()
+                    || footprint.is_some()
                     || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
                 Ok(owns.then_some(contact))
             }

@@ -41,7 +41,7 @@ fn offset(core: &Core, point: &Vec3) -> Option<Vec3> {
 fn classify(v: Vec3, point_a: Vec3, size: f64, cutoff: f64) -> Separation {
     let distance = v.norm();
     if distance > cutoff {
-        return Separation::Beyond;
+        return Separation::Beyond { axis: v };
     }
     if distance <= MEETING * size {
         return Separation::Meeting;

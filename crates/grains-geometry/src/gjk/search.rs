@@ -2,7 +2,7 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
-use super::smooth;
+use super::{ellipsoids, smooth};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
 use crate::{Core, Placement, Superellipsoid, Vec3};
@@ -115,6 +115,10 @@ impl Query<'_> {
     ) -> Option<Separation> {
         let size = self.size(a, b);
         match (a.superellipsoid(), b.superellipsoid()) {
+            (Some(a), Some(b)) if weights.is_none() && a.is_ellipsoid() && b.is_ellipsoid() => {
+                ellipsoids::pair(a, b, self, size, simplex)
+                    .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
+            }
             (Some(a), Some(b)) => smooth::pair(a, b, self, size, simplex, weights),
             (Some(a), None) => smooth::feature(a, b, self, size, simplex),
             (None, Some(b)) => smooth::feature_first(a, b, self, size, simplex),
@@ -145,7 +149,7 @@ impl Query<'_> {
                 return Ok(Separation::Meeting);
             }
             match self.judge(a, b, &v, squared, TOLERANCE * size) {
-                Verdict::Beyond => return Ok(Separation::Beyond),
+                Verdict::Beyond => return Ok(Separation::Beyond { axis: v }),
                 Verdict::Nearest => return Ok(apart(v, squared, combine(simplex, &weights))),
                 Verdict::Improvable { gap } if gap < best.gap => {
                     (best.gap, best.iterations) = (gap, iteration);
@@ -238,7 +242,7 @@ impl Query<'_> {
             return None;
         }
         let answer = match self.judge(a, b, &touch.v, squared, TOLERANCE * size) {
-            Verdict::Beyond => Separation::Beyond,
+            Verdict::Beyond => Separation::Beyond { axis: touch.v },
             Verdict::Nearest => apart(touch.v, squared, touch.point_a),
             Verdict::Improvable { .. } => return None,
         };

@@ -167,11 +167,11 @@ impl Pair<'_> {
             if hoped > cutoff || is_near {
                 let facing = -self.in_b(&linear.normal);
                 if hoped - self.scale * self.b.excess_at_most(&at[1], &facing) > cutoff {
-                    return Some((Separation::Beyond, points));
+                    return Some((Separation::Beyond { axis: linear.normal }, points));
                 }
                 let lower = hoped - self.scale * self.b.excess(&at[1], &facing);
                 if lower > cutoff {
-                    return Some((Separation::Beyond, points));
+                    return Some((Separation::Beyond { axis: linear.normal }, points));
                 }
                 if v.norm() - lower <= TOLERANCE * size && lower > MEETING * size {
                     return Some((linear.answer(&v, at[0].point - linear.normal * insets[0]), points));

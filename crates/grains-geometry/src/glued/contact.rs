@@ -87,7 +87,7 @@ fn gap(a: &Part, b: &Part) -> Result<f64, ShapeError> {
     let cores = distance(&a.core, &b.core, &placement, f64::INFINITY, &mut Simplex::default())?;
     Ok(match cores {
         Separation::Apart { distance, .. } => distance - a.crust - b.crust,
-        Separation::Beyond => f64::INFINITY,
+        Separation::Beyond { .. } => f64::INFINITY,
         Separation::Meeting => f64::NEG_INFINITY,
     })
 }

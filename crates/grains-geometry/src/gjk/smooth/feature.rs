@@ -59,7 +59,8 @@ pub(crate) fn feature_first<A: Support>(
             point_a: query.placement.apply(&point_b),
             point_b: query.placement.apply(&point_a),
         },
-        other => other,
+        Separation::Beyond { axis } => Separation::Beyond { axis: query.placement.matrix * -axis },
+        Separation::Meeting => Separation::Meeting,
     })
 }
 
@@ -89,7 +90,7 @@ fn nearest(
         // Above the plane across n: h(n) = n·y + excess.
         let lower = lowest(&n) - n.dot(&local.point) - body.excess(&local, &n) + inset;
         if lower > cutoff {
-            return Some((Separation::Beyond, local));
+            return Some((Separation::Beyond { axis: n }, local));
         }
         let distance = length - reach;
         let slack = distance - lower;
