@@ -18,8 +18,8 @@ use crate::memory::ContactMemory;
 use crate::{Catalogue, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
-use list::{Contacts, Found, Memories};
 pub(crate) use list::{BodyList, BodyPair};
+use list::{Contacts, Found, Memories};
 pub(crate) use parts::{Meeting, PartContact, PlacedPart, Pose, spread, touch};
 use parts::{gap_across, meet_parts};
 

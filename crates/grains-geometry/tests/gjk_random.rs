@@ -69,7 +69,12 @@ fn beyond_is_answered_past_the_cutoff_only_and_leaves_a_good_start() {
             let near = distance(&pair.a, &pair.b, &pair.placement, exact * (1.0 + 1e-2), &mut start.clone());
             assert!(matches!(near, Ok(Separation::Apart { .. })), "{kinds:?}");
             let far = distance(&pair.a, &pair.b, &pair.placement, exact * (1.0 - 1e-2), &mut start);
-            assert!(matches!(far, Ok(Separation::Beyond { .. })), "{kinds:?}");
+            let Ok(Separation::Beyond { axis }) = far else { panic!("{kinds:?}: {far:?}") };
+            let gap = pair.gap_across(&axis);
+            assert!(
+                gap > exact * (1.0 - 1e-2) - 1e-13 * pair.size && gap < exact + 1e-13 * pair.size,
+                "{kinds:?}"
+            );
             let moved = pair.moved(random, 1e-4);
             assert!(moved.certify(&moved.query(&mut start)) < gap_bound(kinds));
         }

@@ -378,5 +378,44 @@ fn any_points_of_the_bodies_are_a_valid_start() {
             Separation::Apart { distance, .. } => assert!((distance - cold).abs() <= 1e-9 * pair.size),
             Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", KINDS.get(partner)),
         }
+        let near = 0.99 * cold;
+        if near > 1e-9 * pair.size {
+            let answer = distance(&pair.a, &pair.b, &pair.placement, near, &mut start).unwrap();
+            let Separation::Beyond { axis } = answer else { panic!("{answer:?} within {near}") };
+            let gap = pair.gap_across(&axis);
+            assert!(gap > near - 1e-12 * pair.size && gap < cold + 1e-9 * pair.size, "{gap} of {cold}");
+        }
     });
+}
+
+/// The direction of the widest gap against the nearest points, from starts up to 0.1 rad off.
+#[test]
+fn ellipsoids_are_as_far_apart_as_by_the_search() {
+    let mut random = Random(12);
+    let mut compared = 0;
+    for _ in 0..20_000 {
+        let ellipsoid = |random: &mut Random| {
+            let axes = Vec3::from_fn(|_, _| random.log(0.2, 1.0));
+            Shape::superellipsoid(axes, [1.0, 1.0], random.log(1e-3, 0.2)).unwrap().parts[0].core.clone()
+        };
+        let (a, b) = (ellipsoid(&mut random), ellipsoid(&mut random));
+        let placement = place(&random.rotation(), random.log(0.5, 2.0), random.direction());
+        let pair = Pair::new(a, b, placement).at_distance(random.log(1e-4, 1.0));
+        let mut simplex = Simplex::default();
+        let Separation::Apart { .. } = pair.query(&mut simplex) else { continue };
+        let motion = random.log(1e-8, 0.1);
+        let moved = pair.moved(&mut random, motion);
+        let (warm, cold) = (moved.query(&mut simplex), moved.query(&mut Simplex::default()));
+        assert!(moved.certify(&warm) < 1e-13);
+        let (
+            Separation::Apart { distance: d, normal: n, .. },
+            Separation::Apart { distance: e, normal: m, .. },
+        ) = (warm, cold)
+        else {
+            continue;
+        };
+        assert!((d - e).abs() < 1e-13 * moved.size && (n - m).norm() < 1e-5, "{d} {e}, {n} {m}");
+        compared += 1;
+    }
+    assert!(compared > 5_000, "{compared}");
 }

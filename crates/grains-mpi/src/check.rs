@@ -7,8 +7,8 @@ use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::{Encounter, TimeStepChoice};
 use grains_case::{Case, Precision, TimeStep};
-use grains_contact::ImpulseScheme;
-use grains_dem::{CollisionModel, Failure};
+use grains_contact::{ImpulseScheme, Sharing};
+use grains_dem::{Catalogue, CollisionModel, FaceContact, Failure};
 use grains_domain::{Decomposition, SerialTransport};
 use grains_output::Kind;
 use std::fmt::Write;
@@ -73,6 +73,9 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         );
         out.push_str(&describe(shape));
     }
+    if kind == 1 {
+        let _ = writeln!(out, "contacts       {}", contact_points(&setup.catalogue));
+    }
     for wall in &setup.walls {
         for surface in &wall.surfaces {
             if let grains_dem::Surface::Mesh(mesh) = surface {
@@ -135,6 +138,24 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         case.output.keep_checkpoints
     );
     Ok(text)
+}
+
+/// What touching faces and composites do, by the keys that choose it.
+fn contact_points(catalogue: &Catalogue) -> String {
+    let mut text = match catalogue.faces {
+        FaceContact::Point => "faces touch in one point (contact_points.faces = \"point\")",
+        FaceContact::Spread => "faces and lines touch all over (contact_points.faces = \"spread\")",
+    }
+    .to_string();
+    if catalogue.shapes.iter().any(|shape| shape.parts.len() > 1) {
+        text += match catalogue.sharing {
+            Sharing::Mean => {
+                "; several contacts of two bodies count as their mean (contact_points.composite = \"mean\")"
+            }
+            Sharing::Sum => "; several contacts of two bodies add up (contact_points.composite = \"sum\")",
+        };
+    }
+    text
 }
 
 /// The table of what collisions under forces come to.

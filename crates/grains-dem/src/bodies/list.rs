@@ -139,7 +139,8 @@ impl BodyList {
         between: &Vec3,
         known: Option<ContactMemory>,
     ) {
-        let mut pair = BodyPair { a, b, parts, axis: Vec3::zeros(), apart_until: 0.0, memory: BodyPair::APART };
+        let mut pair =
+            BodyPair { a, b, parts, axis: Vec3::zeros(), apart_until: 0.0, memory: BodyPair::APART };
         pair.part_by(between);
         if let Some(known) = known {
             *self.memories.of(&mut pair) = known;

@@ -94,15 +94,7 @@ impl<'a> PlacedPart<'a> {
         };
         let crust = part.crust * scale;
         let (bounding_radius, vertices) = (part.bounding_radius * scale, shape.discrete.as_deref());
-        Self {
-            core: &part.core,
-            rotation,
-            scale,
-            offset,
-            crust,
-            bounding_radius,
-            vertices,
-        }
+        Self { core: &part.core, rotation, scale, offset, crust, bounding_radius, vertices }
     }
 
     /// Point of the core farthest along a direction, from the part's centre (m).
@@ -234,8 +226,8 @@ pub(crate) fn touch(
         return Ok(Meeting::Apart(part.rotation * normal));
     }
     let normal = part.rotation * normal;
-    let point =
-        part.rotation * (point_a + point_b) * (0.5 * part.scale) + between_surfaces(part, other_crust, &normal);
+    let point = part.rotation * (point_a + point_b) * (0.5 * part.scale)
+        + between_surfaces(part, other_crust, &normal);
     Ok(Meeting::Touching(PartContact { normal, overlap, point, cores_met }))
 }
 

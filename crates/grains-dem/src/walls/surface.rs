@@ -222,8 +222,7 @@ impl Surface {
                 let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, simplex)? else {
                     return Ok(None);
                 };
-                let footprint =
-                    is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
+                let footprint = is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
                 let point = center + c.point;
                 Ok(Some(SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint }))
             }
@@ -233,8 +232,7 @@ impl Surface {
                 let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, simplex)? else {
                     return Ok(None);
                 };
-                let footprint =
-                    is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();
+                let footprint = is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();
                 let point = center + c.point;
                 let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
                 // The triangle's point lies half an overlap behind the contact point.

@@ -2,8 +2,8 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
-use super::{ellipsoids, smooth};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
+use super::{ellipsoids, smooth};
 use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
 use crate::{Core, Placement, Superellipsoid, Vec3};
 

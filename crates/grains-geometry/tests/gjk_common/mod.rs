@@ -232,6 +232,12 @@ impl Pair {
         normal.dot(&(b - self.a.support(normal)))
     }
 
+    /// Gap (m) across planes of a normal of any length, by how far the cores reach.
+    pub fn gap_across(&self, axis: &Vec3) -> f64 {
+        let reach = self.a.reach(axis) + self.b.reach(&-self.placement.matrix.tr_mul(axis));
+        (axis.dot(&self.placement.translation) - reach) / axis.norm()
+    }
+
     /// Duality gap of an answer relative to the size; panics if it is no answer.
     pub fn certify(&self, answer: &Separation) -> f64 {
         let Separation::Apart { distance, normal, point_a, point_b } = answer else { return 0.0 };
