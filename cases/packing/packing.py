@@ -61,8 +61,7 @@ def case(name, keys, seed, folder):
         # A tenth of the stiffness and a tangential spring, for which a longer step will do.
         assert LAW in text
         text = text.replace(LAW, SOFT_LAW).replace("dt = 2e-6", "dt = 4e-6\naccept_coarse_dt = true")
-        text = text.replace("upper = [0.024, 0.024, 0.12]", "upper = [0.024, 0.024, 0.24]")
-        text = text.replace("0.115]", "0.235]").replace("0.118]", "0.238]")
+        text = text.replace("0.14]", "0.34]").replace("0.135]", "0.33]").replace("0.138]", "0.333]")
     return text.replace('directory = "results/packing"', f'directory = "{folder / "run"}"')
 
 

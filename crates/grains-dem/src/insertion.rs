@@ -82,7 +82,7 @@ impl NewParticle {
                 let placement = part.placement(&other_part.rotation, other_part.scale, &between);
                 let mut cold = Simplex::default();
                 if let Ok(Meeting::Touching(contact)) =
-                    touch(&part, other_part.core, &placement, other_part.crust, &mut cold)
+                    touch(&part, other_part.core, &placement, other_part.crust, 0.0, &mut cold)
                 {
                     worst = worst.max(contact.overlap);
                 }

@@ -62,8 +62,7 @@ impl<'a> Pose<'a> {
     }
 }
 
-/// Gap beyond which any plane that proves it will do, relative to a body; across a narrower one a plane lasts longest
-/// if its normal is that of the nearest points.
+/// Gap up to which bodies are parted by the plane that lasts longest, that of the nearest points, relative to a body.
 const SLACK: f64 = 0.05;
 /// Share of the size of a pair by which a plane must part it, so that no query can find what touches there.
 const CLEARANCE: f64 = 1e-11;
@@ -200,16 +199,18 @@ pub(crate) enum Meeting {
 
 /// Meeting of a part with another core placed in its frame: δ = r1 + r2 − d (thesis eqs 3.14-3.16).
 ///
-/// `other_crust` is in metres. The contact point is midway between the two deepest surface points.
+/// `other_crust` is in metres. The contact point is midway between the two deepest surface points. Beyond a gap of
+/// `slack` (m) any plane that proves it will do.
 pub(crate) fn touch(
     part: &PlacedPart,
     other: &Core,
     placement: &Placement,
     other_crust: f64,
+    slack: f64,
     simplex: &mut Simplex,
 ) -> Result<Meeting, GjkError> {
     let crusts = part.crust + other_crust;
-    let cutoff = (crusts + SLACK * part.bounding_radius) / part.scale;
+    let cutoff = (crusts + slack) / part.scale;
     let (gap, normal, point_a, point_b, cores_met) =
         match distance(part.core, other, placement, cutoff, simplex)? {
             Separation::Beyond { axis } => return Ok(Meeting::Apart(part.rotation * axis)),
@@ -265,7 +266,7 @@ pub(super) fn meet_parts(
     simplex: &mut Simplex,
 ) -> Result<Meeting, GjkError> {
     let (Some(vertices), Some(others)) = (a.vertices, b.vertices) else {
-        return touch(a, b.core, placement, b.crust, simplex);
+        return touch(a, b.core, placement, b.crust, SLACK * a.bounding_radius, simplex);
     };
     Ok(match vertices.contact(others, placement) {
         None => Meeting::Apart(a.rotation * placement.translation),

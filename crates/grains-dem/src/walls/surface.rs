@@ -219,7 +219,7 @@ impl Surface {
             }
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, simplex)? else {
+                let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
                     return Ok(None);
                 };
                 let footprint = is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
@@ -229,7 +229,7 @@ impl Surface {
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, simplex)? else {
+                let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, 0.0, simplex)? else {
                     return Ok(None);
                 };
                 let footprint = is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();

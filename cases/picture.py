@@ -1,0 +1,145 @@
+"""Picture of the bodies of runs, one panel each: `python cases/picture.py OUT.png RUN[@TIME] ... [--from X,Y,Z]`, with
+the Python that scripts/python-environment prints. A RUN is an output directory; the last state, if no time (s) is given.
+Bodies are coloured by speed, on one scale for all panels."""
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+# Registers the classes that draw, which are found by name alone.
+import vtkmodules.vtkRenderingFreeType  # noqa: F401
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkLogger, vtkLookupTable
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkIOImage import vtkPNGWriter
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+from vtkmodules.vtkRenderingCore import (
+    vtkActor, vtkGlyph3DMapper, vtkRenderer, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter,
+)
+
+COLOURS = [(0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14)]
+
+
+def state(run, time):
+    """The stored particles of a run nearest to a time (s), and that time."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(run / "particles.vtkhdf"))
+    reader.UpdateInformation()
+    times = np.array(reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()))
+    time = times[-1] if time is None else times[np.abs(times - time).argmin()]
+    reader.UpdateTimeStep(float(time))
+    data = vtkPolyData()
+    data.ShallowCopy(reader.GetOutput())
+    speed = np.linalg.norm(vtk_to_numpy(data.GetPointData().GetArray("velocity")), axis=1)
+    array = numpy_to_vtk(speed, deep=True)
+    array.SetName("speed")
+    data.GetPointData().AddArray(array)
+    return data, float(time), speed
+
+
+def bodies(run, data, table):
+    """An actor for the bodies of each shape."""
+    files = sorted((run / "shapes").glob("*.vtp"), key=lambda file: int(file.stem))
+    mapper = vtkGlyph3DMapper()
+    mapper.SetInputData(data)
+    for number, file in enumerate(files):
+        surface = vtkXMLPolyDataReader()
+        surface.SetFileName(str(file))
+        surface.Update()
+        mapper.SetSourceData(number, surface.GetOutput())
+    if len(files) > 1:
+        mapper.SourceIndexingOn()
+        mapper.SetSourceIndexArray("shape")
+    mapper.SetOrientationArray("orientation_wxyz")
+    mapper.SetOrientationModeToQuaternion()
+    mapper.SetScaleArray("scale")
+    mapper.SetScaleModeToScaleByMagnitude()
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray("speed")
+    mapper.SetLookupTable(table)
+    mapper.UseLookupTableScalarRangeOn()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetSpecular(0.1)
+    return actor
+
+
+def panel(run, data, table, text, direction, bounds, aspect):
+    """One run seen from a direction, at the scale of all."""
+    renderer = vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    renderer.AddActor(bodies(run, data, table))
+    label = vtkTextActor()
+    label.SetInput(text)
+    label.GetTextProperty().SetColor(0, 0, 0)
+    label.GetTextProperty().SetFontSize(20)
+    label.SetPosition(12, 10)
+    renderer.AddActor(label)
+    low, high = np.array(bounds[::2]), np.array(bounds[1::2])
+    direction = np.array(direction) / np.linalg.norm(direction)
+    up = np.array([0.0, 0.0, 1.0]) if abs(direction[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
+    right = np.cross(up, direction) / np.linalg.norm(np.cross(up, direction))
+    above = np.cross(direction, right)
+    camera = renderer.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    camera.SetFocalPoint(*(low + high) / 2)
+    camera.SetPosition(*((low + high) / 2 + direction * 5 * np.linalg.norm(high - low)))
+    camera.SetViewUp(*up)
+    width, height = np.abs(right) @ (high - low), np.abs(above) @ (high - low)
+    camera.SetParallelScale(0.54 * max(height, width / aspect))
+    renderer.ResetCameraClippingRange()
+    return renderer
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("run", nargs="+", help="RUN[@TIME][=LABEL]")
+    parser.add_argument("--from", dest="direction", default="0.5,-1,0.35", help="direction towards the eye: x,y,z")
+    parser.add_argument("--size", default="480,640", help="pixels of a panel")
+    parser.add_argument("--columns", type=int, help="panels beside each other; all by default")
+    options = parser.parse_args()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    direction = [float(x) for x in options.direction.split(",")]
+    width, height = (int(x) for x in options.size.split(","))
+    shown = []
+    for text in options.run:
+        text, _, label = text.partition("=")
+        run, _, time = text.partition("@")
+        data, time, speed = state(Path(run), float(time) if time else None)
+        shown.append((Path(run), data, label or f"t = {time:.3g} s", speed))
+    fastest = max(np.quantile(speed, 0.98) for *_, speed in shown if len(speed))
+    table = vtkLookupTable()
+    table.SetRange(0, max(fastest, 1e-9))
+    table.SetNumberOfTableValues(256)
+    for k in range(256):
+        rgb = [np.interp(k / 255, np.linspace(0, 1, len(COLOURS)), c) for c in zip(*COLOURS)]
+        table.SetTableValue(k, *rgb, 1)
+    boxes = np.array([data.GetBounds() for _, data, *_ in shown])
+    bounds = np.where(np.arange(6) % 2 == 0, boxes.min(axis=0), boxes.max(axis=0))
+    columns = options.columns or len(shown)
+    rows = -(-len(shown) // columns)
+    window = vtkRenderWindow()
+    window.OffScreenRenderingOn()
+    window.SetMultiSamples(4)
+    window.SetSize(columns * width, rows * height)
+    for k, (run, data, label, _) in enumerate(shown):
+        renderer = panel(run, data, table, label, direction, bounds, width / height)
+        column, row = k % columns, rows - 1 - k // columns
+        renderer.SetViewport(column / columns, row / rows, (column + 1) / columns, (row + 1) / rows)
+        window.AddRenderer(renderer)
+    window.Render()
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    writer = vtkPNGWriter()
+    writer.SetFileName(str(options.out))
+    writer.SetInputConnection(grab.GetOutputPort())
+    writer.Write()
+    print(f"{options.out}: speeds from 0 to {fastest:.3g} m/s")
+
+
+if __name__ == "__main__":
+    main()
