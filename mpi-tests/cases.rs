@@ -1,0 +1,127 @@
+//! Short forms of the repository's cases: fewer bodies and less time, through the same files and analyses.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::results::series;
+use common::{folder, replaced, run, run_case};
+use std::fs;
+use std::path::Path;
+
+/// A case of the repository with some passages replaced.
+fn shortened(name: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(name);
+    let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    changes.iter().fold(text, |text, (old, new)| replaced(&text, old, new))
+}
+
+/// A column of the table of an analysis of `results`.
+fn analysed(home: &Path, what: &str, options: &[&str], column: &str) -> Vec<f64> {
+    run(2, home, &[&["analyse", what, "results", "--output", "analysis"], options].concat()).succeeded();
+    let text = fs::read_to_string(home.join("analysis").join(format!("{what}.csv"))).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let at = lines.next().unwrap().split(',').position(|name| name == column).unwrap();
+    lines.map(|line| line.split(',').nth(at).unwrap().parse().unwrap()).collect()
+}
+
+const OUTPUT: &str = "directory = \"results\"";
+
+#[test]
+fn packing_of_cubes_is_as_dense_as_a_packing() {
+    let home = folder("case_packing");
+    let text = shortened(
+        "packing/spheres.toml",
+        &[
+            ("upper = [0.018, 0.018, 0.14]", "upper = [0.012, 0.012, 0.06]"),
+            (
+                "lower = [0, 0, 0.135], upper = [0.018, 0.018, 0.138]",
+                "lower = [0, 0, 0.053], upper = [0.012, 0.012, 0.056]",
+            ),
+            ("count = 1000", "count = 120"),
+            ("kind = \"sphere\"\nradius = 1.5e-3", "kind = \"box\"\nedges = [2.418e-3, 2.418e-3, 2.418e-3]"),
+            ("end = 2.5", "end = 0.45"),
+            ("\n[stop]\nkinetic_energy_below = 5e-8\nafter = 0.8\n", ""),
+            ("directory = \"results/packing\"", OUTPUT),
+        ],
+    );
+    run_case(2, &home, &text, &[]).succeeded();
+    let void = analysed(&home, "void-fraction", &["--cells", "1e6", "--crop", "1"], "void_fraction")[0];
+    assert!((0.25..0.5).contains(&void), "{void}");
+}
+
+#[test]
+fn a_fixed_bed_of_trilobes_is_looser_than_one_of_cylinders() {
+    let bed = |name: &str, shape: &str| {
+        let home = folder(name);
+        let text = shortened(
+            "fixed-bed/bed.toml",
+            &[
+                ("lower = [-0.009, -0.009, 0]", "lower = [-0.004, -0.004, 0]"),
+                ("upper = [0.009, 0.009, 0.09]", "upper = [0.004, 0.004, 0.03]"),
+                ("[-0.003, -0.003, 0.085]", "[-0.003, -0.003, 0.026]"),
+                ("[0.003, 0.003, 0.085]", "[0.003, 0.003, 0.026]"),
+                ("kind = \"cylinder\"\nradius = 0.75e-3\nheight = 3e-3", shape),
+                ("count = 1000", "count = 70"),
+                ("end = 4", "end = 0.15"),
+                ("\n[stop]\nkinetic_energy_below = 1e-8\nafter = 0.5\n", ""),
+                ("directory = \"results/fixed-bed\"", OUTPUT),
+            ],
+        );
+        run_case(2, &home, &text, &[]).succeeded();
+        analysed(&home, "void-fraction", &["--cells", "1e6", "--crop", "1"], "void_fraction")[0]
+    };
+    let cylinders = bed("case_cylinders", "kind = \"cylinder\"\nradius = 0.75e-3\nheight = 3e-3");
+    let lobes = "kind = \"lobes\"\nlobes = 3\ndiameter = 1.5e-3\nlength = 3e-3\narea_fraction = 0.69";
+    let trilobes = bed("case_trilobes", lobes);
+    assert!(0.25 < cylinders && cylinders < trilobes && trilobes < 0.7, "{cylinders} {trilobes}");
+}
+
+#[test]
+fn crosses_in_a_drum_are_carried_and_fall_back() {
+    let home = folder("case_drum");
+    let text = shortened(
+        "drum/drum.toml",
+        &[
+            ("count = 3000", "count = 60"),
+            (
+                "kind = \"sphere\"\nradius = 1.5e-3",
+                "kind = \"cross\"\nbeams = 3\nbeam_width = 1.03e-3\nbeam_length = 5.15e-3",
+            ),
+            ("normal_stiffness = 1e5", "normal_stiffness = 1e4"),
+            ("tangential = { kind = \"viscous\", gamma_t = 1e5 }", ""),
+            ("dt = 2e-6", "dt = 4e-6\naccept_coarse_dt = true"),
+            ("angular_velocity = 2.0943951, start = 1", "angular_velocity = 8.4, start = 0.1"),
+            ("end = 7", "end = 0.4"),
+            ("directory = \"results/drum/20-rpm\"", OUTPUT),
+        ],
+    );
+    run_case(2, &home, &text, &[]).succeeded();
+    let speed = analysed(&home, "drum", &["--time", "0.3:0.4"], "speed");
+    assert!(speed.iter().all(|of_rim| (0.05..1.5).contains(of_rim)), "{speed:?}");
+}
+
+#[test]
+fn a_small_column_collapses_and_all_of_it_is_found() {
+    let home = folder("case_dam");
+    let text = shortened(
+        "dam-break/size1.toml",
+        &[
+            ("upper = [0.6, 0.024, 0.4]", "upper = [0.6, 0.01, 0.15]"),
+            (
+                "lower = [0.002, 0, 0.3], upper = [0.023, 0.024, 0.305]",
+                "lower = [0.002, 0, 0.1], upper = [0.023, 0.01, 0.105]",
+            ),
+            ("count = 4704", "count = 200"),
+            ("until = 0.75", "until = 0.3"),
+            ("end = 2\n", "end = 0.6\n"),
+            ("\n[stop]\nkinetic_energy_below = 5e-6\nafter = 1\n", ""),
+            ("directory = \"results/dam-break/size1\"", OUTPUT),
+        ],
+    );
+    run_case(2, &home, &text, &[]).succeeded();
+    let options = ["--length", "0.025", "--time", "all"];
+    let out = analysed(&home, "run-out", &options, "run_out_0.1");
+    assert!(out.first().unwrap() < &0.2 && out.last().unwrap() > &0.5, "{out:?}");
+    assert_eq!(series(&home.join("results")).column("particles").last(), Some(&200.0));
+}
