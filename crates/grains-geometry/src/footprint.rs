@@ -25,8 +25,13 @@ const PARALLEL: f64 = 2e-3;
 const AGREEMENT: f64 = 0.1;
 /// Corners of a clipped polygon.
 const CAPACITY: usize = 24;
-/// Corners that stand for the end of a cylinder, and largest number taken of a face.
+/// Largest number of corners taken of a face.
 const SIDES: usize = 8;
+/// Corners that stand for the end of a cylinder of radius 1.
+const OCTAGON: [[f64; 2]; SIDES] = {
+    const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [[1.0, 0.0], [H, H], [0.0, 1.0], [-H, H], [-1.0, 0.0], [-H, -H], [0.0, -1.0], [H, -H]]
+};
 /// Cosine to the axis above which a cylinder shows its end, below which its side.
 const END: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -131,10 +136,8 @@ fn feature(core: &Core, direction: &Vec3) -> Option<Polygon> {
         Core::Cylinder { radius, half_height } => {
             let sign = 1.0_f64.copysign(direction.z);
             if direction.z.abs() > END {
-                let corners = (0..SIDES).map(|k| {
-                    let angle = sign * std::f64::consts::TAU * k as f64 / SIDES as f64;
-                    Vec3::new(radius * angle.cos(), radius * angle.sin(), sign * half_height)
-                });
+                let corners =
+                    OCTAGON.map(|[x, y]| Vec3::new(radius * x, sign * radius * y, sign * half_height));
                 return Some(Polygon::new(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs()))));
             }
             let away = Vec3::new(direction.x, direction.y, 0.0).normalize() * *radius;
