@@ -53,7 +53,6 @@ pub struct Footprint {
 }
 
 /// A loop of points; two points are a segment.
-#[derive(Clone, Copy)]
 struct Polygon {
     points: [Vec3; CAPACITY],
     len: usize,
@@ -62,10 +61,14 @@ struct Polygon {
 }
 
 impl Polygon {
-    fn new(points: impl IntoIterator<Item = Vec3>, face: Option<(Vec3, f64)>) -> Self {
-        let mut polygon = Self { points: [Vec3::zeros(); CAPACITY], len: 0, face };
-        points.into_iter().for_each(|p| polygon.push(p));
-        polygon
+    fn empty() -> Self {
+        Self { points: [Vec3::zeros(); CAPACITY], len: 0, face: None }
+    }
+
+    /// Fills the loop anew; polygons are too large to be handed about.
+    fn set(&mut self, points: impl IntoIterator<Item = Vec3>, face: Option<(Vec3, f64)>) {
+        (self.len, self.face) = (0, face);
+        points.into_iter().for_each(|p| self.push(p));
     }
 
     fn push(&mut self, point: Vec3) {
@@ -79,14 +82,13 @@ impl Polygon {
         &self.points[..self.len]
     }
 
-    /// The feature in the frame its body is placed in.
-    fn placed(mut self, placement: &Placement) -> Self {
+    /// Brings the feature into the frame its body is placed in.
+    fn place(&mut self, placement: &Placement) {
         let scale = placement.matrix.column(0).norm();
         for point in &mut self.points[..self.len] {
             *point = placement.apply(point);
         }
         self.face = self.face.map(|(normal, cosine)| (placement.matrix * normal / scale, cosine));
-        self
     }
 
     /// How well the feature serves as the plane the other is clipped to.
@@ -99,12 +101,15 @@ impl Polygon {
         self.face.map(|(outward, _)| outward).filter(|m| m.cross(normal).norm_squared() < SAME)
     }
 
-    /// The part of the loop where `height` is not positive (Sutherland and Hodgman 1974).
-    fn clipped(&self, height: impl Fn(&Vec3) -> f64) -> Self {
-        let mut kept = Self::new([], self.face);
+    /// The part of the loop where `height` is not positive, into `kept` (Sutherland and Hodgman 1974).
+    fn clip(&self, height: impl Fn(&Vec3) -> f64, kept: &mut Self) {
+        kept.set([], self.face);
+        let Some(first) = self.points().first() else { return };
+        let mut next = height(first);
         for (k, p) in self.points().iter().enumerate() {
-            let q = &self.points[(k + 1) % self.len];
-            let (above, next) = (height(p), height(q));
+            let q = &self.points[if k + 1 < self.len { k + 1 } else { 0 }];
+            let above = next;
+            next = height(q);
             if above <= 0.0 {
                 kept.push(*p);
             }
@@ -112,12 +117,11 @@ impl Polygon {
                 kept.push(p + (q - p) * (above / (above - next)));
             }
         }
-        kept
     }
 }
 
-/// The face, or for the side of a cylinder the line, of a core that looks most along a unit `direction`.
-fn feature(core: &Core, direction: &Vec3) -> Option<Polygon> {
+/// Finds the face, or for the side of a cylinder the line, of a core that looks most along a unit `direction`.
+fn feature(core: &Core, direction: &Vec3, found: &mut Polygon) -> Option<()> {
     match core {
         Core::Box(half) => {
             let axis = direction.iamax();
@@ -131,35 +135,36 @@ fn feature(core: &Core, direction: &Vec3) -> Option<Polygon> {
             let mut normal = Vec3::zeros();
             normal[axis] = sign;
             let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-            Some(Polygon::new(corners, Some((normal, direction[axis].abs()))))
+            found.set(corners, Some((normal, direction[axis].abs())));
         }
         Core::Cylinder { radius, half_height } => {
             let sign = 1.0_f64.copysign(direction.z);
             if direction.z.abs() > END {
                 let corners =
                     OCTAGON.map(|[x, y]| Vec3::new(radius * x, sign * radius * y, sign * half_height));
-                return Some(Polygon::new(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs()))));
+                found.set(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs())));
+                return Some(());
             }
             let away = Vec3::new(direction.x, direction.y, 0.0).normalize() * *radius;
-            Some(Polygon::new([-1.0, 1.0].map(|s| away + Vec3::z() * (s * half_height)), None))
+            found.set([-1.0, 1.0].map(|s| away + Vec3::z() * (s * half_height)), None);
         }
         Core::Polyhedron(hull) => {
-            let cosine = |k: &usize| hull.faces()[*k].normal.dot(direction);
-            let best = (0..hull.faces().len()).max_by(|k, l| cosine(k).total_cmp(&cosine(l)))?;
-            let face = &hull.faces()[best];
+            let faces = hull.faces().iter().map(|face| (face, face.normal.dot(direction)));
+            let (face, cosine) = faces.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
             // Of a face with many corners every second or third will do.
             let every = face.vertices.len().div_ceil(SIDES);
             let corners = face.vertices.iter().step_by(every).map(|&v| hull.vertices()[v as usize]);
-            Some(Polygon::new(corners, Some((face.normal, cosine(&best)))))
+            found.set(corners, Some((face.normal, cosine)));
         }
         Core::Triangle([a, b, c]) => {
             let normal = (b - a).cross(&(c - a)).normalize();
             let cosine = normal.dot(direction);
             let corners = if cosine < 0.0 { [*a, *c, *b] } else { [*a, *b, *c] };
-            Some(Polygon::new(corners, Some((normal * 1.0_f64.copysign(cosine), cosine.abs()))))
+            found.set(corners, Some((normal * 1.0_f64.copysign(cosine), cosine.abs())));
         }
-        _ => None,
+        _ => return None,
     }
+    Some(())
 }
 
 impl Footprint {
@@ -177,24 +182,29 @@ impl Footprint {
         crusts: f64,
     ) -> Option<Self> {
         let scale = placement.matrix.column(0).norm();
-        let of_a = |n: &Vec3| feature(a, n);
-        let of_b = |n: &Vec3| Some(feature(b, &(-placement.matrix.tr_mul(n) / scale))?.placed(placement));
+        let of_b = |n: &Vec3, found: &mut Polygon| {
+            feature(b, &(-placement.matrix.tr_mul(n) / scale), found)?;
+            found.place(placement);
+            Some(())
+        };
         let mut corners = Corners::new(crusts);
-        let (mut first, mut second, mut normal) = (of_a(normal)?, of_b(normal)?, *normal);
+        let (mut first, mut second, mut normal) = (Polygon::empty(), Polygon::empty(), *normal);
+        feature(a, &normal, &mut first)?;
+        of_b(&normal, &mut second)?;
         if first.alignment().max(second.alignment()) < ALIGNED {
             corners.between_segments(&first, &second);
         } else if first.alignment() >= second.alignment() {
             if let Some(outward) = first.normal_instead_of(&normal) {
                 normal = outward;
-                second = of_b(&normal)?;
+                of_b(&normal, &mut second)?;
             }
-            corners.clip(&second, &first);
+            corners.clip(&mut second, &first);
         } else {
             if let Some(outward) = second.normal_instead_of(&normal) {
                 normal = -outward;
-                first = of_a(&normal)?;
+                feature(a, &normal, &mut first)?;
             }
-            corners.clip(&first, &second);
+            corners.clip(&mut first, &second);
         }
         corners.summary(&normal, crusts - gap)
     }
@@ -208,7 +218,8 @@ impl Footprint {
 
     /// Footprint of a core on a surface, `gap` (m) being the distance of a point from it; deepest along `normal`.
     pub fn on_surface(core: &Core, normal: &Vec3, crust: f64, gap: impl Fn(&Vec3) -> f64) -> Option<Self> {
-        let polygon = feature(core, normal)?;
+        let mut polygon = Polygon::empty();
+        feature(core, normal, &mut polygon)?;
         let mut corners = Corners::new(crust);
         for point in polygon.points() {
             corners.add(*point, gap(point));
@@ -269,14 +280,16 @@ impl Corners {
     }
 
     /// Clips the incident feature to the prism over the reference face.
-    fn clip(&mut self, incident: &Polygon, reference: &Polygon) {
+    fn clip(&mut self, incident: &mut Polygon, reference: &Polygon) {
         let Some((normal, _)) = reference.face else { return };
-        let mut polygon = *incident;
+        let mut spare = Polygon::empty();
+        let (mut whole, mut kept) = (incident, &mut spare);
         for (k, p) in reference.points().iter().enumerate() {
             let outward = (reference.points[(k + 1) % reference.len] - p).cross(&normal);
-            polygon = polygon.clipped(|x| outward.dot(&(x - p)));
+            whole.clip(|x| outward.dot(&(x - p)), kept);
+            std::mem::swap(&mut whole, &mut kept);
         }
-        for point in polygon.points() {
+        for point in whole.points() {
             let gap = normal.dot(&(point - reference.points[0]));
             self.add(point - normal * (0.5 * gap), gap);
         }
