@@ -1,0 +1,121 @@
+//! The semi-implicit exchange of momentum between one particle and the fluid; the crate's documentation derives it.
+
+use crate::Coefficient;
+use grains_dem::{Particles, Rates};
+use grains_geometry::Vec3;
+
+/// Share E(x) = (1 − e^−x)/x of a force that is left, on average over a time x τ, of one that decays with e^(−t/τ) (-).
+///
+/// The velocity of a particle under a constant acceleration a and drag of relaxation time τ towards w changes in dt
+/// by exactly E(dt/τ) dt (a + (w − v)/τ).
+#[inline]
+pub fn relaxation(x: f64) -> f64 {
+    // Below, x²/6 is less than the rounding of 1.
+    if x < 1e-8 { 1.0 - 0.5 * x } else { -(-x).exp_m1() / x }
+}
+
+/// The drag of one particle over one step of the fluid: F = K (w − v), and the account of what it was given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DragLink {
+    /// Slope K of the drag with the slip (N s/m).
+    pub coefficient: f64,
+    /// Velocity w at which the drag vanishes (m/s); between [`DragLink::aim`] and [`DragLink::lend`] less that of the
+    /// fluid.
+    pub target: Vec3,
+    /// Pressure-gradient force and buoyancy (N), constant over the fluid's step.
+    pub pressure: Vec3,
+    /// Impulse given to the particle that the fluid has not paid yet (N s).
+    pub owed: Vec3,
+}
+
+impl DragLink {
+    /// Number of f64 in a packed link.
+    pub const LENGTH: usize = 10;
+
+    /// The link as numbers, for migration and checkpoints.
+    pub fn write(&self) -> [f64; Self::LENGTH] {
+        let [t, p, o] = [self.target, self.pressure, self.owed];
+        [self.coefficient, t.x, t.y, t.z, p.x, p.y, p.z, o.x, o.y, o.z]
+    }
+
+    /// Reads what [`DragLink::write`] wrote.
+    pub fn read(numbers: &[f64; Self::LENGTH]) -> Self {
+        let vector = |k: usize| Vec3::new(numbers[k], numbers[k + 1], numbers[k + 2]);
+        Self { coefficient: numbers[0], target: vector(1), pressure: vector(4), owed: vector(7) }
+    }
+
+    /// Takes the tangent of the drag at the present slip u − v (m/s): K = β (1 + p), offset −p/(1 + p) (u − v).
+    pub fn aim(&mut self, drag: &Coefficient, slip: &Vec3) {
+        let steeper = 1.0 + drag.exponent;
+        self.coefficient = drag.value * steeper;
+        self.target = slip * (-drag.exponent / steeper);
+    }
+
+    /// Coefficient K (N s/m) and explicit force K v̂ − owed/Δt (N) for the fluid's momentum equation, with the
+    /// particle at the velocity v (m/s): the fluid loses (K u − explicit) Δt.
+    pub fn fluid_terms(&self, velocity: &Vec3, time_step: f64) -> (f64, Vec3) {
+        (self.coefficient, (velocity - self.target) * self.coefficient - self.owed / time_step)
+    }
+
+    /// Takes the new velocity of the fluid (m/s); what it has paid in advance for its step Δt (s) is owed to it.
+    pub fn lend(&mut self, fluid_velocity: &Vec3, velocity: &Vec3, time_step: f64) {
+        self.target += fluid_velocity;
+        self.owed = (velocity - self.target) * (self.coefficient * time_step);
+    }
+
+    /// Drag (N) over a DEM step dt (s) beside constant `other` forces (N), and charges it.
+    ///
+    /// v + dt (other + drag)/m is the exact solution of m dv/dt = other + K (w − v) after dt.
+    #[inline]
+    pub fn force(&mut self, velocity: &Vec3, other: &Vec3, mass: f64, dt: f64) -> Vec3 {
+        let left = relaxation(self.coefficient * dt / mass);
+        let drag = (self.target - velocity) * (self.coefficient * left) - other * (1.0 - left);
+        self.owed += drag * dt;
+        drag
+    }
+}
+
+/// Momentum between particles and fluid on one rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MomentumLedger {
+    /// Impulse that drag gave to particles (N s).
+    pub given: Vec3,
+    /// Impulse taken from the fluid (N s), see [`impulse_taken`].
+    pub taken: Vec3,
+}
+
+impl MomentumLedger {
+    /// What is left of given − taken − owed (N s), summed over all ranks by the caller: rounding.
+    pub fn imbalance(&self, links: &[DragLink]) -> Vec3 {
+        self.given - self.taken - links.iter().map(|link| link.owed).sum::<Vec3>()
+    }
+}
+
+/// Impulse (N s) along one axis that the faces of the fluid lose in its step Δt (s): Σ (B u − S) Δt, over the faces this
+/// rank owns, with B (N s/m) and S (N) as deposited, before any division by volumes.
+pub fn impulse_taken(coefficient: &[f64], explicit: &[f64], velocity: &[f64], time_step: f64) -> f64 {
+    let forces = coefficient.iter().zip(explicit).zip(velocity).map(|((b, s), u)| b * u - s);
+    forces.sum::<f64>() * time_step
+}
+
+/// Adds drag, pressure gradient and buoyancy to the loads of all owned particles, between `Dem::add_forces` and
+/// `Dem::advance`: the leap-frog kick then is the exact relaxation.
+///
+/// `links` holds one link per owned particle, in their order. Soft collisions only: with hard ones loads move nothing.
+pub fn add_drag(
+    particles: &mut Particles,
+    links: &mut [DragLink],
+    rates: &Rates,
+    ledger: &mut MomentumLedger,
+) {
+    assert_eq!(links.len(), particles.owned, "every owned particle has one link");
+    let (bodies, velocities) = (&particles.bodies, &particles.half_velocity);
+    let loads = particles.loads.iter_mut();
+    for (((load, link), body), velocity) in loads.zip(links).zip(bodies).zip(velocities) {
+        load.force += link.pressure;
+        let other = load.force + rates.gravity * body.mass;
+        let drag = link.force(velocity, &other, body.mass, rates.dt);
+        load.force += drag;
+        ledger.given += drag * rates.dt;
+    }
+}
