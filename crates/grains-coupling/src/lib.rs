@@ -40,8 +40,8 @@
 //! # Many ranks
 //!
 //! Each rank deposits the particles it *owns*; clones deposit nothing, for their owner does. A kernel may
-//! reach into the halo: after a deposit the halo is *added* to the cells of the neighbours it belongs to
-//! ([`HaloSum`]), the reverse of the exchange that fills it. Periodic images are halo cells like any others. A
+//! reach into the halo: after a deposit the fluid *adds* its halo to the cells of the neighbours it belongs to, the
+//! reverse of the exchange that fills it. Periodic images are halo cells like any others. A
 //! particle may have left its rank's box since it last migrated, so the halo must hold the kernel's reach and this
 //! way ([`Kernel::halo`]); a kernel that leaves it is an error, not a loss. Nothing beyond a boundary of the domain
 //! is halo: kernels are mirrored there. Sums over particles are made in the order of the rank's particles, so results
@@ -52,7 +52,6 @@ mod drag;
 mod error;
 mod exchange;
 mod fluidisation;
-mod halo;
 mod kernel;
 mod model;
 mod shape_factors;
@@ -62,7 +61,6 @@ pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
 pub use exchange::{DragLink, MomentumLedger, add_drag, impulse_taken, relaxation};
 pub use fluidisation::Bed;
-pub use halo::HaloSum;
 pub use kernel::{End, GridAxis, Kernel, Layout, MOST_CELLS, Site, Stencil};
 pub use model::{Model, buoyancy};
-pub use shape_factors::{ShapeFactors, ShapeProfile};
+pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};

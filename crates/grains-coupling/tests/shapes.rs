@@ -145,8 +145,10 @@ fn superellipsoids_are_tabulated_to_their_stated_error() {
     for eps in [[0.3, 0.3], [1.0, 0.4], [0.6, 1.4], [2.0, 2.0]] {
         let a = Vec3::new(1.0, 0.8, 1.5);
         let body = profile(&Shape::superellipsoid(a, eps, CRUST).unwrap());
-        let (largest, rms) = body.table_error();
-        assert!(largest < 0.012 && rms < 0.002, "{eps:?}: {largest} {rms}");
+        let [projected, longitudinal] = body.table_errors();
+        println!("superellipsoid {eps:?}: {projected:?} {longitudinal:?}");
+        assert!(projected.largest < 0.012 && projected.rms < 0.002, "{eps:?}: {projected:?}");
+        assert!(longitudinal.largest < 0.012 && longitudinal.rms < 0.002, "{eps:?}: {longitudinal:?}");
         let mean = directions(20000).map(|d| body.projected_area(&d)).sum::<f64>() / 20000.0;
         assert_close(4.0 * mean, body.surface, 1e-3);
         for d in directions(8) {
@@ -166,18 +168,25 @@ fn composites_that_are_one_body_are_measured_as_such() {
     let whole = profile(&Shape::cuboid(edges, CRUST).unwrap());
     let sliced = profile(&Shape::sliced_cuboid(edges, 4, CRUST).unwrap());
     assert_close(sliced.surface, whole.surface, 1e-3);
-    let (largest, rms) = sliced.table_error();
-    assert!(largest < 0.01 && rms < 0.002, "{largest} {rms}");
+    let [projected, longitudinal] = sliced.table_errors();
+    println!("sliced box: {projected:?} {longitudinal:?}");
+    assert!(projected.largest < 0.005 && projected.rms < 0.002, "{projected:?}");
+    assert!(longitudinal.largest < 0.015 && longitudinal.rms < 0.003, "{longitudinal:?}");
+    // The shadow itself is found to some 1e-3.
     for d in directions(300) {
-        assert_close(sliced.projected_area(&d), whole.projected_area(&d), largest.max(2e-3) + 1e-3);
-        assert_close(sliced.longitudinal_area(&d), whole.longitudinal_area(&d), 3e-3);
+        assert_close(sliced.projected_area(&d), whole.projected_area(&d), projected.largest + 1e-3);
+        assert_close(sliced.longitudinal_area(&d), whole.longitudinal_area(&d), longitudinal.largest + 1e-3);
     }
     let (r, h) = (1.5e-3, 4e-3);
     let cylinder = profile(&Shape::cylinder(r, h, CRUST).unwrap());
     let sliced = profile(&Shape::sliced_cylinder(r, h, 5, CRUST).unwrap());
     assert_close(sliced.surface, cylinder.surface, 1e-3);
     for d in directions(300) {
-        assert_close(sliced.projected_area(&d), cylinder.projected_area(&d), sliced.table_error().0 + 1e-3);
+        assert_close(
+            sliced.projected_area(&d),
+            cylinder.projected_area(&d),
+            sliced.table_errors()[0].largest + 1e-3,
+        );
     }
 }
 
@@ -207,9 +216,9 @@ fn crosses_lobes_and_spheres_have_their_shadows() {
     let across = axis.cross(&Vec3::ith(axis.iamin(), 1.0)).normalize();
     assert_close(body.projected_area(&axis), PI, 2e-3);
     assert_close(body.projected_area(&across), 2.0 * PI - lens, 2e-3);
-    let lobes = Lobes::with_area_fraction(3, 1.0, 0.6).unwrap();
+    let lobes = Lobes::with_area_fraction(3, 1.0, 0.75).unwrap();
     let trilobe = profile(&Shape::lobes(lobes, 4.0, CRUST).unwrap());
-    let volume = 0.6 * PI * 4.0;
+    let volume = 0.75 * PI * 4.0;
     let ends: f64 = 2.0 * volume / 4.0;
     assert_close(trilobe.projected_area(&Vec3::z()), ends / 2.0, 2e-3);
     assert!(trilobe.surface > ends && trilobe.sphericity < 0.85, "{trilobe:?}");

@@ -63,7 +63,7 @@ impl Kernel {
     #[inline]
     pub fn reach(&self, diameter: f64) -> f64 {
         /// (π/6)^⅓/2.
-        const HALF_CUBE: f64 = 0.402_997_988_541_168_2;
+        const HALF_CUBE: f64 = 0.402_997_988_504_117_4;
         match self {
             Self::Cube => HALF_CUBE * diameter,
             Self::Smooth { half_width } => half_width * diameter,

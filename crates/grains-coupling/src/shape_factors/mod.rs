@@ -25,6 +25,7 @@ use grains_geometry::{Core, Mat3, Part, Shape, Vec3};
 use shadow::Shadows;
 use std::f64::consts::PI;
 use table::Table;
+pub use table::TableError;
 
 /// Polyhedra of more faces, opposite ones counted once, get a table.
 const MOST_FACES: usize = 256;
@@ -129,12 +130,13 @@ impl ShapeProfile {
         }
     }
 
-    /// Largest and root mean square error of the table relative to the area (-), measured between its nodes; 0 for
-    /// closed forms.
-    pub fn table_error(&self) -> (f64, f64) {
+    /// Errors of the projected and the longitudinal area by the table, measured when it was made; 0 for closed forms.
+    ///
+    /// That of the longitudinal area is largest along the normals of flat faces, where it has a cone.
+    pub fn table_errors(&self) -> [TableError; 2] {
         match &self.outline {
-            Outline::Table(table) => table.error,
-            _ => (0.0, 0.0),
+            Outline::Table(table) => table.errors,
+            _ => [TableError::default(); 2],
         }
     }
 

@@ -14,7 +14,7 @@ const NODES: usize = CELLS + 3;
 /// Directions of the circle over which longitudinal areas are averaged; half a turn.
 const CIRCLE: usize = 90;
 /// Every so many cells the error is measured.
-const SAMPLED: usize = 5;
+const SAMPLED: usize = 2;
 
 /// How values between nodes follow from those at nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,33 +25,45 @@ enum Rule {
     Cubic,
 }
 
+/// Relative error of a table, measured between its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TableError {
+    /// Largest (-).
+    pub largest: f64,
+    /// Root mean square (-).
+    pub rms: f64,
+}
+
 /// Areas (m²) by direction.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     /// Projected and longitudinal area at node (face, v, u), u fastest (m²).
     nodes: Vec<[f64; 2]>,
     rule: Rule,
-    /// Largest and root mean square relative error of the projected area between nodes (-).
-    pub(super) error: (f64, f64),
+    /// Errors of the projected and the longitudinal area.
+    pub(super) errors: [TableError; 2],
 }
 
 impl Table {
-    /// Tabulates projected areas (m²) given by unit direction; of the two rules the one with the smaller error stays.
+    /// Tabulates projected areas (m²) given by unit direction; of the two rules the one with the smaller largest error
+    /// stays.
     pub(super) fn new(area: impl Fn(&Vec3) -> f64) -> Self {
         let nodes = directions().map(|d| [area(&d.normalize()), 0.0]).collect();
-        let mut table = Self { nodes, rule: Rule::Linear, error: (0.0, 0.0) };
-        let samples: Vec<(Vec3, f64)> =
-            middles().step_by(SAMPLED).map(|d| d.normalize()).map(|d| (d, area(&d))).collect();
-        let linear = table.measure(&samples);
+        let mut table = Self { nodes, rule: Rule::Linear, errors: [TableError::default(); 2] };
+        let samples: Vec<Vec3> = middles().step_by(SAMPLED).map(|d| d.normalize()).collect();
+        let truth: Vec<f64> = samples.iter().map(&area).collect();
+        let linear = table.measure(&samples, 0, &truth);
         table.rule = Rule::Cubic;
-        table.error = table.measure(&samples);
-        if linear.1 < table.error.1 {
-            (table.rule, table.error) = (Rule::Linear, linear);
+        let cubic = table.measure(&samples, 0, &truth);
+        if linear.largest < cubic.largest {
+            table.rule = Rule::Linear;
         }
         let longitudinal: Vec<f64> = directions().map(|d| table.circle_mean(&d.normalize())).collect();
         for (node, mean) in table.nodes.iter_mut().zip(longitudinal) {
             node[1] = mean;
         }
+        let means: Vec<f64> = samples.iter().map(|d| table.circle_mean(d)).collect();
+        table.errors = [0, 1].map(|k| table.measure(&samples, k, [&truth, &means][k]));
         table
     }
 
@@ -79,11 +91,11 @@ impl Table {
         sum
     }
 
-    /// Largest and root mean square relative error at the samples.
-    fn measure(&self, samples: &[(Vec3, f64)]) -> (f64, f64) {
-        let errors = samples.iter().map(|(d, area)| (self.areas(d)[0] / area - 1.0).abs());
+    /// Errors at the samples of the projected (0) or longitudinal (1) area, given the true ones.
+    fn measure(&self, samples: &[Vec3], which: usize, truth: &[f64]) -> TableError {
+        let errors = samples.iter().zip(truth).map(|(d, area)| (self.areas(d)[which] / area - 1.0).abs());
         let (largest, squares) = errors.fold((0.0f64, 0.0), |(m, s), e| (m.max(e), s + e * e));
-        (largest, (squares / samples.len() as f64).sqrt())
+        TableError { largest, rms: (squares / samples.len() as f64).sqrt() }
     }
 
     /// Mean of the projected areas along the directions normal to a unit vector (m²).
