@@ -115,20 +115,20 @@ impl Coupling {
     /// Errors: a particle whose kernel leaves the halo.
     pub fn deposit_drag(
         &self,
-        particles: &Particles,
-        links: &mut [DragLink],
+        particles: &mut Particles,
         (grid, fluid): (&Grid, &FluidFields),
         drag: &mut DragFields,
         time_step: f64,
     ) -> Result<(), CouplingError> {
-        assert_eq!(links.len(), particles.owned, "every owned particle has one link");
+        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
         let mut stencil = Stencil::default();
-        for (i, link) in links.iter_mut().enumerate() {
+        for i in 0..particles.owned {
             let body = &particles.bodies[i];
             let diameter = self.equivalent_diameter(body);
             stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
             let slip = on_faces(&stencil, grid, &fluid.velocity) - body.velocity;
             let void_fraction = stencil.interpolate(Site::Cells, &grid.cells, fluid.void_fraction);
+            let mut link = DragLink::read(&particles.cargo[i]);
             link.aim(&self.drag(particles, i, &slip, void_fraction), &slip);
             let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
             for a in 0..3 {
@@ -136,6 +136,7 @@ impl Coupling {
                 stencil.deposit(site, layout, coefficient, drag.coefficient[a]);
                 stencil.deposit(site, layout, explicit[a], drag.explicit[a]);
             }
+            particles.cargo[i] = link.write();
         }
         Ok(())
     }
@@ -146,17 +147,17 @@ impl Coupling {
     /// Errors: a particle whose kernel leaves the halo.
     pub fn lend(
         &self,
-        particles: &Particles,
-        links: &mut [DragLink],
+        particles: &mut Particles,
         (grid, fluid): (&Grid, &FluidFields),
         time_step: f64,
     ) -> Result<(), CouplingError> {
-        assert_eq!(links.len(), particles.owned, "every owned particle has one link");
+        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
         let mut stencil = Stencil::default();
-        for (i, link) in links.iter_mut().enumerate() {
+        for i in 0..particles.owned {
             let body = &particles.bodies[i];
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
             let velocity = on_faces(&stencil, grid, &fluid.velocity);
+            let mut link = DragLink::read(&particles.cargo[i]);
             link.lend(&velocity, &particles.half_velocity[i], time_step);
             let volume = self.volume(body);
             link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
@@ -164,6 +165,7 @@ impl Coupling {
                 let gradient = on_faces(&stencil, grid, &fluid.pressure_gradient);
                 link.pressure += self.model.pressure_force(volume, &gradient);
             }
+            particles.cargo[i] = link.write();
         }
         Ok(())
     }

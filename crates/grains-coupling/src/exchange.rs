@@ -1,7 +1,7 @@
 //! The semi-implicit exchange of momentum between one particle and the fluid; the crate's documentation derives it.
 
 use crate::Coefficient;
-use grains_dem::{Particles, Rates};
+use grains_dem::{CARGO_LENGTH, Cargo, Particles, Rates};
 use grains_geometry::Vec3;
 
 /// Share E(x) = (1 − e^−x)/x of a force that is left, on average over a time x τ, of one that decays with e^(−t/τ) (-).
@@ -29,18 +29,18 @@ pub struct DragLink {
 }
 
 impl DragLink {
-    /// Number of f64 in a packed link.
-    pub const LENGTH: usize = 10;
-
-    /// The link as numbers, for migration and checkpoints.
-    pub fn write(&self) -> [f64; Self::LENGTH] {
+    /// The link as the cargo of its particle.
+    #[inline]
+    pub fn write(&self) -> Cargo {
         let [t, p, o] = [self.target, self.pressure, self.owed];
         [self.coefficient, t.x, t.y, t.z, p.x, p.y, p.z, o.x, o.y, o.z]
     }
 
     /// Reads what [`DragLink::write`] wrote.
-    pub fn read(numbers: &[f64; Self::LENGTH]) -> Self {
+    #[inline]
+    pub fn read(numbers: &Cargo) -> Self {
         let vector = |k: usize| Vec3::new(numbers[k], numbers[k + 1], numbers[k + 2]);
+        const { assert!(CARGO_LENGTH == 10, "a link is ten numbers") };
         Self { coefficient: numbers[0], target: vector(1), pressure: vector(4), owed: vector(7) }
     }
 
@@ -86,9 +86,14 @@ pub struct MomentumLedger {
 
 impl MomentumLedger {
     /// What is left of given − taken − owed (N s), summed over all ranks by the caller: rounding.
-    pub fn imbalance(&self, links: &[DragLink]) -> Vec3 {
-        self.given - self.taken - links.iter().map(|link| link.owed).sum::<Vec3>()
+    pub fn imbalance(&self, particles: &Particles) -> Vec3 {
+        self.given - self.taken - owed(particles)
     }
+}
+
+/// Impulse (N s) that the fluid owes the particles of a rank.
+pub fn owed(particles: &Particles) -> Vec3 {
+    particles.cargo.iter().map(|cargo| DragLink::read(cargo).owed).sum()
 }
 
 /// Impulse (N s) along one axis that the faces of the fluid lose in its step Δt (s): Σ (B u − S) Δt, over the faces this
@@ -101,21 +106,17 @@ pub fn impulse_taken(coefficient: &[f64], explicit: &[f64], velocity: &[f64], ti
 /// Adds drag, pressure gradient and buoyancy to the loads of all owned particles, between `Dem::add_forces` and
 /// `Dem::advance`: the leap-frog kick then is the exact relaxation.
 ///
-/// `links` holds one link per owned particle, in their order. Soft collisions only: with hard ones loads move nothing.
-pub fn add_drag(
-    particles: &mut Particles,
-    links: &mut [DragLink],
-    rates: &Rates,
-    ledger: &mut MomentumLedger,
-) {
-    assert_eq!(links.len(), particles.owned, "every owned particle has one link");
-    let (bodies, velocities) = (&particles.bodies, &particles.half_velocity);
-    let loads = particles.loads.iter_mut();
-    for (((load, link), body), velocity) in loads.zip(links).zip(bodies).zip(velocities) {
+/// The particles carry their [`DragLink`]s. Soft collisions only: with hard ones loads move nothing.
+pub fn add_drag(particles: &mut Particles, rates: &Rates, ledger: &mut MomentumLedger) {
+    assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+    let Particles { bodies, half_velocity, loads, cargo, .. } = particles;
+    for (((load, cargo), body), velocity) in loads.iter_mut().zip(cargo).zip(bodies).zip(half_velocity) {
+        let mut link = DragLink::read(cargo);
         load.force += link.pressure;
         let other = load.force + rates.gravity * body.mass;
         let drag = link.force(velocity, &other, body.mass, rates.dt);
         load.force += drag;
         ledger.given += drag * rates.dt;
+        *cargo = link.write();
     }
 }

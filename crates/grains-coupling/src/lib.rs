@@ -30,8 +30,8 @@
 //! Steady states are exact for any Δt.
 //!
 //! *Ledger.* At any time: given to particles = taken from the fluid + owed, to rounding ([`MomentumLedger`]). What is
-//! owed is O(Δt) and lives with the particle ([`DragLink`]), which takes it along to other ranks and into
-//! checkpoints; a particle that leaves the domain takes it out. The reaction to the pressure-gradient force of model A
+//! owed is O(Δt) and lives with the particle ([`DragLink`], its cargo: [`grains_dem::Particles::carry`]), which takes it along to other
+//! ranks; a checkpoint must hold it. A particle that leaves the domain takes it out. The reaction to the pressure-gradient force of model A
 //! is the factor ε of ∇p in the fluid, and part of no ledger.
 //!
 //! The velocity lent must be the one that multiplies B in the fluid's update. A projection method has it if the pressure
@@ -59,7 +59,7 @@ mod shape_factors;
 pub use coupling::{Coupling, DragFields, FluidFields, Grid, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
-pub use exchange::{DragLink, MomentumLedger, add_drag, impulse_taken, relaxation};
+pub use exchange::{DragLink, MomentumLedger, add_drag, impulse_taken, owed, relaxation};
 pub use fluidisation::Bed;
 pub use kernel::{End, GridAxis, Kernel, Layout, MOST_CELLS, Site, Stencil};
 pub use model::{Model, buoyancy};

@@ -1,5 +1,7 @@
 //! Drag laws against tabulated values, limits, and the beds they imply.
 
+#![allow(clippy::unwrap_used)]
+
 use grains_coupling::{Bed, CouplingError, DragLaw, Flow, Fluid, Model, ShapeFactors};
 use std::f64::consts::PI;
 

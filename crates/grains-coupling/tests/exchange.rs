@@ -1,9 +1,12 @@
 //! The exchange of momentum: steady states, stability, and the ledger, with real particles and a fluid of a few cells.
 
+#![allow(clippy::unwrap_used)]
+
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_coupling::{
     Bed, Coefficient, Coupling, DragFields, DragLaw, DragLink, End, Fluid, FluidFields, Grid, GridAxis,
-    Kernel, Layout, Model, MomentumLedger, ShapeFactors, add_drag, impulse_taken, relaxation, void_fractions,
+    Kernel, Layout, Model, MomentumLedger, ShapeFactors, add_drag, impulse_taken, owed, relaxation,
+    void_fractions,
 };
 use grains_dem::{
     Body, Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, Kind, ParticleRecord,
@@ -36,6 +39,7 @@ impl Grains {
             sharing: Sharing::default(),
         };
         let mut particles = Particles::new(true);
+        particles.carry();
         places
             .iter()
             .enumerate()
@@ -156,14 +160,7 @@ impl Parcel {
     }
 
     /// One coupled step; `push` is a force per volume of fluid (N/m³); `frozen` keeps the velocity.
-    fn step(
-        &mut self,
-        coupling: &Coupling,
-        grains: &mut Grains,
-        links: &mut [DragLink],
-        ledger: &mut MomentumLedger,
-        run: &Run,
-    ) {
+    fn step(&mut self, coupling: &Coupling, grains: &mut Grains, ledger: &mut MomentumLedger, run: &Run) {
         let dt = run.sub_steps as f64 * grains.rates.dt;
         let mut solid = self.zeros.clone();
         coupling.deposit_volume(&grains.particles, &self.grid, &mut solid).unwrap();
@@ -187,7 +184,7 @@ impl Parcel {
                 coefficient: coefficient.each_mut().map(|f| f.as_mut_slice()),
                 explicit: explicit.each_mut().map(|f| f.as_mut_slice()),
             };
-            coupling.deposit_drag(&grains.particles, links, (&self.grid, &fluid), &mut drag, dt).unwrap();
+            coupling.deposit_drag(&mut grains.particles, (&self.grid, &fluid), &mut drag, dt).unwrap();
         }
         let own = self.own();
         for a in 0..3 {
@@ -207,10 +204,10 @@ impl Parcel {
             self.fill(&mut velocity[a]);
         }
         let fluid = fields(&velocity, &self.void_fraction, zeros);
-        coupling.lend(&grains.particles, links, (&self.grid, &fluid), dt).unwrap();
+        coupling.lend(&mut grains.particles, (&self.grid, &fluid), dt).unwrap();
         (self.velocity, self.coefficient, self.explicit) = (velocity, coefficient, explicit);
         for _ in 0..run.sub_steps {
-            add_drag(&mut grains.particles, links, &grains.rates, ledger);
+            add_drag(&mut grains.particles, &grains.rates, ledger);
             grains.advance();
         }
     }
@@ -308,15 +305,15 @@ fn a_grain_reaches_its_terminal_velocity_with_any_step() {
             let mut grains = Grains::new(diameter, 2500.0, falling(dt), &[Vec3::repeat(0.4 * length)]);
             let coupling = coupling(law, model, AIR, &grains);
             let mut parcel = Parcel::new(length, 2, 1);
-            let (mut links, mut ledger) = (vec![DragLink::default()], MomentumLedger::default());
+            let mut ledger = MomentumLedger::default();
             let run = Run { sub_steps, push: Vec3::zeros(), frozen: true };
             for _ in 0..((20.0 / ratio) as usize).max(40) {
-                parcel.step(&coupling, &mut grains, &mut links, &mut ledger, &run);
+                parcel.step(&coupling, &mut grains, &mut ledger, &run);
             }
             let error = (-grains.particles.bodies[0].velocity.z / terminal - 1.0).abs();
             assert!(error < 1e-3, "{law:?} at dt = {ratio} tau in {sub_steps}: {error:e}");
             worst.set(worst.get().max(error));
-            let rest = ledger.imbalance(&links).norm();
+            let rest = ledger.imbalance(&grains.particles).norm();
             assert!(rest < 1e-12 * ledger.given.norm(), "{rest:e}");
         }
     }
@@ -350,10 +347,10 @@ fn a_grain_speeds_up_as_its_law_wants() {
         let mut grains = Grains::new(diameter, 2500.0, falling(dt), &[Vec3::repeat(0.4 * length)]);
         let coupling = coupling(law, Model::A, AIR, &grains);
         let mut parcel = Parcel::new(length, 2, 1);
-        let (mut links, mut ledger) = (vec![DragLink::default()], MomentumLedger::default());
+        let mut ledger = MomentumLedger::default();
         let run = Run { sub_steps: 1, push: Vec3::zeros(), frozen: true };
         for _ in 0..n {
-            parcel.step(&coupling, &mut grains, &mut links, &mut ledger, &run);
+            parcel.step(&coupling, &mut grains, &mut ledger, &run);
         }
         errors.push((-grains.particles.bodies[0].velocity.z - exact).abs() / exact);
     }
@@ -387,12 +384,12 @@ fn momentum_is_kept_and_stiff_drag_stays_quiet() {
             let mut parcel = Parcel::new(length, 4, 1);
             let start = Vec3::new(1e-8, 0.0, 0.0);
             parcel.set_velocity(&start);
-            let (mut links, mut ledger) = (vec![DragLink::default(); 64], MomentumLedger::default());
+            let mut ledger = MomentumLedger::default();
             let run = Run { sub_steps, push: Vec3::zeros(), frozen: false };
             let mut slip = 1.0;
             let before = fluid.density * start.x * (length.powi(3) - 64.0 * mass / density);
             for _ in 0..60 {
-                parcel.step(&coupling, &mut grains, &mut links, &mut ledger, &run);
+                parcel.step(&coupling, &mut grains, &mut ledger, &run);
                 let velocity = &grains.particles.half_velocity[0];
                 let now = (parcel.velocity[0][parcel.own()[0]] - velocity.x) / start.x;
                 assert!(
@@ -400,12 +397,11 @@ fn momentum_is_kept_and_stiff_drag_stays_quiet() {
                     "density {density}, dt {ratio} tau: {now} after {slip}"
                 );
                 slip = now;
-                let rest = ledger.imbalance(&links).norm() / ledger.given.norm();
+                let rest = ledger.imbalance(&grains.particles).norm() / ledger.given.norm();
                 worst = worst.max(rest);
             }
             let given: Vec3 = grains.particles.half_velocity.iter().sum::<Vec3>() * mass;
-            let owed: Vec3 = links.iter().map(|l| l.owed).sum();
-            let after = parcel.momentum(fluid.density) + given - owed;
+            let after = parcel.momentum(fluid.density) + given - owed(&grains.particles);
             assert!((after.x / before - 1.0).abs() < 1e-11, "{} of {before}", after.x);
             let expected = (-60.0 * ratio).exp();
             assert!(slip < 0.2 + expected, "density {density}, dt {ratio} tau: {slip}");
@@ -447,9 +443,9 @@ fn a_fixed_lattice_has_the_pressure_drop_of_its_law() {
                 let gradient = bed.pressure_gradient(law, superficial);
                 let push = gradient * model.fluid_pressure_factor(void_fraction) / void_fraction;
                 let run = Run { sub_steps: 1, push: Vec3::new(push, 0.0, 0.0), frozen: false };
-                let (mut links, mut ledger) = (vec![DragLink::default(); 27], MomentumLedger::default());
+                let mut ledger = MomentumLedger::default();
                 for _ in 0..steps {
-                    parcel.step(&coupling, &mut grains, &mut links, &mut ledger, &run);
+                    parcel.step(&coupling, &mut grains, &mut ledger, &run);
                 }
                 let reached = parcel.velocity[0][parcel.own()[0]] * void_fraction;
                 let error = (reached / superficial - 1.0).abs();
@@ -468,23 +464,25 @@ fn both_models_push_grains_alike() {
         .map(|k| (Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) + Vec3::repeat(0.4)) * 2e-3)
         .collect();
     let forces = [Model::A, Model::B].map(|model| {
-        let grains = Grains::new(diameter, 2500.0, falling(1e-6), &places);
+        let mut grains = Grains::new(diameter, 2500.0, falling(1e-6), &places);
         let coupling = coupling(DragLaw::Beetstra, model, AIR, &grains);
         let mut parcel = Parcel::new(length, 3, 1);
         parcel.set_velocity(&Vec3::new(0.0, 0.0, 0.7));
         let void_fraction = 1.0 - std::f64::consts::PI / 6.0 / 8.0;
         parcel.void_fraction.fill(void_fraction);
-        let mut links = vec![DragLink::default(); 27];
         let slip = Vec3::new(0.0, 0.0, 0.7);
         let drag = coupling.drag(&grains.particles, 0, &slip, void_fraction).value * 0.7;
         let gradient = -27.0 * drag / length.powi(3) / model.fluid_pressure_factor(void_fraction);
         let (zeros, gradients) = (parcel.zeros.clone(), vec![gradient; parcel.zeros.len()]);
         let fluid = fields(&parcel.velocity, &parcel.void_fraction, [&zeros, &zeros, &gradients]);
-        links.iter_mut().for_each(|link| {
+        grains.particles.cargo.iter_mut().for_each(|cargo| {
+            let mut link = DragLink::read(cargo);
             link.aim(&Coefficient { value: drag / 0.7, exponent: 0.3 }, &slip);
+            *cargo = link.write();
         });
-        coupling.lend(&grains.particles, &mut links, (&parcel.grid, &fluid), 1e-6).unwrap();
-        links[0].pressure.z + links[0].coefficient * links[0].target.z
+        coupling.lend(&mut grains.particles, (&parcel.grid, &fluid), 1e-6).unwrap();
+        let link = DragLink::read(&grains.particles.cargo[0]);
+        link.pressure.z + link.coefficient * link.target.z
     });
     assert!((forces[0] / forces[1] - 1.0).abs() < 1e-12, "{forces:?}");
 }
@@ -517,13 +515,15 @@ fn a_dem_step_relaxes_its_grains_exactly() {
     let mut link = DragLink::default();
     link.aim(&drag, &fluid);
     link.lend(&fluid, &Vec3::zeros(), dt);
-    let mut links = [vec![link], vec![link]];
+    dem.particles.carry();
+    dem.particles.cargo[0] = link.write();
+    grains.particles.cargo[0] = link.write();
     for _ in 0..20 {
         dem.refresh(&SerialTransport).unwrap();
         dem.add_forces(&SerialTransport);
-        add_drag(&mut dem.particles, &mut links[0], &falling(dt), &mut ledger);
+        add_drag(&mut dem.particles, &falling(dt), &mut ledger);
         dem.advance(&SerialTransport).unwrap();
-        add_drag(&mut grains.particles, &mut links[1], &falling(dt), &mut ledger);
+        add_drag(&mut grains.particles, &falling(dt), &mut ledger);
         grains.advance();
         let difference = dem.particles.half_velocity[0] - grains.particles.half_velocity[0];
         assert!(difference.norm() < 1e-13, "{difference}");

@@ -1,5 +1,7 @@
 //! Time per call, by hand: `cargo test --release -p grains-coupling --test speed -- --ignored --nocapture`.
 
+#![allow(clippy::unwrap_used)]
+
 use grains_coupling::{
     DragLaw, End, Flow, Fluid, GridAxis, Kernel, Layout, ShapeFactors, ShapeProfile, Site, Stencil,
 };
@@ -57,8 +59,7 @@ fn kernels() {
             |k: usize| Vec3::new(10.0 + 1e-4 * k as f64, 20.0 + 7e-5 * k as f64, 15.0 + 3e-5 * k as f64);
         let mut stencil = Stencil::default();
         let (layout, mut field) = (Layout::packed([41; 3]), vec![0.3; 41 * 41 * 41]);
-        let mut put =
-            |k: usize, stencil: &mut Stencil| stencil.place(&kernel, &axes, &place(k), 1.0).unwrap();
+        let put = |k: usize, stencil: &mut Stencil| stencil.place(&kernel, &axes, &place(k), 1.0).unwrap();
         time(&format!("{kernel:?}, place"), |k| {
             put(k, &mut stencil);
             stencil.len(Site::Cells) as f64

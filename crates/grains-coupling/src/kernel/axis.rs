@@ -132,8 +132,8 @@ impl GridAxis {
             self.mirror(upper, share, weights);
         }
         let values = &mut weights.values[..count];
-        let sum: f64 = values.iter().sum();
-        values.iter_mut().for_each(|w| *w = (*w / sum).max(0.0));
+        let per_sum = 1.0 / values.iter().sum::<f64>();
+        values.iter_mut().for_each(|w| *w = (*w * per_sum).max(0.0));
         Ok(())
     }
 

@@ -19,6 +19,9 @@ pub enum Site {
 
 /// Where the values of a field lie in its array: that of cell or face (i, j, k) of the [`GridAxis`] triple at
 /// `offset + i + j stride[0] + k stride[1]`.
+///
+/// Where arrays hold the *upper* faces of their cells, the axes leave out the lowest halo cell of the array, so that its
+/// upper face is face 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Index of the value of cell or face (0, 0, 0).
