@@ -96,7 +96,7 @@ fn at_the_velocity_of_fluidisation_every_law_carries_the_bed() {
                 let bed = Bed { diameter, ..spheres(eps) };
                 let u = bed.minimum_fluidisation_velocity(law).unwrap();
                 let per_volume = bed.pressure_gradient(law, u);
-                if eps < 1.0 && law != DragLaw::WenYu && law != DragLaw::SchillerNaumann {
+                if eps < 1.0 {
                     assert_close(per_volume, bed.buoyant_weight(), 1e-10);
                 }
                 assert!(u > 0.0 && u.is_finite(), "{law:?} {eps} {diameter}: {u}");
@@ -154,7 +154,7 @@ fn crowded_laws_become_those_of_a_lone_particle() {
             // Beetstra's law goes there with √φ.
             assert_close(nearly(law), lone(law), 1e-4);
         }
-        // For spheres the laws for any shape lie near Schiller and Naumann's, as published.
+        // As published, the laws for any shape are 16 % and 26 % off Schiller and Naumann's for spheres.
         assert_close(lone(DragLaw::HoelzerSommerfeld), lone(DragLaw::SchillerNaumann), 0.16);
         assert_close(lone(DragLaw::Ganser), lone(DragLaw::SchillerNaumann), 0.28);
     }
@@ -197,7 +197,7 @@ fn drag_grows_with_slip_and_with_crowding() {
                 // A superficial slip costs more where there is less room; Gidaspow's jump is as published.
                 if eps < 1.0 && law != DragLaw::Gidaspow {
                     assert!(
-                        at(reynolds, eps) >= at(reynolds, eps + 0.05) * 0.999,
+                        at(reynolds, eps) >= at(reynolds, eps + 0.05) * (1.0 - 1e-12),
                         "{law:?} {reynolds} {eps}"
                     );
                 }
