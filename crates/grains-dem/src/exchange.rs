@@ -11,7 +11,7 @@ use crate::memory::Memories;
 use crate::record::{
     CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation,
 };
-use crate::{ParticleRecord, Particles, StepError};
+use crate::{CARGO_LENGTH, ParticleRecord, Particles, StepError};
 use grains_domain::{CellGrid, CellTag, Decomposition, Direction, Transport};
 use grains_geometry::{Rotation, Vec3};
 use std::ops::Range;
@@ -97,6 +97,7 @@ impl Exchange {
                 Ok(Some(rank)) => match self.peers.binary_search(&rank) {
                     Ok(peer) => {
                         particles.record(i).write(&mut self.sent[peer]);
+                        self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
                         memories.write(i, &mut self.sent[peer]);
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
@@ -114,7 +115,13 @@ impl Exchange {
             while !rest.is_empty() {
                 stays.push(particles.owned as u32);
                 particles.push(&ParticleRecord::read(rest));
-                rest = memories.read(&rest[ParticleRecord::LENGTH..]);
+                rest = &rest[ParticleRecord::LENGTH..];
+                if let Some(cargo) = particles.cargo.last_mut() {
+                    let (mine, others) = rest.split_at(CARGO_LENGTH);
+                    cargo.copy_from_slice(mine);
+                    rest = others;
+                }
+                rest = memories.read(rest);
             }
         }
         Ok(left)

@@ -61,5 +61,5 @@ pub use integrate::{Rates, half_step_back};
 pub use measure::{FlowPlane, Totals};
 pub use neighbours::Skin;
 pub use record::ParticleRecord;
-pub use store::{Body, Load, Particles};
+pub use store::{Body, CARGO_LENGTH, Cargo, Load, Particles};
 pub use walls::{Motion, Surface, Wall, WallLoad, WallState};

@@ -32,6 +32,12 @@ pub struct Load {
     pub torque: Vec3,
 }
 
+/// Numbers of a coupling that travel with a particle.
+pub const CARGO_LENGTH: usize = 10;
+
+/// What a coupling with something else, such as a fluid, lets a particle carry.
+pub type Cargo = [f64; CARGO_LENGTH];
+
 /// Struct of arrays of particles; the arrays of owned particles are `owned` long.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
@@ -56,7 +62,10 @@ pub struct Particles {
     pub half_spin: Vec<Vec3>,
     /// Side of each flow plane, one bit per plane; owned.
     pub sides: Vec<u32>,
+    /// What a coupling lets particles carry, owned; empty unless [`Particles::carry`] was called.
+    pub cargo: Vec<Cargo>,
     turning: bool,
+    carrying: bool,
 }
 
 impl Particles {
@@ -84,6 +93,14 @@ impl Particles {
         Self { turning: !all_spheres, ..Self::default() }
     }
 
+    /// Lets every particle, also those to come, carry cargo: zeros until somebody sets them.
+    ///
+    /// All ranks must do so before the first step.
+    pub fn carry(&mut self) {
+        self.carrying = true;
+        self.cargo.resize(self.owned, [0.0; CARGO_LENGTH]);
+    }
+
     /// Appends an owned particle; there must be no clones.
     pub fn push(&mut self, record: &ParticleRecord) {
         debug_assert_eq!(self.owned, self.bodies.len(), "owned particles come before clones");
@@ -92,6 +109,9 @@ impl Particles {
         self.half_velocity.push(record.half_velocity);
         self.half_spin.push(record.half_spin);
         self.sides.push(record.sides);
+        if self.carrying {
+            self.cargo.push([0.0; CARGO_LENGTH]);
+        }
         self.owned += 1;
     }
 
@@ -144,6 +164,9 @@ impl Particles {
         permute(&mut self.half_velocity, order);
         permute(&mut self.half_spin, order);
         permute(&mut self.sides, order);
+        if self.carrying {
+            permute(&mut self.cargo, order);
+        }
         self.owned = order.len();
     }
 }

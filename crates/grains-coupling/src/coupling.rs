@@ -1,0 +1,231 @@
+//! All particles of a rank and the arrays of the fluid.
+
+use crate::drag::Flow;
+use crate::{
+    Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, Model, ShapeFactors,
+    ShapeProfile, Site, Stencil, buoyancy,
+};
+use grains_dem::{Body, Catalogue, Particles};
+use grains_geometry::Vec3;
+
+/// The cells of one rank with their halo, and where fields on them lie.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Cells along x, y, z.
+    pub axes: [GridAxis; 3],
+    /// Layout of cell fields.
+    pub cells: Layout,
+    /// Layouts of the fields on faces normal to x, y, z.
+    pub faces: [Layout; 3],
+}
+
+/// Fields of the fluid that act on particles, halo filled.
+#[derive(Clone, Copy, Debug)]
+pub struct FluidFields<'a> {
+    /// Interstitial velocity on the faces normal to x, y, z (m/s).
+    pub velocity: [&'a [f64]; 3],
+    /// Void fraction in the cells (-).
+    pub void_fraction: &'a [f64],
+    /// Pressure gradient, without its hydrostatic part, on the faces normal to x, y, z (Pa/m).
+    pub pressure_gradient: [&'a [f64]; 3],
+}
+
+/// What particles do to the fluid, on the faces normal to x, y, z, before the halo is added; amounts, not densities.
+#[derive(Debug)]
+pub struct DragFields<'a> {
+    /// Sum of the coefficients K (N s/m).
+    pub coefficient: [&'a mut [f64]; 3],
+    /// Explicit forces K v̂ − owed/Δt (N).
+    pub explicit: [&'a mut [f64]; 3],
+}
+
+/// How particles and fluid act on each other.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    /// How particles are spread over cells.
+    pub kernel: Kernel,
+    /// Drag law.
+    pub law: DragLaw,
+    /// Who feels the pressure gradient.
+    pub model: Model,
+    /// The fluid.
+    pub fluid: Fluid,
+    /// Gravity (m/s²).
+    pub gravity: Vec3,
+    /// Drag is found for a void fraction of at least this (-).
+    pub least_void_fraction: f64,
+    /// Volume and outline of each shape of the catalogue, and one over its bounding radius (1/m).
+    profiles: Vec<(ShapeProfile, f64)>,
+}
+
+impl Coupling {
+    /// Measures the shapes of a catalogue; see [`ShapeProfile::new`] for the time it takes and errors.
+    pub fn new(
+        kernel: Kernel,
+        law: DragLaw,
+        model: Model,
+        fluid: Fluid,
+        gravity: Vec3,
+        catalogue: &Catalogue,
+    ) -> Result<Self, CouplingError> {
+        let measured = |shape| Ok((ShapeProfile::new(shape)?, 1.0 / shape.bounding_radius));
+        let profiles = catalogue.shapes.iter().map(measured).collect::<Result<_, CouplingError>>()?;
+        Ok(Self { kernel, law, model, fluid, gravity, least_void_fraction: 0.2, profiles })
+    }
+
+    /// Outline of a shape of the catalogue.
+    pub fn profile(&self, shape: u16) -> &ShapeProfile {
+        &self.profiles[shape as usize].0
+    }
+
+    /// Diameter (m) of the sphere of a particle's volume.
+    #[inline]
+    pub fn equivalent_diameter(&self, body: &Body) -> f64 {
+        let (profile, per_radius) = &self.profiles[body.kind.shape as usize];
+        profile.equivalent_diameter * (body.radius * per_radius)
+    }
+
+    /// Volume (m³) of a particle.
+    #[inline]
+    pub fn volume(&self, body: &Body) -> f64 {
+        let (profile, per_radius) = &self.profiles[body.kind.shape as usize];
+        profile.volume * (body.radius * per_radius).powi(3)
+    }
+
+    /// Adds the volume of all owned particles to the cells (m³ per cell), before the halo is added.
+    ///
+    /// Errors: a particle whose kernel leaves the halo.
+    pub fn deposit_volume(
+        &self,
+        particles: &Particles,
+        grid: &Grid,
+        solid: &mut [f64],
+    ) -> Result<(), CouplingError> {
+        let mut stencil = Stencil::default();
+        for body in &particles.bodies[..particles.owned] {
+            stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
+            stencil.deposit(Site::Cells, &grid.cells, self.volume(body), solid);
+        }
+        Ok(())
+    }
+
+    /// Finds the drag of all owned particles at the fluid's old velocity, and adds what the fluid's new one needs to
+    /// know of it, before the halo is added. `time_step` is that of the fluid (s).
+    ///
+    /// Errors: a particle whose kernel leaves the halo.
+    pub fn deposit_drag(
+        &self,
+        particles: &mut Particles,
+        (grid, fluid): (&Grid, &FluidFields),
+        drag: &mut DragFields,
+        time_step: f64,
+    ) -> Result<(), CouplingError> {
+        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+        let mut stencil = Stencil::default();
+        for i in 0..particles.owned {
+            let body = &particles.bodies[i];
+            let diameter = self.equivalent_diameter(body);
+            stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
+            let slip = on_faces(&stencil, grid, &fluid.velocity) - body.velocity;
+            let void_fraction = stencil.interpolate(Site::Cells, &grid.cells, fluid.void_fraction);
+            let mut link = DragLink::read(&particles.cargo[i]);
+            link.aim(&self.drag(particles, i, &slip, void_fraction), &slip);
+            let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
+            for a in 0..3 {
+                let (site, layout) = (Site::Faces(a), &grid.faces[a]);
+                stencil.deposit(site, layout, coefficient, drag.coefficient[a]);
+                stencil.deposit(site, layout, explicit[a], drag.explicit[a]);
+            }
+            particles.cargo[i] = link.write();
+        }
+        Ok(())
+    }
+
+    /// Gives all owned particles the fluid's new velocity, pressure gradient and buoyancy. They must not have moved since
+    /// [`Coupling::deposit_drag`].
+    ///
+    /// Errors: a particle whose kernel leaves the halo.
+    pub fn lend(
+        &self,
+        particles: &mut Particles,
+        (grid, fluid): (&Grid, &FluidFields),
+        time_step: f64,
+    ) -> Result<(), CouplingError> {
+        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+        let mut stencil = Stencil::default();
+        for i in 0..particles.owned {
+            let body = &particles.bodies[i];
+            stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
+            let velocity = on_faces(&stencil, grid, &fluid.velocity);
+            let mut link = DragLink::read(&particles.cargo[i]);
+            link.lend(&velocity, &particles.half_velocity[i], time_step);
+            let volume = self.volume(body);
+            link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
+            if self.model == Model::A {
+                let gradient = on_faces(&stencil, grid, &fluid.pressure_gradient);
+                link.pressure += self.model.pressure_force(volume, &gradient);
+            }
+            particles.cargo[i] = link.write();
+        }
+        Ok(())
+    }
+
+    /// Drag coefficient of an owned particle at a slip u − v (m/s) and void fraction, that of the model chosen.
+    pub fn drag(&self, particles: &Particles, i: usize, slip: &Vec3, void_fraction: f64) -> Coefficient {
+        let body = &particles.bodies[i];
+        let void_fraction = void_fraction.clamp(self.least_void_fraction, 1.0);
+        let diameter = self.equivalent_diameter(body);
+        let speed = slip.norm();
+        let reynolds = self.fluid.reynolds(diameter, void_fraction, speed);
+        let shape = if self.law.minds_shape() {
+            let profile = self.profile(body.kind.shape);
+            match particles.frames.get(i) {
+                Some(frame) if speed > 0.0 => profile.factors(&frame.tr_mul(&(slip / speed))),
+                Some(_) => ShapeFactors::any_orientation(profile.sphericity),
+                None => ShapeFactors::SPHERE,
+            }
+        } else {
+            ShapeFactors::SPHERE
+        };
+        let flow = Flow { reynolds, void_fraction, shape };
+        let drag = self.law.growing_coefficient(&self.fluid, diameter, &flow);
+        Coefficient { value: drag.value * self.model.drag_factor(void_fraction), ..drag }
+    }
+}
+
+/// A vector field on faces, at a particle.
+#[inline]
+fn on_faces(stencil: &Stencil, grid: &Grid, fields: &[&[f64]; 3]) -> Vec3 {
+    Vec3::from_fn(|a, _| stencil.interpolate(Site::Faces(a), &grid.faces[a], fields[a]))
+}
+
+/// Void fractions ε = 1 − solid/V in the place of the solid volumes (m³), of the cells (i, j, k) of `cells` ranges.
+///
+/// Errors: a void fraction below the limit, with the place of the cell.
+pub fn void_fractions(
+    grid: &Grid,
+    cells: [std::ops::Range<usize>; 3],
+    limit: f64,
+    solid: &mut [f64],
+) -> Result<(), CouplingError> {
+    let nodes = [0, 1, 2].map(|a| grid.axes[a].nodes());
+    let width = |a: usize, i: usize| nodes[a][i + 1] - nodes[a][i];
+    let [xs, ys, zs] = cells;
+    for k in zs {
+        for j in ys.clone() {
+            let row = grid.cells.offset + j * grid.cells.stride[0] + k * grid.cells.stride[1];
+            let section = width(1, j) * width(2, k);
+            for i in xs.clone() {
+                let value = &mut solid[row + i];
+                *value = 1.0 - *value / (width(0, i) * section);
+                if *value < limit || value.is_nan() {
+                    let middle = |a: usize, c: usize| 0.5 * (nodes[a][c] + nodes[a][c + 1]);
+                    let [x, y, z] = [middle(0, i), middle(1, j), middle(2, k)];
+                    let place = format!("({x:.4e}, {y:.4e}, {z:.4e}) m");
+                    return Err(CouplingError::Jammed { void_fraction: *value, limit, place });
+                }
+            }
+        }
+    }
+    Ok(())
+}

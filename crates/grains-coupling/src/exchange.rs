@@ -1,0 +1,122 @@
+//! The semi-implicit exchange of momentum between one particle and the fluid; the crate's documentation derives it.
+
+use crate::Coefficient;
+use grains_dem::{CARGO_LENGTH, Cargo, Particles, Rates};
+use grains_geometry::Vec3;
+
+/// Share E(x) = (1 − e^−x)/x of a force that is left, on average over a time x τ, of one that decays with e^(−t/τ) (-).
+///
+/// The velocity of a particle under a constant acceleration a and drag of relaxation time τ towards w changes in dt
+/// by exactly E(dt/τ) dt (a + (w − v)/τ).
+#[inline]
+pub fn relaxation(x: f64) -> f64 {
+    // Below, x²/6 is less than the rounding of 1.
+    if x < 1e-8 { 1.0 - 0.5 * x } else { -(-x).exp_m1() / x }
+}
+
+/// The drag of one particle over one step of the fluid: F = K (w − v), and the account of what it was given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DragLink {
+    /// Slope K of the drag with the slip (N s/m).
+    pub coefficient: f64,
+    /// Velocity w at which the drag vanishes (m/s); between [`DragLink::aim`] and [`DragLink::lend`] less that of the
+    /// fluid.
+    pub target: Vec3,
+    /// Pressure-gradient force and buoyancy (N), constant over the fluid's step.
+    pub pressure: Vec3,
+    /// Impulse given to the particle that the fluid has not paid yet (N s).
+    pub owed: Vec3,
+}
+
+impl DragLink {
+    /// The link as the cargo of its particle.
+    #[inline]
+    pub fn write(&self) -> Cargo {
+        let [t, p, o] = [self.target, self.pressure, self.owed];
+        [self.coefficient, t.x, t.y, t.z, p.x, p.y, p.z, o.x, o.y, o.z]
+    }
+
+    /// Reads what [`DragLink::write`] wrote.
+    #[inline]
+    pub fn read(numbers: &Cargo) -> Self {
+        let vector = |k: usize| Vec3::new(numbers[k], numbers[k + 1], numbers[k + 2]);
+        const { assert!(CARGO_LENGTH == 10, "a link is ten numbers") };
+        Self { coefficient: numbers[0], target: vector(1), pressure: vector(4), owed: vector(7) }
+    }
+
+    /// Takes the tangent of the drag at the present slip u − v (m/s): K = β (1 + p), offset −p/(1 + p) (u − v).
+    pub fn aim(&mut self, drag: &Coefficient, slip: &Vec3) {
+        let steeper = 1.0 + drag.exponent;
+        self.coefficient = drag.value * steeper;
+        self.target = slip * (-drag.exponent / steeper);
+    }
+
+    /// Coefficient K (N s/m) and explicit force K v̂ − owed/Δt (N) for the fluid's momentum equation, with the
+    /// particle at the velocity v (m/s): the fluid loses (K u − explicit) Δt.
+    pub fn fluid_terms(&self, velocity: &Vec3, time_step: f64) -> (f64, Vec3) {
+        (self.coefficient, (velocity - self.target) * self.coefficient - self.owed / time_step)
+    }
+
+    /// Takes the new velocity of the fluid (m/s); what it has paid in advance for its step Δt (s) is owed to it.
+    pub fn lend(&mut self, fluid_velocity: &Vec3, velocity: &Vec3, time_step: f64) {
+        self.target += fluid_velocity;
+        self.owed = (velocity - self.target) * (self.coefficient * time_step);
+    }
+
+    /// Drag (N) over a DEM step dt (s) beside constant `other` forces (N), and charges it.
+    ///
+    /// v + dt (other + drag)/m is the exact solution of m dv/dt = other + K (w − v) after dt.
+    #[inline]
+    pub fn force(&mut self, velocity: &Vec3, other: &Vec3, mass: f64, dt: f64) -> Vec3 {
+        let left = relaxation(self.coefficient * dt / mass);
+        let drag = (self.target - velocity) * (self.coefficient * left) - other * (1.0 - left);
+        self.owed += drag * dt;
+        drag
+    }
+}
+
+/// Momentum between particles and fluid on one rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MomentumLedger {
+    /// Impulse that drag gave to particles (N s).
+    pub given: Vec3,
+    /// Impulse taken from the fluid (N s), see [`impulse_taken`].
+    pub taken: Vec3,
+}
+
+impl MomentumLedger {
+    /// What is left of given − taken − owed (N s), summed over all ranks by the caller: rounding.
+    pub fn imbalance(&self, particles: &Particles) -> Vec3 {
+        self.given - self.taken - owed(particles)
+    }
+}
+
+/// Impulse (N s) that the fluid owes the particles of a rank.
+pub fn owed(particles: &Particles) -> Vec3 {
+    particles.cargo.iter().map(|cargo| DragLink::read(cargo).owed).sum()
+}
+
+/// Impulse (N s) along one axis that the faces of the fluid lose in its step Δt (s): Σ (B u − S) Δt, over the faces this
+/// rank owns, with B (N s/m) and S (N) as deposited, before any division by volumes.
+pub fn impulse_taken(coefficient: &[f64], explicit: &[f64], velocity: &[f64], time_step: f64) -> f64 {
+    let forces = coefficient.iter().zip(explicit).zip(velocity).map(|((b, s), u)| b * u - s);
+    forces.sum::<f64>() * time_step
+}
+
+/// Adds drag, pressure gradient and buoyancy to the loads of all owned particles, between `Dem::add_forces` and
+/// `Dem::advance`: the leap-frog kick then is the exact relaxation.
+///
+/// The particles carry their [`DragLink`]s. Soft collisions only: with hard ones loads move nothing.
+pub fn add_drag(particles: &mut Particles, rates: &Rates, ledger: &mut MomentumLedger) {
+    assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+    let Particles { bodies, half_velocity, loads, cargo, .. } = particles;
+    for (((load, cargo), body), velocity) in loads.iter_mut().zip(cargo).zip(bodies).zip(half_velocity) {
+        let mut link = DragLink::read(cargo);
+        load.force += link.pressure;
+        let other = load.force + rates.gravity * body.mass;
+        let drag = link.force(velocity, &other, body.mass, rates.dt);
+        load.force += drag;
+        ledger.given += drag * rates.dt;
+        *cargo = link.write();
+    }
+}

@@ -1,0 +1,175 @@
+//! The cells of one rank along one axis, and the weights of a kernel on them.
+
+use super::{Kernel, MOST_CELLS};
+use crate::CouplingError;
+
+/// What lies beyond the last cell of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// More cells, of another rank or of the periodic image: the halo ends here.
+    Halo,
+    /// A boundary of the domain: wall, inlet or outlet. Kernels are mirrored at it.
+    Boundary,
+}
+
+/// The cells of one rank along an axis, with its halo but without cells beyond a boundary of the domain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridAxis {
+    /// Faces of the cells (m), ascending: cells + 1 numbers.
+    nodes: Vec<f64>,
+    ends: [End; 2],
+    /// Cells per metre of a uniform axis.
+    per_length: Option<f64>,
+}
+
+/// Weights of a run of cells or faces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    pub(super) first: usize,
+    pub(super) count: usize,
+    pub(super) values: [f64; MOST_CELLS + 1],
+}
+
+impl Weights {
+    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MOST_CELLS + 1] };
+
+    #[inline(always)]
+    pub(super) fn slice(&self) -> &[f64] {
+        &self.values[..self.count]
+    }
+}
+
+impl GridAxis {
+    /// Cells between ascending nodes (m) of axis `axis` (0, 1, 2), and what lies beyond both ends.
+    ///
+    /// Errors: fewer than two nodes, nodes that are not finite or do not ascend.
+    pub fn new(axis: usize, nodes: Vec<f64>, ends: [End; 2]) -> Result<Self, CouplingError> {
+        let bad = |reason: String| CouplingError::BadNodes { axis: ['x', 'y', 'z'][axis], reason };
+        if nodes.len() < 2 {
+            return Err(bad(format!("there are {}", nodes.len())));
+        }
+        if let Some(k) = (1..nodes.len()).find(|&k| !(nodes[k] > nodes[k - 1] && nodes[k].is_finite())) {
+            return Err(bad(format!("nodes {} and {k} are {:e} and {:e} m", k - 1, nodes[k - 1], nodes[k])));
+        }
+        let cells = nodes.len() - 1;
+        let mean = (nodes[cells] - nodes[0]) / cells as f64;
+        let even = |k: usize| (nodes[k] - nodes[0] - k as f64 * mean).abs() < 1e-9 * mean;
+        let per_length = (0..=cells).all(even).then(|| 1.0 / mean);
+        Ok(Self { nodes, ends, per_length })
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    /// Faces of the cells (m).
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Width of the smallest cell (m).
+    pub fn smallest_cell(&self) -> f64 {
+        self.nodes.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Cell that holds a coordinate (m), the first or last one for those beyond.
+    #[inline]
+    fn cell_of(&self, x: f64) -> usize {
+        let last = self.cells() - 1;
+        match self.per_length {
+            Some(per_length) => {
+                let mut cell = (((x - self.nodes[0]) * per_length).max(0.0) as usize).min(last);
+                // The division may be off by one next to a node.
+                if cell > 0 && x < self.nodes[cell] {
+                    cell -= 1;
+                } else if cell < last && x >= self.nodes[cell + 1] {
+                    cell += 1;
+                }
+                cell
+            }
+            None => self.nodes[1..=last].partition_point(|&node| node <= x),
+        }
+    }
+
+    /// Weights of the cells under a kernel about `x` (m) that reaches `reach` (m); their sum is 1.
+    ///
+    /// Errors: a kernel that leaves the halo.
+    #[inline]
+    pub(super) fn spread(
+        &self,
+        kernel: &Kernel,
+        axis: usize,
+        x: f64,
+        reach: f64,
+        weights: &mut Weights,
+    ) -> Result<(), CouplingError> {
+        let (lower, upper) = (self.nodes[0], self.nodes[self.cells()]);
+        let is_out = |end: End, beyond: bool| end == End::Halo && beyond;
+        let (below, above) = (x - reach < lower, x + reach > upper);
+        if is_out(self.ends[0], below) || is_out(self.ends[1], above) || !x.is_finite() {
+            let axis = ['x', 'y', 'z'][axis];
+            return Err(CouplingError::OutsideHalo { axis, place: x, reach, lower, upper });
+        }
+        // A particle pressed into a wall stays where the fluid is.
+        let x = x.clamp(lower, upper);
+        let (first, last) = (self.cell_of(x - reach), self.cell_of(x + reach));
+        // The set-up has checked the largest particle, so that this never cuts anything off.
+        let count = (last - first + 1).min(MOST_CELLS);
+        let per_reach = 1.0 / reach;
+        let share = |node: f64| kernel.below((node - x) * per_reach);
+        let mut before = share(self.nodes[first]);
+        for k in 0..count {
+            let after = share(self.nodes[first + k + 1]);
+            weights.values[k] = after - before;
+            before = after;
+        }
+        (weights.first, weights.count) = (first, count);
+        if below {
+            self.mirror(lower, share, weights);
+        }
+        if above {
+            self.mirror(upper, share, weights);
+        }
+        let values = &mut weights.values[..count];
+        let per_sum = 1.0 / values.iter().sum::<f64>();
+        values.iter_mut().for_each(|w| *w = (*w * per_sum).max(0.0));
+        Ok(())
+    }
+
+    /// Adds to each cell what of the kernel lies in its mirror image beyond a boundary at `wall` (m).
+    fn mirror(&self, wall: f64, share: impl Fn(f64) -> f64, weights: &mut Weights) {
+        let first = weights.first;
+        let image = |k: usize| share(2.0 * wall - self.nodes[first + k]);
+        let mut before = image(0);
+        for k in 0..weights.count {
+            let after = image(k + 1);
+            weights.values[k] += (before - after).max(0.0);
+            before = after;
+        }
+    }
+
+    /// Weights of the faces: half of the cell on either side, those of faces on a boundary passed on inwards.
+    #[inline]
+    pub(super) fn faces(&self, cells: &Weights, faces: &mut Weights) {
+        let count = cells.count;
+        let mut before = 0.0;
+        for (face, &cell) in faces.values.iter_mut().zip(cells.slice()) {
+            let half = 0.5 * cell;
+            *face = before + half;
+            before = half;
+        }
+        faces.values[count] = before;
+        (faces.first, faces.count) = (cells.first, count + 1);
+        // A single cell between two boundaries has no other face to pass its share to.
+        if self.cells() == 1 {
+            return;
+        }
+        if self.ends[0] == End::Boundary && cells.first == 0 {
+            faces.values[1] += std::mem::take(&mut faces.values[0]);
+        }
+        if self.ends[1] == End::Boundary && cells.first + count == self.cells() {
+            faces.values[count - 1] += std::mem::take(&mut faces.values[count]);
+        }
+    }
+}
