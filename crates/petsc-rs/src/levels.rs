@@ -1,0 +1,214 @@
+//! Grids of the multigrid hierarchy: numbering of the cells, the stencil's pattern and its geometry.
+
+use crate::axis::Axis;
+use crate::ffi::Rows;
+
+/// Most cells of the coarsest grid, which every rank solves by itself.
+const COARSEST: usize = 64;
+/// An axis is coarsened with the others if its cells are not wider than this times the thinnest.
+const ISOTROPIC: f64 = 1.5;
+/// Slots of the stencil: neighbours below in z, y, x, the cell, neighbours above in x, y, z.
+pub(crate) const CENTRE: usize = 3;
+/// Slots of the neighbours below and above along each axis.
+pub(crate) const SLOTS: [[usize; 2]; 3] = [[2, 4], [1, 5], [0, 6]];
+
+/// Cells of one grid, seen from one rank.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// The axes x, y, z.
+    pub axes: [Axis; 3],
+    /// Place of the own rank along each.
+    pub place: [usize; 3],
+}
+
+/// Which columns the rows of the own cells have, and where each neighbour's entry lies in its row.
+pub(crate) struct Stencil {
+    /// Rows for PETSc.
+    pub rows: Rows,
+    /// Kind of each row.
+    pub kinds: Vec<u16>,
+    /// Position in its row of each slot, by kind; `None` where there is no neighbour.
+    pub positions: Vec<[Option<u8>; 7]>,
+}
+
+impl Layout {
+    /// Number of all cells.
+    pub fn cells(&self) -> usize {
+        self.axes.iter().map(Axis::cells).product()
+    }
+
+    /// First own cell along each axis.
+    pub fn lower(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.axes[a].starts[self.place[a]])
+    }
+
+    /// Own cells along each axis.
+    pub fn counts(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.axes[a].owned(self.place[a]))
+    }
+
+    /// Widths (m) of the own cells along an axis.
+    pub fn widths(&self, axis: usize) -> &[f64] {
+        let at = self.lower()[axis];
+        &self.axes[axis].widths[at..at + self.counts()[axis]]
+    }
+
+    /// Row of a cell: ranks one after the other, x fastest among them and among the cells of each.
+    pub fn row(&self, cell: [usize; 3]) -> usize {
+        let [x, y, z] = &self.axes;
+        let rank: [usize; 3] = std::array::from_fn(|a| self.axes[a].owner(cell[a]));
+        let start: [usize; 3] = std::array::from_fn(|a| self.axes[a].starts[rank[a]]);
+        let [nx, ny, nz]: [usize; 3] = std::array::from_fn(|a| self.axes[a].owned(rank[a]));
+        let before = (start[2] * y.cells() + nz * start[1]) * x.cells() + nz * ny * start[0];
+        debug_assert!(cell[2] < z.cells());
+        before + ((cell[2] - start[2]) * ny + cell[1] - start[1]) * nx + cell[0] - start[0]
+    }
+
+    /// The next coarser grid and, per axis, the coarse cell of each cell; nothing if this one is small.
+    ///
+    /// Only axes with thin cells are coarsened: a point smoother evens out errors along strong couplings.
+    pub fn coarsened(&self) -> Option<(Self, [Vec<usize>; 3])> {
+        if self.cells() <= COARSEST {
+            return None;
+        }
+        let long = || self.axes.iter().filter(|axis| axis.cells() > 1);
+        let thinnest = long().map(Axis::mean_width).fold(f64::INFINITY, f64::min);
+        let mut parents = [const { Vec::new() }; 3];
+        let axes = std::array::from_fn(|a| {
+            let axis = &self.axes[a];
+            let is_paired = axis.cells() > 1 && axis.mean_width() <= ISOTROPIC * thinnest;
+            let (coarse, map) =
+                if is_paired { axis.paired() } else { (axis.clone(), (0..axis.cells()).collect()) };
+            parents[a] = map;
+            coarse
+        });
+        Some((Self { axes, place: self.place }, parents))
+    }
+
+    /// Calls `visit` with the own index and the place in the grid of every own cell.
+    pub fn for_each_cell(&self, mut visit: impl FnMut(usize, [usize; 3])) {
+        let (lower, n) = (self.lower(), self.counts());
+        let mut index = 0;
+        for k in 0..n[2] {
+            for j in 0..n[1] {
+                for i in 0..n[0] {
+                    visit(index, [lower[0] + i, lower[1] + j, lower[2] + k]);
+                    index += 1;
+                }
+            }
+        }
+    }
+
+    /// Neighbour of a cell below or above along an axis; nothing beyond an end.
+    fn neighbour(&self, cell: [usize; 3], axis: usize, is_above: bool) -> Option<[usize; 3]> {
+        let (n, mut other) = (self.axes[axis].cells(), cell);
+        let is_last = cell[axis] == if is_above { n - 1 } else { 0 };
+        if is_last && !self.axes[axis].is_periodic {
+            return None;
+        }
+        other[axis] = (cell[axis] + if is_above { 1 } else { n - 1 }) % n;
+        Some(other)
+    }
+
+    /// Columns of the row of a cell by slot.
+    fn columns(&self, cell: [usize; 3], row: usize) -> [Option<usize>; 7] {
+        let (lower, n) = (self.lower(), self.counts());
+        let inner = (0..3).all(|a| cell[a] > lower[a] && cell[a] + 1 < lower[a] + n[a]);
+        if inner {
+            let (line, plane) = (n[0], n[0] * n[1]);
+            return [row - plane, row - line, row - 1, row, row + 1, row + line, row + plane].map(Some);
+        }
+        let mut columns = [None; 7];
+        columns[CENTRE] = Some(row);
+        for (axis, slots) in SLOTS.iter().enumerate() {
+            for (side, &slot) in slots.iter().enumerate() {
+                columns[slot] = self.neighbour(cell, axis, side == 1).map(|other| self.row(other));
+            }
+        }
+        columns
+    }
+
+    /// The pattern of the seven-point matrix.
+    pub fn stencil(&self) -> Stencil {
+        let count = self.counts().iter().product();
+        let mut rows =
+            Rows { local_columns: count, starts: vec![0], columns: Vec::with_capacity(7 * count) };
+        let (mut kinds, mut positions) = (Vec::with_capacity(count), Vec::new());
+        let first = if count > 0 { self.row(self.lower()) } else { 0 };
+        self.for_each_cell(|index, cell| {
+            let columns = self.columns(cell, first + index);
+            let mut sorted: Vec<usize> = columns.iter().flatten().copied().collect();
+            sorted.sort_unstable();
+            sorted.dedup();
+            let position = columns
+                .map(|column| column.and_then(|c| sorted.iter().position(|&s| s == c)).map(|p| p as u8));
+            let kind = positions.iter().position(|known| *known == position).unwrap_or_else(|| {
+                positions.push(position);
+                positions.len() - 1
+            });
+            kinds.push(kind as u16);
+            rows.columns.extend(sorted.iter().map(|&column| column as i32));
+            rows.starts.push(rows.columns.len() as i32);
+        });
+        Stencil { rows, kinds, positions }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layouts(owned: [&[usize]; 3], periodic: bool) -> Vec<Layout> {
+        let axes = owned.map(|list| Axis::new(list, periodic));
+        let ranks = owned.map(<[usize]>::len);
+        let place = |r: usize| [r % ranks[0], r / ranks[0] % ranks[1], r / (ranks[0] * ranks[1])];
+        (0..ranks.iter().product()).map(|r| Layout { axes: axes.clone(), place: place(r) }).collect()
+    }
+
+    #[test]
+    fn rows_follow_the_ranks_and_their_cells() {
+        let mut next = 0;
+        for layout in layouts([&[3, 2], &[1, 4], &[2, 2, 1]], false) {
+            layout.for_each_cell(|_, cell| {
+                assert_eq!(layout.row(cell), next);
+                next += 1;
+            });
+        }
+        assert_eq!(next, 5 * 5 * 5);
+    }
+
+    #[test]
+    fn patterns_are_symmetric_and_short_periods_merge_their_neighbours() {
+        for (owned, periodic) in
+            [([&[3, 2][..], &[1, 4], &[2, 1]], true), ([&[2], &[1], &[1, 1]], true), ([&[4], &[2, 2], &[1]], false)]
+        {
+            let all = layouts(owned, periodic);
+            let mut entries = std::collections::BTreeSet::new();
+            let mut row = 0;
+            for layout in &all {
+                let stencil = layout.stencil();
+                for ends in stencil.rows.starts.windows(2) {
+                    let columns = &stencil.rows.columns[ends[0] as usize..ends[1] as usize];
+                    assert!(columns.is_sorted() && columns.contains(&row));
+                    entries.extend(columns.iter().map(|&c| (row, c)));
+                    row += 1;
+                }
+            }
+            assert!(entries.iter().all(|&(r, c)| entries.contains(&(c, r))));
+        }
+    }
+
+    #[test]
+    fn flat_cells_are_joined_across_first() {
+        let mut layout = layouts([&[32], &[32], &[32]], false).remove(0);
+        layout.axes[2].widths = vec![0.25; 32];
+        let counts = |layout: &Layout| layout.axes.each_ref().map(Axis::cells);
+        let (first, _) = layout.coarsened().unwrap();
+        let (second, _) = first.coarsened().unwrap();
+        let (third, _) = second.coarsened().unwrap();
+        assert_eq!(
+            [counts(&first), counts(&second), counts(&third)],
+            [[32, 32, 16], [32, 32, 8], [16, 16, 4]]
+        );
+    }
+}
