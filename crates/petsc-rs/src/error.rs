@@ -9,7 +9,9 @@ pub enum PetscError {
     #[error("PETSc is already running in this process: keep one `Petsc` and share it by reference")]
     AlreadyStarted,
     /// A text of options that cannot be read.
-    #[error("solver options `{text}`: {reason}; write them as on PETSc's command line: -name value -name value")]
+    #[error(
+        "solver options `{text}`: {reason}; write them as on PETSc's command line: -name value -name value"
+    )]
     OptionSyntax {
         /// The text.
         text: String,
@@ -25,7 +27,9 @@ pub enum PetscError {
         hint: String,
     },
     /// PETSc rejects an option or its value.
-    #[error("PETSc rejects a solver option: {message}; correct it in the solver options of the case or on the command line after `--`")]
+    #[error(
+        "PETSc rejects a solver option: {message}; correct it in the solver options of the case or on the command line after `--`"
+    )]
     BadOption {
         /// PETSc's own words.
         message: String,
@@ -60,10 +64,14 @@ pub enum PetscError {
     #[error("the pressure equation has no coefficients yet: call set_coefficients before the first solve")]
     NoCoefficients,
     /// The right-hand side or the first guess holds NaN or infinity.
-    #[error("the {0} of the pressure equation holds NaN or infinity: the fields before the solve are broken already, most often by too large a time step")]
+    #[error(
+        "the {0} of the pressure equation holds NaN or infinity: the fields before the solve are broken already, most often by too large a time step"
+    )]
     NotFinite(&'static str),
     /// The tolerance was not met within the allowed iterations.
-    #[error("the pressure solve stopped at its limit of {iterations} iterations with a relative residual of {residual:.2e}, {tolerance:.1e} was asked for: allow more iterations, loosen the tolerance, or choose a stronger preconditioner (multigrid)")]
+    #[error(
+        "the pressure solve stopped at its limit of {iterations} iterations with a relative residual of {residual:.2e}, {tolerance:.1e} was asked for: allow more iterations, loosen the tolerance, or choose a stronger preconditioner (multigrid)"
+    )]
     IterationLimit {
         /// Iterations done.
         iterations: usize,
@@ -73,7 +81,9 @@ pub enum PetscError {
         tolerance: f64,
     },
     /// The iteration broke down.
-    #[error("the pressure solve failed after {iterations} iterations: {reason} (relative residual {residual:.2e})")]
+    #[error(
+        "the pressure solve failed after {iterations} iterations: {reason} (relative residual {residual:.2e})"
+    )]
     Diverged {
         /// PETSc's reason and what helps.
         reason: &'static str,

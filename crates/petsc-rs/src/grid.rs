@@ -51,7 +51,9 @@ impl Grid {
         }
         let cells: f64 = owned.iter().map(|list| list.iter().sum::<usize>() as f64).product();
         if cells > f64::from(i32::MAX) {
-            return Err(PetscError::Grid(format!("{cells:.3e} cells are more than PETSc counts here (2.1e9)")));
+            return Err(PetscError::Grid(format!(
+                "{cells:.3e} cells are more than PETSc counts here (2.1e9)"
+            )));
         }
         let axes = std::array::from_fn(|a| Axis::new(owned[a], periodic[a]));
         let place = [rank % ranks[0], rank / ranks[0] % ranks[1], rank / (ranks[0] * ranks[1])];

@@ -131,8 +131,7 @@ impl Layout {
     /// The pattern of the seven-point matrix.
     pub fn stencil(&self) -> Stencil {
         let count = self.counts().iter().product();
-        let mut rows =
-            Rows { local_columns: count, starts: vec![0], columns: Vec::with_capacity(7 * count) };
+        let mut rows = Rows { local_columns: count, starts: vec![0], columns: Vec::with_capacity(7 * count) };
         let (mut kinds, mut positions) = (Vec::with_capacity(count), Vec::new());
         let first = if count > 0 { self.row(self.lower()) } else { 0 };
         self.for_each_cell(|index, cell| {
@@ -179,9 +178,11 @@ mod tests {
 
     #[test]
     fn patterns_are_symmetric_and_short_periods_merge_their_neighbours() {
-        for (owned, periodic) in
-            [([&[3, 2][..], &[1, 4], &[2, 1]], true), ([&[2], &[1], &[1, 1]], true), ([&[4], &[2, 2], &[1]], false)]
-        {
+        for (owned, periodic) in [
+            ([&[3, 2][..], &[1, 4], &[2, 1]], true),
+            ([&[2], &[1], &[1, 1]], true),
+            ([&[4], &[2, 2], &[1]], false),
+        ] {
             let all = layouts(owned, periodic);
             let mut entries = std::collections::BTreeSet::new();
             let mut row = 0;

@@ -41,7 +41,13 @@ impl Hierarchy {
         let mut finer = pressure.layout.clone();
         while levels.len() + 1 < most_levels {
             let Some((layout, parents)) = finer.coarsened() else { break };
-            levels.push(Level::new(&pressure.session, pressure.boundaries, &finer, layout.clone(), &parents)?);
+            levels.push(Level::new(
+                &pressure.session,
+                pressure.boundaries,
+                &finer,
+                layout.clone(),
+                &parents,
+            )?);
             finer = layout;
         }
         Ok(Self { levels })
@@ -54,8 +60,7 @@ impl Hierarchy {
 
     /// Averages the coefficients of the equation down to every level and fills the matrices.
     pub fn refresh(&mut self, pressure: &PressureMatrix) -> Result<(), PetscError> {
-        let shared =
-            Faces::shared(pressure.layout.counts(), pressure.faces.each_ref().map(|list| &list[..]));
+        let shared = Faces::shared(pressure.layout.counts(), pressure.faces.each_ref().map(|list| &list[..]));
         for l in 0..self.levels.len() {
             let (finer, coarser) = self.levels.split_at_mut(l);
             let level = &mut coarser[0];
@@ -144,7 +149,8 @@ impl Transfer {
         let ends = std::array::from_fn(|a| {
             let (first, parents) = (fine.lower()[a], &parents[a]);
             let own = first..first + fine.counts()[a];
-            let is_end = |cell: usize, other: Option<usize>| other.is_none_or(|o| parents[o] != parents[cell]);
+            let is_end =
+                |cell: usize, other: Option<usize>| other.is_none_or(|o| parents[o] != parents[cell]);
             let mark = |is: bool| f64::from(u8::from(is));
             let above = |cell: usize| (cell + 1 < parents.len()).then_some(cell + 1);
             [
@@ -156,7 +162,13 @@ impl Transfer {
     }
 
     /// Sums coefficient times area of the fine faces on one side of every coarse cell.
-    fn collect(&mut self, fine: &Geometry, faces: &Faces, axis: usize, side: usize) -> Result<(), PetscError> {
+    fn collect(
+        &mut self,
+        fine: &Geometry,
+        faces: &Faces,
+        axis: usize,
+        side: usize,
+    ) -> Result<(), PetscError> {
         let (nx, ny) = (fine.widths[0].len(), fine.widths[1].len());
         let marks = &self.ends[axis][side];
         let mut values = self.fine.write()?;

@@ -132,14 +132,18 @@ mod tests {
         let options = Options::parse("-ksp_rtol 1e-9 -shift -1e-3\n -ksp_monitor -f \"a b\"").unwrap();
         let value = |k: usize| options.case[k].1.as_deref();
         assert_eq!(options.names().collect::<Vec<_>>(), ["-ksp_rtol", "-shift", "-ksp_monitor", "-f"]);
-        assert_eq!([value(0), value(1), value(2), value(3)], [Some("1e-9"), Some("-1e-3"), None, Some("a b")]);
+        assert_eq!(
+            [value(0), value(1), value(2), value(3)],
+            [Some("1e-9"), Some("-1e-3"), None, Some("a b")]
+        );
         let line = ["run", "a.toml", "--", "-ksp_view"].map(String::from);
         assert_eq!(Options::default().with_command_line(line).command_line, ["-ksp_view"]);
     }
 
     #[test]
     fn words_out_of_place_are_refused() {
-        for (text, reason) in [("1e-9", "not the name"), ("-a 1 2", "follows the value"), ("-a \"b", "quote")] {
+        for (text, reason) in [("1e-9", "not the name"), ("-a 1 2", "follows the value"), ("-a \"b", "quote")]
+        {
             let message = Options::parse(text).unwrap_err().to_string();
             assert!(message.contains(reason) && message.contains("-name value"), "{message}");
         }

@@ -158,11 +158,7 @@ impl PressureMatrix {
     /// `boundaries[axis]` on the lower and upper face of the box. Collective.
     ///
     /// Errors if widths are not positive or not as many as cells, or if the boundaries do not fit the grid.
-    pub fn new(
-        grid: &Grid,
-        widths: [&[f64]; 3],
-        boundaries: [[Boundary; 2]; 3],
-    ) -> Result<Self, PetscError> {
+    pub fn new(grid: &Grid, widths: [&[f64]; 3], boundaries: [[Boundary; 2]; 3]) -> Result<Self, PetscError> {
         let mut layout = grid.layout.clone();
         for (a, name) in ["x", "y", "z"].into_iter().enumerate() {
             check_axis(name, layout.axes[a].cells(), layout.axes[a].is_periodic, widths[a], boundaries[a])?;
@@ -250,9 +246,8 @@ impl PressureMatrix {
         for (what, found) in [("the pressure", pressure.len()), ("the result", result.len())] {
             check_length(what, self.cells(), found)?;
         }
-        self.input.with_array(pressure, |x| {
-            self.output.with_array(result, |y| self.matrix.multiply(x, y))
-        })?;
+        self.input
+            .with_array(pressure, |x| self.output.with_array(result, |y| self.matrix.multiply(x, y)))?;
         self.divide_by_volumes(result);
         Ok(())
     }
@@ -368,7 +363,9 @@ fn check_axis(
     }
     if boundaries.iter().any(|b| (*b == Boundary::Periodic) != is_periodic) {
         let kind = if is_periodic { "periodic" } else { "not periodic" };
-        return wrong(format!("the boundaries along {name} are {boundaries:?}, but the grid is {kind} there"));
+        return wrong(format!(
+            "the boundaries along {name} are {boundaries:?}, but the grid is {kind} there"
+        ));
     }
     Ok(())
 }

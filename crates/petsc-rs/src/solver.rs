@@ -173,10 +173,8 @@ impl LinearSolver {
             return Ok(Report { iterations: 0, residual: 0.0, imbalance });
         }
         let mut done = self.run(x, guess > 0.0, norm);
-        let is_retried = matches!(
-            done,
-            Err(PetscError::IterationLimit { .. } | PetscError::Diverged { .. })
-        ) && self.state.is_stale;
+        let is_retried = matches!(done, Err(PetscError::IterationLimit { .. } | PetscError::Diverged { .. }))
+            && self.state.is_stale;
         if is_retried {
             self.set_up()?;
             x.fill(0.0);

@@ -16,11 +16,7 @@ pub(crate) struct DistributedArray {
 impl DistributedArray {
     /// The grid in which rank (px, py, pz), x fastest, owns `owned[0][px]` x `owned[1][py]` x `owned[2][pz]`
     /// cells. No ghost cells: matrices are numbered by this crate.
-    pub fn new(
-        session: &Rc<Session>,
-        owned: [&[usize]; 3],
-        periodic: [bool; 3],
-    ) -> Result<Self, PetscError> {
+    pub fn new(session: &Rc<Session>, owned: [&[usize]; 3], periodic: [bool; 3]) -> Result<Self, PetscError> {
         let lengths = owned.map(|list| list.iter().map(|&n| n as i32).collect::<std::vec::Vec<i32>>());
         let [x, y, z] = [0, 1, 2].map(|a| lengths[a].iter().sum::<i32>());
         let [px, py, pz] = [0, 1, 2].map(|a| lengths[a].len() as i32);
@@ -35,7 +31,23 @@ impl DistributedArray {
         unsafe {
             let [lx, ly, lz] = [0, 1, 2].map(|a| lengths[a].as_ptr());
             let code = c::DMDACreate3d(
-                session.raw(), bx, by, bz, star, x, y, z, px, py, pz, 1, 0, lx, ly, lz, &mut grid.raw,
+                session.raw(),
+                bx,
+                by,
+                bz,
+                star,
+                x,
+                y,
+                z,
+                px,
+                py,
+                pz,
+                1,
+                0,
+                lx,
+                ly,
+                lz,
+                &mut grid.raw,
             );
             session.check("DMDACreate3d", code)?;
             session.check("DMSetUp", c::DMSetUp(grid.raw))?;
@@ -47,8 +59,7 @@ impl DistributedArray {
     pub fn corners(&self) -> Result<([usize; 3], [usize; 3]), PetscError> {
         let [mut x, mut y, mut z, mut nx, mut ny, mut nz] = [0; 6];
         // SAFETY: the grid is set up; PETSc writes six numbers.
-        let code =
-            unsafe { c::DMDAGetCorners(self.raw, &mut x, &mut y, &mut z, &mut nx, &mut ny, &mut nz) };
+        let code = unsafe { c::DMDAGetCorners(self.raw, &mut x, &mut y, &mut z, &mut nx, &mut ny, &mut nz) };
         self.session.check("DMDAGetCorners", code)?;
         Ok(([x, y, z].map(|n| n as usize), [nx, ny, nz].map(|n| n as usize)))
     }

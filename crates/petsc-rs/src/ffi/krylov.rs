@@ -112,7 +112,8 @@ impl Krylov {
             let old = std::mem::replace(&mut self.shell, shell);
             self.session.check("PCShellSetContext", c::PCShellSetContext(pc, shell.cast()))?;
             self.session.check("PCShellSetApply", c::PCShellSetApply(pc, Some(apply_shell)))?;
-            self.session.check("PCShellSetName", c::PCShellSetName(pc, c"function of the caller".as_ptr()))?;
+            self.session
+                .check("PCShellSetName", c::PCShellSetName(pc, c"function of the caller".as_ptr()))?;
             if !old.is_null() {
                 drop(Box::from_raw(old));
             }
@@ -177,8 +178,7 @@ impl Krylov {
     pub fn tolerance(&self) -> Result<f64, PetscError> {
         let (mut tolerance, unwanted) = (0.0, null_mut());
         // SAFETY: PETSc writes one number; null pointers stand for those that are not wanted.
-        let code =
-            unsafe { c::KSPGetTolerances(self.raw, &mut tolerance, unwanted, unwanted, null_mut()) };
+        let code = unsafe { c::KSPGetTolerances(self.raw, &mut tolerance, unwanted, unwanted, null_mut()) };
         self.session.check("KSPGetTolerances", code)?;
         Ok(tolerance)
     }
@@ -204,8 +204,7 @@ impl Krylov {
             self.session
                 .check("KSPGetIterationNumber", c::KSPGetIterationNumber(self.raw, &mut iterations))?;
             self.session.check("KSPGetResidualNorm", c::KSPGetResidualNorm(self.raw, &mut residual))?;
-            self.session
-                .check("KSPGetConvergedReason", c::KSPGetConvergedReason(self.raw, &mut reason))?;
+            self.session.check("KSPGetConvergedReason", c::KSPGetConvergedReason(self.raw, &mut reason))?;
         }
         Ok(Outcome { iterations: iterations as usize, residual, stop: stop(reason) })
     }
@@ -320,13 +319,13 @@ fn stop(reason: c::KSPConvergedReason::Type) -> Stop {
             "the solver needs a symmetric matrix and preconditioner; choose -ksp_type gmres or bcgs"
         }
         r::KSP_DIVERGED_INDEFINITE_PC => {
-            "the preconditioner is not positive definite; make it symmetric, or choose -ksp_type fgmres"
+            "the preconditioner is not positive definite; make it symmetric, give the faces between ranks and periodic images the same coefficient on both sides, or choose -ksp_type fgmres"
         }
         r::KSP_DIVERGED_NANORINF => {
             "NaN or infinity appeared; look for coefficients that are zero all around a cell, or a preconditioner that overflows"
         }
         r::KSP_DIVERGED_INDEFINITE_MAT => {
-            "the matrix is not positive definite; coefficients on both sides of a border between ranks or periodic images must be the same"
+            "the matrix is not positive definite; give the faces between ranks and periodic images the same coefficient on both sides"
         }
         r::KSP_DIVERGED_PC_FAILED => {
             "the preconditioner could not be built; choose the default (multigrid) or -pc_type jacobi"

@@ -45,7 +45,15 @@ impl Matrix {
             } else {
                 let determined = c::PETSC_DETERMINE;
                 let code = c::MatCreateMPIAIJWithArrays(
-                    communicator, count, width, determined, determined, starts, columns, values, raw,
+                    communicator,
+                    count,
+                    width,
+                    determined,
+                    determined,
+                    starts,
+                    columns,
+                    values,
+                    raw,
                 );
                 session.check("MatCreateMPIAIJWithArrays", code)?;
             }

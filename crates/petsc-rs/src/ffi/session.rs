@@ -70,7 +70,11 @@ impl Session {
             // SAFETY: PETSc copies both texts; this call is allowed before the initialisation, whose
             // other sources of options then win.
             let code = unsafe {
-                c::PetscOptionsSetValue(null_mut(), name.as_ptr(), value.as_ref().map_or(null(), |v| v.as_ptr()))
+                c::PetscOptionsSetValue(
+                    null_mut(),
+                    name.as_ptr(),
+                    value.as_ref().map_or(null(), |v| v.as_ptr()),
+                )
             };
             plain_check("PetscOptionsSetValue", code)?;
         }
@@ -143,7 +147,9 @@ impl Session {
     pub fn unused_options(&self) -> Result<Vec<String>, PetscError> {
         let mut unused = Vec::new();
         for name in &self.names {
-            let (text, mut is_used) = (c_text(name)?, c::PetscBool::PETSC_FALSE);
+            // PETSc keeps names without their dash, and looks for them so here.
+            let bare = name.strip_prefix('-').unwrap_or(name);
+            let (text, mut is_used) = (c_text(bare)?, c::PetscBool::PETSC_FALSE);
             // SAFETY: a text that outlives the call; PETSc writes a flag.
             let code = unsafe { c::PetscOptionsUsed(null_mut(), text.as_ptr(), &mut is_used) };
             self.check("PetscOptionsUsed", code)?;
