@@ -58,7 +58,7 @@ const FUNCTIONS: [&str; 64] = [
     "PCMGSetLevels",
     "PCMGSetInterpolation",
     "PCMGGetSmoother",
-    "PCMGGetCoarseSolve",
+    "PCSORSetOmega",
     "PCRedundantGetKSP",
     "PCShellSetContext",
     "PCShellGetContext",

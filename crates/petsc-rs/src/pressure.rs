@@ -287,7 +287,7 @@ impl PressureMatrix {
             if let Err(wrong) = check_length(NAMES[axis], self.faces[axis].len(), list.len()) {
                 return Some(wrong);
             }
-            let is_wrong = |c: f64| !(c >= 0.0 && c < f64::INFINITY);
+            let is_wrong = |c: f64| !(0.0..f64::INFINITY).contains(&c);
             // Without an early end the loop is vectorised.
             if list.iter().fold(false, |wrong, &c| wrong | is_wrong(c)) {
                 let at = list.iter().position(|&c| is_wrong(c)).unwrap_or(0);
@@ -312,8 +312,8 @@ impl PressureMatrix {
         let mut largest = 0.0_f64;
         for axis in 0..3 {
             let touches = [lower[axis] == 0, lower[axis] + n[axis] == self.layout.axes[axis].cells()];
-            for side in 0..2 {
-                if !touches[side] || self.boundaries[axis][side] != Boundary::Dirichlet {
+            for (side, touches) in touches.into_iter().enumerate() {
+                if !touches || self.boundaries[axis][side] != Boundary::Dirichlet {
                     continue;
                 }
                 let end = side * (n[axis] - 1);
@@ -358,7 +358,7 @@ fn check_axis(
     if widths.len() != cells {
         return wrong(format!("{} widths were given for the {cells} cells along {name}", widths.len()));
     }
-    if let Some(k) = widths.iter().position(|w| !(*w > 0.0 && *w < f64::INFINITY)) {
+    if let Some(k) = widths.iter().position(|w| !(f64::MIN_POSITIVE..f64::INFINITY).contains(w)) {
         return wrong(format!("cell {k} along {name} is {} m wide: widths are positive", widths[k]));
     }
     if boundaries.iter().any(|b| (*b == Boundary::Periodic) != is_periodic) {

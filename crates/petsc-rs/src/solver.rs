@@ -1,6 +1,6 @@
 //! Solving the pressure equation.
 
-use crate::ffi::{Closure, Krylov, Outcome, Stop, Vector};
+use crate::ffi::{Function, Krylov, Outcome, Stop, Vector};
 use crate::multigrid::Hierarchy;
 use crate::pressure::check_length;
 use crate::{PetscError, PressureMatrix};
@@ -15,7 +15,7 @@ pub enum Preconditioner {
     Algebraic,
     /// A function of the caller that solves div(c grad p) = f approximately: from f on the own cells (x
     /// fastest) it writes p. It must be linear and symmetric; it may communicate.
-    Function(Box<dyn FnMut(&[f64], &mut [f64])>),
+    Function(Function),
 }
 
 /// How a [`LinearSolver`] works; PETSc's options win over it.
@@ -141,7 +141,9 @@ impl LinearSolver {
         self.pressure.check_ready()?;
         if let Some(hierarchy) = &mut self.hierarchy {
             hierarchy.refresh(&self.pressure)?;
+            self.krylov.set_level_operators(&hierarchy.operators())?;
         }
+        self.krylov.set_operator(&self.pressure.matrix)?;
         self.krylov.keep_preconditioner(false)?;
         self.krylov.set_up()?;
         let built_for = Some((self.pressure.scale, self.pressure.is_singular));
@@ -256,11 +258,7 @@ impl LinearSolver {
 }
 
 /// The caller's function as PETSc needs it: residuals of the scaled matrix instead of f.
-fn adapted(
-    pressure: &PressureMatrix,
-    scale: &Rc<Cell<f64>>,
-    mut apply: Box<dyn FnMut(&[f64], &mut [f64])>,
-) -> Closure {
+fn adapted(pressure: &PressureMatrix, scale: &Rc<Cell<f64>>, mut apply: Function) -> Function {
     let mut inverse_volumes = vec![0.0; pressure.cells()];
     let widths = &pressure.geometry.widths[0];
     pressure.geometry.for_each_line(|first, area| {

@@ -11,18 +11,21 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// An approximate inverse: (residual, correction) on owned cells.
-pub(crate) type Closure = Box<dyn FnMut(&[f64], &mut [f64])>;
+/// An approximate inverse, from its first argument to the second, on the own cells (x fastest).
+pub type Function = Box<dyn FnMut(&[f64], &mut [f64])>;
 
 /// What a preconditioner of the caller needs between PETSc's calls.
 struct Shell {
-    apply: Closure,
+    apply: Function,
     /// A panic of the closure, on its way across PETSc.
     panic: Option<Box<dyn Any + Send>>,
 }
 
 /// PETSc's code for an error in a function of the user.
 const USER_ERROR: i32 = 83;
+
+/// Over-relaxation of the smoother: saves one iteration of eight against none, on 1, 2 and 4 ranks alike.
+const RELAXATION: f64 = 1.15;
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +105,7 @@ impl Krylov {
     }
 
     /// Preconditions by a function.
-    pub fn set_shell(&mut self, apply: Closure) -> Result<(), PetscError> {
+    pub fn set_shell(&mut self, apply: Function) -> Result<(), PetscError> {
         self.set_preconditioner(c"shell")?;
         let pc = self.preconditioner()?;
         let shell = Box::into_raw(Box::new(Shell { apply, panic: None }));
@@ -121,34 +124,47 @@ impl Krylov {
         Ok(())
     }
 
-    /// A V-cycle: `operators` from the coarsest to the one before the finest, `transfers[l]` from level l
-    /// to l + 1; one symmetric Gauss-Seidel sweep per level, a singular value decomposition on the coarsest.
+    /// A V-cycle on `operators`, coarsest first and without the finest; `transfers[l]` leads from level l to
+    /// l + 1. A symmetric Gauss-Seidel sweep before and after each coarse correction; singular values on the
+    /// coarsest level.
     pub fn set_multigrid(&mut self, operators: &[&Matrix], transfers: &[&Matrix]) -> Result<(), PetscError> {
         self.set_preconditioner(c"mg")?;
         let (pc, session) = (self.preconditioner()?, &self.session);
         let levels = operators.len() as i32 + 1;
-        // SAFETY: levels are numbered from the coarsest; PETSc takes references to the matrices and owns the
-        // solvers it hands out.
+        // SAFETY: levels are numbered from the coarsest; PETSc takes references to the matrices.
         unsafe {
             session.check("PCMGSetLevels", c::PCMGSetLevels(pc, levels, null_mut()))?;
             for (level, transfer) in (1..).zip(transfers) {
                 let code = c::PCMGSetInterpolation(pc, level, transfer.raw());
                 session.check("PCMGSetInterpolation", code)?;
             }
-            for level in 0..levels {
-                let mut smoother = null_mut();
-                session.check("PCMGGetSmoother", c::PCMGGetSmoother(pc, level, &mut smoother))?;
-                if let Some(operator) = operators.get(level as usize) {
-                    let code = c::KSPSetOperators(smoother, operator.raw(), operator.raw());
-                    session.check("KSPSetOperators", code)?;
-                }
-                match level {
-                    0 => set_coarse_solver(session, smoother)?,
-                    _ => set_smoother(session, smoother)?,
-                }
+            for level in 1..levels {
+                set_smoother(session, self.smoother(pc, level)?)?;
             }
+            set_coarse_solver(session, self.smoother(pc, 0)?)?;
+        }
+        self.set_level_operators(operators)
+    }
+
+    /// Tells the levels of a multigrid that their matrices are new, coarsest first and without the finest.
+    pub fn set_level_operators(&mut self, operators: &[&Matrix]) -> Result<(), PetscError> {
+        let pc = self.preconditioner()?;
+        for (level, operator) in (0..).zip(operators) {
+            let smoother = self.smoother(pc, level)?;
+            // SAFETY: both exist; PETSc takes references to the matrix.
+            let code = unsafe { c::KSPSetOperators(smoother, operator.raw(), operator.raw()) };
+            self.session.check("KSPSetOperators", code)?;
         }
         Ok(())
+    }
+
+    /// The solver of a level.
+    fn smoother(&self, pc: c::PC, level: i32) -> Result<c::KSP, PetscError> {
+        let mut smoother = null_mut();
+        // SAFETY: the preconditioner exists and owns what it returns; PETSc checks that it has the level.
+        let code = unsafe { c::PCMGGetSmoother(pc, level, &mut smoother) };
+        self.session.check("PCMGGetSmoother", code)?;
+        Ok(smoother)
     }
 
     /// Lets the options of PETSc have the last word.
@@ -225,20 +241,20 @@ impl Drop for Krylov {
     }
 }
 
-/// One Richardson step with symmetric Gauss-Seidel within each rank, so that the cycle stays symmetric.
+/// One Richardson step with a symmetric Gauss-Seidel sweep within each rank, so that the cycle is symmetric.
 ///
 /// # Safety
 /// `smoother` must be a solver that PETSc has handed out and that still exists.
 unsafe fn set_smoother(session: &Session, smoother: c::KSP) -> Result<(), PetscError> {
-    let default = c::PETSC_DEFAULT;
+    let usual = f64::from(c::PETSC_DEFAULT);
     let mut pc = null_mut();
     // SAFETY: the solver exists, as the caller promises.
     unsafe {
         session.check("KSPSetType", c::KSPSetType(smoother, c"richardson".as_ptr()))?;
-        let usual = f64::from(default);
         session.check("KSPSetTolerances", c::KSPSetTolerances(smoother, usual, usual, usual, 1))?;
         session.check("KSPGetPC", c::KSPGetPC(smoother, &mut pc))?;
-        session.check("PCSetType", c::PCSetType(pc, c"sor".as_ptr()))
+        session.check("PCSetType", c::PCSetType(pc, c"sor".as_ptr()))?;
+        session.check("PCSORSetOmega", c::PCSORSetOmega(pc, RELAXATION))
     }
 }
 

@@ -26,7 +26,8 @@ mod session;
 mod vector;
 
 pub(crate) use distributed::DistributedArray;
-pub(crate) use krylov::{Closure, Krylov, Outcome, Stop};
+pub use krylov::Function;
+pub(crate) use krylov::{Krylov, Outcome, Stop};
 pub(crate) use matrix::{Matrix, Rows};
 pub(crate) use session::{Session, version};
 pub use vector::{ReadGuard, Vector, WriteGuard};
