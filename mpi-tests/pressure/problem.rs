@@ -1,5 +1,8 @@
 //! Pressure equations with a known answer, and a plain serial solver to compare with.
 
+#![allow(dead_code)] // each test program uses its own part
+#![allow(clippy::unwrap_used)]
+
 use grains_comm::Job;
 use petsc_rs::{
     Block, Boundary, Grid, LinearSolver, Options, Petsc, PetscError, Preconditioner, PressureMatrix, Settings,
@@ -241,4 +244,36 @@ pub fn largest(job: &Job, value: f64) -> f64 {
 pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).fold(0.0, |m, (a, b)| m.max((a - b).abs()))
+}
+
+/// Numbers of ranks of most tests.
+pub const EVERY: [usize; 3] = [1, 2, 4];
+
+/// A tolerance near rounding.
+pub fn tight() -> Settings {
+    Settings { tolerance: 1e-12, ..Settings::default() }
+}
+
+/// Solves on the own block; returns pressure, iterations and the solver.
+pub fn solve(
+    problem: &Problem,
+    grid: &Grid,
+    fields: &Fields,
+    settings: &Settings,
+) -> (Vec<f64>, usize, LinearSolver) {
+    let mut solver = solver(problem, grid, settings, &fields.faces).unwrap();
+    let mut pressure = vec![0.0; fields.rhs.len()];
+    let report = solver.solve(&fields.rhs, &mut pressure).unwrap();
+    assert!(report.residual <= settings.tolerance, "{report:?}");
+    (pressure, report.iterations, solver)
+}
+
+/// A bed with void fraction 0.4 in its lower part under free fluid: blocks of it along all axes.
+pub fn bed([x, y, z]: [f64; 3]) -> f64 {
+    if z < 0.55 && x + 0.3 * y > 0.21 { 0.4 } else { 1.0 }
+}
+
+/// A right-hand side without structure.
+pub fn rough([x, y, z]: [f64; 3]) -> f64 {
+    (37.0 * x + 91.0 * y * y + 53.0 * x * z).sin() + 0.3 * (400.0 * (x + 2.0 * y + 3.0 * z)).cos()
 }

@@ -1,7 +1,6 @@
 //! Grids of the multigrid hierarchy: numbering of the cells, the stencil's pattern and its geometry.
 
 use crate::axis::Axis;
-use crate::ffi::Rows;
 
 /// Most cells of the coarsest grid, which every rank solves by itself.
 const COARSEST: usize = 64;
@@ -12,6 +11,9 @@ pub(crate) const CENTRE: usize = 3;
 /// Slots of the neighbours below and above along each axis.
 pub(crate) const SLOTS: [[usize; 2]; 3] = [[2, 4], [1, 5], [0, 6]];
 
+/// Positions of the slots in a row with all neighbours, in this order.
+const NATURAL: [Option<u8>; 7] = [Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), Some(6)];
+
 /// Cells of one grid, seen from one rank.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -21,11 +23,11 @@ pub(crate) struct Layout {
     pub place: [usize; 3],
 }
 
-/// Which columns the rows of the own cells have, and where each neighbour's entry lies in its row.
+/// Where in its row of the matrix each neighbour of a cell has its entry.
 pub(crate) struct Stencil {
-    /// Rows for PETSc.
-    pub rows: Rows,
-    /// Kind of each row.
+    /// Where each row begins, and where the last ends.
+    pub starts: Vec<i32>,
+    /// Kind of each row; 0 has all neighbours, in the order of the slots.
     pub kinds: Vec<u16>,
     /// Position in its row of each slot, by kind; `None` where there is no neighbour.
     pub positions: Vec<[Option<u8>; 7]>,
@@ -112,12 +114,6 @@ impl Layout {
 
     /// Columns of the row of a cell by slot.
     fn columns(&self, cell: [usize; 3], row: usize) -> [Option<usize>; 7] {
-        let (lower, n) = (self.lower(), self.counts());
-        let inner = (0..3).all(|a| cell[a] > lower[a] && cell[a] + 1 < lower[a] + n[a]);
-        if inner {
-            let (line, plane) = (n[0], n[0] * n[1]);
-            return [row - plane, row - line, row - 1, row, row + 1, row + line, row + plane].map(Some);
-        }
         let mut columns = [None; 7];
         columns[CENTRE] = Some(row);
         for (axis, slots) in SLOTS.iter().enumerate() {
@@ -128,29 +124,44 @@ impl Layout {
         columns
     }
 
-    /// The pattern of the seven-point matrix.
-    pub fn stencil(&self) -> Stencil {
-        let count = self.counts().iter().product();
-        let mut rows = Rows { local_columns: count, starts: vec![0], columns: Vec::with_capacity(7 * count) };
-        let (mut kinds, mut positions) = (Vec::with_capacity(count), Vec::new());
-        let first = if count > 0 { self.row(self.lower()) } else { 0 };
+    /// The pattern of the seven-point matrix: columns of the rows, and what leads to their entries.
+    pub fn stencil(&self) -> (Vec<i32>, Stencil) {
+        let (lower, n) = (self.lower(), self.counts());
+        let count = n.iter().product();
+        let (line, plane) = (n[0] as i32, (n[0] * n[1]) as i32);
+        let (mut columns, mut starts) = (Vec::with_capacity(7 * count), Vec::with_capacity(count + 1));
+        let (mut kinds, mut positions) = (Vec::with_capacity(count), vec![NATURAL]);
+        let first = if count > 0 { self.row(lower) } else { 0 };
+        starts.push(0);
         self.for_each_cell(|index, cell| {
-            let columns = self.columns(cell, first + index);
-            let mut sorted: Vec<usize> = columns.iter().flatten().copied().collect();
-            sorted.sort_unstable();
-            sorted.dedup();
-            let position = columns
-                .map(|column| column.and_then(|c| sorted.iter().position(|&s| s == c)).map(|p| p as u8));
-            let kind = positions.iter().position(|known| *known == position).unwrap_or_else(|| {
-                positions.push(position);
-                positions.len() - 1
-            });
-            kinds.push(kind as u16);
-            rows.columns.extend(sorted.iter().map(|&column| column as i32));
-            rows.starts.push(rows.columns.len() as i32);
+            let is_inner = (0..3).all(|a| cell[a] > lower[a] && cell[a] + 1 < lower[a] + n[a]);
+            if is_inner {
+                let row = (first + index) as i32;
+                columns.extend([row - plane, row - line, row - 1, row, row + 1, row + line, row + plane]);
+                kinds.push(0);
+            } else {
+                let own = self.columns(cell, first + index);
+                kinds.push(kind(&own, &mut positions, &mut columns));
+            }
+            starts.push(columns.len() as i32);
         });
-        Stencil { rows, kinds, positions }
+        (columns, Stencil { starts, kinds, positions })
     }
+}
+
+/// Adds a row with the given columns by slot, sorted and each once; returns its kind.
+fn kind(slots: &[Option<usize>; 7], positions: &mut Vec<[Option<u8>; 7]>, columns: &mut Vec<i32>) -> u16 {
+    let mut sorted: Vec<usize> = slots.iter().flatten().copied().collect();
+    sorted.sort_unstable();
+    sorted.dedup();
+    columns.extend(sorted.iter().map(|&column| column as i32));
+    let place = |column| sorted.iter().position(|&other| other == column).map(|p| p as u8);
+    let position = slots.map(|column| column.and_then(place));
+    let known = positions.iter().position(|other| *other == position);
+    known.unwrap_or_else(|| {
+        positions.push(position);
+        positions.len() - 1
+    }) as u16
 }
 
 #[cfg(test)]
@@ -187,9 +198,9 @@ mod tests {
             let mut entries = std::collections::BTreeSet::new();
             let mut row = 0;
             for layout in &all {
-                let stencil = layout.stencil();
-                for ends in stencil.rows.starts.windows(2) {
-                    let columns = &stencil.rows.columns[ends[0] as usize..ends[1] as usize];
+                let (columns, stencil) = layout.stencil();
+                for ends in stencil.starts.windows(2) {
+                    let columns = &columns[ends[0] as usize..ends[1] as usize];
                     assert!(columns.is_sorted() && columns.contains(&row));
                     entries.extend(columns.iter().map(|&c| (row, c)));
                     row += 1;

@@ -96,10 +96,11 @@ impl Level {
         layout: Layout,
         parents: &[Vec<usize>; 3],
     ) -> Result<Self, PetscError> {
-        let (geometry, stencil) = (Geometry::new(&layout, boundaries), layout.stencil());
-        let mut matrix = Matrix::new(session, &stencil.rows, 0.0)?;
+        let (geometry, cells) = (Geometry::new(&layout, boundaries), layout.counts().iter().product());
+        let (columns, stencil) = layout.stencil();
+        let rows = Rows { local_columns: cells, starts: &stencil.starts, columns: &columns };
+        let mut matrix = Matrix::new(session, &rows, 0.0)?;
         matrix.set_symmetric()?;
-        let cells = layout.counts().iter().product();
         let faces = std::array::from_fn(|_| [vec![0.0; cells], vec![0.0; cells]]);
         let transfer = Transfer::new(session, finer, &layout, parents)?;
         Ok(Self { layout, geometry, stencil, matrix, faces, transfer })
@@ -139,11 +140,9 @@ impl Transfer {
         fine.for_each_cell(|_, cell| {
             columns.push(coarse.row([0, 1, 2].map(|a| parents[a][cell[a]])) as i32);
         });
-        let rows = Rows {
-            local_columns: coarse.counts().iter().product(),
-            starts: (0..=cells as i32).collect(),
-            columns,
-        };
+        let (starts, local_columns): (Vec<i32>, _) =
+            ((0..=cells as i32).collect(), coarse.counts().iter().product());
+        let rows = Rows { local_columns, starts: &starts, columns: &columns };
         let matrix = Matrix::new(session, &rows, 1.0)?;
         let (coarse, fine_vector) = matrix.vectors()?;
         let ends = std::array::from_fn(|a| {

@@ -1,6 +1,6 @@
 //! The operator of the pressure equation.
 
-use crate::ffi::{Matrix, Session, Vector};
+use crate::ffi::{Matrix, Rows, Session, Vector};
 use crate::levels::{CENTRE, Layout, Stencil};
 use crate::{Grid, PetscError};
 use std::rc::Rc;
@@ -50,8 +50,9 @@ pub struct PressureMatrix {
     pub(crate) faces: [Vec<f64>; 3],
     pub(crate) geometry: Geometry,
     stencil: Stencil,
-    input: Vector,
-    output: Vector,
+    /// What the matrix is applied to, and the result: stand-ins for arrays of the caller.
+    pub(crate) input: Vector,
+    pub(crate) output: Vector,
     has_coefficients: bool,
 }
 
@@ -138,8 +139,13 @@ impl Stencil {
     /// Writes the row of a cell: minus each conductance in its column, their sum in the diagonal.
     #[inline]
     fn put(&self, cell: usize, conductances: [f64; 7], values: &mut [f64]) {
-        let row = &mut values[self.rows.starts[cell] as usize..self.rows.starts[cell + 1] as usize];
+        let row = &mut values[self.starts[cell] as usize..self.starts[cell + 1] as usize];
         let sum: f64 = conductances.iter().sum();
+        if let (0, Ok(row)) = (self.kinds[cell], <&mut [f64; 7]>::try_from(&mut *row)) {
+            *row = conductances.map(|conductance| -conductance);
+            row[CENTRE] = sum;
+            return;
+        }
         let positions = &self.positions[self.kinds[cell] as usize];
         row.fill(0.0);
         for (position, conductance) in positions.iter().zip(conductances) {
@@ -164,8 +170,10 @@ impl PressureMatrix {
             check_axis(name, layout.axes[a].cells(), layout.axes[a].is_periodic, widths[a], boundaries[a])?;
             layout.axes[a].widths = widths[a].to_vec();
         }
-        let (stencil, geometry) = (layout.stencil(), Geometry::new(&layout, boundaries));
-        let mut matrix = Matrix::new(&grid.session, &stencil.rows, 0.0)?;
+        let ((columns, stencil), geometry) = (layout.stencil(), Geometry::new(&layout, boundaries));
+        let local_columns = layout.counts().iter().product();
+        let rows = Rows { local_columns, starts: &stencil.starts, columns: &columns };
+        let mut matrix = Matrix::new(&grid.session, &rows, 0.0)?;
         matrix.set_symmetric()?;
         let faces = face_counts(layout.counts()).map(|n| vec![0.0; n]);
         let (input, output) = (grid.vector()?, grid.vector()?);

@@ -51,7 +51,6 @@ pub struct LinearSolver {
     hierarchy: Option<Hierarchy>,
     pressure: PressureMatrix,
     rhs: Vector,
-    solution: Vector,
     /// Scale of the matrix, as a preconditioner of the caller must know it.
     scale: Rc<Cell<f64>>,
     settings: Settings,
@@ -108,9 +107,9 @@ impl LinearSolver {
         if krylov.preconditioner_name()? != "mg" {
             hierarchy = None;
         }
-        let (tolerance, (solution, rhs)) = (krylov.tolerance()?, pressure.matrix.vectors()?);
+        let (tolerance, (_, rhs)) = (krylov.tolerance()?, pressure.matrix.vectors()?);
         let (settings, state) = (settings.clone(), State::default());
-        Ok(Self { krylov, hierarchy, pressure, rhs, solution, scale, settings, tolerance, state })
+        Ok(Self { krylov, hierarchy, pressure, rhs, scale, settings, tolerance, state })
     }
 
     /// The operator.
@@ -164,7 +163,7 @@ impl LinearSolver {
         self.renew_if_old()?;
         let imbalance = self.load(rhs)?;
         let norm = self.rhs.norm()?;
-        let guess = self.solution.with_array(x, |x| x.norm())?;
+        let guess = self.pressure.input.with_array(x, |x| x.norm())?;
         for (what, value) in [("right-hand side", norm), ("first guess", guess)] {
             if !value.is_finite() {
                 return Err(PetscError::NotFinite(what));
@@ -216,7 +215,7 @@ impl LinearSolver {
 
     fn run(&mut self, x: &mut [f64], has_guess: bool, norm: f64) -> Result<(usize, f64), PetscError> {
         let (krylov, rhs) = (&mut self.krylov, &self.rhs);
-        let outcome = self.solution.with_array(x, |x| krylov.solve(rhs, x, has_guess))?;
+        let outcome = self.pressure.input.with_array(x, |x| krylov.solve(rhs, x, has_guess))?;
         let Outcome { iterations, stop, .. } = outcome;
         let tolerance = self.tolerance;
         let residual = match stop {
@@ -236,7 +235,7 @@ impl LinearSolver {
     /// Norm of b - A x.
     fn true_residual(&mut self, x: &mut [f64]) -> Result<f64, PetscError> {
         let (_, product) = self.pressure.matrix.vectors()?;
-        self.solution.with_array(x, |x| self.pressure.matrix.multiply(x, &product))?;
+        self.pressure.input.with_array(x, |x| self.pressure.matrix.multiply(x, &product))?;
         let (b, product) = (self.rhs.read()?, product.read()?);
         let own: f64 = b.iter().zip(product.iter()).map(|(b, a)| (b - a) * (b - a)).sum();
         Ok(self.pressure.session.sum([own])[0].sqrt())

@@ -8,13 +8,13 @@ use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
 /// Rows of a matrix that this rank holds: columns ascend within each row.
-pub(crate) struct Rows {
+pub(crate) struct Rows<'a> {
     /// Number of columns that this rank holds of the vectors the matrix is applied to.
     pub local_columns: usize,
     /// Where each row begins in `columns`, and where the last ends.
-    pub starts: Vec<i32>,
+    pub starts: &'a [i32],
     /// Global columns.
-    pub columns: Vec<i32>,
+    pub columns: &'a [i32],
 }
 
 /// A matrix whose pattern is fixed and whose values may change.
