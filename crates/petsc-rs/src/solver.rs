@@ -9,9 +9,9 @@ use std::rc::Rc;
 
 /// What makes the Krylov method converge fast.
 pub enum Preconditioner {
-    /// Geometric multigrid on grids of paired cells, also where numbers of cells are odd: the default.
+    /// Geometric multigrid on grids of paired cells, of any numbers of cells, stretched or flat.
     Multigrid,
-    /// PETSc's algebraic multigrid (GAMG), for coefficients that jump by orders of magnitude.
+    /// PETSc's algebraic multigrid (GAMG): slower to build and to apply, also where coefficients jump 1000-fold.
     Algebraic,
     /// A function of the caller that solves div(c grad p) = f approximately: from f on the own cells (x
     /// fastest) it writes p. It must be linear and symmetric; it may communicate.
