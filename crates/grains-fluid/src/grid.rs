@@ -101,6 +101,20 @@ impl Axis {
         0.5 * (self.node(i) + self.node(i + 1))
     }
 
+    /// Ghost of a velocity along a wall, [of the imposed value, of the first cell, of the second]: the parabola through
+    /// the three, so that Poiseuille flow is exact on any grid. `side` is 0 for the lower end.
+    pub(crate) fn wall_weights(&self, side: usize) -> [f64; 3] {
+        let n = self.cells() as isize;
+        if n < 2 {
+            return [2.0, -1.0, 0.0];
+        }
+        let [first, second] = if side == 0 { [0, 1] } else { [n - 1, n - 2] };
+        let near = 0.5 * self.width(first);
+        let far = 2.0 * near + 0.5 * self.width(second);
+        let between = far - near;
+        [2.0 * (near + far) / far, 1.0 - 2.0 * far / between, 2.0 * near * near / (far * between)]
+    }
+
     fn check(&self, axis: usize) -> Result<(), SetupError> {
         let bad = |index: usize| SetupError::Nodes {
             axis: AXES[axis],

@@ -44,6 +44,8 @@ pub(crate) struct Local {
     pub ends: [[bool; 2]; 3],
     /// First own cell.
     pub first: [usize; 3],
+    /// Ghost weights of walls per axis and side, see [`crate::Axis::wall_weights`].
+    pub walls: [[[f64; 3]; 2]; 3],
 }
 
 impl Local {
@@ -56,6 +58,7 @@ impl Local {
             active: std::array::from_fn(|a| grid.is_active(a)),
             ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             first,
+            walls: std::array::from_fn(|a| [0, 1].map(|side| grid.axis(a).wall_weights(side))),
         }
     }
 

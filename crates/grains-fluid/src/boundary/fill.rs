@@ -16,7 +16,6 @@ impl FaceTable {
         let (layout, axis) = (velocity.layout(), self.face.axis);
         let field = velocity.component_mut(axis);
         let step = self.face.outward() as isize * layout.strides()[axis] as isize;
-        let last = layout.cells[axis] as isize - 1;
         for m2 in 0..self.extents[1] {
             for m1 in 0..self.extents[0] {
                 let e = m2 * self.extents[0] + m1;
@@ -29,18 +28,19 @@ impl FaceTable {
                 // The low side has one ghost layer less: its first holds the boundary value.
                 let ghosts = layout.halo as isize - isize::from(step < 0);
                 for m in 1..=ghosts {
-                    let mirror = field[(b - step * m.min(last)) as usize];
+                    let mirror = field[(b - step * m) as usize];
                     field[(b + step * m) as usize] = if is_free { value } else { 2.0 * value - mirror };
                 }
             }
         }
     }
 
-    /// Ghosts of a tangential velocity: mirrored about the imposed value, even for slip and outlets; where fluid
-    /// comes in through an outlet, about zero.
+    /// Ghosts of a tangential velocity: the first on the parabola through the imposed value and two cells, the others
+    /// mirrored about it; even for slip and outlets; where fluid comes in through an outlet, mirrored about zero.
     pub fn fill_tangential(&self, velocity: &mut Faces, component: usize) {
         let layout = velocity.layout();
         let reach = layout.strides()[component];
+        let inward = self.layers(layout, 1).1;
         for m in 0..layout.halo {
             let (ghost, mirror) = self.layers(layout, m);
             for m2 in 0..self.extents[1] {
@@ -49,6 +49,11 @@ impl FaceTable {
                     let p = self.inside(layout, m1, m2);
                     let inner = velocity.component(component)[(p as isize + mirror) as usize];
                     let value = match self.kinds[component][e] {
+                        Kind::Fixed if m == 0 => {
+                            let [imposed, first, second] = self.wall;
+                            let next = velocity.component(component)[(p as isize + inward) as usize];
+                            imposed * self.values[component][e] + first * inner + second * next
+                        }
                         Kind::Fixed => 2.0 * self.values[component][e] - inner,
                         Kind::Slip => inner,
                         Kind::Free => {

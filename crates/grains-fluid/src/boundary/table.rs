@@ -29,6 +29,8 @@ pub(crate) struct FaceTable {
     pub values: [Vec<f64>; 3],
     /// Their change over the last step (m/s).
     pub increments: [Vec<f64>; 3],
+    /// Ghost of a tangential velocity: weights of the imposed value, the first and the second cell.
+    pub wall: [f64; 3],
     /// Pressure of outlet cells (Pa).
     pub pressure: Vec<f64>,
     /// Whether imposed velocities may change in time.
@@ -44,7 +46,7 @@ impl FaceTable {
         BoxFace::all()
             .filter(touched)
             .map(|face| {
-                let mut table = FaceTable::new(face, local.layout);
+                let mut table = FaceTable::new(face, local);
                 table.classify(grid, local, boundaries);
                 table.evaluate(grid, local, boundaries, time);
                 table
@@ -52,7 +54,8 @@ impl FaceTable {
             .collect()
     }
 
-    fn new(face: BoxFace, layout: Layout) -> Self {
+    fn new(face: BoxFace, local: &Local) -> Self {
+        let layout = local.layout;
         let tangents = match face.axis {
             0 => [1, 2],
             1 => [0, 2],
@@ -68,6 +71,7 @@ impl FaceTable {
             kinds: std::array::from_fn(|_| vec![Kind::Fixed; size]),
             values: zeros(),
             increments: zeros(),
+            wall: local.walls[face.axis][usize::from(face.side == Side::High)],
             pressure: vec![0.0; size],
             is_unsteady: false,
             has_outlet: false,

@@ -55,7 +55,12 @@ impl LineKind {
         };
         let close = |row: &mut [f64; 3], side: usize, conductance: f64| match self.ends[side] {
             // A face unknown lies a whole cell from the imposed value, a centre half a cell.
-            LineEnd::Imposed => row[1] += if is_along { conductance } else { 2.0 * conductance },
+            LineEnd::Imposed if is_along => row[1] += conductance,
+            LineEnd::Imposed => {
+                let [_, first, second] = axis.wall_weights(side);
+                row[1] += conductance * (1.0 - first);
+                row[2 * (1 - side)] -= conductance * second;
+            }
             LineEnd::Free => {}
         };
         let last = if is_along { n as isize - 2 } else { n as isize - 1 };
@@ -66,13 +71,13 @@ impl LineKind {
                 if i == 0 && !axis.is_periodic() {
                     close(&mut row, 0, low);
                 } else {
-                    row[0] = -low;
+                    row[0] -= low;
                     row[1] += low;
                 }
                 if i == last && !axis.is_periodic() {
                     close(&mut row, 1, high);
                 } else {
-                    row[2] = -high;
+                    row[2] -= high;
                     row[1] += high;
                 }
                 row

@@ -291,7 +291,7 @@ fn add_tangential(
     let (axis, n) = (table.face.axis, local.layout.cells[table.face.axis]);
     let cell = if table.face.side == Side::High { n - 1 } else { 0 };
     let inverse = local.axes[axis].inverse_width[local.entry(cell)];
-    let factor = capacity.viscosity * inverse * inverse;
+    let factor = 0.5 * table.wall[0] * capacity.viscosity * inverse * inverse;
     let along = usize::from(table.tangents[1] == component);
     let (unknowns, stride) = (local.unknowns(component)[component], local.layout.strides()[component]);
     let data = increments.component_mut(component);

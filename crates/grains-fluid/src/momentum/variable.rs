@@ -129,14 +129,15 @@ impl VariableLines {
         if component == axis {
             return;
         }
-        // Beyond the box the neighbour is half as far if it is imposed, and absent if not.
+        // Beyond the box there is no neighbour unless it is imposed.
         for table in tables.iter().filter(|t| t.face.axis == axis) {
             for m2 in layout.halo..table.extents[1] - layout.halo {
                 for m1 in layout.halo..table.extents[0] - layout.halo {
                     let inside = table.inside(layout, m1, m2);
                     let upper = if table.face.side == Side::High { inside } else { inside - strides[axis] };
-                    let is_fixed = table.kinds[component][m2 * table.extents[0] + m1] == Kind::Fixed;
-                    self.conductance[upper] *= if is_fixed { 2.0 } else { 0.0 };
+                    if table.kinds[component][m2 * table.extents[0] + m1] != Kind::Fixed {
+                        self.conductance[upper] = 0.0;
+                    }
                 }
             }
         }
@@ -223,7 +224,25 @@ impl System<'_> {
         let ends = self.local.ends[self.axis];
         let is_first = i == 0 && ends[0];
         let is_last = i + 1 == self.len() && ends[1];
-        [if is_first { 0.0 } else { low }, if is_last { 0.0 } else { high }, 1.0 + low + high]
+        if !is_first && !is_last {
+            return [low, high, 1.0 + low + high];
+        }
+        // [diagonal, coupling to the second cell] of the ghost beyond an end.
+        let ghost = |side: usize| match self.component == self.axis {
+            true => [1.0, 0.0],
+            false => [1.0 - self.local.walls[self.axis][side][1], self.local.walls[self.axis][side][2]],
+        };
+        let (mut row, g) = ([low, high, 1.0], [ghost(0), ghost(1)]);
+        row[2] += if is_first { low * g[0][0] } else { low } + if is_last { high * g[1][0] } else { high };
+        if is_first {
+            row[0] = 0.0;
+            row[1] += low * g[0][1];
+        }
+        if is_last {
+            row[0] += if is_first { 0.0 } else { high * g[1][1] };
+            row[1] = 0.0;
+        }
+        row
     }
 }
 

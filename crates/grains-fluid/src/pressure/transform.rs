@@ -104,7 +104,7 @@ impl Transform {
     fn diagonalise(&mut self, axis: &Axis, imposed: [bool; 2]) {
         let n = self.n;
         let root = |i: usize| axis.width(i as isize).sqrt();
-        let mut matrix = DMatrix::zeros(n, n);
+        let mut matrix = DMatrix::<f64>::zeros(n, n);
         let mut couple = |i: usize, j: usize, conductance: f64| {
             matrix[(i, i)] -= conductance / (root(i) * root(i));
             matrix[(j, j)] -= conductance / (root(j) * root(j));
@@ -123,11 +123,10 @@ impl Transform {
             }
         }
         let eigen = SymmetricEigen::new(matrix);
-        self.eigenvalues = eigen.eigenvalues.iter().map(|&l| l.min(0.0)).collect();
+        let values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
+        self.eigenvalues = values.iter().map(|l| l.min(0.0)).collect();
         let singular = axis.is_periodic() || imposed == [false; 2];
-        if singular
-            && let Some(least) = (0..n).max_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]))
-        {
+        if singular && let Some(least) = (0..n).max_by(|&a, &b| values[a].total_cmp(&values[b])) {
             // The constant's eigenvalue is zero but for rounding; exactly zero tells the null space.
             self.eigenvalues[least] = 0.0;
         }
