@@ -230,6 +230,8 @@ impl Flow {
         for table in self.tables.iter_mut() {
             table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
         }
+        // Imposed values before the exchange: on thin subdomains neighbours see those on the upper face.
+        self.tables.iter().for_each(|table| table.fill_normal(&mut state.velocity));
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
         fill_velocity(&self.tables, &mut state.velocity);
