@@ -198,6 +198,21 @@ impl Faces {
         }
     }
 
+    /// Values of axis `a` to change and of another axis `b` to read, halo included.
+    pub(crate) fn two_components(&mut self, a: usize, b: usize) -> (&mut [f64], &[f64]) {
+        debug_assert_ne!(a, b);
+        let Self { x, y, z } = self;
+        let (x, y, z) = (&mut x.data, &mut y.data, &mut z.data);
+        match (a, b) {
+            (0, 1) => (x, y),
+            (0, _) => (x, z),
+            (1, 0) => (y, x),
+            (1, _) => (y, z),
+            (_, 0) => (z, x),
+            (_, _) => (z, y),
+        }
+    }
+
     /// Values of the three axes, halo included.
     pub fn components(&self) -> [&[f64]; 3] {
         [&self.x.data, &self.y.data, &self.z.data]

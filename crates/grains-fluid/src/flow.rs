@@ -231,11 +231,11 @@ impl Flow {
             table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
         }
         // Imposed values before the exchange: on thin subdomains neighbours see those on the upper face.
-        self.tables.iter().for_each(|table| table.fill_normal(&mut state.velocity));
+        self.tables.iter().for_each(|table| table.fill_normal(&mut state.velocity, self.setup.halo));
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
-        fill_velocity(&self.tables, &mut state.velocity);
-        self.tables.iter().for_each(|t| t.fill_centre(&mut state.pressure, 1.0));
+        fill_velocity(&self.tables, &mut state.velocity, self.setup.halo);
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
     }
 
     /// Extent of the fields.

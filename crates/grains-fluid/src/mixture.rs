@@ -81,11 +81,13 @@ impl Mixture {
         self.previous.data_mut().copy_from_slice(values.data());
     }
 
-    /// Factor of −∇p on a face: ε or 1.
+    /// Factor of −∇p on a face: ε in the middle of the step, or 1.
     #[inline(always)]
     pub(crate) fn gradient_factor(&self, component: usize, p: usize) -> f64 {
         match self.model {
-            MixtureModel::A => self.faces.component(component)[p],
+            MixtureModel::A => {
+                0.5 * (self.faces.component(component)[p] + self.old_faces.component(component)[p])
+            }
             MixtureModel::B => 1.0,
         }
     }

@@ -8,7 +8,7 @@ use crate::momentum::{
     imposed_increments,
 };
 use crate::projection::{Correction, divergence};
-use crate::{SolveError, StepError};
+use crate::{Advection, SolveError, StepError};
 use grains_domain::Transport;
 
 /// What a net source may be of the fluxes through the faces and still pass for rounding.
@@ -38,8 +38,8 @@ impl Flow {
         self.predict(dt);
         self.clock.book(Phase::Momentum);
         self.diffuse(dt, transport);
-        self.clock.book(Phase::Diffusion);
         self.add_increments();
+        self.clock.book(Phase::Diffusion);
         self.keep_mean_velocity(dt, transport);
         self.exchange_velocity(transport);
         self.clock.book(Phase::Boundaries);
@@ -267,7 +267,7 @@ impl Flow {
     fn correct(&mut self, dt: f64, transport: &dyn Transport) {
         let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
         self.halo.fill(&mut [self.state.correction.data_mut()], transport);
-        self.tables.iter().for_each(|t| t.fill_centre(&mut self.state.correction, 0.0));
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
         self.clock.book(Phase::Boundaries);
         let correction = Correction {
             local: &self.local,
@@ -284,8 +284,10 @@ impl Flow {
         let state = &mut self.state;
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
-        fill_velocity(&self.tables, &mut state.velocity);
-        self.tables.iter().for_each(|t| t.fill_centre(&mut state.pressure, 1.0));
+        // Central differences read one layer, the bounded scheme two.
+        let ghosts = if self.setup.advection == Advection::Central { 1 } else { 2 };
+        fill_velocity(&self.tables, &mut state.velocity, ghosts);
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {
             mixture.finish();
         }

@@ -12,7 +12,7 @@ impl FaceTable {
     }
 
     /// Imposes the normal velocity on the face; behind it, it is mirrored about the imposed value, or continued.
-    pub fn fill_normal(&self, velocity: &mut Faces) {
+    pub fn fill_normal(&self, velocity: &mut Faces, ghosts: usize) {
         let (layout, axis) = (velocity.layout(), self.face.axis);
         let field = velocity.component_mut(axis);
         let step = self.face.outward() as isize * layout.strides()[axis] as isize;
@@ -26,8 +26,7 @@ impl FaceTable {
                 }
                 let value = field[b as usize];
                 // The low side has one ghost layer less: its first holds the boundary value.
-                let ghosts = layout.halo as isize - isize::from(step < 0);
-                for m in 1..=ghosts {
+                for m in 1..=ghosts as isize - isize::from(step < 0) {
                     let mirror = field[(b - step * m) as usize];
                     field[(b + step * m) as usize] = if is_free { value } else { 2.0 * value - mirror };
                 }
@@ -37,55 +36,54 @@ impl FaceTable {
 
     /// Ghosts of a tangential velocity: the first on the parabola through the imposed value and two cells, the others
     /// mirrored about it; even for slip and outlets; where fluid comes in through an outlet, mirrored about zero.
-    pub fn fill_tangential(&self, velocity: &mut Faces, component: usize) {
+    pub fn fill_tangential(&self, velocity: &mut Faces, component: usize, ghosts: usize) {
         let layout = velocity.layout();
         let reach = layout.strides()[component];
         let inward = self.layers(layout, 1).1;
-        for m in 0..layout.halo {
+        let [imposed, first, second] = self.wall;
+        let (kinds, values) = (&self.kinds[component], &self.values[component]);
+        let (field, normal) = velocity.two_components(component, self.face.axis);
+        for m in 0..ghosts {
             let (ghost, mirror) = self.layers(layout, m);
             for m2 in 0..self.extents[1] {
                 for m1 in 0..self.extents[0] {
                     let e = m2 * self.extents[0] + m1;
                     let p = self.inside(layout, m1, m2);
-                    let inner = velocity.component(component)[(p as isize + mirror) as usize];
-                    let value = match self.kinds[component][e] {
+                    let inner = field[(p as isize + mirror) as usize];
+                    let value = match kinds[e] {
                         Kind::Fixed if m == 0 => {
-                            let [imposed, first, second] = self.wall;
-                            let next = velocity.component(component)[(p as isize + inward) as usize];
-                            imposed * self.values[component][e] + first * inner + second * next
+                            imposed * values[e]
+                                + first * inner
+                                + second * field[(p as isize + inward) as usize]
                         }
-                        Kind::Fixed => 2.0 * self.values[component][e] - inner,
+                        Kind::Fixed => 2.0 * values[e] - inner,
                         Kind::Slip => inner,
                         Kind::Free => {
-                            let normal = velocity.component(self.face.axis);
                             let b = self.boundary(layout, p);
                             let next = if b + reach < normal.len() { b + reach } else { b };
                             let leaving = self.face.outward() * (normal[b] + normal[next]) >= 0.0;
                             if leaving { inner } else { -inner }
                         }
                     };
-                    velocity.component_mut(component)[(p as isize + ghost) as usize] = value;
+                    field[(p as isize + ghost) as usize] = value;
                 }
             }
         }
     }
 
-    /// Ghosts of a quantity at the centres: its mirror image, on outlets about `scale` times the outlet pressure.
-    pub fn fill_centre(&self, field: &mut Field<Centre>, scale: f64) {
-        let (layout, axis) = (field.layout(), self.face.axis);
-        let data = field.data_mut();
-        for m in 0..layout.halo {
-            let (ghost, mirror) = self.layers(layout, m);
-            for m2 in 0..self.extents[1] {
-                for m1 in 0..self.extents[0] {
-                    let e = m2 * self.extents[0] + m1;
-                    let p = self.inside(layout, m1, m2) as isize;
-                    let inner = data[(p + mirror) as usize];
-                    data[(p + ghost) as usize] = match self.kinds[axis][e] {
-                        Kind::Free => 2.0 * scale * self.pressure[e] - inner,
-                        _ => inner,
-                    };
-                }
+    /// First ghost of a pressure: its mirror image, on outlets about `scale` times the outlet pressure.
+    pub fn fill_pressure(&self, field: &mut Field<Centre>, scale: f64) {
+        let layout = field.layout();
+        let (kinds, data) = (&self.kinds[self.face.axis], field.data_mut());
+        let (ghost, _) = self.layers(layout, 0);
+        for m2 in 0..self.extents[1] {
+            for m1 in 0..self.extents[0] {
+                let e = m2 * self.extents[0] + m1;
+                let p = self.inside(layout, m1, m2);
+                data[(p as isize + ghost) as usize] = match kinds[e] {
+                    Kind::Free => 2.0 * scale * self.pressure[e] - data[p],
+                    _ => data[p],
+                };
             }
         }
     }
@@ -106,12 +104,13 @@ impl FaceTable {
     }
 }
 
-/// Ghosts of the velocity beyond all faces the subdomain touches; halos towards other ranks must be filled.
-pub(crate) fn fill_velocity(tables: &[FaceTable], velocity: &mut Faces) {
-    tables.iter().for_each(|table| table.fill_normal(velocity));
+/// Ghosts of the velocity, so many layers, beyond all faces the subdomain touches; halos towards other ranks must be
+/// filled.
+pub(crate) fn fill_velocity(tables: &[FaceTable], velocity: &mut Faces, ghosts: usize) {
+    tables.iter().for_each(|table| table.fill_normal(velocity, ghosts));
     for table in tables {
         for component in (0..3).filter(|&c| c != table.face.axis) {
-            table.fill_tangential(velocity, component);
+            table.fill_tangential(velocity, component, ghosts);
         }
     }
 }
