@@ -149,7 +149,7 @@ impl FaceTable {
     }
 
     /// Mean over a boundary cell of Π 6 s (1 − s) across the inlet, along the axes that are not periodic.
-    fn parabola(&self, grid: &Grid, cell: [isize; 3], extent: Option<([f64; 3], [f64; 3])>) -> f64 {
+    fn parabola(&self, grid: &Grid, cell: [isize; 3], extent: Option<Extent>) -> f64 {
         let across = |&t: &usize| grid.is_active(t) && (extent.is_some() || !grid.axis(t).is_periodic());
         let factors = self.tangents.iter().filter(|t| across(t)).map(|&t| {
             let axis = grid.axis(t);
@@ -182,12 +182,11 @@ impl FaceTable {
     }
 }
 
+/// Lower and upper corner of a patch (m).
+type Extent = ([f64; 3], [f64; 3]);
+
 /// The condition at a point of a face, and the extent of its patch.
-fn condition_at(
-    boundaries: &Boundaries,
-    face: BoxFace,
-    at: [f64; 3],
-) -> (&Condition, Option<([f64; 3], [f64; 3])>) {
+fn condition_at(boundaries: &Boundaries, face: BoxFace, at: [f64; 3]) -> (&Condition, Option<Extent>) {
     match boundaries.patches.iter().rev().find(|p| p.face == face && p.contains(at)) {
         Some(patch) => (&patch.condition, Some((patch.lower, patch.upper))),
         None => (&boundaries.faces[face.index()], None),

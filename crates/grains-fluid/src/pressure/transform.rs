@@ -146,7 +146,7 @@ impl Transform {
                 line.copy_from_slice(&self.real);
             }
             Basis::Fourier => {
-                self.to_complex_from(line);
+                self.load_and_transform(line);
                 line[0] = self.complex[0].re;
                 for (pair, c) in line[1..].chunks_mut(2).zip(&self.complex[1..]) {
                     pair[0] = c.re;
@@ -175,20 +175,20 @@ impl Transform {
                 for (c, pair) in self.complex[1..].iter_mut().zip(line[1..].chunks(2)) {
                     *c = Complex::new(pair[0], pair.get(1).copied().unwrap_or(0.0));
                 }
-                self.to_real();
+                self.transform_complex();
                 line.copy_from_slice(&self.real);
             }
             Basis::Cosine | Basis::Sine => self.cosine_backward(line),
         }
     }
 
-    fn to_complex_from(&mut self, line: &[f64]) {
+    fn load_and_transform(&mut self, line: &[f64]) {
         self.real.copy_from_slice(line);
-        self.to_complex();
+        self.transform_real();
     }
 
     /// Transform of `real` into `complex`. Lengths are those of the plan, so the transform cannot fail.
-    fn to_complex(&mut self) {
+    fn transform_real(&mut self) {
         if let Some(plan) = &self.forward {
             let done = plan.process_with_scratch(&mut self.real, &mut self.complex, &mut self.scratch);
             debug_assert!(done.is_ok());
@@ -196,7 +196,7 @@ impl Transform {
     }
 
     /// Transform of `complex` into `real`, n times the inverse.
-    fn to_real(&mut self) {
+    fn transform_complex(&mut self) {
         if let Some(plan) = &self.backward {
             let done = plan.process_with_scratch(&mut self.complex, &mut self.real, &mut self.scratch);
             debug_assert!(done.is_ok());
@@ -214,7 +214,7 @@ impl Transform {
                 self.real[n - 1 - i] = sign * odd;
             }
         }
-        self.to_complex();
+        self.transform_real();
         let place = |k: usize| if self.basis == Basis::Sine { n - 1 - k } else { k };
         line[place(0)] = self.complex[0].re;
         for k in 1..=n / 2 {
@@ -237,7 +237,7 @@ impl Transform {
             // Real but for rounding, as the inverse transform demands.
             self.complex[n / 2].im = 0.0;
         }
-        self.to_real();
+        self.transform_complex();
         for (i, pair) in line.chunks_mut(2).enumerate() {
             pair[0] = self.real[i];
             if let Some(odd) = pair.get_mut(1) {
