@@ -1,0 +1,130 @@
+//! Ghost values beyond the faces of the box.
+
+use super::table::{FaceTable, Kind};
+use crate::{Centre, Faces, Field, Layout};
+
+impl FaceTable {
+    /// Offset in the array from the inside cell (layer 0) to the ghost of layer `m`, and to its mirror cell.
+    fn layers(&self, layout: Layout, m: usize) -> (isize, isize) {
+        let (n, stride) = (layout.cells[self.face.axis], layout.strides()[self.face.axis] as isize);
+        let outward = self.face.outward() as isize;
+        (outward * stride * (m as isize + 1), -outward * stride * m.min(n - 1) as isize)
+    }
+
+    /// Imposes the normal velocity on the face; behind it, it is mirrored about the imposed value, or continued.
+    pub fn fill_normal(&self, velocity: &mut Faces, ghosts: usize) {
+        let (layout, axis) = (velocity.layout(), self.face.axis);
+        let field = velocity.component_mut(axis);
+        let step = self.face.outward() as isize * layout.strides()[axis] as isize;
+        for m2 in 0..self.extents[1] {
+            for m1 in 0..self.extents[0] {
+                let e = m2 * self.extents[0] + m1;
+                let b = self.boundary(layout, self.inside(layout, m1, m2)) as isize;
+                let is_free = self.kinds[axis][e] == Kind::Free;
+                if !is_free {
+                    field[b as usize] = self.values[axis][e];
+                }
+                let value = field[b as usize];
+                // The low side has one ghost layer less: its first holds the boundary value.
+                for m in 1..=ghosts as isize - isize::from(step < 0) {
+                    let mirror = field[(b - step * m) as usize];
+                    field[(b + step * m) as usize] = if is_free { value } else { 2.0 * value - mirror };
+                }
+            }
+        }
+    }
+
+    /// Ghosts of a tangential velocity: the first on the parabola through the imposed value and two cells, the others
+    /// mirrored about it; even for slip and outlets; where fluid comes in through an outlet, mirrored about zero.
+    pub fn fill_tangential(&self, velocity: &mut Faces, component: usize, ghosts: usize) {
+        let layout = velocity.layout();
+        let reach = layout.strides()[component];
+        let inward = self.layers(layout, 1).1;
+        let [imposed, first, second] = self.wall;
+        let (kinds, values) = (&self.kinds[component], &self.values[component]);
+        let (field, normal) = velocity.two_components(component, self.face.axis);
+        for m in 0..ghosts {
+            let (ghost, mirror) = self.layers(layout, m);
+            for m2 in 0..self.extents[1] {
+                for m1 in 0..self.extents[0] {
+                    let e = m2 * self.extents[0] + m1;
+                    let p = self.inside(layout, m1, m2);
+                    let inner = field[(p as isize + mirror) as usize];
+                    let value = match kinds[e] {
+                        Kind::Fixed if m == 0 => {
+                            imposed * values[e]
+                                + first * inner
+                                + second * field[(p as isize + inward) as usize]
+                        }
+                        Kind::Fixed => 2.0 * values[e] - inner,
+                        Kind::Slip => inner,
+                        Kind::Free => {
+                            let b = self.boundary(layout, p);
+                            let next = if b + reach < normal.len() { b + reach } else { b };
+                            let leaving = self.face.outward() * (normal[b] + normal[next]) >= 0.0;
+                            if leaving { inner } else { -inner }
+                        }
+                    };
+                    field[(p as isize + ghost) as usize] = value;
+                }
+            }
+        }
+    }
+
+    /// First ghost of a pressure: its mirror image, on outlets about `scale` times the outlet pressure.
+    pub fn fill_pressure(&self, field: &mut Field<Centre>, scale: f64) {
+        let layout = field.layout();
+        let (kinds, data) = (&self.kinds[self.face.axis], field.data_mut());
+        let (ghost, _) = self.layers(layout, 0);
+        for m2 in 0..self.extents[1] {
+            for m1 in 0..self.extents[0] {
+                let e = m2 * self.extents[0] + m1;
+                let p = self.inside(layout, m1, m2);
+                data[(p as isize + ghost) as usize] = match kinds[e] {
+                    Kind::Free => 2.0 * scale * self.pressure[e] - data[p],
+                    _ => data[p],
+                };
+            }
+        }
+    }
+
+    /// Ghosts of a quantity without gradient at the face.
+    pub fn fill_even(&self, field: &mut Field<Centre>) {
+        let layout = field.layout();
+        let data = field.data_mut();
+        for m in 0..layout.halo {
+            let (ghost, mirror) = self.layers(layout, m);
+            for m2 in 0..self.extents[1] {
+                for m1 in 0..self.extents[0] {
+                    let p = self.inside(layout, m1, m2) as isize;
+                    data[(p + ghost) as usize] = data[(p + mirror) as usize];
+                }
+            }
+        }
+    }
+}
+
+/// Ghosts of the velocity, so many layers, beyond all faces the subdomain touches; halos towards other ranks must be
+/// filled.
+pub(crate) fn fill_velocity(tables: &[FaceTable], velocity: &mut Faces, ghosts: usize) {
+    tables.iter().for_each(|table| table.fill_normal(velocity, ghosts));
+    for table in tables {
+        for component in (0..3).filter(|&c| c != table.face.axis) {
+            table.fill_tangential(velocity, component, ghosts);
+        }
+    }
+}
+
+impl FaceTable {
+    /// Adds the increments of the normal velocity on the face.
+    pub fn add_boundary(&self, increments: &[f64], velocity: &mut Faces) {
+        let layout = velocity.layout();
+        let field = velocity.component_mut(self.face.axis);
+        for m2 in layout.halo..self.extents[1] - layout.halo {
+            for m1 in layout.halo..self.extents[0] - layout.halo {
+                let b = self.boundary(layout, self.inside(layout, m1, m2));
+                field[b] += increments[b];
+            }
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! A flow: what defines it, its state, and how it begins.
+
+use crate::boundary::{FaceTable, Kind, fill_velocity, open_faces};
+use crate::clock::Clock;
+use crate::grid::AXES;
+use crate::metrics::Local;
+use crate::mixture::{Mixture, MixtureModel};
+use crate::momentum::{Advection, Diffusion, Implicit};
+use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
+use crate::{Boundaries, Centre, Condition, Faces, Field, Grid, Halo, Location, Ownership, SetupError};
+use grains_domain::Transport;
+
+/// What drives the flow along a periodic axis.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Drive {
+    /// Nothing.
+    #[default]
+    None,
+    /// A mean pressure gradient dp/dx (Pa/m); negative drives towards higher coordinates.
+    PressureGradient(f64),
+    /// The mean of ε u over the box (m/s), kept by adjusting the mean pressure gradient in every step.
+    MeanVelocity(f64),
+}
+
+/// Everything that defines a flow and does not change.
+#[derive(Clone, Debug)]
+pub struct FlowSetup {
+    /// Global grid.
+    pub grid: Grid,
+    /// Cells of the ranks.
+    pub ownership: Ownership,
+    /// Width of the halo of all fields (cells), at least 2.
+    pub halo: usize,
+    /// Density ρ (kg/m³).
+    pub density: f64,
+    /// Dynamic viscosity μ (Pa s).
+    pub viscosity: f64,
+    /// Conditions on the faces of the box.
+    pub boundaries: Boundaries,
+    /// Scheme of the advective terms.
+    pub advection: Advection,
+    /// Treatment of the viscous terms.
+    pub diffusion: Diffusion,
+    /// What drives the flow along periodic axes.
+    pub drive: [Drive; 3],
+    /// How particles enter the equations; none for a single phase.
+    pub mixture: Option<MixtureModel>,
+}
+
+impl FlowSetup {
+    /// Single phase between walls at rest, on one rank, with the default schemes.
+    pub fn new(grid: Grid, density: f64, viscosity: f64) -> Self {
+        Self {
+            ownership: Ownership::serial(&grid),
+            grid,
+            halo: 2,
+            density,
+            viscosity,
+            boundaries: Boundaries::default(),
+            advection: Advection::default(),
+            diffusion: Diffusion::default(),
+            drive: [Drive::None; 3],
+            mixture: None,
+        }
+    }
+
+    /// The pressure equation of this flow.
+    pub fn pressure_problem(&self) -> PressureProblem {
+        PressureProblem::new(&self.grid, &self.ownership, self.halo, &self.boundaries)
+    }
+
+    /// Refuses what cannot be computed.
+    pub fn check(&self) -> Result<(), SetupError> {
+        let positive = |key, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(SetupError::Value { key, value, range: "positive and finite" }),
+        };
+        positive("fluid.density", self.density)?;
+        positive("fluid.viscosity", self.viscosity)?;
+        self.ownership.check(self.halo)?;
+        self.boundaries.check(&self.grid)?;
+        let undriven = |a: usize| self.drive[a] == Drive::None || self.grid.axis(a).is_periodic();
+        match (0..3).find(|&a| !undriven(a)) {
+            Some(a) => Err(SetupError::DriveNotPeriodic { axis: AXES[a] }),
+            None => Ok(()),
+        }
+    }
+
+    /// The solver that suits: direct for one phase, conjugate gradients to 1e-10 for mixtures and faces that are
+    /// outlets in part; collective.
+    pub fn suitable_solver(&self, transport: &dyn Transport) -> Box<dyn PressureSolver> {
+        let problem = self.pressure_problem();
+        let is_outlet = |c: &Condition| matches!(c, Condition::Outlet { .. });
+        let is_partial = open_faces(&self.grid).any(|face| {
+            let first = is_outlet(&self.boundaries.faces[face.index()]);
+            self.boundaries.on(face).any(|c| is_outlet(c) != first)
+        });
+        if self.mixture.is_none() && !is_partial {
+            Box::new(FastSolver::new(&problem, transport))
+        } else {
+            Box::new(ConjugateGradients::new(&problem, 1e-10, 500, transport))
+        }
+    }
+}
+
+/// All that must be kept to continue a flow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowState {
+    /// Velocity (m/s); on the faces of the box the boundary values, lower ones in the halo.
+    pub velocity: Faces,
+    /// Pressure without the imposed mean gradient (Pa).
+    pub pressure: Field<Centre>,
+    /// Advective (and other explicit) terms of the last step (m/s²).
+    pub advective: Faces,
+    /// Last pressure correction over the step, the first guess of the next (Pa, or m²/s for one phase).
+    pub correction: Field<Centre>,
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Last time step (s), zero before the first.
+    pub last_dt: f64,
+    /// Force of the imposed mean pressure gradients, −dp/dx (Pa/m).
+    pub force: [f64; 3],
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// Time step (s).
+    pub dt: f64,
+    /// The pressure solve.
+    pub solve: SolveReport,
+}
+
+/// An incompressible flow on one subdomain of the grid.
+pub struct Flow {
+    /// Its definition.
+    pub setup: FlowSetup,
+    /// Its state.
+    pub state: FlowState,
+    /// Void fraction, drag and sources of the particles; none for a single phase.
+    pub mixture: Option<Mixture>,
+    /// Time spent per phase of the step.
+    pub clock: Clock,
+    pub(crate) local: Local,
+    pub(crate) tables: Vec<FaceTable>,
+    pub(crate) halo: Halo,
+    pub(crate) solver: Box<dyn PressureSolver>,
+    pub(crate) implicit: Implicit,
+    pub(crate) increments: Faces,
+    pub(crate) rhs: Field<Centre>,
+    pub(crate) rows: [Vec<f64>; 2],
+}
+
+impl Flow {
+    /// Fluid at rest, with the solver that suits; collective.
+    pub fn new(setup: FlowSetup, transport: &dyn Transport) -> Result<Self, SetupError> {
+        setup.check()?;
+        let solver = setup.suitable_solver(transport);
+        Self::with_solver(setup, solver, transport)
+    }
+
+    /// Fluid at rest; collective.
+    pub fn with_solver(
+        setup: FlowSetup,
+        mut solver: Box<dyn PressureSolver>,
+        transport: &dyn Transport,
+    ) -> Result<Self, SetupError> {
+        setup.check()?;
+        let local = Local::new(&setup.grid, &setup.ownership, setup.halo);
+        let layout = local.layout;
+        let tables = FaceTable::all(&setup.grid, &local, &setup.boundaries, 0.0);
+        let mut ones = Faces::new(layout);
+        ones.fill(1.0);
+        close_faces(&tables, &mut ones);
+        if setup.mixture.is_none() {
+            solver.set_coefficients(&ones, transport)?;
+        }
+        let mut flow = Self {
+            state: FlowState {
+                velocity: Faces::new(layout),
+                pressure: Field::new(layout),
+                advective: Faces::new(layout),
+                correction: Field::new(layout),
+                time: 0.0,
+                step: 0,
+                last_dt: 0.0,
+                force: setup.drive.map(|d| if let Drive::PressureGradient(g) = d { -g } else { 0.0 }),
+            },
+            mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
+            clock: Clock::default(),
+            tables,
+            halo: Halo::new(&setup.grid, &setup.ownership, layout),
+            solver,
+            implicit: Implicit::new(&setup.grid, &setup.ownership, &setup.boundaries, &local),
+            increments: Faces::new(layout),
+            rhs: Field::new(layout),
+            rows: [vec![0.0; layout.cells[0]], vec![0.0; layout.cells[0]]],
+            local,
+            setup,
+        };
+        flow.synchronise(transport);
+        flow.check_inflow(transport)?;
+        Ok(flow)
+    }
+
+    /// Sets velocity (m/s) and pressure (Pa) by functions of position (m); imposed boundary values stay; collective.
+    pub fn initialise(
+        &mut self,
+        velocity: impl Fn([f64; 3]) -> [f64; 3],
+        pressure: impl Fn([f64; 3]) -> f64,
+        transport: &dyn Transport,
+    ) {
+        let (grid, local) = (&self.setup.grid, &self.local);
+        let state = &mut self.state;
+        sample(grid, local, &mut state.velocity.x, |x| velocity(x)[0]);
+        sample(grid, local, &mut state.velocity.y, |x| velocity(x)[1]);
+        sample(grid, local, &mut state.velocity.z, |x| velocity(x)[2]);
+        sample(grid, local, &mut state.pressure, &pressure);
+        self.synchronise(transport);
+    }
+
+    /// Fills all halos and ghosts: to be called when the state was changed from outside; collective.
+    pub fn synchronise(&mut self, transport: &dyn Transport) {
+        let state = &mut self.state;
+        for component in (0..3).filter(|&c| !self.local.active[c]) {
+            state.velocity.component_mut(component).fill(0.0);
+        }
+        for table in self.tables.iter_mut() {
+            table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
+        }
+        // Imposed values before the exchange: on thin subdomains neighbours see those on the upper face.
+        self.tables.iter().for_each(|table| table.fill_normal(&mut state.velocity, self.setup.halo));
+        let [x, y, z] = state.velocity.components_mut();
+        self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
+        fill_velocity(&self.tables, &mut state.velocity, self.setup.halo);
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+    }
+
+    /// Extent of the fields.
+    pub fn layout(&self) -> crate::Layout {
+        self.local.layout
+    }
+
+    /// Global number of own cell 0 per axis.
+    pub fn first_cell(&self) -> [usize; 3] {
+        self.local.first
+    }
+
+    /// Refuses a box into which more flows than leaves.
+    fn check_inflow(&self, transport: &dyn Transport) -> Result<(), SetupError> {
+        if self.setup.boundaries.has_outlet(&self.setup.grid) {
+            return Ok(());
+        }
+        let mut sums = [0.0, 0.0];
+        for table in &self.tables {
+            table.for_normal_values(&self.local, |inwards, area| {
+                sums[0] += inwards * area;
+                sums[1] += (inwards * area).abs();
+            });
+        }
+        transport.sum(&mut sums);
+        match sums[0].abs() > 1e-9 * sums[1] {
+            true => Err(SetupError::ClosedBox { net: sums[0] }),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Sets a field, halo included, by a function of position.
+fn sample<L: Location>(grid: &Grid, local: &Local, field: &mut Field<L>, value: impl Fn([f64; 3]) -> f64) {
+    let (layout, h) = (local.layout, local.layout.halo as isize);
+    let [nx, ny, nz] = layout.cells.map(|n| n as isize);
+    for k in -h..nz + h {
+        for j in -h..ny + h {
+            for i in -h..nx + h {
+                let place = [i, j, k];
+                let at = std::array::from_fn(|a| {
+                    let cell = place[a] + local.first[a] as isize;
+                    let axis = grid.axis(a);
+                    if L::FACE == Some(a) { axis.node(cell + 1) } else { axis.centre(cell) }
+                });
+                field.set(i, j, k, value(at));
+            }
+        }
+    }
+}
+
+/// Zeroes coefficients on all boundary faces but outlets.
+pub(crate) fn close_faces(tables: &[FaceTable], coefficients: &mut Faces) {
+    let layout = coefficients.layout();
+    for table in tables {
+        let axis = table.face.axis;
+        for m2 in 0..table.extents[1] {
+            for m1 in 0..table.extents[0] {
+                if table.kinds[axis][m2 * table.extents[0] + m1] != Kind::Free {
+                    let b = table.boundary(layout, table.inside(layout, m1, m2));
+                    coefficients.component_mut(axis)[b] = 0.0;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! What can be asked of a flow; all collective.
+
+use crate::flow::Flow;
+use crate::projection::divergence;
+use crate::{Centre, Field};
+use grains_domain::Transport;
+
+impl Flow {
+    /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
+    pub fn divergence(&self, transport: &dyn Transport) -> [f64; 2] {
+        let mut rhs = Field::<Centre>::new(self.local.layout);
+        let porous = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
+        divergence(&self.local, &self.state.velocity, porous, &mut rhs);
+        let mut largest = [0.0, self.rates_of_own_cells()];
+        self.for_cells(|cell, p| {
+            largest[0] = f64::max(largest[0], (rhs.data()[p] / self.local.volume(cell)).abs());
+        });
+        transport.max(&mut largest);
+        largest
+    }
+
+    /// ½ ρ ∫ ε u² dV (J), with the means of squares of opposite faces.
+    pub fn kinetic_energy(&self, transport: &dyn Transport) -> f64 {
+        let strides = self.local.layout.strides();
+        let mut energy = [0.0];
+        self.for_cells(|cell, p| {
+            let squares: f64 = (0..3)
+                .filter(|&a| self.local.active[a])
+                .map(|a| {
+                    let u = self.state.velocity.component(a);
+                    0.5 * (u[p].powi(2) + u[p - strides[a]].powi(2))
+                })
+                .sum();
+            let eps = self.mixture.as_ref().map_or(1.0, |m| m.void_fraction.data()[p]);
+            energy[0] += 0.5 * self.setup.density * eps * squares * self.local.volume(cell);
+        });
+        transport.sum(&mut energy);
+        energy[0]
+    }
+
+    /// Volume rate ∫ ε u dA (m³/s) through the faces normal to `axis` at node `node` (0 to cells).
+    pub fn flow_rate(&self, axis: usize, node: usize, transport: &dyn Transport) -> f64 {
+        let mut rate = [0.0];
+        let stride = self.local.layout.strides()[axis];
+        let u = self.state.velocity.component(axis);
+        self.for_cells(|cell, p| {
+            let global = cell[axis] + self.local.first[axis];
+            // Every node belongs to the cell below it; node 0 to the first cell.
+            let face = if global + 1 == node {
+                p
+            } else if node == 0 && global == 0 {
+                p - stride
+            } else {
+                return;
+            };
+            let area =
+                self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
+            let eps = self.mixture.as_ref().map_or(1.0, |m| m.faces.component(axis)[face]);
+            rate[0] += eps * u[face] * area;
+        });
+        transport.sum(&mut rate);
+        rate[0]
+    }
+
+    /// Mean of ε u over the box along an axis (m/s).
+    pub fn mean_velocity(&self, axis: usize, transport: &dyn Transport) -> f64 {
+        self.mean_and_response(axis, 0.0, transport)[0]
+    }
+
+    /// Mean pressure over the cells of a plane normal to `axis` (Pa), `cell` its global number.
+    pub fn mean_pressure(&self, axis: usize, cell: usize, transport: &dyn Transport) -> f64 {
+        let mut sums = [0.0, 0.0];
+        self.for_cells(|place, p| {
+            if place[axis] + self.local.first[axis] == cell {
+                let volume = self.local.volume(place);
+                sums[0] += volume * self.state.pressure.data()[p];
+                sums[1] += volume;
+            }
+        });
+        transport.sum(&mut sums);
+        sums[0] / sums[1]
+    }
+
+    /// Mean of ε u (m/s) along a periodic axis, and its rise per force (m/s per Pa/m) in a step of `dt`.
+    pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
+        let mut sums = [0.0, 0.0];
+        let u = self.state.velocity.component(axis);
+        self.for_cells(|cell, p| {
+            let m = &self.local.axes[axis];
+            let e = self.local.entry(cell[axis]);
+            // The control volume of the face, not of the cell.
+            let volume = self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e];
+            let (eps, gain) = match &self.mixture {
+                Some(m) => {
+                    (m.faces.component(axis)[p], m.gradient_factor(axis, p) * m.inverse.component(axis)[p])
+                }
+                None => (1.0, dt),
+            };
+            sums[0] += eps * u[p] * volume;
+            sums[1] += eps * gain / self.setup.density * volume;
+        });
+        transport.sum(&mut sums);
+        sums.map(|s| s / self.setup.grid.volume())
+    }
+
+    /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).
+    pub(crate) fn rates_of_own_cells(&self) -> f64 {
+        let strides = self.local.layout.strides();
+        let mut largest = 0.0_f64;
+        self.for_cells(|cell, p| {
+            let rate: f64 = (0..3)
+                .filter(|&a| self.local.active[a])
+                .map(|a| {
+                    let u = self.state.velocity.component(a);
+                    u[p].abs().max(u[p - strides[a]].abs())
+                        * self.local.axes[a].inverse_width[self.local.entry(cell[a])]
+                })
+                .sum();
+            // A velocity that is no number must not pass for the smallest.
+            largest = if rate.is_nan() { f64::INFINITY } else { largest.max(rate) };
+        });
+        largest
+    }
+
+    /// Courant number of the own cells with a step (s).
+    pub(crate) fn courant_of_last(&self, dt: f64) -> f64 {
+        self.rates_of_own_cells() * dt
+    }
+
+    /// All own cells with their places in the arrays.
+    fn for_cells(&self, mut job: impl FnMut([usize; 3], usize)) {
+        let layout = self.local.layout;
+        let [nx, ny, nz] = layout.cells;
+        for k in 0..nz {
+            for j in 0..ny {
+                let start = layout.row(j, k);
+                (0..nx).for_each(|i| job([i, j, k], start + i));
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! (1 − a δ²) x = d along lines with the same coefficients for all lines: factors computed once per time step.
+
+use crate::reduced::{RowGather, Segment, values_around};
+use crate::{Grid, Ownership};
+use grains_domain::Transport;
+
+/// What closes a line at an end of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum LineEnd {
+    /// The unknown's neighbour is imposed; its change is on the right-hand side.
+    Imposed,
+    /// No gradient.
+    Free,
+}
+
+/// Factors of one component along one axis, and the exchange along the row of ranks.
+#[derive(Clone, Debug)]
+pub(crate) struct ConstantLines {
+    /// Thomas factors of the own part, see [`factor`].
+    factors: [Vec<f64>; 3],
+    /// Answers of the own part to unit values beyond its ends; empty where the line is not shared nor a ring.
+    before: Vec<f64>,
+    after: Vec<f64>,
+    /// Values before and after the own part per end value of all parts: x = Σ response · ends.
+    responses: [Vec<f64>; 2],
+    gather: RowGather,
+    ends: Vec<f64>,
+    around: Vec<[f64; 2]>,
+}
+
+/// Which lines: a velocity component along an axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineKind {
+    pub component: usize,
+    pub axis: usize,
+    /// What closes the lines at the ends of the box.
+    pub ends: [LineEnd; 2],
+}
+
+impl LineKind {
+    /// Coefficients [lower, diagonal, upper] of 1 − a δ² on the unknowns of place `column` in the row of ranks.
+    fn rows(&self, grid: &Grid, ownership: &Ownership, column: usize, a: f64) -> Vec<[f64; 3]> {
+        let axis = grid.axis(self.axis);
+        let (start, mut stop) =
+            (ownership.starts[self.axis][column], ownership.starts[self.axis][column + 1]);
+        let is_along = self.component == self.axis;
+        let n = axis.cells();
+        if is_along && stop == n && !axis.is_periodic() {
+            stop -= 1;
+        }
+        let distance = |i: isize| axis.centre(i + 1) - axis.centre(i);
+        let coefficients = |i: isize| match is_along {
+            true => [a / (axis.width(i) * distance(i)), a / (axis.width(i + 1) * distance(i))],
+            false => [a / (distance(i - 1) * axis.width(i)), a / (distance(i) * axis.width(i))],
+        };
+        let close = |row: &mut [f64; 3], side: usize, conductance: f64| match self.ends[side] {
+            // A face unknown lies a whole cell from the imposed value, a centre half a cell.
+            LineEnd::Imposed if is_along => row[1] += conductance,
+            LineEnd::Imposed => {
+                let [_, first, second] = axis.wall_weights(side);
+                row[1] += conductance * (1.0 - first);
+                row[2 * (1 - side)] -= conductance * second;
+            }
+            LineEnd::Free => {}
+        };
+        let last = if is_along { n as isize - 2 } else { n as isize - 1 };
+        (start as isize..stop as isize)
+            .map(|i| {
+                let [low, high] = coefficients(i);
+                let mut row = [0.0, 1.0, 0.0];
+                if i == 0 && !axis.is_periodic() {
+                    close(&mut row, 0, low);
+                } else {
+                    row[0] -= low;
+                    row[1] += low;
+                }
+                if i == last && !axis.is_periodic() {
+                    close(&mut row, 1, high);
+                } else {
+                    row[2] -= high;
+                    row[1] += high;
+                }
+                row
+            })
+            .collect()
+    }
+}
+
+/// Thomas factors: lower coefficients, inverse pivots, and upper coefficients over pivots.
+fn factor(rows: &[[f64; 3]]) -> [Vec<f64>; 3] {
+    let mut out: [Vec<f64>; 3] = Default::default();
+    let mut carried = 0.0;
+    for (i, &[low, diagonal, high]) in rows.iter().enumerate() {
+        let low = if i == 0 { 0.0 } else { low };
+        let inverse = 1.0 / (diagonal - low * carried);
+        carried = if i + 1 == rows.len() { 0.0 } else { high * inverse };
+        out[0].push(low);
+        out[1].push(inverse);
+        out[2].push(carried);
+    }
+    out
+}
+
+/// Solution for a right-hand side that is `value` at one place.
+fn unit_answer(factors: &[Vec<f64>; 3], place: usize, value: f64) -> Vec<f64> {
+    let n = factors[0].len();
+    let mut x = vec![0.0; n];
+    if n > 0 {
+        x[place] = value;
+        eliminate(&mut x, Panel { start: 0, stride: 1, lines: 1 }, factors);
+    }
+    x
+}
+
+/// Lines side by side: unknown i of line l lies at start + i stride + l.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Panel {
+    pub start: usize,
+    pub stride: usize,
+    pub lines: usize,
+}
+
+/// Thomas elimination of all lines of a panel, vectorised over the lines.
+fn eliminate(data: &mut [f64], panel: Panel, factors: &[Vec<f64>; 3]) {
+    let Panel { start, stride, lines } = panel;
+    let [lower, inverse_pivot, upper] = factors;
+    let n = lower.len();
+    data[start..start + lines].iter_mut().for_each(|x| *x *= inverse_pivot[0]);
+    for i in 1..n {
+        let (below, above) = data.split_at_mut(start + i * stride);
+        let (previous, current) = (&below[start + (i - 1) * stride..][..lines], &mut above[..lines]);
+        let (l, p) = (lower[i], inverse_pivot[i]);
+        current.iter_mut().zip(previous).for_each(|(x, y)| *x = (*x - l * y) * p);
+    }
+    for i in (0..n.saturating_sub(1)).rev() {
+        let (below, above) = data.split_at_mut(start + (i + 1) * stride);
+        let (current, next) = (&mut below[start + i * stride..][..lines], &above[..lines]);
+        let u = upper[i];
+        current.iter_mut().zip(next).for_each(|(x, y)| *x -= u * y);
+    }
+}
+
+impl ConstantLines {
+    /// Factors for a (m²) = ν Δt / 2.
+    pub fn new(grid: &Grid, ownership: &Ownership, kind: LineKind, a: f64) -> Self {
+        let (parts, own) = (ownership.ranks[kind.axis], ownership.coordinates[kind.axis]);
+        let mut lines = Self {
+            factors: factor(&kind.rows(grid, ownership, own, a)),
+            before: Vec::new(),
+            after: Vec::new(),
+            responses: [Vec::new(), Vec::new()],
+            gather: RowGather::new(&ownership.row(kind.axis), own),
+            ends: Vec::new(),
+            around: Vec::new(),
+        };
+        if parts > 1 || grid.axis(kind.axis).is_periodic() {
+            lines.couple(grid, ownership, kind, a);
+        }
+        lines
+    }
+
+    /// Answers of all parts to unit values beyond their ends, and from them those of the whole line.
+    fn couple(&mut self, grid: &Grid, ownership: &Ownership, kind: LineKind, a: f64) {
+        let (parts, own) = (ownership.ranks[kind.axis], ownership.coordinates[kind.axis]);
+        let mut segments = Vec::new();
+        for column in 0..parts {
+            let rows = kind.rows(grid, ownership, column, a);
+            let factors = factor(&rows);
+            let n = rows.len();
+            let v = unit_answer(&factors, 0, rows[0][0]);
+            let w = unit_answer(&factors, n - 1, rows[n - 1][2]);
+            segments.push(Segment { y: [0.0; 2], v: [v[0], v[n - 1]], w: [w[0], w[n - 1]] });
+            if column == own {
+                (self.before, self.after) = (v, w);
+            }
+        }
+        for column in 0..parts {
+            for end in 0..2 {
+                let around = values_around(parts, own, |k| {
+                    let mut segment = segments[k];
+                    segment.y[end] = f64::from(u8::from(k == column));
+                    segment
+                });
+                (0..2).for_each(|side| self.responses[side].push(around[side]));
+            }
+        }
+    }
+
+    /// Whether lines need the values beyond their ends.
+    pub fn is_coupled(&self) -> bool {
+        !self.before.is_empty()
+    }
+
+    /// Number of unknowns of a line.
+    pub fn len(&self) -> usize {
+        self.factors[0].len()
+    }
+
+    /// Whether other ranks share the lines, so that ends must be exchanged before they are corrected.
+    pub fn is_shared(&self) -> bool {
+        self.gather.len() > 1
+    }
+
+    /// Forgets the ends noted by [`ConstantLines::eliminate`].
+    pub fn begin(&mut self) {
+        self.ends.clear();
+    }
+
+    /// Solves the own part of all lines of a panel; ends are noted if the lines are coupled.
+    pub fn eliminate(&mut self, data: &mut [f64], panel: Panel) {
+        eliminate(data, panel, &self.factors);
+        if self.is_coupled() {
+            let last = panel.start + (self.len() - 1) * panel.stride;
+            for l in 0..panel.lines {
+                self.ends.extend([data[panel.start + l], data[last + l]]);
+            }
+        }
+    }
+
+    /// Exchanges the ends of all lines.
+    pub fn exchange(&mut self, transport: &dyn Transport) {
+        self.gather.gather(&self.ends, transport);
+    }
+
+    /// Values before and after a line, by its place in the order of elimination.
+    fn around(&self, line: usize) -> [f64; 2] {
+        let mut around = [0.0; 2];
+        for part in 0..self.gather.len() {
+            let ends = &self.gather.message(part, &self.ends)[2 * line..][..2];
+            for (value, response) in around.iter_mut().zip(&self.responses) {
+                *value += response[2 * part] * ends[0] + response[2 * part + 1] * ends[1];
+            }
+        }
+        around
+    }
+
+    /// Corrects the lines of a panel, the first of which is line `first` in the order of elimination.
+    pub fn correct(&mut self, data: &mut [f64], panel: Panel, first: usize) {
+        let mut values = std::mem::take(&mut self.around);
+        values.clear();
+        values.extend((0..panel.lines).map(|l| self.around(first + l)));
+        for (i, (v, w)) in self.before.iter().zip(&self.after).enumerate() {
+            let row = &mut data[panel.start + i * panel.stride..][..panel.lines];
+            row.iter_mut().zip(&values).for_each(|(x, around)| *x -= v * around[0] + w * around[1]);
+        }
+        self.around = values;
+    }
+
+    /// Corrects one line whose unknowns lie side by side.
+    pub fn correct_contiguous(&self, line: &mut [f64], number: usize) {
+        let around = self.around(number);
+        for (x, (v, w)) in line.iter_mut().zip(self.before.iter().zip(&self.after)) {
+            *x -= v * around[0] + w * around[1];
+        }
+    }
+}

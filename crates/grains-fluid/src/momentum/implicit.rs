@@ -1,0 +1,305 @@
+//! The implicit half of Crank–Nicolson diffusion, (1 − a δx²)(1 − a δy²)(1 − a δz²) Δu = r with a = ν Δt / 2.
+//!
+//! In increments Δu the factors split (Douglas–Gunn): the error a² δx² δy² Δu is of third order per step, and none
+//! remains in a steady state.
+
+use super::constant::{ConstantLines, LineEnd, LineKind, Panel};
+use super::variable::{Capacity, VariableLines};
+use crate::boundary::{BoxFace, FaceTable, Kind};
+use crate::metrics::Local;
+use crate::{Boundaries, Faces, Grid, Ownership, Side};
+use grains_domain::Transport;
+
+/// Rows along x solved side by side, through a transposed buffer.
+const ROWS: usize = 8;
+
+/// Solver of the implicit diffusion of all components.
+pub(crate) struct Implicit {
+    grid: Grid,
+    ownership: Ownership,
+    /// Ends of the lines along an axis, for components across it; none if they differ from place to place.
+    ends: Option<[[LineEnd; 2]; 3]>,
+    /// a the factors belong to (m²).
+    a: f64,
+    lines: Vec<ConstantLines>,
+    variable: VariableLines,
+    rows: Vec<f64>,
+}
+
+impl Implicit {
+    pub fn new(grid: &Grid, ownership: &Ownership, boundaries: &Boundaries, local: &Local) -> Self {
+        let mut ends = Some([[LineEnd::Free; 2]; 3]);
+        for face in BoxFace::all().filter(|f| !grid.axis(f.axis).is_periodic()) {
+            let imposed = boundaries.imposes_tangential(face);
+            ends = ends.zip(imposed).map(|(mut ends, is_imposed)| {
+                let side = usize::from(face.side == Side::High);
+                ends[face.axis][side] = if is_imposed { LineEnd::Imposed } else { LineEnd::Free };
+                ends
+            });
+        }
+        let periodic = std::array::from_fn(|a| grid.axis(a).is_periodic());
+        Self {
+            grid: grid.clone(),
+            ownership: ownership.clone(),
+            ends,
+            a: f64::NAN,
+            lines: Vec::new(),
+            variable: VariableLines::new(local, ownership, periodic),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Turns the right-hand sides r (m/s) into increments Δu, in place; collective.
+    pub fn solve(
+        &mut self,
+        local: &Local,
+        tables: &[FaceTable],
+        capacity: Capacity<'_>,
+        increments: &mut Faces,
+        transport: &dyn Transport,
+    ) {
+        let is_constant = capacity.inverse.is_none() && capacity.void_fraction.is_none();
+        match self.ends {
+            Some(ends) if is_constant => {
+                self.set(ends, 0.5 * capacity.viscosity * capacity.dt);
+                for component in (0..3).filter(|&c| local.active[c]) {
+                    self.solve_constant(local, component, increments.component_mut(component), transport);
+                }
+            }
+            _ => {
+                for component in (0..3).filter(|&c| local.active[c]) {
+                    for axis in (0..3).filter(|&a| local.active[a]) {
+                        let data = increments.component_mut(component);
+                        self.variable.solve(local, tables, [component, axis], capacity, data, transport);
+                    }
+                }
+            }
+        }
+    }
+
+    fn set(&mut self, ends: [[LineEnd; 2]; 3], a: f64) {
+        if a == self.a {
+            return;
+        }
+        self.a = a;
+        self.lines.clear();
+        for component in 0..3 {
+            for (axis, &across) in ends.iter().enumerate() {
+                let ends = if component == axis { [LineEnd::Imposed; 2] } else { across };
+                let kind = LineKind { component, axis, ends };
+                self.lines.push(ConstantLines::new(&self.grid, &self.ownership, kind, a));
+            }
+        }
+    }
+
+    fn solve_constant(
+        &mut self,
+        local: &Local,
+        component: usize,
+        data: &mut [f64],
+        transport: &dyn Transport,
+    ) {
+        let sweeps = Sweeps { local, n: local.unknowns(component) };
+        let [x, y, z] = &mut self.lines[3 * component..][..3] else { return };
+        if x.is_shared() || y.is_shared() {
+            sweeps.solve(0, x, &mut self.rows, data, transport);
+            sweeps.solve(1, y, &mut self.rows, data, transport);
+        } else {
+            // While a plane is in cache, its lines along x and y are solved one after the other.
+            for k in 0..sweeps.n[2] {
+                sweeps.solve_slab(0, x, k, &mut self.rows, data);
+                sweeps.solve_slab(1, y, k, &mut self.rows, data);
+            }
+        }
+        sweeps.solve(2, z, &mut self.rows, data, transport);
+    }
+}
+
+/// Sweeps over the unknowns of one component; slabs are planes of constant z for lines along x and y, of constant y
+/// for lines along z.
+#[derive(Clone, Copy)]
+struct Sweeps<'a> {
+    local: &'a Local,
+    n: [usize; 3],
+}
+
+impl Sweeps<'_> {
+    /// Solves all lines along an axis.
+    fn solve(
+        &self,
+        axis: usize,
+        lines: &mut ConstantLines,
+        rows: &mut Vec<f64>,
+        data: &mut [f64],
+        transport: &dyn Transport,
+    ) {
+        let slabs = 0..if axis == 2 { self.n[1] } else { self.n[2] };
+        if !lines.is_shared() {
+            slabs.for_each(|slab| self.solve_slab(axis, lines, slab, rows, data));
+        } else if self.local.active[axis] {
+            lines.begin();
+            slabs.clone().for_each(|slab| self.eliminate_slab(axis, lines, slab, rows, data));
+            lines.exchange(transport);
+            let per_slab = if axis == 0 { self.n[1] } else { self.n[0] };
+            slabs.for_each(|slab| self.correct_slab(axis, lines, slab, slab * per_slab, data));
+        }
+    }
+
+    /// Solves the lines of a slab that no other rank shares.
+    fn solve_slab(
+        &self,
+        axis: usize,
+        lines: &mut ConstantLines,
+        slab: usize,
+        rows: &mut Vec<f64>,
+        data: &mut [f64],
+    ) {
+        if self.local.active[axis] {
+            lines.begin();
+            self.eliminate_slab(axis, lines, slab, rows, data);
+            if lines.is_coupled() {
+                self.correct_slab(axis, lines, slab, 0, data);
+            }
+        }
+    }
+
+    fn panel(&self, axis: usize, slab: usize) -> Panel {
+        let (layout, strides) = (self.local.layout, self.local.layout.strides());
+        let start = if axis == 2 { layout.row(slab, 0) } else { layout.row(0, slab) };
+        Panel { start, stride: strides[axis], lines: self.n[0] }
+    }
+
+    fn eliminate_slab(
+        &self,
+        axis: usize,
+        lines: &mut ConstantLines,
+        slab: usize,
+        rows: &mut Vec<f64>,
+        data: &mut [f64],
+    ) {
+        if axis != 0 {
+            return lines.eliminate(data, self.panel(axis, slab));
+        }
+        let n = self.n[0];
+        rows.resize(ROWS * n, 0.0);
+        for first in (0..self.n[1]).step_by(ROWS) {
+            let count = ROWS.min(self.n[1] - first);
+            let row = |l: usize| self.local.layout.row(first + l, slab);
+            for l in 0..count {
+                let line = &data[row(l)..][..n];
+                rows[l..].iter_mut().step_by(count).zip(line).for_each(|(r, x)| *r = *x);
+            }
+            lines.eliminate(rows, Panel { start: 0, stride: count, lines: count });
+            for l in 0..count {
+                let line = &mut data[row(l)..][..n];
+                line.iter_mut().zip(rows[l..].iter().step_by(count)).for_each(|(x, r)| *x = *r);
+            }
+        }
+    }
+
+    /// Corrects the lines of a slab, the first of which is line `first` since the ends were last forgotten.
+    fn correct_slab(
+        &self,
+        axis: usize,
+        lines: &mut ConstantLines,
+        slab: usize,
+        first: usize,
+        data: &mut [f64],
+    ) {
+        if axis != 0 {
+            return lines.correct(data, self.panel(axis, slab), first);
+        }
+        for j in 0..self.n[1] {
+            let line = &mut data[self.local.layout.row(j, slab)..][..self.n[0]];
+            lines.correct_contiguous(line, first + j);
+        }
+    }
+}
+
+/// Adds what changes of imposed velocities do to the unknowns next to them, ½ ν ∇·ε∇ of the boundary increments; the
+/// increments of imposed normal velocities themselves are set on the faces.
+pub(crate) fn imposed_increments(
+    local: &Local,
+    tables: &[FaceTable],
+    capacity: Capacity<'_>,
+    is_implicit: bool,
+    increments: &mut Faces,
+) {
+    for table in tables {
+        set_normal_increments(local, table, increments);
+        if !is_implicit || !local.active[table.face.axis] {
+            continue;
+        }
+        for component in (0..3).filter(|&c| local.active[c]) {
+            if component == table.face.axis {
+                add_normal(local, table, capacity, increments);
+            } else if table.is_unsteady {
+                add_tangential(local, table, component, capacity, increments);
+            }
+        }
+    }
+}
+
+/// Own entries of a face, with the array places of the cell inside and the boundary value.
+fn own_entries(local: &Local, table: &FaceTable, mut job: impl FnMut(usize, [usize; 2], usize, usize)) {
+    let h = local.layout.halo;
+    for m2 in h..table.extents[1] - h {
+        for m1 in h..table.extents[0] - h {
+            let inside = table.inside(local.layout, m1, m2);
+            let boundary = table.boundary(local.layout, inside);
+            job(m2 * table.extents[0] + m1, [m1, m2], inside, boundary);
+        }
+    }
+}
+
+fn set_normal_increments(local: &Local, table: &FaceTable, increments: &mut Faces) {
+    let axis = table.face.axis;
+    let data = increments.component_mut(axis);
+    own_entries(local, table, |e, _, _, boundary| {
+        if table.kinds[axis][e] != Kind::Free {
+            data[boundary] = if table.is_unsteady { table.increments[axis][e] } else { 0.0 };
+        }
+    });
+}
+
+fn add_normal(local: &Local, table: &FaceTable, capacity: Capacity<'_>, increments: &mut Faces) {
+    let (axis, n) = (table.face.axis, local.layout.cells[table.face.axis]);
+    if local.unknowns(axis)[axis] == 0 {
+        return;
+    }
+    let is_high = table.face.side == Side::High;
+    let stride = local.layout.strides()[axis];
+    let (cell, unknown) = if is_high { (n - 1, n - 2) } else { (0, 0) };
+    let m = &local.axes[axis];
+    let inverses = m.inverse_width[local.entry(cell)] * m.inverse_distance[local.entry(unknown)];
+    let factor = 0.5 * capacity.viscosity * inverses;
+    let data = increments.component_mut(axis);
+    own_entries(local, table, |_, _, inside, boundary| {
+        let p = if is_high { boundary - stride } else { boundary + stride };
+        let eps = capacity.void_fraction.map_or(1.0, |eps| eps[inside]);
+        data[p] += capacity.inverse_at(axis, p) * factor * eps * data[boundary];
+    });
+}
+
+fn add_tangential(
+    local: &Local,
+    table: &FaceTable,
+    component: usize,
+    capacity: Capacity<'_>,
+    increments: &mut Faces,
+) {
+    let (axis, n) = (table.face.axis, local.layout.cells[table.face.axis]);
+    let cell = if table.face.side == Side::High { n - 1 } else { 0 };
+    let inverse = local.axes[axis].inverse_width[local.entry(cell)];
+    let factor = 0.5 * table.wall[0] * capacity.viscosity * inverse * inverse;
+    let along = usize::from(table.tangents[1] == component);
+    let (unknowns, stride) = (local.unknowns(component)[component], local.layout.strides()[component]);
+    let data = increments.component_mut(component);
+    own_entries(local, table, |e, m, inside, _| {
+        if table.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
+            let eps = capacity.void_fraction.map_or(1.0, |eps| 0.5 * (eps[inside] + eps[inside + stride]));
+            data[inside] +=
+                capacity.inverse_at(component, inside) * factor * eps * table.increments[component][e];
+        }
+    });
+}

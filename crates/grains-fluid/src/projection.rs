@@ -1,0 +1,196 @@
+//! Divergence of the predicted velocity, and its removal.
+
+use crate::boundary::{FaceTable, Kind};
+use crate::metrics::Local;
+use crate::mixture::{Mixture, MixtureModel};
+use crate::{Centre, Faces, Field};
+
+/// f = Σ_faces ± A ε u + V ∂ε/∂t of every own cell (m³/s); returns its sum and that of the fluxes' sizes.
+///
+/// `porous` holds ε on the faces and ∂ε/∂t at the centres; none where ε = 1.
+pub(crate) fn divergence(
+    local: &Local,
+    velocity: &Faces,
+    porous: Option<([&[f64]; 3], &[f64])>,
+    rhs: &mut Field<Centre>,
+) -> [f64; 2] {
+    let (layout, strides) = (local.layout, local.layout.strides());
+    let [nx, ny, nz] = layout.cells;
+    let widths = local.row_widths();
+    let (mut sum, mut size) = (0.0, 0.0);
+    for k in 0..nz {
+        for j in 0..ny {
+            let start = layout.row(j, k);
+            let (wy, wz) = (local.axes[1].width[local.entry(j)], local.axes[2].width[local.entry(k)]);
+            let row = &mut rhs.data_mut()[start..][..nx];
+            match porous {
+                None => row.fill(0.0),
+                Some((_, rate)) => {
+                    let cells = row.iter_mut().zip(&rate[start..][..nx]).zip(widths);
+                    cells.for_each(|((f, rate), width)| *f = rate * width * wy * wz);
+                }
+            }
+            for axis in (0..3).filter(|&a| local.active[a]) {
+                let (u, s) = (velocity.component(axis), strides[axis]);
+                let (high, low) = (&u[start..][..nx], &u[start - s..][..nx]);
+                let areas = |i: usize| [wy * wz, widths[i] * wz, widths[i] * wy][axis];
+                match porous {
+                    None => {
+                        for i in 0..nx {
+                            row[i] += areas(i) * (high[i] - low[i]);
+                        }
+                    }
+                    Some((eps, _)) => {
+                        let (e_high, e_low) = (&eps[axis][start..][..nx], &eps[axis][start - s..][..nx]);
+                        for i in 0..nx {
+                            row[i] += areas(i) * (e_high[i] * high[i] - e_low[i] * low[i]);
+                        }
+                    }
+                }
+                size += match axis {
+                    0 => wy * wz * weighted_sum(high, None, f64::abs),
+                    1 => wz * weighted_sum(high, Some(widths), f64::abs),
+                    _ => wy * weighted_sum(high, Some(widths), f64::abs),
+                };
+            }
+            sum += weighted_sum(row, None, |f| f);
+        }
+    }
+    [sum, size]
+}
+
+/// Partial sums kept apart, so that additions need not wait for one another.
+const LANES: usize = 8;
+
+/// Σ w f(x), w = 1 if none are given.
+fn weighted_sum(values: &[f64], weights: Option<&[f64]>, f: impl Fn(f64) -> f64) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let whole = values.len() / LANES * LANES;
+    let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
+    for first in (0..whole).step_by(LANES) {
+        let chunk = &values[first..first + LANES];
+        match weights {
+            None => lanes.iter_mut().zip(chunk).for_each(|(lane, x)| *lane += f(*x)),
+            Some(w) => {
+                let w = &w[first..first + LANES];
+                lanes.iter_mut().zip(chunk).zip(w).for_each(|((lane, x), w)| *lane += w * f(*x));
+            }
+        }
+    }
+    let rest: f64 = (whole..values.len()).map(|i| weight(i) * f(values[i])).sum();
+    lanes.iter().sum::<f64>() + rest
+}
+
+/// What the solved potential φ does to velocity and pressure.
+pub(crate) struct Correction<'a> {
+    pub local: &'a Local,
+    /// φ with ghosts: Pa for mixtures, else φ Δt/ρ (m²/s).
+    pub potential: &'a [f64],
+    pub coefficients: Option<&'a Mixture>,
+    pub density: f64,
+    /// Pa per unit of φ.
+    pub scale: f64,
+    /// Dynamic viscosity of implicit diffusion (Pa s), zero if explicit.
+    pub viscosity: f64,
+}
+
+impl Correction<'_> {
+    /// What multiplies ∇φ on a face.
+    #[inline(always)]
+    fn gain(&self, component: usize, p: usize) -> f64 {
+        self.coefficients.map_or(1.0, |m| {
+            m.gradient_factor(component, p) * m.inverse.component(component)[p] / self.density
+        })
+    }
+
+    /// Corrects all faces but those of the box.
+    pub fn velocity(&self, velocity: &mut Faces) {
+        let (layout, strides) = (self.local.layout, self.local.layout.strides());
+        for component in 0..3 {
+            let n = self.local.unknowns(component);
+            let distances = &self.local.axes[component].inverse_distance;
+            for k in 0..n[2] {
+                for j in 0..n[1] {
+                    let start = layout.row(j, k);
+                    let here = &self.potential[start..][..n[0]];
+                    let next = &self.potential[start + strides[component]..][..n[0]];
+                    let row = &mut velocity.component_mut(component)[start..][..n[0]];
+                    let e = self.local.entry([0, j, k][component]);
+                    match (self.coefficients, component) {
+                        (None, 0) => {
+                            let distances = &distances[e..][..n[0]];
+                            for i in 0..n[0] {
+                                row[i] -= (next[i] - here[i]) * distances[i];
+                            }
+                        }
+                        (None, _) => {
+                            for i in 0..n[0] {
+                                row[i] -= (next[i] - here[i]) * distances[e];
+                            }
+                        }
+                        (Some(_), _) => {
+                            for i in 0..n[0] {
+                                let e = if component == 0 { e + i } else { e };
+                                let gain = self.gain(component, start + i);
+                                row[i] -= gain * (next[i] - here[i]) * distances[e];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Corrects the normal velocities of outlets.
+    pub fn outlets(&self, tables: &[FaceTable], velocity: &mut Faces) {
+        let layout = self.local.layout;
+        for table in tables.iter().filter(|t| t.has_outlet) {
+            let axis = table.face.axis;
+            let outward = table.face.outward();
+            let step = outward as isize * layout.strides()[axis] as isize;
+            let cell = if outward > 0.0 { layout.cells[axis] - 1 } else { 0 };
+            let inverse = self.local.axes[axis].inverse_width[self.local.entry(cell)];
+            for m2 in layout.halo..table.extents[1] - layout.halo {
+                for m1 in layout.halo..table.extents[0] - layout.halo {
+                    if table.kinds[axis][m2 * table.extents[0] + m1] == Kind::Free {
+                        let inside = table.inside(layout, m1, m2);
+                        let b = table.boundary(layout, inside);
+                        let rise = self.potential[(inside as isize + step) as usize] - self.potential[inside];
+                        velocity.component_mut(axis)[b] -= self.gain(axis, b) * outward * rise * inverse;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds φ to the pressure, less what the implicit diffusion of ∇φ took.
+    pub fn pressure(&self, rhs: &Field<Centre>, pressure: &mut Field<Centre>) {
+        let layout = self.local.layout;
+        let [nx, ny, nz] = layout.cells;
+        let inverse_widths = &self.local.axes[0].inverse_width[layout.halo..][..nx];
+        for k in 0..nz {
+            for j in 0..ny {
+                let start = layout.row(j, k);
+                let [y, z] =
+                    [(1, j), (2, k)].map(|(a, m)| self.local.axes[a].inverse_width[self.local.entry(m)]);
+                let half = 0.5 * self.viscosity * y * z;
+                let row = &mut pressure.data_mut()[start..][..nx];
+                let (potential, f) = (&self.potential[start..][..nx], &rhs.data()[start..][..nx]);
+                match self.coefficients {
+                    // Diffusion weighs ε, and so does the pressure gradient of model A.
+                    Some(mixture) if mixture.model == MixtureModel::A => {
+                        let eps = &mixture.middle.data()[start..][..nx];
+                        for i in 0..nx {
+                            row[i] += self.scale * potential[i] - half * inverse_widths[i] * f[i] / eps[i];
+                        }
+                    }
+                    _ => {
+                        for i in 0..nx {
+                            row[i] += self.scale * potential[i] - half * inverse_widths[i] * f[i];
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! One step: predict, diffuse, divergence, pressure, correct.
+
+use crate::boundary::fill_velocity;
+use crate::clock::Phase;
+use crate::flow::{Drive, Flow, StepReport, close_faces};
+use crate::momentum::{
+    Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, Transposed, advance_outlets,
+    imposed_increments,
+};
+use crate::projection::{Correction, divergence};
+use crate::{Advection, SolveError, StepError};
+use grains_domain::Transport;
+
+/// What a net source may be of the fluxes through the faces and still pass for rounding.
+const IMBALANCE: f64 = 1e-9;
+
+impl Flow {
+    /// One time step of `dt` seconds; collective.
+    ///
+    /// Adams–Bashforth for advection (with the ratio of the last two steps; Euler in the first), Crank–Nicolson for
+    /// diffusion, incremental pressure correction p ← p + φ − ½ μ ∇·u*. Without particles nothing is allocated on
+    /// one rank.
+    pub fn step(&mut self, dt: f64, transport: &dyn Transport) -> Result<StepReport, StepError> {
+        let step = self.state.step;
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(StepError::TimeStep { step, dt });
+        }
+        self.clock.start();
+        if let Some(mixture) = &mut self.mixture {
+            let inputs = (&self.state.velocity, self.setup.density, dt, step);
+            mixture.prepare(&self.local, &self.tables, &mut self.halo, inputs, transport)?;
+            let Self { tables, solver, .. } = self;
+            close_faces(tables, &mut mixture.coefficients);
+            solver
+                .set_coefficients(&mixture.coefficients, transport)
+                .map_err(|source| StepError::Pressure { step, source })?;
+        }
+        self.predict(dt);
+        self.clock.book(Phase::Momentum);
+        self.diffuse(dt, transport);
+        self.add_increments();
+        self.clock.book(Phase::Diffusion);
+        self.keep_mean_velocity(dt, transport);
+        self.exchange_velocity(transport);
+        self.clock.book(Phase::Boundaries);
+        self.source(dt, transport)?;
+        self.clock.book(Phase::Divergence);
+        let solve = self
+            .solver
+            .solve(&self.rhs, &mut self.state.correction, transport)
+            .map_err(|source| StepError::Pressure { step, source })?;
+        self.clock.book(Phase::Pressure);
+        self.correct(dt, transport);
+        self.state.time += dt;
+        self.state.step += 1;
+        self.state.last_dt = dt;
+        Ok(StepReport { dt, solve })
+    }
+
+    /// Adams–Bashforth weights of the new and the old explicit terms.
+    fn weights(&self, dt: f64) -> [f64; 2] {
+        let ratio = if self.state.last_dt > 0.0 { dt / self.state.last_dt } else { 0.0 };
+        [1.0 + 0.5 * ratio, -0.5 * ratio]
+    }
+
+    /// Right-hand sides of the momentum increments of all rows, and the increments of outlets.
+    fn predict(&mut self, dt: f64) {
+        let weights = self.weights(dt);
+        let [mut advective, mut viscous] = std::mem::take(&mut self.rows);
+        let [_, _, nz] = self.local.layout.cells;
+        for k in 0..nz {
+            for component in 0..3 {
+                let n = self.local.unknowns(component);
+                if k >= n[2] {
+                    continue;
+                }
+                for j in 0..n[1] {
+                    let place = RowPlace { component, j, k };
+                    self.explicit_terms().row(place, &mut advective[..n[0]], &mut viscous[..n[0]]);
+                    self.combine(place, [&mut advective[..n[0]], &mut viscous[..n[0]]], weights, dt);
+                }
+            }
+        }
+        self.rows = [advective, viscous];
+        self.predict_outlets(weights, dt);
+    }
+
+    fn explicit_terms(&self) -> Explicit<'_> {
+        let velocity = self.state.velocity.components();
+        Explicit {
+            local: &self.local,
+            velocity,
+            flux: self.mixture.as_ref().map_or(velocity, |m| m.flux.components()),
+            viscosity: self.setup.viscosity / self.setup.density,
+            void_fraction: self.mixture.as_ref().map(|m| m.middle.data()),
+            advection: self.setup.advection,
+        }
+    }
+
+    /// Increment of a row before implicit diffusion: the sum of all terms over the capacity m.
+    fn combine(
+        &mut self,
+        place: RowPlace,
+        [explicit, viscous]: [&mut [f64]; 2],
+        [new, old]: [f64; 2],
+        dt: f64,
+    ) {
+        let (component, n) = (place.component, explicit.len());
+        let (layout, density) = (self.local.layout, self.setup.density);
+        let start = layout.row(place.j, place.k);
+        if let Some(mixture) = &self.mixture {
+            let transposed = Transposed {
+                local: &self.local,
+                velocity: self.state.velocity.components(),
+                viscosity: self.setup.viscosity / density,
+                void_fraction: mixture.middle.data(),
+            };
+            transposed.subtract_row(place, explicit);
+        }
+        if self.setup.diffusion == Diffusion::Explicit {
+            explicit.iter_mut().zip(&*viscous).for_each(|(e, v)| *e -= v);
+            viscous.fill(0.0);
+        }
+        let pressure = self.state.pressure.data();
+        let (here, next) = (&pressure[start..][..n], &pressure[start + layout.strides()[component]..][..n]);
+        let kept = &mut self.state.advective.component_mut(component)[start..][..n];
+        let out = &mut self.increments.component_mut(component)[start..][..n];
+        let distances = &self.local.axes[component].inverse_distance;
+        let drive = self.state.force[component];
+        match &self.mixture {
+            None => {
+                let combine = |i: usize, inverse: f64, kept: &mut f64| {
+                    let force = (drive - (next[i] - here[i]) * inverse) / density;
+                    let sum = viscous[i] + force - new * explicit[i] - old * *kept;
+                    *kept = explicit[i];
+                    dt * sum
+                };
+                if component == 0 {
+                    let distances = &distances[layout.halo..][..n];
+                    for i in 0..n {
+                        out[i] = combine(i, distances[i], &mut kept[i]);
+                    }
+                } else {
+                    let e = self.local.entry(if component == 1 { place.j } else { place.k });
+                    for i in 0..n {
+                        out[i] = combine(i, distances[e], &mut kept[i]);
+                    }
+                }
+            }
+            Some(mixture) => {
+                let velocity = self.state.velocity.component(component);
+                for i in 0..n {
+                    let (p, e) = (start + i, [i, place.j, place.k][component] + layout.halo);
+                    let rise = (next[i] - here[i]) * distances[e];
+                    let terms = mixture.face_terms(component, p, density, dt);
+                    let force = terms.gradient * (drive - rise) / density + terms.source
+                        - terms.friction * velocity[p];
+                    out[i] = (viscous[i] + force - new * explicit[i] - old * kept[i]) / terms.capacity;
+                    kept[i] = explicit[i];
+                }
+            }
+        }
+    }
+
+    fn predict_outlets(&mut self, weights: [f64; 2], dt: f64) {
+        let velocity = self.state.velocity.components();
+        let (density, mixture) = (self.setup.density, self.mixture.as_ref());
+        let pure =
+            FaceTerms { void_fraction: 1.0, gradient: 1.0, capacity: 1.0 / dt, source: 0.0, friction: 0.0 };
+        let terms = OutletTerms {
+            local: &self.local,
+            velocity,
+            flux: mixture.map_or(velocity, |m| m.flux.components()),
+            pressure: self.state.pressure.data(),
+            inverse_density: 1.0 / density,
+            viscosity: self.setup.viscosity / density,
+            face: &|component, p| mixture.map_or(pure, |m| m.face_terms(component, p, density, dt)),
+            weights,
+        };
+        let mut increments = self.increments.components_mut();
+        let mut advective = self.state.advective.components_mut();
+        advance_outlets(&self.tables, &terms, &mut increments, &mut advective);
+    }
+
+    /// Changes of imposed velocities over the step, and the implicit half of the diffusion.
+    fn diffuse(&mut self, dt: f64, transport: &dyn Transport) {
+        let time = self.state.time + dt;
+        for table in self.tables.iter_mut().filter(|t| t.is_unsteady) {
+            table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
+        }
+        let viscosity = self.setup.viscosity / self.setup.density;
+        let capacity = match &self.mixture {
+            Some(mixture) => mixture.capacity(dt, viscosity),
+            None => Capacity { inverse: None, dt, void_fraction: None, viscosity },
+        };
+        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
+        imposed_increments(&self.local, &self.tables, capacity, is_implicit, &mut self.increments);
+        if is_implicit {
+            self.implicit.solve(&self.local, &self.tables, capacity, &mut self.increments, transport);
+        }
+    }
+
+    /// u* = u + Δu on all own faces and the lower boundary faces.
+    fn add_increments(&mut self) {
+        let layout = self.local.layout;
+        let n = layout.cells[0];
+        for component in (0..3).filter(|&c| self.local.active[c]) {
+            let increments = self.increments.component(component);
+            let velocity = self.state.velocity.component_mut(component);
+            for start in layout.rows() {
+                let own = start..start + n;
+                velocity[own.clone()].iter_mut().zip(&increments[own]).for_each(|(u, d)| *u += d);
+            }
+        }
+        for table in self.tables.iter().filter(|t| t.face.outward() < 0.0) {
+            let increments = self.increments.component(table.face.axis);
+            table.add_boundary(increments, &mut self.state.velocity);
+        }
+    }
+
+    /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
+    fn keep_mean_velocity(&mut self, dt: f64, transport: &dyn Transport) {
+        for axis in 0..3 {
+            let Drive::MeanVelocity(wanted) = self.setup.drive[axis] else { continue };
+            if !self.local.active[axis] {
+                continue;
+            }
+            let [mean, response] = self.mean_and_response(axis, dt, transport);
+            let force = (wanted - mean) / response;
+            self.state.force[axis] += force;
+            let density = self.setup.density;
+            let layout = self.local.layout;
+            for start in layout.rows() {
+                for p in start..start + layout.cells[0] {
+                    let gain = match &self.mixture {
+                        Some(m) => m.gradient_factor(axis, p) * m.inverse.component(axis)[p],
+                        None => dt,
+                    };
+                    self.state.velocity.component_mut(axis)[p] += force * gain / density;
+                }
+            }
+        }
+    }
+
+    fn exchange_velocity(&mut self, transport: &dyn Transport) {
+        let [x, y, z] = self.state.velocity.components_mut();
+        self.halo.fill(&mut [x, y, z], transport);
+    }
+
+    /// Right-hand side of the pressure equation.
+    fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
+        let mut sums = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
+        transport.sum(&mut sums);
+        let ([sum, scale], step) = (sums, self.state.step);
+        if !scale.is_finite() {
+            return Err(StepError::NotFinite { step, dt, cfl: self.courant_of_last(dt) });
+        }
+        let has_outlet = self.setup.boundaries.has_outlet(&self.setup.grid);
+        if !has_outlet && sum.abs() > IMBALANCE * scale {
+            return Err(StepError::Pressure { step, source: SolveError::Incompatible { sum, scale } });
+        }
+        Ok(())
+    }
+
+    /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.
+    fn correct(&mut self, dt: f64, transport: &dyn Transport) {
+        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
+        self.halo.fill(&mut [self.state.correction.data_mut()], transport);
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
+        self.clock.book(Phase::Boundaries);
+        let correction = Correction {
+            local: &self.local,
+            potential: self.state.correction.data(),
+            coefficients: self.mixture.as_ref(),
+            density: self.setup.density,
+            scale: if self.mixture.is_some() { 1.0 } else { self.setup.density / dt },
+            viscosity: if is_implicit { self.setup.viscosity } else { 0.0 },
+        };
+        correction.velocity(&mut self.state.velocity);
+        correction.outlets(&self.tables, &mut self.state.velocity);
+        correction.pressure(&self.rhs, &mut self.state.pressure);
+        self.clock.book(Phase::Correction);
+        let state = &mut self.state;
+        let [x, y, z] = state.velocity.components_mut();
+        self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
+        // Central differences read one layer, the bounded scheme two.
+        let ghosts = if self.setup.advection == Advection::Central { 1 } else { 2 };
+        fill_velocity(&self.tables, &mut state.velocity, ghosts);
+        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+        if let Some(mixture) = &mut self.mixture {
+            mixture.finish();
+        }
+        self.clock.book(Phase::Boundaries);
+    }
+}
