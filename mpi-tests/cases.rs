@@ -57,12 +57,12 @@ fn a_fixed_bed_of_trilobes_is_looser_than_one_of_cylinders() {
         let text = shortened(
             "fixed-bed/bed.toml",
             &[
-                ("lower = [-0.009, -0.009, 0]", "lower = [-0.004, -0.004, 0]"),
-                ("upper = [0.009, 0.009, 0.09]", "upper = [0.004, 0.004, 0.03]"),
+                ("lower = [-0.009, -0.009, 0]", "lower = [-0.005, -0.005, 0]"),
+                ("upper = [0.009, 0.009, 0.09]", "upper = [0.005, 0.005, 0.03]"),
                 ("[-0.003, -0.003, 0.085]", "[-0.003, -0.003, 0.026]"),
                 ("[0.003, 0.003, 0.085]", "[0.003, 0.003, 0.026]"),
                 ("kind = \"cylinder\"\nradius = 0.75e-3\nheight = 3e-3", shape),
-                ("count = 1000", "count = 70"),
+                ("count = 1000", "count = 100"),
                 ("end = 4", "end = 0.15"),
                 ("\n[stop]\nkinetic_energy_below = 1e-8\nafter = 0.5\n", ""),
                 ("directory = \"results/fixed-bed\"", OUTPUT),
