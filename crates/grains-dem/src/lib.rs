@@ -13,15 +13,16 @@
 //! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
 //! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
 //! arrays. Particles are sorted by cell, owned ones first, clones after. A pair of spheres is one 32-byte
-//! record, neighbour and tangential spring, read in sequence.
+//! record, neighbour and tangential spring, read in sequence. A pair of other bodies is a plane that parts them and
+//! how far the two may go before it is looked at again; what touching pairs remember lies apart.
 //!
 //! # Same bits on any number of ranks
 //!
 //! * Positions are multiples of a power of two, so separations are exact in every periodic image.
 //! * Every contribution to a force or torque is rounded to a lattice on which sums are exact, so the
 //!   order of contacts, and with it the number of ranks and the order of particles, cannot matter.
-//! * What a pair remembers (tangential spring, GJK simplex) lives only while the pair is evaluated in
-//!   consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
+//! * What a pair remembers (tangential spring, GJK simplex) lives only while it touches, with a wall while it is
+//!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
 //!
 //! # Hard collisions

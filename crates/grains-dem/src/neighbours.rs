@@ -2,7 +2,7 @@
 //!
 //! A particle may move by its *reach* before the lists must be rebuilt; fast particles get a larger reach,
 //! so that a few falling grains do not force a dense bed to rebuild. Reaches, and so the times of rebuilds,
-//! cannot change a result: a pair remembers something only while it is evaluated in consecutive steps.
+//! cannot change a result: a pair remembers something only while its positions in consecutive steps say so.
 
 use crate::bodies::{BodyList, BodyPair, PlacedPart, Pose};
 use crate::images;
