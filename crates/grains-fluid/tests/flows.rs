@@ -255,13 +255,13 @@ fn extremes(flow: &Flow) -> [f64; 3] {
     [us.fold(0.0, f64::min), vs().fold(0.0, f64::max), vs().fold(0.0, f64::min)]
 }
 
-/// Ghia's own error exceeds ours at Reynolds 1000: v(0.9453) is −0.4010 at 64², −0.4080 at 128², extrapolated −0.4103
-/// like the spectral solution, and −0.3919 with him. There the spectral extremes of Botella & Peyret (1998) decide.
+/// At Reynolds 1000 the largest difference, 0.0161, is at v(0.9453): −0.4010 at 64², −0.4080 at 128², which extrapolates to
+/// −0.4103, and −0.3919 in Ghia's table. The extremes of Botella & Peyret (1998) stand beside it.
 #[test]
-#[ignore = "minutes: 128 x 128, Reynolds 100, 400 and 1000"]
+#[ignore = "minutes, and at Reynolds 1000 it finds 0.0161 where 0.015 is asked"]
 fn lid_cavity_follows_ghia() {
     for (case, (reynolds, until, limit)) in
-        [(100.0, 20.0, 0.01), (400.0, 45.0, 0.01), (1000.0, 80.0, 0.0185)].into_iter().enumerate()
+        [(100.0, 20.0, 0.01), (400.0, 45.0, 0.01), (1000.0, 80.0, 0.015)].into_iter().enumerate()
     {
         let flow = cavity(128, reynolds, until, Advection::Central);
         let error = ghia_error(&flow, case);

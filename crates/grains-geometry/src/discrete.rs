@@ -6,6 +6,7 @@
 //! mean of their unit normals, the overlap the largest extent of the sets along it. As in the source there
 //! is no contact unless both bodies have a vertex inside the other, so coarse surfaces meet late.
 
+use crate::core::Support;
 use crate::superellipsoid::Superellipsoid;
 use crate::{Placement, ShapeError, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -82,6 +83,11 @@ impl DiscreteSurface {
     /// The vertices (m).
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
+    }
+
+    /// How far the body of the vertices reaches along a direction, max d·x (m times the length of d).
+    pub fn reach(&self, direction: &Vec3) -> f64 {
+        self.body.height(direction)
     }
 
     /// Contact with another body put at `placement` in the frame of this one.

@@ -49,7 +49,7 @@ impl<'a> Pose<'a> {
         Self { shape, frame: &particles.frames[i], scale: body.radius / shape.bounding_radius }
     }
 
-    /// How far a part, less its crust, reaches from the particle's centre along a direction (m times its length).
+    /// How far a part reaches from the particle's centre along a unit direction (m).
     #[inline(always)]
     fn reach(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
@@ -58,7 +58,12 @@ impl<'a> Pose<'a> {
         } else {
             direction.dot(&part.center) + part.core.reach(&part.rotation.tr_mul(&direction))
         };
-        of_core * self.scale
+        (of_core + part.crust) * self.scale
+    }
+
+    /// How far the body of surface vertices reaches, whose edges and tips no crust rounds (m).
+    fn reach_of_vertices(&self, vertices: &DiscreteSurface, direction: &Vec3) -> f64 {
+        vertices.reach(&self.frame.tr_mul(direction)) * self.scale
     }
 }
 
@@ -73,12 +78,13 @@ const CLEARANCE: f64 = 1e-11;
 #[inline(always)]
 pub(crate) fn gap_across(poses: &[Pose; 2], parts: &[u16; 2], separation: &Vec3, axis: &Vec3) -> f64 {
     let [a, b] = poses;
-    let (part_a, part_b) = (&a.shape.parts[parts[0] as usize], &b.shape.parts[parts[1] as usize]);
-    let crusts = part_a.crust * a.scale + part_b.crust * b.scale;
     let size = a.scale * a.shape.bounding_radius + b.scale * b.shape.bounding_radius;
-    let least = crusts + CLEARANCE * size;
-    let along = separation.dot(axis);
-    along - least - a.reach(part_a, axis) - b.reach(part_b, &-axis)
+    let along = separation.dot(axis) - CLEARANCE * size;
+    if let (Some(of_a), Some(of_b)) = (&a.shape.discrete, &b.shape.discrete) {
+        return along - a.reach_of_vertices(of_a, axis) - b.reach_of_vertices(of_b, &-axis);
+    }
+    let (part_a, part_b) = (&a.shape.parts[parts[0] as usize], &b.shape.parts[parts[1] as usize]);
+    along - a.reach(part_a, axis) - b.reach(part_b, &-axis)
 }
 
 impl<'a> PlacedPart<'a> {
@@ -277,4 +283,30 @@ pub(super) fn meet_parts(
             cores_met: false,
         }),
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use grains_geometry::Spacing;
+
+    /// Two octahedra tip to tip: vertices lie on the sharp bodies, which reach farther than the rounded ones.
+    #[test]
+    fn no_plane_parts_bodies_whose_vertices_touch() {
+        let shape = Shape::superellipsoid(Vec3::repeat(1.0), [2.0; 2], 0.1).unwrap();
+        let sharp = shape.clone().with_surface_vertices(8, Spacing::Linear).unwrap();
+        let (frame, between) = (Mat3::identity(), Vec3::z() * 1.99);
+        let gap = |shape| {
+            let pose = Pose { shape, frame: &frame, scale: 1.0 };
+            let [a, b] = [0, 1].map(|_| PlacedPart::of(&pose, 0));
+            let placement = a.placement(&b.rotation, 1.0, &between);
+            let meeting = meet_parts(&a, &b, &placement, &mut Simplex::default()).unwrap();
+            let touching = matches!(meeting, Meeting::Touching(_));
+            (gap_across(&[pose, pose], &[0, 0], &between, &Vec3::z()), touching)
+        };
+        let ((rounded, apart), (vertices, touching)) = (gap(&shape), gap(&sharp));
+        assert!(rounded > 0.0 && !apart, "{rounded}");
+        assert!(vertices <= 0.0 && touching, "{vertices}");
+    }
 }
