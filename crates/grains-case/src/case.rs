@@ -12,6 +12,7 @@ use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
+use crate::sections::fluid::Fluid;
 use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
 use crate::sections::output::{Field, Output, RawOutput};
@@ -66,6 +67,9 @@ pub struct RawCase {
     /// Planes through which particles are counted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flow_plane: Vec<FlowPlane>,
+    /// The fluid, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<Fluid>,
     /// What is written, where and how often.
     #[serde(default = "default_output")]
     pub output: RawOutput,
@@ -123,6 +127,8 @@ pub struct Case {
     pub walls: Vec<Wall>,
     /// Planes through which particles are counted.
     pub flow_planes: Vec<FlowPlane>,
+    /// The fluid, if there is one.
+    pub fluid: Option<Fluid>,
     /// What is written, where and how often.
     pub output: Output,
     /// Limits beyond which the run ends with an error.
@@ -146,6 +152,7 @@ impl PartialEq for Case {
             && self.contact_points == other.contact_points
             && (&self.shapes, &self.inserts) == (&other.shapes, &other.inserts)
             && (&self.walls, &self.flow_planes) == (&other.walls, &other.flow_planes)
+            && self.fluid == other.fluid
             && (&self.output, &self.limits) == (&other.output, &other.limits)
             && (&self.stop, &self.neighbours) == (&other.stop, &other.neighbours)
     }
@@ -245,6 +252,7 @@ impl Case {
             insert: self.inserts.iter().map(insert).collect(),
             wall: self.walls.iter().map(|w| w.clone().rename(material)).collect(),
             flow_plane: self.flow_planes.clone(),
+            fluid: self.fluid.clone(),
             output: self.output.to_raw(),
             limits: self.limits.clone(),
             stop: self.stop.clone().rename(plane),
@@ -282,6 +290,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         },
         walls: wall::check(raw.wall, &raw.domain, &names, checker),
         flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
+        fluid: raw.fluid,
         output: raw.output.check(&stem, end, checker),
         limits: raw.limits,
         stop: raw.stop.check(&names, end, checker),

@@ -29,6 +29,10 @@ pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::{Contact, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Face};
+pub use sections::fluid::{
+    Advection, Axis, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression, Fluid, FluidField,
+    FluidOutput, Initial, Kernel, MixtureModel, Pressure, PressureMethod, Profile, ProfileKind,
+};
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;
 pub use sections::motion::Motion;

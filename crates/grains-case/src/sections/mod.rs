@@ -9,6 +9,7 @@ pub mod composite;
 pub mod contact;
 pub mod contact_points;
 pub mod domain;
+pub mod fluid;
 pub mod insert;
 pub mod material;
 pub mod motion;
