@@ -12,7 +12,7 @@ use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
-use crate::sections::fluid::Fluid;
+use crate::sections::fluid::{self, Fluid};
 use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
 use crate::sections::output::{Field, Output, RawOutput};
@@ -28,6 +28,10 @@ use crate::vector::norm;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "grains-mpi case file", rename = "Case")]
+#[schemars(extend(
+    "if" = {"not": {"required": ["fluid"]}},
+    "then" = {"required": ["material", "shape", "insert"]}
+))]
 pub struct RawCase {
     /// Name of the case; the name of the file by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -44,7 +48,7 @@ pub struct RawCase {
     /// Duration and time step.
     pub time: Time,
     /// Materials.
-    #[schemars(length(min = 1))]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<Material>,
     /// Soft or hard collisions.
     #[serde(default)]
@@ -56,10 +60,10 @@ pub struct RawCase {
     #[serde(default)]
     pub contact_points: ContactPoints,
     /// Forms of particles.
-    #[schemars(length(min = 1))]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shape: Vec<Shape>,
     /// Particles to insert.
-    #[schemars(length(min = 1))]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub insert: Vec<Insert<String>>,
     /// Walls.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -275,6 +279,14 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     raw.domain.check(checker);
     raw.time.check(checker);
     check_gravity(raw.gravity, checker);
+    let output = raw.output.check(&stem, end, checker);
+    let fluid_context = fluid::Context {
+        domain: &raw.domain,
+        has_particles: !raw.insert.is_empty(),
+        is_hard: raw.collisions.is_hard(),
+        interval: output.particles,
+        end,
+    };
     let mut case = Case {
         name: raw.name.unwrap_or_else(|| stem.to_string()),
         seed: raw.seed,
@@ -290,8 +302,8 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         },
         walls: wall::check(raw.wall, &raw.domain, &names, checker),
         flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
-        fluid: raw.fluid,
-        output: raw.output.check(&stem, end, checker),
+        fluid: raw.fluid.map(|fluid| fluid.check(&fluid_context, checker)),
+        output,
         limits: raw.limits,
         stop: raw.stop.check(&names, end, checker),
         neighbours: raw.neighbours,
@@ -306,6 +318,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     if checker.error_count() == 0 {
         fit::check_sizes(&case, checker);
         fit::check_pairs(&case, checker);
+        fit::check_fluid(&case, checker);
     }
     if checker.error_count() == 0 {
         for (i, insert) in case.inserts.iter_mut().enumerate() {

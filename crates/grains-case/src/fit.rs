@@ -1,8 +1,9 @@
-//! Checks across sections: whether particles fit the domain, and whether every pair has a contact law.
+//! Checks across sections: whether particles fit the domain and the fluid, and whether every pair has a contact law.
 
 use crate::case::Case;
 use crate::check::Checker;
 use crate::diagnostic::rounded;
+use crate::sections::fluid::check_thickness;
 use crate::sections::insert::Component;
 use crate::vector::norm;
 
@@ -76,6 +77,25 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
         for (_, particle) in &components {
             require(&format!("wall[{i}].material"), *particle, wall.material);
         }
+    }
+}
+
+/// Cells of the fluid should not be far smaller than particles, and walls without particles do nothing.
+pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
+    let Some(fluid) = &case.fluid else { return };
+    let components = case.inserts.iter().flat_map(|insert| &insert.particles);
+    let smallest = components
+        .filter_map(|c| Some(c.scale.smallest() * case.shapes[c.shape].kind.diameter()?))
+        .reduce(f64::min);
+    if let Some(diameter) = smallest {
+        check_thickness(fluid, &case.domain, diameter, checker);
+    }
+    if case.inserts.is_empty() && !case.walls.is_empty() {
+        checker.warn(
+            "wall[0]",
+            "without effect: a [[wall]] is for particles, and there are none; those of the fluid are [[fluid.boundary]]"
+                .into(),
+        );
     }
 }
 

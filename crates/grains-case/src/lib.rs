@@ -31,7 +31,8 @@ pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Face};
 pub use sections::fluid::{
     Advection, Axis, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression, Fluid, FluidField,
-    FluidOutput, Initial, Kernel, MixtureModel, Pressure, PressureMethod, Profile, ProfileKind,
+    FluidOutput, Formula, FormulaError, Initial, Kernel, MixtureModel, OnFace, Pressure, PressureMethod,
+    Profile, ProfileKind,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

@@ -34,11 +34,25 @@ fn remove_null_defaults(schema: &mut Json) {
     }
 }
 
+/// Turns what the schema asks for where there is no fluid, its `then`, into lists that must not be empty.
+fn require_particles(schema: &mut Json) {
+    let keys = schema["then"]["required"].as_array().cloned().unwrap_or_default();
+    for key in keys.iter().filter_map(Json::as_str) {
+        schema["properties"][key]["minItems"] = 1.into();
+    }
+    if let Some(required) = schema["required"].as_array_mut() {
+        required.extend(keys);
+    }
+}
+
 /// The case as written, or `None` if it is too broken to be looked at further; either way all remarks
 /// are left with the checker.
 pub(crate) fn read(checker: &mut Checker) -> Option<RawCase> {
-    let schema = schema();
+    let mut schema = schema();
     let source = checker.source;
+    if !source.root().contains_key("fluid") {
+        require_particles(&mut schema);
+    }
     let mut reader = Reader { schema: &schema, checker };
     let tree = reader.read_table(&reader.layers_of(&schema), source.root(), 0..0, "")?;
     match RawCase::deserialize(tree) {

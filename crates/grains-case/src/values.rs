@@ -64,7 +64,11 @@ pub(crate) fn choose<'a>(alternatives: &[&'a Json], value: &DeValue) -> Result<&
     let known: Vec<&str> = alternatives.iter().flat_map(|schema| choices(schema)).collect();
     let name = type_of(value);
     let is_meant = |schema: &&&Json| match value {
-        DeValue::String(word) => choices(schema).contains(&word.as_ref()),
+        // A text without choices is any text: a formula.
+        DeValue::String(word) => {
+            let words = choices(schema);
+            words.contains(&word.as_ref()) || words.is_empty() && accepts(schema.get("type"), name)
+        }
         _ => accepts(schema.get("type"), name) || name == "integer" && accepts(schema.get("type"), "number"),
     };
     if let Some(schema) = alternatives.iter().find(is_meant) {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use grains_case::{
-    Case, Motion, Orientation, ParticleColumns, Place, Precision, ShapeKind, Side, Tangential, TimeStep,
-    WallKind, schema,
+    Advection, BoundaryKind, Case, Drag, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
+    ParticleColumns, Place, Precision, ShapeKind, Side, Tangential, TimeStep, WallKind, schema,
 };
 use serde_json::Value;
 
@@ -15,6 +15,9 @@ fn folder() -> PathBuf {
 fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
+
+const GOOD: [&str; 6] =
+    ["silo.toml", "mixture.toml", "composites.toml", "single.toml", "channel.toml", "bed.toml"];
 
 #[test]
 fn the_silo_is_resolved_to_indices_units_and_defaults() {
@@ -67,7 +70,7 @@ fn the_mixture_has_every_kind_with_its_defaults() {
 
 #[test]
 fn the_resolved_case_parses_to_the_same_case() {
-    for name in ["silo.toml", "mixture.toml", "composites.toml", "single.toml"] {
+    for name in GOOD {
         let case = load(name);
         let resolved = case.to_toml();
         let again = Case::parse(&resolved, "anything.toml", Path::new("/nowhere"));
@@ -151,6 +154,106 @@ fn composites_keep_their_parts_and_fill_in_what_is_not_said() {
     assert!(case.shapes[..8].iter().skip(1).all(|s| s.bounding_radius().is_some()));
 }
 
+#[test]
+fn a_fluid_alone_needs_no_particles() {
+    let case = load("channel.toml");
+    assert!(case.warnings.is_empty(), "{:?}", case.warnings);
+    assert!(case.materials.is_empty() && case.shapes.is_empty() && case.inserts.is_empty());
+    let empty = ["shape", "insert", "contact", "wall"].map(|key| format!("{key} = []\n")).concat();
+    let with_empty_lists = format!("name = \"channel\"\nmaterial = []\n{empty}");
+    let text = std::fs::read_to_string(folder().join("channel.toml")).expect("text");
+    assert_eq!(Case::parse(&(with_empty_lists + &text), "channel.toml", &folder()), Ok(case.clone()));
+    let fluid = case.fluid.expect("fluid");
+    assert_eq!((fluid.advection, fluid.output.interval), (Some(Advection::Central), Some(0.1)));
+    assert_eq!(fluid.on_face(Face::LowerY), OnFace { whole: None, patches: vec![3] });
+    assert_eq!(fluid.on_face(Face::UpperY), OnFace { whole: Some(2), patches: vec![4] });
+    let BoundaryKind::Inlet { velocity } = &fluid.boundary[3].kind else { panic!("inlet") };
+    let blown = velocity[1].compile().expect("formula");
+    assert!(blown.is_unsteady() && (blown.at([0.025, 0.0, 0.0], 1e9) - 0.01).abs() < 1e-17);
+    let velocity = fluid.initial.velocity[0].compile().expect("formula");
+    assert!((velocity.at([0.04, 0.01, 0.0], 0.0) - (0.05 - 1e-3 / std::f64::consts::E)).abs() < 1e-17);
+}
+
+#[test]
+fn a_bed_takes_its_defaults_from_the_particles() {
+    let case = load("bed.toml");
+    assert!(case.warnings.is_empty(), "{:?}", case.warnings);
+    let fluid = case.fluid.expect("fluid");
+    assert_eq!((fluid.advection, fluid.output.interval), (Some(Advection::VanLeer), Some(0.1)));
+    assert_eq!(fluid.longest_step, Some(0.1));
+    let coupling = fluid.coupling.expect("coupling");
+    assert_eq!((coupling.drag, coupling.model), (Drag::Beetstra, MixtureModel::B));
+    assert_eq!((coupling.kernel, coupling.particle_steps), (Kernel::Smooth { half_width: 2.0 }, Some(10)));
+}
+
+/// What is odd about a fluid but no mistake.
+#[test]
+fn unlikely_fluids_are_warned_about() {
+    let warnings = |name: &str, from: &str, to: &str| {
+        let text = std::fs::read_to_string(folder().join(name)).expect("text");
+        assert!(text.contains(from), "{from}");
+        let case = Case::parse(&text.replace(from, to), name, &folder());
+        let case = case.unwrap_or_else(|errors| panic!("{errors}"));
+        let warnings: Vec<String> = case.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        warnings.concat()
+    };
+    let top = "[[fluid.boundary]]\nface = \"+y\"\nkind = \"wall\"\n";
+    let cases = [
+        ("channel.toml", "cells = [48, 32, 1]", "cells = [48, 2500, 1]", "some cells are 721.3"),
+        (
+            "channel.toml",
+            "[[fluid.profile]]\nname = \"middle\"",
+            "[fluid.coupling]\ndrag = \"ergun\"\n[[fluid.profile]]\nname = \"middle\"",
+            "fluid.coupling: without effect",
+        ),
+        (
+            "channel.toml",
+            "refinement = [0, 1.5, 0]",
+            "refinement = [0, 1.5, 1]",
+            "without effect on 1 cell(s)",
+        ),
+        (
+            "channel.toml",
+            "[fluid.drive]",
+            &format!("{top}\n[fluid.drive]"),
+            "without effect: fluid.boundary[5] holds",
+        ),
+        (
+            "channel.toml",
+            "method = \"petsc\"",
+            "method = \"conjugate_gradients\"",
+            "only PETSc reads options",
+        ),
+        ("channel.toml", "interval = 0.1", "interval = 3", "longer than the run (2 s)"),
+        (
+            "channel.toml",
+            "\"-2 * cos(2*pi*x/0.06)\"",
+            "\"ln(-x)\"",
+            "fluid.initial.pressure = \"ln(-x)\": is NaN at",
+        ),
+        ("channel.toml", "[fluid]\n", WALL, "wall[0]: without effect"),
+        (
+            "bed.toml",
+            "velocity = [0, 0, 0]",
+            "velocity = [0, 1, 0]",
+            "fluid.drive.velocity[1] = 1: without effect",
+        ),
+        (
+            "bed.toml",
+            "cells = [11, 3, 40]",
+            "cells = [50000, 9000, 150000]",
+            "times thinner than the smallest particle",
+        ),
+    ];
+    for (name, from, to, expected) in cases {
+        let warning = warnings(name, from, to);
+        assert!(warning.contains(expected), "{warning}");
+    }
+}
+
+const WALL: &str = "[[material]]\nname = \"steel\"\n[[wall]]\nname = \"floor\"\nmaterial = \"steel\"\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n[fluid]\n";
+
 /// Every key of the schema has a description, and every number in it a unit.
 #[test]
 fn the_schema_describes_every_key_with_its_unit() {
@@ -176,7 +279,7 @@ fn the_schema_has_every_key_of_the_resolved_cases() {
     let mut keys = Vec::new();
     collect_keys(&schema(), "", &mut keys);
     let known: Vec<&str> = keys.iter().filter_map(|(path, _)| path.rsplit('.').next()).collect();
-    let resolved = ["silo.toml", "mixture.toml", "composites.toml"].map(|name| load(name).to_toml()).concat();
+    let resolved = GOOD.map(|name| load(name).to_toml()).concat();
     let used: Vec<&str> = resolved.lines().filter_map(|l| Some(l.split_once(" = ")?.0)).collect();
     used.iter().for_each(|key| assert!(known.contains(key), "{key} is not in the schema"));
     for key in known {

@@ -29,6 +29,10 @@ pub enum Face {
 }
 
 impl Face {
+    /// All of them, lower before upper.
+    pub const ALL: [Self; 6] =
+        [Self::LowerX, Self::UpperX, Self::LowerY, Self::UpperY, Self::LowerZ, Self::UpperZ];
+
     /// Axis the face is normal to: 0, 1 or 2.
     pub fn axis(self) -> usize {
         self as usize / 2
@@ -37,6 +41,11 @@ impl Face {
     /// Whether the face is the upper one of its axis.
     pub fn is_upper(self) -> bool {
         self as usize % 2 == 1
+    }
+
+    /// The face as a case file names it.
+    pub fn name(self) -> &'static str {
+        ["-x", "+x", "-y", "+y", "-z", "+z"][self as usize]
     }
 }
 
@@ -76,6 +85,11 @@ impl Domain {
     /// Whether a point (m) lies in the box, faces included.
     pub fn contains(&self, point: [f64; 3]) -> bool {
         (0..3).all(|a| self.lower[a] <= point[a] && point[a] <= self.upper[a])
+    }
+
+    /// The faces of the axes that are not periodic.
+    pub(crate) fn open_faces(&self) -> impl Iterator<Item = Face> + '_ {
+        Face::ALL.into_iter().filter(|face| !self.periodic[face.axis()])
     }
 
     /// Whether the upper corner is above the lower one; if not, checks against the box say nothing.

@@ -10,7 +10,7 @@ use crate::check::Checker;
 #[serde(rename_all = "snake_case")]
 pub enum TimeStep {
     /// From the shortest contact: T_c / `steps_per_contact`; for hard collisions a step in which bodies at
-    /// `impact_speed` go 2 % of the smallest radius.
+    /// `impact_speed` go 2 % of the smallest radius. Without particles from the Courant number of the fluid.
     Auto,
     /// Fixed (s).
     #[serde(untagged)]
@@ -24,7 +24,7 @@ pub struct Time {
     /// Simulated time at which the run ends (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end: f64,
-    /// Time step (s), or "auto" for the step recommended by the shortest contact time.
+    /// Time step (s), or "auto" for the step recommended by the shortest contact time; for a fluid alone by its Courant number.
     #[serde(default = "automatic")]
     pub dt: TimeStep,
     /// Steps per contact duration T_c/dt (-) that "auto" aims at.
