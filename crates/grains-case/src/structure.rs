@@ -3,6 +3,8 @@
 //! serde would stop at the first mistake; here all of them are reported, each at its place, and what
 //! is left is a clean tree that serde takes without complaint.
 
+use std::sync::OnceLock;
+
 use serde::Deserialize;
 use serde_json::Value as Json;
 use toml::Spanned;
@@ -34,27 +36,32 @@ fn remove_null_defaults(schema: &mut Json) {
     }
 }
 
-/// Turns what the schema asks for where there is no fluid, its `then`, into lists that must not be empty.
-fn require_particles(schema: &mut Json) {
-    let keys = schema["then"]["required"].as_array().cloned().unwrap_or_default();
-    for key in keys.iter().filter_map(Json::as_str) {
-        schema["properties"][key]["minItems"] = 1.into();
-    }
-    if let Some(required) = schema["required"].as_array_mut() {
-        required.extend(keys);
-    }
+/// The schema for a case with or without a fluid: without one, what the schema asks for then are lists that must not be
+/// empty. Made once.
+fn schema_for_reading(has_fluid: bool) -> &'static Json {
+    static SCHEMAS: OnceLock<[Json; 2]> = OnceLock::new();
+    let schemas = SCHEMAS.get_or_init(|| {
+        let with_fluid = schema();
+        let mut without = with_fluid.clone();
+        let keys = without["then"]["required"].as_array().cloned().unwrap_or_default();
+        for key in keys.iter().filter_map(Json::as_str) {
+            without["properties"][key]["minItems"] = 1.into();
+        }
+        if let Some(required) = without["required"].as_array_mut() {
+            required.extend(keys);
+        }
+        [without, with_fluid]
+    });
+    &schemas[usize::from(has_fluid)]
 }
 
 /// The case as written, or `None` if it is too broken to be looked at further; either way all remarks
 /// are left with the checker.
 pub(crate) fn read(checker: &mut Checker) -> Option<RawCase> {
-    let mut schema = schema();
     let source = checker.source;
-    if !source.root().contains_key("fluid") {
-        require_particles(&mut schema);
-    }
-    let mut reader = Reader { schema: &schema, checker };
-    let tree = reader.read_table(&reader.layers_of(&schema), source.root(), 0..0, "")?;
+    let schema = schema_for_reading(source.root().contains_key("fluid"));
+    let mut reader = Reader { schema, checker };
+    let tree = reader.read_table(&reader.layers_of(schema), source.root(), 0..0, "")?;
     match RawCase::deserialize(tree) {
         Ok(raw) => Some(raw),
         Err(error) => {

@@ -198,9 +198,14 @@ fn unlikely_fluids_are_warned_about() {
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         warnings.concat()
     };
-    let top = "[[fluid.boundary]]\nface = \"+y\"\nkind = \"wall\"\n";
+    let top = "[[fluid.boundary]]\nface = \"+z\"\nkind = \"symmetry\"\n";
     let cases = [
-        ("channel.toml", "cells = [48, 32, 1]", "cells = [48, 2500, 1]", "some cells are 721.3"),
+        (
+            "channel.toml",
+            "cells = [48, 32, 1]",
+            "cells = [48, 2500, 1]",
+            "some cells are 1042.4 times longer along x than along y",
+        ),
         (
             "channel.toml",
             "[[fluid.profile]]\nname = \"middle\"",

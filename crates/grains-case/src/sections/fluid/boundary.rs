@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{Expression, Fluid, check_formula};
 use crate::check::Checker;
-use crate::diagnostic::rounded;
 use crate::sections::domain::{Domain, Face};
 
 /// What holds on a face of the domain.
@@ -216,9 +215,9 @@ fn check_inflow(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
     checker.error(
         &format!("fluid.boundary[{first}].kind"),
         format!(
-            "an inlet faces a closed box: {} m³/s more {verb} and nothing {other}; add [[fluid.boundary]] with \
+            "an inlet faces a closed box: {:.3e} m³/s more {verb} and nothing {other}; add [[fluid.boundary]] with \
              kind = \"outlet\", or balance the inlets",
-            rounded(net.abs())
+            net.abs()
         ),
     );
 }

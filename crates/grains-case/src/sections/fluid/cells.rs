@@ -112,17 +112,16 @@ fn check_aspect_ratio(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
 
 /// Warns of cells much thinner than the smallest particle, `diameter` (m).
 pub(crate) fn check_thickness(fluid: &Fluid, domain: &Domain, diameter: f64, checker: &mut Checker) {
-    for axis in fluid.active_axes() {
-        let width = fluid.cell_widths(domain, axis)[0];
-        if width < THINNEST * diameter {
-            checker.warn(
-                &format!("fluid.cells[{axis}]"),
-                format!(
-                    "cells of {} m are {} times thinner than the smallest particle; is that meant?",
-                    rounded(width),
-                    rounded(diameter / width)
-                ),
-            );
-        }
+    let width = |axis: &usize| fluid.cell_widths(domain, *axis)[0];
+    let Some(axis) = fluid.active_axes().min_by(|a, b| width(a).total_cmp(&width(b))) else { return };
+    if width(&axis) < THINNEST * diameter {
+        checker.warn(
+            &format!("fluid.cells[{axis}]"),
+            format!(
+                "cells of {:.3e} m are {:.0} times thinner than the smallest particle; is that meant?",
+                width(&axis),
+                diameter / width(&axis)
+            ),
+        );
     }
 }

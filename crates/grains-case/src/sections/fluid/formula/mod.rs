@@ -1,7 +1,9 @@
 //! Numbers and formulas of position and time.
 //!
-//! Formulas are evaluated by [`exmex`], whose unary operators bind before all others: −x^2 would be (−x)^2. What comes
-//! here is therefore read once before ([`explicit`]), which also finds most mistakes.
+//! Formulas are evaluated by [`exmex`], whose unary operators bind before all others, −x^2 being (−x)^2, and whose
+//! functions of two numbers cannot be nested. They are therefore rewritten before ([`explicit`]), which also finds mistakes.
+
+mod explicit;
 
 use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator};
 use schemars::JsonSchema;
@@ -9,11 +11,12 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{E, PI};
 
 use crate::diagnostic::unknown;
+use explicit::{explicit, number};
 
 /// A number, or a formula in x, y, z (m) and t (s) such as "0.5 * (1 - (y/0.01)^2)".
 ///
-/// Signs are those of mathematics, -x^2 = -(x^2), and powers go from left to right, 2^3^2 = 64: put parentheses. Besides
-/// + - * / ^ there are pi, e, abs, sign, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
+/// Signs are those of mathematics, -x^2 = -(x^2), and powers go from left to right, 2^3^2 = 64: put parentheses. There are
+/// also pi, e, abs, sign, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
 /// floor, ceil, step (0 below 0, else 1) and of two numbers min(a, b), max(a, b), atan2(a, b).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -81,8 +84,20 @@ pub enum FormulaError {
     /// A name that stands for nothing.
     #[error("{}", unknown("name", .0, &known_names()))]
     UnknownName(String),
+    /// A comma that separates nothing.
+    #[error("a comma stands between the two numbers of {} only; decimals have a point", functions_of_two())]
+    Comma,
+    /// A function of two numbers that got one.
+    #[error("`{0}` is of two numbers, {0}(x, y)")]
+    OneNumber(String),
+    /// A parenthesis too many.
+    #[error("a parenthesis `)` too many")]
+    NotOpened,
+    /// A parenthesis too few.
+    #[error("a parenthesis `)` is missing")]
+    NotClosed,
     /// Anything else, as the library puts it.
-    #[error("not understood: {0}; count the parentheses and what stands in them")]
+    #[error("not understood: {0}")]
     Other(String),
 }
 
@@ -188,84 +203,21 @@ impl MatchLiteral for Number {
     }
 }
 
-/// The number a text begins with: 2, 2.5, .5 or 2.5e-3.
-fn number(text: &str) -> Option<&str> {
-    let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
-    let whole = digits(0);
-    let fraction = if text[whole..].starts_with('.') { 1 + digits(whole + 1) } else { 0 };
-    let mut length = whole + fraction;
-    if whole == 0 && fraction < 2 {
-        return None;
-    }
-    if text[length..].starts_with(['e', 'E']) {
-        let sign = usize::from(text[length + 1..].starts_with(['+', '-']));
-        let exponent = digits(length + 1 + sign);
-        length += if exponent > 0 { 1 + sign + exponent } else { 0 };
-    }
-    Some(&text[..length])
+fn is_function(name: &str) -> bool {
+    FUNCTIONS.iter().any(|f| f.0 == name) || takes_two(name)
 }
 
-fn is_function(name: &str) -> bool {
-    FUNCTIONS.iter().any(|f| f.0 == name) || FUNCTIONS_OF_TWO.iter().any(|f| f.0 == name)
+fn takes_two(name: &str) -> bool {
+    FUNCTIONS_OF_TWO.iter().any(|f| f.0 == name)
+}
+
+fn functions_of_two() -> String {
+    FUNCTIONS_OF_TWO.map(|f| f.0).join(", ")
 }
 
 fn known_names() -> Vec<&'static str> {
     let functions = FUNCTIONS.iter().map(|f| f.0).chain(FUNCTIONS_OF_TWO.iter().map(|f| f.0));
     VARIABLES.into_iter().chain(CONSTANTS.iter().map(|c| c.0)).chain(functions).collect()
-}
-
-/// The name or number, or the single character, a text begins with.
-fn token(text: &str) -> Result<&str, FormulaError> {
-    let Some(first) = text.chars().next() else { return Err(FormulaError::Empty) };
-    let is_in_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    match (first, number(text)) {
-        (_, Some(number)) => Ok(number),
-        (c, _) if c.is_ascii_alphabetic() => {
-            Ok(&text[..text.find(|c: char| !is_in_name(c)).unwrap_or(text.len())])
-        }
-        (c, _) if "+-*/^(),".contains(c) => Ok(&text[..1]),
-        (c, _) => Err(FormulaError::Character(c)),
-    }
-}
-
-/// The formula with its signs as factors, "−x^2" as "−1 ~ x^2", after a look at every pair of neighbours.
-fn explicit(text: &str) -> Result<String, FormulaError> {
-    let mut explicit = String::new();
-    let mut rest = text.trim();
-    let mut last = "";
-    let mut follows_operand = false;
-    loop {
-        let token = token(rest)?;
-        let side_by_side = || FormulaError::SideBySide(last.to_owned(), token.to_owned());
-        let is_operand = token.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '.');
-        if is_function(last) && token != "(" {
-            return Err(FormulaError::BareFunction(last.to_owned()));
-        }
-        match token {
-            "-" if !follows_operand && last != "^" => explicit += "-1 ~",
-            "+" | "-" => explicit += token,
-            "*" | "/" | "^" | "," | ")" if !follows_operand => {
-                return Err(FormulaError::MissingBefore(token.to_owned()));
-            }
-            _ if follows_operand && (is_operand || token == "(") => return Err(side_by_side()),
-            name if name.starts_with(|c: char| c.is_ascii_alphabetic()) && !known_names().contains(&name) => {
-                return Err(FormulaError::UnknownName(name.to_owned()));
-            }
-            _ => explicit += token,
-        }
-        explicit.push(' ');
-        follows_operand = token == ")" || is_operand && !is_function(token);
-        last = token;
-        rest = rest[token.len()..].trim_start();
-        if rest.is_empty() {
-            break;
-        }
-    }
-    match last {
-        name if is_function(name) => Err(FormulaError::BareFunction(name.to_owned())),
-        _ if !follows_operand => Err(FormulaError::MissingAtEnd),
-        _ => Ok(explicit),
-    }
 }
 
 #[cfg(test)]
@@ -301,6 +253,8 @@ mod tests {
             ("1e-3-e", 1e-3 - E),
             ("max(-x, min(y, -t)) + 2*atan2(0, -1)", -2.0 + 2.0 * PI),
             ("-sin(pi*x/4)*-x", 2.0),
+            ("x^-max(1, min(x, (y)))*max(x, y)", 0.75),
+            ("max(max(x, y), max(-(z), max(t, 1)))", 7.0),
             ("step(x - 2)*step(-y) + sign(-z) + sign(0)", -1.0),
             ("\tt\n + (((x)))", 9.0),
             ("0.5", 0.5),
@@ -344,12 +298,14 @@ mod tests {
             ("x & y", "`&` means nothing"),
             ("½ * x", "`½` means nothing"),
             ("x * {y}", "`{` means nothing"),
-            ("(x", "not understood"),
-            ("x)", "not understood"),
-            ("x, y", "not understood"),
-            ("max(x, y, z)", "not understood"),
-            ("sin(x, y)", "not understood"),
-            ("max(x)", "not understood"),
+            ("(x", "`)` is missing"),
+            ("x)", "`)` too many"),
+            ("x, y", "between the two numbers of min, max, atan2 only"),
+            ("0,5", "decimals have a point"),
+            ("max(x, y, z)", "a comma stands"),
+            ("max(x, (y, z))", "a comma stands"),
+            ("sin(x, y)", "a comma stands"),
+            ("max(x)", "`max` is of two numbers"),
         ];
         for (text, expected) in cases {
             let message = Formula::parse(text).expect_err(text).to_string();
