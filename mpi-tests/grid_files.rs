@@ -1,95 +1,45 @@
-//! Fields of cells and arrays on grids: written by blocks on some ranks, read on others.
+//! Files of fields on the cells of a grid, written by blocks and read whole.
 
 #![allow(clippy::unwrap_used)]
 
+mod grids;
 mod ranks;
 
 use grains_comm::Job;
-use grains_output::{
-    Array, Block, CheckpointFile, Data, FieldSpec, FileError, Grid, GridArray, GridFile, Metadata, Precision,
-    Values, agree, latest_valid, write_checkpoint,
-};
-use mpi::traits::{Communicator, CommunicatorCollectives};
+use grains_output::{Data, FieldSpec, FileError, GridBlock, GridFile, GridGeometry, Metadata, Precision};
+use grids::{DEEP, RANKS, block, folder, places, rank, reals, text};
+use mpi::traits::CommunicatorCollectives;
 use ranks::on_ranks;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-const RANKS: [usize; 4] = [1, 2, 3, 8];
 const SPECS: [FieldSpec; 3] = [
     FieldSpec::real("pressure", "Pa", 1),
     FieldSpec::real("velocity", "m/s", 3),
     FieldSpec::integer("count"),
 ];
-/// Cells of the uniform grid; along z as in a flow in the plane.
+/// Cells of a flow in the plane.
 const FLAT: [usize; 3] = [13, 7, 1];
-const DEEP: [usize; 3] = [5, 6, 9];
-
-fn rank(job: &Job) -> usize {
-    job.world().rank() as usize
-}
-
-/// A folder of this test and these ranks, empty.
-fn folder(job: &Job, test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}-{}", job.size()));
-    if rank(job) == 0 {
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-    }
-    job.world().barrier();
-    path
-}
-
-/// This rank's block: x cut in two where there are ranks enough, y among the rest, unevenly; the ranks
-/// beyond the cells of y have none.
-fn block(job: &Job, all: [usize; 3]) -> Block {
-    block_of(all, rank(job), job.size())
-}
-
-fn block_of(all: [usize; 3], rank: usize, size: usize) -> Block {
-    let columns = if size.is_multiple_of(2) { 2 } else { 1 };
-    let (column, row, rows) = (rank % columns, rank / columns, size / columns);
-    let cut = |n: usize, k: usize, parts: usize| if k == parts { n } else { (n + 1) * k / (parts + 1) };
-    let ends = |n, k, parts| (cut(n, k, parts), cut(n, k + 1, parts));
-    let (x, y) = (ends(all[0], column, columns), ends(all[1], row, rows));
-    Block { all, first: [x.0, y.0, 0], own: [x.1 - x.0, y.1 - y.0, all[2]] }
-}
 
 /// A grid of equal cells far from the origin.
-fn uniform(job: &Job, all: [usize; 3]) -> Grid {
+fn uniform(job: &Job, all: [usize; 3]) -> GridGeometry {
     let axis = |n: usize, lower: f64, width: f64| (0..=n).map(|k| lower + width * k as f64).collect();
-    let Block { first, own, .. } = block(job, all);
-    Grid { nodes: [axis(all[0], 10.0, 0.1), axis(all[1], -3.0, 0.25), axis(all[2], 0.0, 0.5)], first, own }
+    let GridBlock { first, own, .. } = block(job, all);
+    GridGeometry {
+        nodes: [axis(all[0], 10.0, 0.1), axis(all[1], -3.0, 0.25), axis(all[2], 0.0, 0.5)],
+        first,
+        own,
+    }
 }
 
 /// The same with cells that widen along y.
-fn stretched(job: &Job, all: [usize; 3]) -> Grid {
+fn stretched(job: &Job, all: [usize; 3]) -> GridGeometry {
     let mut grid = uniform(job, all);
     grid.nodes[1] = (0..=all[1]).map(|k| 0.01 * (k as f64).powf(1.5)).collect();
     grid
 }
 
-/// A number for every value of a field, in every place of the grid and every step.
-fn value(step: usize, place: usize, component: usize) -> f64 {
-    (place as f64 * 1.37 + component as f64 * 0.11).sin() + 10.0 * step as f64
-}
-
-/// Places in the whole array, in the order of a block's values.
-fn places(block: &Block) -> Vec<usize> {
-    let Block { all, first, own } = *block;
-    let mut list = Vec::new();
-    for k in first[2]..first[2] + own[2] {
-        for j in first[1]..first[1] + own[1] {
-            list.extend((first[0]..first[0] + own[0]).map(|i| (k * all[1] + j) * all[0] + i));
-        }
-    }
-    list
-}
-
-fn reals(block: &Block, step: usize, width: usize) -> Vec<f64> {
-    places(block).iter().flat_map(|&place| (0..width).map(move |c| value(step, place, c))).collect()
-}
-
-fn append(file: &mut GridFile, grid: &Grid, step: usize) {
+fn append(file: &mut GridFile, grid: &GridGeometry, step: usize) {
     let block = grid.block();
     let (pressure, velocity) = (reals(&block, step, 1), reals(&block, step, 3));
     let count: Vec<i64> = places(&block).iter().map(|&place| (place * 7 + step) as i64).collect();
@@ -104,7 +54,7 @@ fn metadata(job: &Job) -> Metadata {
 /// The whole of a field of a file of `steps` steps, checked; `tolerance` is that of its precision.
 fn assert_values(file: &hdf5::File, all: [usize; 3], steps: usize, tolerance: f64) {
     let [x, y, z] = all;
-    let whole = Block { all, first: [0; 3], own: all };
+    let whole = GridBlock { all, first: [0; 3], own: all };
     for (name, width) in [("pressure", 1), ("velocity", 3)] {
         let dataset = file.dataset(&format!("VTKHDF/CellData/{name}")).unwrap();
         let shape = [steps, z, y, x, width];
@@ -118,18 +68,6 @@ fn assert_values(file: &hdf5::File, all: [usize; 3], steps: usize, tolerance: f6
     let counts = file.dataset("VTKHDF/CellData/count").unwrap().read_raw::<i64>().unwrap();
     let wanted = (0..steps).flat_map(|step| places(&whole).into_iter().map(move |place| place * 7 + step));
     assert!(counts.iter().map(|&n| n as usize).eq(wanted));
-}
-
-fn text(object: &hdf5::Location, name: &str) -> String {
-    let attribute = object.attr(name).unwrap();
-    match attribute.dtype().unwrap().to_descriptor().unwrap() {
-        hdf5::types::TypeDescriptor::FixedAscii(length) => {
-            let text = attribute.read_scalar::<hdf5::types::FixedAscii<16>>().unwrap().to_string();
-            assert_eq!(text.len(), length, "`{name}` is not padded: readers compare its bytes");
-            text
-        }
-        _ => attribute.read_scalar::<hdf5::types::VarLenUnicode>().unwrap().to_string(),
-    }
 }
 
 fn numbers(object: &hdf5::Location, name: &str) -> Vec<f64> {
@@ -172,6 +110,38 @@ fn assert_well_formed(text: &str) {
     assert!(open.is_empty(), "{open:?}");
 }
 
+/// What the specification wants of three steps of the flow in the plane, and what the XDMF file says of them.
+fn assert_image(path: &Path, nodes: &[f64], precision: Precision, tolerance: f64) {
+    let file = hdf5::File::open(path).unwrap();
+    let root = file.group("VTKHDF").unwrap();
+    assert_eq!(text(&root, "Type"), "ImageData");
+    assert_eq!(numbers(&root, "Version"), [2.0, 0.0]);
+    assert_eq!(numbers(&root, "WholeExtent"), [0.0, 13.0, 0.0, 7.0, 0.0, 1.0]);
+    assert_eq!(numbers(&root, "Origin"), [10.0, -3.0, 0.0]);
+    let widths = numbers(&root, "Spacing");
+    assert!(widths.iter().zip([0.1, 0.25, 0.5]).all(|(a, b)| (a - b).abs() < 1e-14), "{widths:?}");
+    assert_eq!(numbers(&root, "Direction"), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    assert_steps(&root, 3);
+    assert_values(&file, FLAT, 3, tolerance);
+    assert_eq!(file.dataset("grid/x").unwrap().read_raw::<f64>().unwrap(), nodes);
+    let sidecar = fs::read_to_string(path.with_extension("xdmf")).unwrap();
+    assert_well_formed(&sidecar);
+    let bytes = if precision == Precision::F32 { 4 } else { 8 };
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let velocity = format!("Precision=\"{bytes}\" Format=\"HDF\">{name}:/VTKHDF/CellData/velocity<");
+    for (words, count) in [
+        ("TopologyType=\"3DCoRectMesh\" Dimensions=\"2 8 14\"", 3),
+        ("0.0 -3.0 10.0</DataItem>", 3),
+        ("Center=\"Cell\"", 9),
+        (">2 0 0 0 0 1 1 1 1 1 1 1 7 13 3</DataItem>", 1),
+        ("<DataItem ItemType=\"HyperSlab\" Dimensions=\"1 7 13\"", 6),
+        ("Dimensions=\"3 1 7 13\"", 6),
+        (&velocity, 3),
+    ] {
+        assert_eq!(sidecar.matches(words).count(), count, "{words} in {sidecar}");
+    }
+}
+
 #[test]
 fn equal_cells_are_image_data() {
     on_ranks(&RANKS, "equal_cells_are_image_data", |job| {
@@ -182,49 +152,17 @@ fn equal_cells_are_image_data() {
             ("short", Precision::F32, true, 2e-6),
         ] {
             let path = folder.join(format!("{name}.vtkhdf"));
-            let grid = uniform(job, FLAT);
+            let (world, grid) = (job.world(), uniform(job, FLAT));
             let format = (precision, compress);
-            let mut file =
-                GridFile::create(&path, &job.world(), &grid, &SPECS, format, &metadata(job)).unwrap();
+            let mut file = GridFile::create(&path, &world, &grid, &SPECS, format, &metadata(job)).unwrap();
             (0..3).for_each(|step| append(&mut file, &grid, step));
             drop(file);
-            job.world().barrier();
-            if rank(job) != 0 {
-                continue;
+            world.barrier();
+            if rank(job) == 0 {
+                assert_image(&path, &grid.nodes[0], precision, tolerance);
+                let file = hdf5::File::open(&path).unwrap();
+                assert_eq!(text(&file.group("grains-mpi").unwrap(), "ranks"), job.size().to_string());
             }
-            let file = hdf5::File::open(&path).unwrap();
-            let root = file.group("VTKHDF").unwrap();
-            assert_eq!(text(&root, "Type"), "ImageData");
-            assert_eq!(numbers(&root, "Version"), [2.0, 0.0]);
-            assert_eq!(numbers(&root, "WholeExtent"), [0.0, 13.0, 0.0, 7.0, 0.0, 1.0]);
-            assert_eq!(numbers(&root, "Origin"), [10.0, -3.0, 0.0]);
-            let widths = numbers(&root, "Spacing");
-            assert!(widths.iter().zip([0.1, 0.25, 0.5]).all(|(a, b)| (a - b).abs() < 1e-14), "{widths:?}");
-            assert_eq!(numbers(&root, "Direction"), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-            assert_steps(&root, 3);
-            assert_values(&file, FLAT, 3, tolerance);
-            assert_eq!(file.dataset("grid/x").unwrap().read_raw::<f64>().unwrap(), grid.nodes[0]);
-            assert_eq!(text(&file.group("grains-mpi").unwrap(), "ranks"), job.size().to_string());
-            let sidecar = fs::read_to_string(path.with_extension("xdmf")).unwrap();
-            assert_well_formed(&sidecar);
-            for (words, count) in [
-                ("TopologyType=\"3DCoRectMesh\" Dimensions=\"2 8 14\"", 3),
-                ("0.0 -3.0 10.0</DataItem>", 3),
-                ("Center=\"Cell\"", 9),
-                (">2 0 0 0 0 1 1 1 1 1 1 1 7 13 3</DataItem>", 1),
-                ("Dimensions=\"3 1 7 13\"", 6),
-            ] {
-                assert_eq!(sidecar.matches(words).count(), count, "{words} in {sidecar}");
-            }
-            let bytes = if precision == Precision::F32 { 4 } else { 8 };
-            assert_eq!(
-                sidecar
-                    .matches(&format!(
-                        "Precision=\"{bytes}\" Format=\"HDF\">{name}.vtkhdf:/VTKHDF/CellData/velocity"
-                    ))
-                    .count(),
-                3
-            );
         }
     });
 }
@@ -325,7 +263,7 @@ fn blocks_and_fields_that_do_not_fit_are_refused() {
         let path = folder(job, "unfit").join("fluid.vtkhdf");
         let (world, format) = (&job.world(), (Precision::F64, false));
         let good = uniform(job, DEEP);
-        let create = |grid: &Grid, specs: &[FieldSpec]| {
+        let create = |grid: &GridGeometry, specs: &[FieldSpec]| {
             GridFile::create(&path, world, grid, specs, format, &metadata(job))
         };
         let refused = |outcome: Result<GridFile, FileError>, words: &str| {
@@ -348,118 +286,5 @@ fn blocks_and_fields_that_do_not_fit_are_refused() {
         let short = &values[..values.len() - usize::from(rank(job) + 1 == job.size())];
         assert!(file.append(0.0, &[Data::Real(short)]).is_err());
         file.append(0.0, &[Data::Real(&values)]).unwrap();
-    });
-}
-
-/// Arrays of a checkpoint: of cells, and of the faces normal to x, one more than cells.
-fn grids(job: &Job) -> Vec<GridArray> {
-    let array = |name, unit, width, all, step| {
-        let block = block(job, all);
-        GridArray { name, unit, width, block, values: reals(&block, step, width) }
-    };
-    vec![
-        array("pressure", "Pa", 1, DEEP, 0),
-        array("velocity_x", "m/s", 1, [DEEP[0] + 1, DEEP[1], DEEP[2]], 1),
-        array("mean_velocity", "m/s", 3, DEEP, 2),
-    ]
-}
-
-#[test]
-fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("grid-checkpoints");
-    on_ranks(&RANKS, "arrays_on_grids_are_read_by_any_block_on_other_ranks", |job| {
-        let world = &job.world();
-        if job.size() == 1 {
-            let _ = fs::remove_dir_all(&folder);
-            fs::create_dir_all(&folder).unwrap();
-        } else {
-            // What the number of ranks before has written.
-            let (file, refused) = latest_valid(&folder, world).unwrap();
-            assert!(refused.is_empty(), "{refused:?}");
-            assert_eq!(file.text("note"), Some("a grid"));
-            for array in grids(job) {
-                let read = agree(world, file.grid(array.name, array.width, &array.block)).unwrap();
-                assert_eq!(read, array.values, "{}", array.name);
-                let all = array.block.all;
-                let one = Block { all, first: [3, 2, 8], own: [2, 1, 1] };
-                let read = file.grid(array.name, array.width, &one).unwrap();
-                let wanted = read.len() / array.width;
-                assert_eq!(wanted, 2);
-                let other = Block { all: [all[0] + 1, all[1], all[2]], ..one };
-                let message = file.grid(array.name, array.width, &other).unwrap_err().to_string();
-                assert!(message.contains("another grid"), "{message}");
-            }
-            assert!(file.has_grid("velocity_x") && !file.has_grid("velocity_y"));
-            assert!(file.grid("velocity_y", 1, &block(job, DEEP)).is_err());
-            assert_eq!(
-                file.real("rows").unwrap().len(),
-                12 * (rank(job) + 1) / job.size() - 12 * rank(job) / job.size()
-            );
-        }
-        let rows = if rank(job) == 0 { vec![0.5; 12] } else { Vec::new() };
-        let rows = [Array { name: "rows", unit: "-", width: 1, values: Values::Real(rows) }];
-        let texts = vec![("note".to_string(), "a grid".to_string())];
-        write_checkpoint(&folder, job.size() as u64, world, &rows, &grids(job), &texts).unwrap();
-    });
-    if std::env::var_os("GRAINS_TEST_ON_RANKS").is_some() {
-        return;
-    }
-    // All ranks wrote the same bytes of state.
-    let stored = |ranks: usize| {
-        let file = hdf5::File::open(folder.join(format!("checkpoint-{ranks:012}.h5"))).unwrap();
-        let contents = file.attr("contents").unwrap().read_scalar::<u64>().unwrap();
-        let velocity = file.dataset("grids/velocity_x").unwrap();
-        assert_eq!((velocity.shape(), text(&velocity, "unit")), (vec![9, 6, 6], "m/s".to_string()));
-        assert_eq!(file.dataset("grids/mean_velocity").unwrap().shape(), [9, 6, 5, 3]);
-        (contents, velocity.read_raw::<f64>().unwrap())
-    };
-    let first = stored(1);
-    assert!(RANKS.iter().all(|&ranks| stored(ranks) == first));
-}
-
-#[test]
-fn damaged_and_missing_arrays_on_grids_are_found() {
-    on_ranks(&[1, 3], "damaged_and_missing_arrays_on_grids_are_found", |job| {
-        let folder = folder(job, "damaged-grids");
-        let world = &job.world();
-        let refusal = |path: &Path| CheckpointFile::read(path, world).err().unwrap().to_string();
-        let good = write_checkpoint(&folder, 1, world, &[], &grids(job), &Metadata::new()).unwrap();
-        assert!(CheckpointFile::read(&good, world).is_ok());
-        let damage = |name: &str, how: &dyn Fn(&hdf5::File)| {
-            let path = folder.join(name);
-            if rank(job) == 0 {
-                fs::copy(&good, &path).unwrap();
-                let file = hdf5::File::open_rw(&path).unwrap();
-                how(&file);
-                file.close().unwrap();
-            }
-            world.barrier();
-            path
-        };
-        let exchanged = damage("exchanged.h5", &|file| {
-            let dataset = file.dataset("grids/mean_velocity").unwrap();
-            let mut values = dataset.read_raw::<f64>().unwrap();
-            values.swap(100, 101);
-            dataset.write_raw(&values).unwrap();
-        });
-        let message = refusal(&exchanged);
-        assert!(rank(job) > 0 || message.contains("the checksum of `grids/mean_velocity`"), "{message}");
-        let missing = damage("missing.h5", &|file| file.unlink("grids/pressure").unwrap());
-        let message = refusal(&missing);
-        assert!(rank(job) > 0 || message.contains("an array is missing"), "{message}");
-        let none = damage("none.h5", &|file| file.unlink("grids").unwrap());
-        let message = refusal(&none);
-        assert!(rank(job) > 0 || message.contains("an array is missing"), "{message}");
-        // Blocks that overlap are as many places as the grid has, but the sum of the hashes is another.
-        let mut overlapping = grids(job);
-        if job.size() == 3 && rank(job) == 1 {
-            overlapping[0].block.first[1] -= 1;
-        }
-        let path = write_checkpoint(&folder, 2, world, &[], &overlapping, &Metadata::new()).unwrap();
-        assert_eq!(CheckpointFile::read(&path, world).is_ok(), job.size() == 1);
-        // A checkpoint without arrays on grids has no group of them, as those of earlier versions.
-        let path = write_checkpoint(&folder, 3, world, &[], &[], &Metadata::new()).unwrap();
-        assert!(!hdf5::File::open(&path).unwrap().link_exists("grids"));
-        assert!(CheckpointFile::read(&path, world).is_ok_and(|file| !file.has_grid("pressure")));
     });
 }

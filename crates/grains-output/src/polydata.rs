@@ -129,6 +129,9 @@ impl Layout for PolyData {
             Cells::Vertices => points,
             Cells::Triangles => step.triangles.len() / 3,
         };
+        if [step.points.len() % 3, step.triangles.len() % 3] != [0, 0] {
+            return Err("points and triangles have not three numbers each".into());
+        }
         fit(&self.specs, step.fields, rows)?;
         match step.triangles.iter().find(|&&p| p < 0 || p as usize >= points) {
             Some(point) => Err(format!("a triangle names point {point} of {points}")),

@@ -4,7 +4,7 @@ use super::write::{FAILED, create};
 use super::{GRIDS, checksum, entry};
 use crate::collective::{Participants, read_part, write_part};
 use crate::error::{FileError, Shared};
-use crate::grid::Block;
+use crate::grid::GridBlock;
 use crate::growing::unit;
 use hdf5::{Dataset, File, Group};
 use mpi::collective::SystemOperation;
@@ -22,7 +22,7 @@ pub struct GridArray {
     /// Values per place.
     pub width: usize,
     /// This rank's block; those of all ranks make up the array, none overlap.
-    pub block: Block,
+    pub block: GridBlock,
     /// Values of the block, x fastest, without halo.
     pub values: Vec<f64>,
 }
@@ -52,7 +52,7 @@ fn shape([x, y, z]: [usize; 3], width: usize) -> Vec<usize> {
 }
 
 /// This rank's part of the checksum, by the places of the values in the whole array.
-fn checksum_of_block(block: &Block, width: usize, values: &[f64]) -> u64 {
+fn checksum_of_block(block: &GridBlock, width: usize, values: &[f64]) -> u64 {
     let rows = values.chunks((block.own[0] * width).max(1));
     block.rows().zip(rows).fold(0_u64, |sum, (first, row)| {
         sum.wrapping_add(checksum(first * width, row.iter().map(|x| x.to_bits())))
@@ -90,17 +90,17 @@ pub(super) fn read_checksum(file: &File, name: &str, share: (usize, usize)) -> h
         [z, y, x, width] => ([x, y, z], width),
         _ => return Err("it has neither three nor four dimensions".into()),
     };
-    let block = Block::share(all, share);
+    let block = GridBlock::share(all, share);
     let own = checksum_of_block(&block, width, &read_values(&dataset, &block, width)?);
     Ok(StoredGrid { name: name.to_string(), all, width, expected, own })
 }
 
 /// Reads a block of an array; only this rank takes part.
-pub(super) fn read_block(file: &File, name: &str, block: &Block, width: usize) -> hdf5::Result<Vec<f64>> {
+pub(super) fn read_block(file: &File, name: &str, block: &GridBlock, width: usize) -> hdf5::Result<Vec<f64>> {
     read_values(&file.dataset(&format!("{GRIDS}/{name}"))?, block, width)
 }
 
-fn read_values(dataset: &Dataset, block: &Block, width: usize) -> hdf5::Result<Vec<f64>> {
+fn read_values(dataset: &Dataset, block: &GridBlock, width: usize) -> hdf5::Result<Vec<f64>> {
     let mut values = vec![0.0; block.count() * width];
     read_part(dataset, &block.part(&[], width), &mut values)?;
     Ok(values)
@@ -108,13 +108,13 @@ fn read_values(dataset: &Dataset, block: &Block, width: usize) -> hdf5::Result<V
 
 #[cfg(test)]
 mod tests {
-    use super::{Block, checksum, checksum_of_block};
+    use super::{GridBlock, checksum, checksum_of_block};
 
     #[test]
     fn the_checksum_of_a_grid_does_not_depend_on_its_blocks() {
         let all = [5, 4, 3];
         let value = |place: usize| (place as f64).sqrt();
-        let of = |block: &Block, width| {
+        let of = |block: &GridBlock, width| {
             let places = block.rows().flat_map(|row| row * width..(row + block.own[0]) * width);
             checksum_of_block(block, width, &places.map(value).collect::<Vec<_>>())
         };
@@ -124,8 +124,8 @@ mod tests {
             for (x, nx) in [(0, 2), (2, 3)] {
                 for (y, ny) in [(0, 3), (3, 0), (3, 1)] {
                     for (z, nz) in [(0, 1), (1, 2)] {
-                        sum =
-                            sum.wrapping_add(of(&Block { all, first: [x, y, z], own: [nx, ny, nz] }, width));
+                        sum = sum
+                            .wrapping_add(of(&GridBlock { all, first: [x, y, z], own: [nx, ny, nz] }, width));
                     }
                 }
             }

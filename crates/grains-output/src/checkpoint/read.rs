@@ -4,7 +4,7 @@ use super::grid::{StoredGrid, read_block, read_checksum};
 use super::{FORMAT, GRIDS, STATE, Values, checksum_of_text, contents_checksum, entry};
 use crate::collective::read_rows;
 use crate::error::{FileError, agree};
-use crate::grid::Block;
+use crate::grid::GridBlock;
 use crate::metadata::{GROUP, Metadata};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, H5Type};
@@ -108,7 +108,7 @@ impl CheckpointFile {
     ///
     /// # Errors
     /// An array that the checkpoint lacks or that has another shape, or a file that cannot be read any more.
-    pub fn grid(&self, name: &str, width: usize, block: &Block) -> Result<Vec<f64>, FileError> {
+    pub fn grid(&self, name: &str, width: usize, block: &GridBlock) -> Result<Vec<f64>, FileError> {
         let grid = self.grids.iter().find(|grid| grid.name == name).ok_or_else(|| self.lacks(name))?;
         if (grid.all, grid.width) != (block.all, width) {
             let problem = format!(

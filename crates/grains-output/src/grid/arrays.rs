@@ -1,6 +1,6 @@
 //! The arrays of a temporal VTKHDF file of cells.
 
-use super::Grid;
+use super::GridGeometry;
 use crate::collective::{Participants, write_part, write_rows};
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
@@ -33,7 +33,7 @@ impl Arrays {
     /// Creates all arrays of a new file, without steps.
     pub fn create(
         file: &File,
-        grid: &Grid,
+        grid: &GridGeometry,
         specs: &[FieldSpec],
         (precision, compress): (Precision, bool),
         ranks: i32,
@@ -127,7 +127,7 @@ impl Arrays {
         &self,
         field: usize,
         step: usize,
-        grid: &Grid,
+        grid: &GridGeometry,
         values: &[T],
     ) -> hdf5::Result<()> {
         let (dataset, width) = &self.fields[field];
@@ -149,7 +149,7 @@ impl Arrays {
 }
 
 /// Describes the grid: equal cells as VTKHDF 2.0 ImageData, others as VTKHDF 2.7 RectilinearGrid.
-fn create_mesh(file: &File, grid: &Grid) -> hdf5::Result<Group> {
+fn create_mesh(file: &File, grid: &GridGeometry) -> hdf5::Result<Group> {
     let coordinates = file.create_group(GRID)?;
     for (nodes, axis) in grid.nodes.iter().zip(AXES) {
         unit(&coordinates.new_dataset::<f64>().shape(nodes.len()).create(axis)?, "m")?;
@@ -176,7 +176,7 @@ fn create_mesh(file: &File, grid: &Grid) -> hdf5::Result<Group> {
 }
 
 /// Writes the coordinates of the nodes of a new file; rank 0 alone does.
-pub(super) fn write_nodes(file: &File, grid: &Grid) -> hdf5::Result<()> {
+pub(super) fn write_nodes(file: &File, grid: &GridGeometry) -> hdf5::Result<()> {
     grid.nodes.iter().zip(AXES).try_for_each(|(nodes, axis)| {
         write_rows(&file.dataset(&format!("{GRID}/{axis}"))?, 0, 1, nodes, Participants::ThisRank)
     })

@@ -1,6 +1,6 @@
 //! Temporal VTKHDF files of fields on the cells of a grid.
 
-use super::Grid;
+use super::GridGeometry;
 use super::arrays::{Arrays, read_nodes, write_nodes};
 use super::xdmf::Sidecar;
 use crate::error::{FileError, Shared};
@@ -36,7 +36,7 @@ impl GridFile {
     pub fn create(
         path: &Path,
         communicator: &SimpleCommunicator,
-        grid: &Grid,
+        grid: &GridGeometry,
         specs: &[FieldSpec],
         (precision, compress): (Precision, bool),
         metadata: &Metadata,
@@ -55,7 +55,7 @@ impl GridFile {
     pub fn resume(
         path: &Path,
         communicator: &SimpleCommunicator,
-        grid: &Grid,
+        grid: &GridGeometry,
         specs: &[FieldSpec],
         precision: Precision,
         time: f64,
@@ -91,13 +91,13 @@ struct Step<'a> {
 
 /// What a file holds.
 struct Cells {
-    grid: Grid,
+    grid: GridGeometry,
     specs: Vec<FieldSpec>,
     precision: Precision,
 }
 
 impl Cells {
-    fn new(grid: &Grid, specs: &[FieldSpec], precision: Precision) -> Self {
+    fn new(grid: &GridGeometry, specs: &[FieldSpec], precision: Precision) -> Self {
         Self { grid: grid.clone(), specs: specs.to_vec(), precision }
     }
 }

@@ -17,7 +17,7 @@ use std::path::Path;
 ///
 /// Values of a block come x fastest, then y, then z, without halo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
+pub struct GridBlock {
     /// Places of the whole array along x, y, z.
     pub all: [usize; 3],
     /// First place of the block along x, y, z.
@@ -26,7 +26,7 @@ pub struct Block {
     pub own: [usize; 3],
 }
 
-impl Block {
+impl GridBlock {
     /// Number of places of the block.
     pub fn count(&self) -> usize {
         self.own.iter().product()
@@ -93,7 +93,7 @@ impl Block {
 
 /// A Cartesian grid of cells and this rank's block of them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct GridGeometry {
     /// Coordinates (m) of the nodes along x, y, z: ascending, one more than cells.
     pub nodes: [Vec<f64>; 3],
     /// First own cell along x, y, z.
@@ -106,15 +106,15 @@ pub struct Grid {
 /// rounding of nodes far from the origin, and too little to be seen.
 const EQUAL: f64 = 1e-9;
 
-impl Grid {
+impl GridGeometry {
     /// Number of cells along x, y, z.
     pub fn cells(&self) -> [usize; 3] {
         self.nodes.each_ref().map(|nodes| nodes.len().saturating_sub(1))
     }
 
     /// The own cells.
-    pub fn block(&self) -> Block {
-        Block { all: self.cells(), first: self.first, own: self.own }
+    pub fn block(&self) -> GridBlock {
+        GridBlock { all: self.cells(), first: self.first, own: self.own }
     }
 
     /// Widths (m) of the cells along x, y, z if those of each axis are equal.
@@ -162,23 +162,24 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
-    use super::{Block, Grid};
+    use super::{GridBlock, GridGeometry};
 
     #[test]
     fn rows_and_parts_lie_where_c_order_puts_them() {
-        let block = Block { all: [5, 4, 3], first: [1, 2, 1], own: [3, 2, 2] };
+        let block = GridBlock { all: [5, 4, 3], first: [1, 2, 1], own: [3, 2, 2] };
         assert_eq!(block.rows().collect::<Vec<_>>(), [31, 36, 51, 56]);
         let part = block.part(&[7], 3);
         assert_eq!((part.first, part.count), (vec![7, 1, 2, 1, 0], vec![1, 2, 2, 3, 3]));
         assert_eq!(block.part(&[], 1).count, [2, 2, 3]);
-        assert_eq!(Block { own: [0, 2, 2], ..block }.rows().count(), 0);
+        assert_eq!(GridBlock { own: [0, 2, 2], ..block }.rows().count(), 0);
     }
 
     #[test]
     fn shares_are_disjoint_layers_of_the_longest_axis() {
         for size in [1, 2, 3, 8, 50] {
-            let shares: Vec<Block> = (0..size).map(|rank| Block::share([4, 7, 1], (rank, size))).collect();
-            let mut rows: Vec<usize> = shares.iter().flat_map(Block::rows).collect();
+            let shares: Vec<GridBlock> =
+                (0..size).map(|rank| GridBlock::share([4, 7, 1], (rank, size))).collect();
+            let mut rows: Vec<usize> = shares.iter().flat_map(GridBlock::rows).collect();
             rows.sort();
             assert_eq!(rows, (0..7).map(|j| 4 * j).collect::<Vec<_>>());
         }
@@ -187,7 +188,8 @@ mod tests {
     #[test]
     fn cells_are_equal_also_far_from_the_origin_but_not_when_stretched() {
         let at = |lower: f64, cells: usize| (0..=cells).map(|k| lower + 1e-3 * k as f64).collect();
-        let grid = Grid { nodes: [at(0.0, 3), at(1e3, 100), at(-7.0, 1)], first: [0; 3], own: [3, 100, 1] };
+        let grid =
+            GridGeometry { nodes: [at(0.0, 3), at(1e3, 100), at(-7.0, 1)], first: [0; 3], own: [3, 100, 1] };
         let spacing = grid.spacing();
         assert!(spacing.is_some_and(|h| h.iter().all(|h| (h - 1e-3).abs() < 1e-12)), "{spacing:?}");
         let mut stretched = grid.clone();

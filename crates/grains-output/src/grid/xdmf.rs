@@ -1,13 +1,13 @@
 //! The XDMF grids of fields of cells.
 
-use super::Grid;
+use super::GridGeometry;
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::xdmf::{HyperSlab, Number, escaped, joined};
 use std::fmt::Write;
 
 /// What the XDMF file says.
 pub(super) struct Sidecar<'a> {
-    pub grid: &'a Grid,
+    pub grid: &'a GridGeometry,
     pub specs: &'a [FieldSpec],
     pub precision: Precision,
     /// Times (s) of the steps.
