@@ -303,7 +303,7 @@ impl Files {
     ) -> Result<(), RunError> {
         let (arrays, mut texts) = crate::restart::state(dem, population, transport);
         texts.extend(self.metadata.iter().cloned());
-        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &texts)?;
+        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &[], &texts)?;
         if transport.rank() == 0 {
             remove_old(&self.directory, self.keep);
         }

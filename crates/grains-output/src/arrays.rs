@@ -2,15 +2,12 @@
 
 use crate::collective::{Participants, write_rows};
 use crate::fields::{FieldSpec, Kind, Precision};
-use crate::metadata::text;
-use hdf5::dataset::FillTime;
-use hdf5::types::{FixedAscii, VarLenUnicode};
+use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
 use hdf5::{Dataset, File, Group, H5Type};
 
 const TOPOLOGIES: [&str; 4] = ["Vertices", "Lines", "Polygons", "Strips"];
-/// Rows of a chunk: of arrays that grow by particles, and of those that grow by one row per step.
+/// Rows of a chunk of arrays that grow by particles.
 const ROWS_PER_CHUNK: usize = 8192;
-const STEPS_PER_CHUNK: usize = 256;
 
 /// What the cells of a file are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,43 +178,36 @@ impl Arrays {
         (precision, compress): (Precision, bool),
         ranks: i32,
     ) -> hdf5::Result<Self> {
-        let root = file.create_group("VTKHDF")?;
-        let kind = FixedAscii::<8>::from_ascii("PolyData").map_err(|e| e.to_string())?;
-        root.new_attr::<FixedAscii<8>>().create("Type")?.write_scalar(&kind)?;
-        root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 0])?;
-        for group in TOPOLOGIES.into_iter().chain(["Steps", cells.data()]) {
-            root.create_group(group)?;
-        }
-        root.create_group(&format!("Steps/{}Offsets", cells.data()))?;
-        root.group("Steps")?.new_attr::<i64>().create("NSteps")?.write_scalar(&0_i64)?;
+        let root = create_root::<8>(file, "PolyData", [2, 0], cells.data())?;
+        TOPOLOGIES.into_iter().try_for_each(|group| root.create_group(group).map(drop))?;
         let real = |name: &str, width| match precision {
-            Precision::F64 => grow::<f64>(&root, name, width, ROWS_PER_CHUNK, compress),
-            Precision::F32 => grow::<f32>(&root, name, width, ROWS_PER_CHUNK, compress),
+            Precision::F64 => grow_rows::<f64>(&root, name, width, ROWS_PER_CHUNK, compress),
+            Precision::F32 => grow_rows::<f32>(&root, name, width, ROWS_PER_CHUNK, compress),
         };
         unit(&real("Points", 3)?, "m")?;
         for spec in specs {
             let name = format!("{}/{}", cells.data(), spec.name);
             let dataset = match spec.kind {
                 Kind::Real => real(&name, spec.components)?,
-                Kind::Integer => grow::<i64>(&root, &name, spec.components, ROWS_PER_CHUNK, compress)?,
+                Kind::Integer => grow_rows::<i64>(&root, &name, spec.components, ROWS_PER_CHUNK, compress)?,
             };
             unit(&dataset, spec.unit)?;
         }
         for topology in TOPOLOGIES {
             let is_used = topology == cells.name();
             let chunk = if is_used { ROWS_PER_CHUNK } else { STEPS_PER_CHUNK };
-            grow::<i64>(&root, &format!("{topology}/Connectivity"), 1, chunk, compress && is_used)?;
+            grow_rows::<i64>(&root, &format!("{topology}/Connectivity"), 1, chunk, compress && is_used)?;
         }
         let offsets = format!("{}/Offsets", cells.name());
-        grow::<i64>(&root, &offsets, 1, ROWS_PER_CHUNK, compress)?;
+        grow_rows::<i64>(&root, &offsets, 1, ROWS_PER_CHUNK, compress)?;
         for (name, entry) in per_step(cells, specs) {
             match entry {
-                Entry::Time => unit(&grow::<f64>(&root, &name, 1, STEPS_PER_CHUNK, false)?, "s")?,
+                Entry::Time => unit(&grow_rows::<f64>(&root, &name, 1, STEPS_PER_CHUNK, false)?, "s")?,
                 Entry::FirstCells | Entry::FirstConnectivityIds => {
-                    grow::<i64>(&root, &name, 4, STEPS_PER_CHUNK, false)?;
+                    grow_rows::<i64>(&root, &name, 4, STEPS_PER_CHUNK, false)?;
                 }
                 _ => {
-                    grow::<i64>(&root, &name, 1, STEPS_PER_CHUNK, false)?;
+                    grow_rows::<i64>(&root, &name, 1, STEPS_PER_CHUNK, false)?;
                 }
             }
         }
@@ -227,14 +217,7 @@ impl Arrays {
     /// Opens the arrays of a file that must hold just these fields.
     pub fn open(file: &File, cells: Cells, specs: &[FieldSpec], ranks: i32) -> hdf5::Result<Self> {
         let root = file.group("VTKHDF")?;
-        let mut present = root.group(cells.data())?.member_names()?;
-        let mut wanted: Vec<String> = specs.iter().map(|s| s.name.to_string()).collect();
-        present.sort();
-        wanted.sort();
-        if present != wanted {
-            let (present, wanted) = (present.join(", "), wanted.join(", "));
-            return Err(format!("it holds the arrays {present}, this run writes {wanted}").into());
-        }
+        require_fields(&root.group(cells.data())?, specs.iter().map(|spec| spec.name))?;
         let field = |spec: &FieldSpec| {
             let dataset = root.dataset(&format!("{}/{}", cells.data(), spec.name))?;
             let width = dataset.shape().get(1).copied().unwrap_or(1);
@@ -367,37 +350,17 @@ impl Arrays {
     }
 }
 
-fn resize(dataset: &Dataset, rows: usize) -> hdf5::Result<()> {
-    let mut shape = dataset.shape();
-    if shape[0] == rows {
-        return Ok(());
-    }
-    shape[0] = rows;
-    dataset.resize(shape)
-}
-
-/// A dataset without rows that can grow.
-fn grow<T: H5Type>(
+/// A growing dataset of `width` values per row.
+fn grow_rows<T: H5Type>(
     group: &Group,
     name: &str,
     width: usize,
     chunk: usize,
     compress: bool,
 ) -> hdf5::Result<Dataset> {
-    let builder = group.new_dataset::<T>();
-    let builder = if compress {
-        builder.shuffle().deflate(4)
-    } else {
-        // Every row is written by us: filling new chunks first would write them twice.
-        builder.fill_time(FillTime::Never)
-    };
     if width == 1 {
-        builder.chunk(chunk).shape(0..).create(name)
+        grow::<T>(group, name, &[], &[chunk], compress)
     } else {
-        builder.chunk((chunk, width)).shape((0.., width)).create(name)
+        grow::<T>(group, name, &[width], &[chunk, width], compress)
     }
-}
-
-fn unit(dataset: &Dataset, unit: &str) -> hdf5::Result<()> {
-    dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&text(unit)?)
 }

@@ -1,4 +1,4 @@
-//! Transfer of rows of a dataset: the parts of HDF5 that the safe binding leaves out.
+//! Transfer of parts of a dataset: the parts of HDF5 that the safe binding leaves out.
 
 #![allow(unsafe_code)] // raw calls, each group under the library's lock
 
@@ -33,6 +33,28 @@ impl Participants {
     }
 }
 
+/// A part of a dataset: the first place and the number of values along each of its dimensions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// First place.
+    pub first: Vec<u64>,
+    /// Number of values.
+    pub count: Vec<u64>,
+}
+
+impl Part {
+    /// Rows from `first` of a dataset of one or, with `width` values per row, two dimensions.
+    fn rows(dataset: &Dataset, first: usize, rows: usize, width: usize) -> Self {
+        let dimensions = dataset.ndim();
+        let list = |list: [usize; 2]| list.iter().take(dimensions).map(|&n| n as u64).collect();
+        Self { first: list([first, 0]), count: list([rows, width]) }
+    }
+
+    fn values(&self) -> u64 {
+        self.count.iter().product()
+    }
+}
+
 /// Writes rows `first..first + rows` of a dataset of `width` values per row.
 ///
 /// # Errors
@@ -44,9 +66,22 @@ pub fn write_rows<T: H5Type>(
     data: &[T],
     who: Participants,
 ) -> hdf5::Result<()> {
+    let part = Part::rows(dataset, first, data.len() / width.max(1), width);
+    write_part(dataset, &part, data, who)
+}
+
+/// Writes a part of a dataset, its values in the order of the dataset.
+///
+/// # Errors
+/// What HDF5 says.
+pub fn write_part<T: H5Type>(
+    dataset: &Dataset,
+    part: &Part,
+    data: &[T],
+    who: Participants,
+) -> hdf5::Result<()> {
     let kind = Datatype::from_type::<T>()?;
-    let rows = data.len() / width.max(1);
-    transfer(dataset, [first, rows, width], who, |memory, file, list| {
+    transfer(dataset, (part, data.len()), who, |memory, file, list| {
         // SAFETY: the memory space describes exactly `data`, which outlives the call.
         unsafe { H5Dwrite(dataset.id(), kind.id(), memory, file, list, data.as_ptr().cast()) }
     })
@@ -62,30 +97,38 @@ pub fn read_rows<T: H5Type>(
     width: usize,
     data: &mut [T],
 ) -> hdf5::Result<()> {
+    let part = Part::rows(dataset, first, data.len() / width.max(1), width);
+    read_part(dataset, &part, data)
+}
+
+/// Reads a part of a dataset into `data`, in the order of the dataset; only this rank takes part.
+///
+/// # Errors
+/// What HDF5 says.
+pub fn read_part<T: H5Type>(dataset: &Dataset, part: &Part, data: &mut [T]) -> hdf5::Result<()> {
     let kind = Datatype::from_type::<T>()?;
-    let rows = data.len() / width.max(1);
-    transfer(dataset, [first, rows, width], Participants::ThisRank, |memory, file, list| {
+    transfer(dataset, (part, data.len()), Participants::ThisRank, |memory, file, list| {
         // SAFETY: the memory space describes exactly `data`, borrowed mutably for the call.
         unsafe { H5Dread(dataset.id(), kind.id(), memory, file, list, data.as_mut_ptr().cast()) }
     })
 }
 
-/// Selects rows in file and memory and makes the call; `call` gets memory space, file space and list.
+/// Selects a part in file and memory and makes the call; `call` gets memory space, file space and list.
 fn transfer(
     dataset: &Dataset,
-    [first, rows, width]: [usize; 3],
+    (part, values): (&Part, usize),
     who: Participants,
     call: impl FnOnce(hid_t, hid_t, hid_t) -> i32,
 ) -> hdf5::Result<()> {
     let rank = dataset.ndim();
-    if rank != 1 && rank != 2 {
-        return Err("the dataset has neither one nor two dimensions".into());
+    let Part { first, count } = part;
+    if rank == 0 || [first.len(), count.len()] != [rank; 2] || part.values() != values as u64 {
+        return Err(format!("{values} values are no part of a dataset of {rank} dimensions").into());
     }
-    let (start, count) = ([first as u64, 0], [rows as u64, width as u64]);
     hdf5::sync::sync(|| {
         // SAFETY: every handle is created here and closed below; the selections have the dataset's rank,
-        // one or two, the length of `start` and `count`. A handle that could not be made is negative,
-        // which the later calls refuse.
+        // the length of `first` and `count`. A handle that could not be made is negative, which the later
+        // calls refuse.
         unsafe {
             let list = H5Pcreate(*hdf5::globals::H5P_DATASET_XFER);
             let listed = match who {
@@ -94,11 +137,11 @@ fn transfer(
             };
             let file = H5Dget_space(dataset.id());
             let memory = H5Screate_simple(rank as i32, count.as_ptr(), ptr::null());
-            let selected = if rows == 0 {
+            let selected = if values == 0 {
                 H5Sselect_none(file).min(H5Sselect_none(memory))
             } else {
                 let set = H5S_seloper_t::H5S_SELECT_SET;
-                H5Sselect_hyperslab(file, set, start.as_ptr(), ptr::null(), count.as_ptr(), ptr::null())
+                H5Sselect_hyperslab(file, set, first.as_ptr(), ptr::null(), count.as_ptr(), ptr::null())
             };
             // Made even after a failure: the other ranks wait in it.
             let moved = call(memory, file, list);
@@ -109,7 +152,7 @@ fn transfer(
             H5Pclose(list);
             match error {
                 Some(error) => Err(error),
-                None if listed.min(selected) < 0 => Err("the rows cannot be selected".into()),
+                None if listed.min(selected) < 0 => Err("the part cannot be selected".into()),
                 None => Ok(()),
             }
         }

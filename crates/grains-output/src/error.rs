@@ -97,6 +97,16 @@ impl Shared {
         agree(&self.communicator, outcome)
     }
 
+    /// The verdict all ranks come to; a problem of any is one of all.
+    pub fn agree(&self, outcome: Result<(), String>) -> Result<(), FileError> {
+        agree(&self.communicator, outcome.map_err(|problem| FileError::new(&self.path, problem)))
+    }
+
+    /// The outcome of a write all ranks agree on.
+    pub fn written(&self, outcome: hdf5::Result<()>) -> Result<(), FileError> {
+        self.all("cannot be written", outcome)
+    }
+
     /// Refuses to begin a write on a disk that is full already: HDF5 hangs if it cannot write its own
     /// structures, while it reports data that it cannot write.
     pub fn has_room(&self) -> Result<(), FileError> {

@@ -1,18 +1,19 @@
-//! The time series: a CSV that a restart continues.
+//! Tables: CSV files that a restart continues, and such that are written anew each time.
 
 use crate::error::FileError;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A CSV file with `#` comments, a header, and a row per interval; the first column is the step.
+/// A CSV file with `#` comments, a header, and a row or a block of rows per output; the first column is the
+/// step.
 ///
 /// One rank writes it. `pandas.read_csv(path, comment="#")` reads it.
 pub struct Series {
     path: PathBuf,
     file: File,
     columns: usize,
-    /// Length of the file (bytes), and the last row's step and where the row begins.
+    /// Length of the file (bytes), and the last output's step and where its rows begin.
     length: u64,
     last: Option<(u64, u64)>,
 }
@@ -23,16 +24,7 @@ impl Series {
     /// # Errors
     /// A file that cannot be written, or a column whose name holds a comma, quote or line end.
     pub fn create(path: &Path, columns: &[String], comments: &[(String, String)]) -> Result<Self, FileError> {
-        if let Some(column) = columns.iter().find(|c| c.contains([',', '"', '\n', '#'])) {
-            let problem =
-                format!("the column `{column}` has one of , \" # or a line end in its name: rename it");
-            return Err(FileError::new(path, problem));
-        }
-        let mut text = String::new();
-        for (name, value) in comments {
-            value.lines().for_each(|line| text += &format!("# {name}: {line}\n"));
-        }
-        text += &(columns.join(",") + "\n");
+        let text = header(path, columns, comments)?;
         let opened = OpenOptions::new().write(true).create(true).truncate(true).open(path);
         let mut file = opened.map_err(|e| FileError::new(path, format!("cannot be created: {e}")))?;
         file.write_all(text.as_bytes())
@@ -61,7 +53,9 @@ impl Series {
                 if header.is_some() {
                     let row = line.split(',').next().and_then(|s| s.parse::<u64>().ok());
                     let Some(row) = row.filter(|&row| row <= step) else { break };
-                    last = Some((row, kept as u64));
+                    if last.is_none_or(|(step, _)| step != row) {
+                        last = Some((row, kept as u64));
+                    }
                 } else {
                     header = Some(line.trim_end().to_string());
                 }
@@ -83,8 +77,8 @@ impl Series {
         Ok(Self { path: path.to_path_buf(), file, columns: columns.len(), length: kept as u64, last })
     }
 
-    /// Appends a row: the step, then a value per further column. A row of the same step, which a restart
-    /// left, is replaced.
+    /// Appends a row: the step, then a value per further column. Rows of the same step, which a restart
+    /// left, are replaced.
     ///
     /// # Errors
     /// A full disk, or another number of values than columns.
@@ -93,29 +87,79 @@ impl Series {
             let problem = format!("{} values for {} columns after the step", values.len(), self.columns - 1);
             return Err(FileError::new(&self.path, problem));
         }
-        let mut row = step.to_string();
-        for value in values {
-            row += &format!(",{value:?}");
-        }
-        row.push('\n');
-        self.write(step, &row).map_err(|e| {
+        self.append_block(step, values)
+    }
+
+    /// Appends rows of one step, such as a profile: `values` are `[rows][columns after the step]`. Rows of
+    /// the same step, which a restart left, are replaced.
+    ///
+    /// # Errors
+    /// A full disk, or values that make up no whole rows.
+    pub fn append_block(&mut self, step: u64, values: &[f64]) -> Result<(), FileError> {
+        let rows = rows(&self.path, &format!("{step},"), self.columns - 1, values)?;
+        self.write(step, &rows).map_err(|e| {
             // Half a row must not stay: the next one would be glued to it.
             let _ = self.file.set_len(self.length);
             FileError::new(&self.path, format!("cannot be written: {e}; free space, then --restart latest"))
         })
     }
 
-    fn write(&mut self, step: u64, row: &str) -> std::io::Result<()> {
+    fn write(&mut self, step: u64, rows: &str) -> std::io::Result<()> {
         if let Some((_, start)) = self.last.filter(|&(last, _)| last == step) {
             self.file.set_len(start)?;
             self.length = start;
         }
-        // One write per row: a reader never sees half of one.
-        self.file.write_all(row.as_bytes())?;
+        // One write per output: a reader never sees half of one.
+        self.file.write_all(rows.as_bytes())?;
         self.last = Some((step, self.length));
-        self.length += row.len() as u64;
+        self.length += rows.len() as u64;
         Ok(())
     }
+}
+
+/// Writes a whole CSV file aside and renames it; `values` are `[rows][columns]`. One rank does.
+///
+/// # Errors
+/// A file that cannot be written, a column whose name holds a comma, quote or line end, or values that make
+/// up no whole rows.
+pub fn write_table(
+    path: &Path,
+    columns: &[String],
+    comments: &[(String, String)],
+    values: &[f64],
+) -> Result<(), FileError> {
+    let text = header(path, columns, comments)? + &rows(path, "", columns.len(), values)?;
+    let aside = path.with_extension("csv.tmp");
+    std::fs::write(&aside, text)
+        .and_then(|()| std::fs::rename(&aside, path))
+        .map_err(|e| FileError::new(path, format!("cannot be written: {e}")))
+}
+
+/// Comments and the names of the columns.
+fn header(path: &Path, columns: &[String], comments: &[(String, String)]) -> Result<String, FileError> {
+    if let Some(column) = columns.iter().find(|c| c.contains([',', '"', '\n', '#'])) {
+        let problem = format!("the column `{column}` has one of , \" # or a line end in its name: rename it");
+        return Err(FileError::new(path, problem));
+    }
+    let mut text = String::new();
+    for (name, value) in comments {
+        value.lines().for_each(|line| text += &format!("# {name}: {line}\n"));
+    }
+    Ok(text + &columns.join(",") + "\n")
+}
+
+/// Lines of `width` values, each after the same beginning.
+fn rows(path: &Path, beginning: &str, width: usize, values: &[f64]) -> Result<String, FileError> {
+    if width == 0 || !values.len().is_multiple_of(width) {
+        let problem = format!("{} values do not make up rows of {width}", values.len());
+        return Err(FileError::new(path, problem));
+    }
+    let mut text = String::new();
+    for row in values.chunks(width) {
+        let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
+        text += &format!("{beginning}{}\n", row.join(","));
+    }
+    Ok(text)
 }
 
 #[cfg(test)]
@@ -145,6 +189,48 @@ mod tests {
         );
         let other = ["step".to_string(), "time".to_string()];
         assert!(Series::resume(&path, &other, 30).is_err_and(|e| e.to_string().contains("has the columns")));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn blocks_of_rows_are_cut_and_replaced_whole() {
+        let folder = std::env::temp_dir().join(format!("grains-profile-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("profile-axis.csv");
+        let columns = ["step", "z [m]", "p [Pa]"].map(String::from);
+        let block = |p: f64| [0.0, p, 0.5, p + 0.25, 1.0, -p];
+        let lines =
+            |step: u64, p: f64| format!("{step},0.0,{p:?}\n{step},0.5,{:?}\n{step},1.0,{:?}\n", p + 0.25, -p);
+        let mut series = Series::create(&path, &columns, &[]).unwrap();
+        (0..4).for_each(|k| series.append_block(10 * k, &block(k as f64)).unwrap());
+        assert!(
+            series.append_block(40, &[1.0, 2.0, 3.0]).is_err_and(|e| e.to_string().contains("rows of 2"))
+        );
+        series.append_block(40, &[]).unwrap();
+        drop(series);
+        let mut series = Series::resume(&path, &columns, 20).unwrap();
+        let header = "step,z [m],p [Pa]\n".to_string();
+        let kept = header + &lines(0, 0.0) + &lines(10, 1.0);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), kept.clone() + &lines(20, 2.0));
+        // The block of the restart replaces all rows of its step, and so does the same step again.
+        for p in [7.0, 8.0] {
+            series.append_block(20, &block(p)).unwrap();
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), kept.clone() + &lines(20, p));
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_table_is_written_whole_each_time() {
+        let folder = std::env::temp_dir().join(format!("grains-table-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("profile-axis-mean.csv");
+        let columns = ["z [m]", "p [Pa]"].map(String::from);
+        write_table(&path, &columns, &[], &[0.0, 1.0, 0.5, 2.0]).unwrap();
+        write_table(&path, &columns, &[("from".into(), "5 s".into())], &[0.0, f64::NAN]).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "# from: 5 s\nz [m],p [Pa]\n0.0,NaN\n");
+        assert!(write_table(&path, &columns, &[], &[1.0]).is_err());
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

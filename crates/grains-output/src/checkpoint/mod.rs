@@ -4,23 +4,27 @@
 //! /                    attributes `format` (i64) and `contents` (u64): checksum of all names, shapes, checksums
 //! /grains-mpi/<name>   texts as bytes (UTF-8), attribute `checksum`
 //! /state/<name>        arrays of f64 or i64, [rows] or [rows][width], attributes `checksum` and `unit`
+//! /grids/<name>        arrays of f64, [z][y][x] or [z][y][x][width], with the same attributes; if there are any
 //! ```
 //!
 //! The checksum of an array is the sum over its values of a hash of (place, bits) modulo 2⁶⁴: ranks add up
-//! theirs, and the way the rows lie on ranks does not matter. HDF5's own structures carry checksums too in
+//! theirs, and the way the rows or blocks lie on ranks does not matter. HDF5's own structures carry checksums too in
 //! the format chosen here (version 1.10).
 
 mod folder;
+mod grid;
 mod read;
 mod write;
 
 pub use folder::{latest_valid, remove_old};
+pub use grid::GridArray;
 pub use read::CheckpointFile;
 pub use write::write_checkpoint;
 
 /// Version of the layout above and of the arrays in it; a reader refuses others.
 const FORMAT: i64 = 2;
 const STATE: &str = "state";
+const GRIDS: &str = "grids";
 
 /// Values of an array on this rank.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,8 +84,9 @@ fn checksum_of_text(text: &[u8]) -> u64 {
 }
 
 /// Line of the table of contents whose checksum guards against arrays that are missing or exchanged.
-fn entry(group: &str, name: &str, kind: &str, shape: [usize; 2], checksum: u64) -> String {
-    format!("{group}/{name} {kind} {} {} {checksum:x}\n", shape[0], shape[1])
+fn entry(group: &str, name: &str, kind: &str, shape: &[usize], checksum: u64) -> String {
+    let shape: String = shape.iter().map(|n| format!("{n} ")).collect();
+    format!("{group}/{name} {kind} {shape}{checksum:x}\n")
 }
 
 /// Checksum of the table of contents; the order in which a reader finds its lines does not matter.

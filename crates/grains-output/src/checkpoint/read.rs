@@ -1,8 +1,10 @@
 //! Reading a checkpoint, on any number of ranks.
 
-use super::{FORMAT, STATE, Values, checksum_of_text, contents_checksum, entry};
+use super::grid::{StoredGrid, read_block, read_checksum};
+use super::{FORMAT, GRIDS, STATE, Values, checksum_of_text, contents_checksum, entry};
 use crate::collective::read_rows;
 use crate::error::{FileError, agree};
+use crate::grid::GridBlock;
 use crate::metadata::{GROUP, Metadata};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, H5Type};
@@ -19,6 +21,7 @@ pub struct CheckpointFile {
     pub path: PathBuf,
     metadata: Metadata,
     arrays: Vec<Stored>,
+    grids: Vec<StoredGrid>,
 }
 
 /// This rank's share of an array.
@@ -49,17 +52,22 @@ impl CheckpointFile {
         // Each rank opens the file by itself: a damaged one cannot stop the ranks at different calls.
         let share = (communicator.rank() as usize, communicator.size() as usize);
         let contents = Contents::read(path, share).map_err(refuse);
-        let Contents { metadata, arrays, expected } = agree(communicator, contents)?;
-        let own: Vec<u64> = arrays.iter().map(|a| a.values.checksum(a.first * a.shape[1])).collect();
+        let contents = agree(communicator, contents)?;
+        let Contents { arrays, grids, expected, .. } = &contents;
+        let rows = arrays.iter().map(|a| a.values.checksum(a.first * a.shape[1]));
+        let own: Vec<u64> = rows.chain(grids.iter().map(|grid| grid.own)).collect();
         let mut found = vec![0_u64; own.len()];
         communicator.all_reduce_into(&own[..], &mut found[..], SystemOperation::sum());
-        let wrong = arrays.iter().zip(&found).find(|(array, found)| array.expected != **found);
-        let verdict = match wrong {
-            Some((array, _)) => Err(refuse(format!("the checksum of `{STATE}/{}` is wrong", array.name))),
-            None if table(&metadata, &arrays) != expected => Err(refuse("an array is missing".into())),
-            None => Ok(Self { path: path.to_path_buf(), metadata, arrays }),
+        let arrays = arrays.iter().map(|a| (STATE, &a.name, a.expected));
+        let mut all = arrays.chain(grids.iter().map(|grid| (GRIDS, &grid.name, grid.expected))).zip(&found);
+        let verdict = match all.find(|((_, _, expected), found)| expected != *found) {
+            Some(((group, name, _), _)) => Err(format!("the checksum of `{group}/{name}` is wrong")),
+            None if contents.checksum() != *expected => Err("an array is missing".into()),
+            None => Ok(()),
         };
-        agree(communicator, verdict)
+        agree(communicator, verdict.map_err(refuse))?;
+        let Contents { metadata, arrays, grids, .. } = contents;
+        Ok(Self { path: path.to_path_buf(), metadata, arrays, grids })
     }
 
     /// A text of the metadata.
@@ -89,10 +97,37 @@ impl CheckpointFile {
         }
     }
 
+    /// Whether there is an array on a grid of this name.
+    pub fn has_grid(&self, name: &str) -> bool {
+        self.grids.iter().any(|grid| grid.name == name)
+    }
+
+    /// A block of an array on a grid, `width` values per place, x fastest; any rank may ask for any block.
+    ///
+    /// It is read from the file again, by this rank alone: let the ranks [`agree`] on the outcome.
+    ///
+    /// # Errors
+    /// An array that the checkpoint lacks or that has another shape, or a file that cannot be read any more.
+    pub fn grid(&self, name: &str, width: usize, block: &GridBlock) -> Result<Vec<f64>, FileError> {
+        let grid = self.grids.iter().find(|grid| grid.name == name).ok_or_else(|| self.lacks(name))?;
+        if (grid.all, grid.width) != (block.all, width) {
+            let problem = format!(
+                "`{name}` has {:?} places (x, y, z) of {} values, this run {:?} of {width}: it is of another grid",
+                grid.all, grid.width, block.all
+            );
+            return Err(FileError::new(&self.path, problem));
+        }
+        File::open(&self.path)
+            .and_then(|file| read_block(&file, name, block, width))
+            .map_err(|e| FileError::new(&self.path, format!("`{GRIDS}/{name}` cannot be read ({e})")))
+    }
+
+    fn lacks(&self, name: &str) -> FileError {
+        FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version"))
+    }
+
     fn stored(&self, name: &str) -> Result<&Stored, FileError> {
-        let lacks =
-            || FileError::new(&self.path, format!("lacks the array `{name}`: it is of another version"));
-        self.arrays.iter().find(|array| array.name == name).ok_or_else(lacks)
+        self.arrays.iter().find(|array| array.name == name).ok_or_else(|| self.lacks(name))
     }
 
     fn wrong_type(&self, name: &str) -> FileError {
@@ -104,6 +139,7 @@ impl CheckpointFile {
 struct Contents {
     metadata: Metadata,
     arrays: Vec<Stored>,
+    grids: Vec<StoredGrid>,
     /// Checksum of the table of contents.
     expected: u64,
 }
@@ -128,7 +164,32 @@ impl Contents {
             let stored = read_array(&file, &name, share);
             arrays.push(stored.map_err(|e| format!("`{STATE}/{name}` cannot be read ({e})"))?);
         }
-        Ok(Self { metadata, arrays, expected })
+        let mut grids = Vec::new();
+        if file.link_exists(GRIDS) {
+            for name in names(&file, GRIDS)? {
+                let stored = read_checksum(&file, &name, share);
+                grids.push(stored.map_err(|e| format!("`{GRIDS}/{name}` cannot be read ({e})"))?);
+            }
+        }
+        Ok(Self { metadata, arrays, grids, expected })
+    }
+
+    /// Checksum of what was found.
+    fn checksum(&self) -> u64 {
+        let text = |(name, value): &(String, String)| {
+            let bytes = value.as_bytes();
+            entry(GROUP, name, "text", &[bytes.len(), 1], checksum_of_text(bytes))
+        };
+        let array = |array: &Stored| {
+            let kind = match array.values {
+                Values::Real(_) => "f64",
+                Values::Integer(_) => "i64",
+            };
+            entry(STATE, &array.name, kind, &array.shape, array.expected)
+        };
+        let texts = self.metadata.iter().map(text);
+        let grids = self.grids.iter().map(StoredGrid::entry);
+        contents_checksum(texts.chain(self.arrays.iter().map(array)).chain(grids).collect())
     }
 }
 
@@ -174,20 +235,4 @@ fn part<T: H5Type + Default + Clone>(
     let mut data = vec![T::default(); rows.len() * width];
     read_rows(dataset, rows.start, width, &mut data)?;
     Ok(data)
-}
-
-/// Checksum of what was found.
-fn table(metadata: &Metadata, arrays: &[Stored]) -> u64 {
-    let text = |(name, value): &(String, String)| {
-        let bytes = value.as_bytes();
-        entry(GROUP, name, "text", [bytes.len(), 1], checksum_of_text(bytes))
-    };
-    let array = |array: &Stored| {
-        let kind = match array.values {
-            Values::Real(_) => "f64",
-            Values::Integer(_) => "i64",
-        };
-        entry(STATE, &array.name, kind, array.shape, array.expected)
-    };
-    contents_checksum(metadata.iter().map(text).chain(arrays.iter().map(array)).collect())
 }

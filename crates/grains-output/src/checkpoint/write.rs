@@ -1,19 +1,20 @@
 //! Writing a checkpoint.
 
 use super::folder::{abandon_later, file_name};
-use super::{Array, FORMAT, STATE, Values, checksum_of_text, contents_checksum, entry};
+use super::grid::write_grid;
+use super::{Array, FORMAT, GRIDS, GridArray, STATE, Values, checksum_of_text, contents_checksum, entry};
 use crate::collective::{Participants, write_rows};
-use crate::error::{FileError, Shared, agree};
-use crate::metadata::{GROUP, Metadata, text};
+use crate::error::{FileError, Shared};
+use crate::growing::unit;
+use crate::metadata::{GROUP, Metadata};
 use hdf5::dataset::FillTime;
-use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, H5Type};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
 
-const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
+pub(super) const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
 
 /// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
 ///
@@ -21,17 +22,18 @@ const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)
 /// `.abandoned` once this one is complete.
 ///
 /// # Errors
-/// A full disk or a directory that cannot be written.
+/// A full disk, a directory that cannot be written, or arrays whose lengths or blocks do not fit.
 pub fn write_checkpoint(
     directory: &Path,
     step: u64,
     communicator: &SimpleCommunicator,
     arrays: &[Array],
+    grids: &[GridArray],
     metadata: &Metadata,
 ) -> Result<PathBuf, FileError> {
     let path = directory.join(file_name(step));
     let shared = Shared::new(&path.with_extension("h5.tmp"), communicator);
-    let written = shared.create_empty().and_then(|()| write(&shared, arrays, metadata));
+    let written = shared.create_empty().and_then(|()| write(&shared, arrays, grids, metadata));
     if written.is_err() && shared.is_first() {
         // What there is of it only fills the disk; cut first, as the open handle keeps its bytes alive.
         let _ = std::fs::OpenOptions::new().write(true).truncate(true).open(&shared.path);
@@ -57,12 +59,17 @@ fn complete(aside: &Path, path: &Path, directory: &Path) -> std::io::Result<()> 
     std::fs::File::open(directory)?.sync_all()
 }
 
-fn write(shared: &Shared, arrays: &[Array], metadata: &Metadata) -> Result<(), FileError> {
+fn write(
+    shared: &Shared,
+    arrays: &[Array],
+    grids: &[GridArray],
+    metadata: &Metadata,
+) -> Result<(), FileError> {
     shared.has_room()?;
     let raw = shared.communicator.as_raw();
     let file = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
     let file = shared.all(FAILED, file)?;
-    match fill(shared, &file, arrays, metadata) {
+    match fill(shared, &file, arrays, grids, metadata) {
         Ok(()) => shared.all(FAILED, file.close()),
         Err(error) => {
             // Closing would write again, fail on some ranks and leave the others waiting.
@@ -72,7 +79,13 @@ fn write(shared: &Shared, arrays: &[Array], metadata: &Metadata) -> Result<(), F
     }
 }
 
-fn fill(shared: &Shared, file: &File, arrays: &[Array], metadata: &Metadata) -> Result<(), FileError> {
+fn fill(
+    shared: &Shared,
+    file: &File,
+    arrays: &[Array],
+    grids: &[GridArray],
+    metadata: &Metadata,
+) -> Result<(), FileError> {
     let texts = shared.all(FAILED, file.create_group(GROUP))?;
     let state = shared.all(FAILED, file.create_group(STATE))?;
     let mut contents = Vec::new();
@@ -81,6 +94,12 @@ fn fill(shared: &Shared, file: &File, arrays: &[Array], metadata: &Metadata) -> 
     }
     for array in arrays {
         contents.push(write_array(shared, &state, array)?);
+    }
+    if !grids.is_empty() {
+        let group = shared.all(FAILED, file.create_group(GRIDS))?;
+        for array in grids {
+            contents.push(write_grid(shared, &group, array)?);
+        }
     }
     let sealed =
         file.new_attr::<i64>().create("format").and_then(|a| a.write_scalar(&FORMAT)).and_then(|()| {
@@ -93,25 +112,23 @@ fn fill(shared: &Shared, file: &File, arrays: &[Array], metadata: &Metadata) -> 
 
 fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<String, FileError> {
     let bytes = value.as_bytes();
-    let dataset = create::<u8>(group, name, [bytes.len(), 1], checksum_of_text(bytes));
+    let dataset = create::<u8>(group, name, &[bytes.len()], checksum_of_text(bytes));
     let dataset = shared.all(FAILED, dataset)?;
     let written =
         if shared.is_first() { write_rows(&dataset, 0, 1, bytes, Participants::ThisRank) } else { Ok(()) };
     shared.all(FAILED, written)?;
-    Ok(entry(GROUP, name, "text", [bytes.len(), 1], checksum_of_text(bytes)))
+    Ok(entry(GROUP, name, "text", &[bytes.len(), 1], checksum_of_text(bytes)))
 }
 
 fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, FileError> {
     let communicator = &shared.communicator;
     let width = array.width.max(1);
     let own = array.values.len() / width;
-    let fits = if own * width == array.values.len() {
+    shared.agree(if own * width == array.values.len() {
         Ok(())
     } else {
-        let (name, length) = (array.name, array.values.len());
-        Err(FileError::new(&shared.path, format!("`{name}` has {length} values in rows of {width}")))
-    };
-    agree(communicator, fits)?;
+        Err(format!("`{}` has {} values in rows of {width}", array.name, array.values.len()))
+    })?;
     let (mut through, mut all) = (0_u64, 0_u64);
     communicator.scan_into(&(own as u64), &mut through, SystemOperation::sum());
     communicator.all_reduce_into(&(own as u64), &mut all, SystemOperation::sum());
@@ -119,15 +136,14 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
     let mut checksum = 0_u64;
     let own_sum = array.values.checksum(first * width);
     communicator.all_reduce_into(&own_sum, &mut checksum, SystemOperation::sum());
-    let shape = [all as usize, width];
+    let shape = &[all as usize, width];
+    let stored = if width == 1 { &shape[..1] } else { shape };
     let created = match &array.values {
-        Values::Real(_) => create::<f64>(group, array.name, shape, checksum),
-        Values::Integer(_) => create::<i64>(group, array.name, shape, checksum),
+        Values::Real(_) => create::<f64>(group, array.name, stored, checksum),
+        Values::Integer(_) => create::<i64>(group, array.name, stored, checksum),
     };
     let dataset = shared.all(FAILED, created)?;
-    let unit = text(array.unit)
-        .and_then(|unit| dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit));
-    shared.all(FAILED, unit)?;
+    shared.all(FAILED, unit(&dataset, array.unit))?;
     let who = Participants::writing(communicator.size(), false);
     let (kind, written) = match &array.values {
         Values::Real(v) => ("f64", write_rows(&dataset, first, width, v, who)),
@@ -137,19 +153,14 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
     Ok(entry(STATE, array.name, kind, shape, checksum))
 }
 
-/// Creates a dataset `[rows]` or `[rows][width]` with its checksum.
-fn create<T: H5Type>(
+/// Creates a dataset with its checksum.
+pub(super) fn create<T: H5Type>(
     group: &Group,
     name: &str,
-    [rows, width]: [usize; 2],
+    shape: &[usize],
     checksum: u64,
 ) -> hdf5::Result<Dataset> {
-    let builder = group.new_dataset::<T>().fill_time(FillTime::Never);
-    let dataset = if width == 1 {
-        builder.shape(rows).create(name)?
-    } else {
-        builder.shape((rows, width)).create(name)?
-    };
+    let dataset = group.new_dataset::<T>().fill_time(FillTime::Never).shape(shape).create(name)?;
     dataset.new_attr::<u64>().create("checksum")?.write_scalar(&checksum)?;
     Ok(dataset)
 }

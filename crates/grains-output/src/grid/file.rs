@@ -1,0 +1,184 @@
+//! Temporal VTKHDF files of fields on the cells of a grid.
+
+use super::GridGeometry;
+use super::arrays::{Arrays, read_nodes, write_nodes};
+use super::xdmf::Sidecar;
+use crate::error::{FileError, Shared};
+use crate::fields::{Data, FieldSpec, Precision, fit};
+use crate::growing::shortened;
+use crate::metadata::Metadata;
+use crate::temporal::{Layout, Temporal};
+use hdf5::File;
+use mpi::topology::SimpleCommunicator;
+use std::path::Path;
+
+/// A growing file of fields on the cells of a Cartesian grid; all calls are collective.
+///
+/// ```text
+/// /VTKHDF                       ImageData (version 2.0) if the cells of each axis are equal,
+///                               else RectilinearGrid (version 2.7, VTK 9.7)
+/// /VTKHDF/CellData/<field>      [steps][z][y][x] or [steps][z][y][x][3], attribute `unit`
+/// /VTKHDF/Steps/Values          times (s)
+/// /grid/x, /grid/y, /grid/z     coordinates of the nodes (m), one more than cells
+/// /grains-mpi                   metadata
+/// ```
+///
+/// It is complete after each [`GridFile::append`], so that a run may be killed at any time. The `.xdmf` file
+/// beside it, renewed as that of a [`PolyDataFile`](crate::PolyDataFile), describes a 3DCoRectMesh or a
+/// 3DRectMesh.
+pub struct GridFile(Temporal<Cells>);
+
+impl GridFile {
+    /// Creates a file; one of that name is lost. Fields have one component or three.
+    ///
+    /// # Errors
+    /// A file that cannot be created, nodes that do not ascend, or blocks that do not make up the grid.
+    pub fn create(
+        path: &Path,
+        communicator: &SimpleCommunicator,
+        grid: &GridGeometry,
+        specs: &[FieldSpec],
+        (precision, compress): (Precision, bool),
+        metadata: &Metadata,
+    ) -> Result<Self, FileError> {
+        grid.check(path, communicator)?;
+        let layout = Cells::new(grid, specs, precision);
+        Temporal::create(path, communicator, layout, compress, metadata).map(Self)
+    }
+
+    /// Continues a file, forgetting every step after `time` (s).
+    ///
+    /// A step at `time` itself stays until it is appended again.
+    ///
+    /// # Errors
+    /// A file that cannot be opened, or that holds other arrays, another grid or another precision.
+    pub fn resume(
+        path: &Path,
+        communicator: &SimpleCommunicator,
+        grid: &GridGeometry,
+        specs: &[FieldSpec],
+        precision: Precision,
+        time: f64,
+    ) -> Result<Self, FileError> {
+        grid.check(path, communicator)?;
+        Temporal::resume(path, communicator, Cells::new(grid, specs, precision), time).map(Self)
+    }
+
+    /// Writes metadata of a continued run into the group `grains-mpi/restart-<n>`.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn record_restart(&self, metadata: &Metadata) -> Result<(), FileError> {
+        self.0.record_restart(metadata)
+    }
+
+    /// Appends a step at `time` (s); one at the same time or later, left from an earlier run, is replaced.
+    ///
+    /// `fields` come in the order of the file's specifications, `[z][y][x][components]` of the own cells.
+    ///
+    /// # Errors
+    /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
+    pub fn append(&mut self, time: f64, fields: &[Data]) -> Result<(), FileError> {
+        self.0.append(&Step { time, fields })
+    }
+}
+
+/// One rank's share of a step.
+struct Step<'a> {
+    time: f64,
+    fields: &'a [Data<'a>],
+}
+
+/// What a file holds.
+struct Cells {
+    grid: GridGeometry,
+    specs: Vec<FieldSpec>,
+    precision: Precision,
+}
+
+impl Cells {
+    fn new(grid: &GridGeometry, specs: &[FieldSpec], precision: Precision) -> Self {
+        Self { grid: grid.clone(), specs: specs.to_vec(), precision }
+    }
+}
+
+impl Layout for Cells {
+    type Arrays = Arrays;
+    type Place = f64;
+    type Step<'a> = Step<'a>;
+
+    fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Arrays> {
+        Arrays::create(file, &self.grid, &self.specs, (self.precision, compress), ranks)
+    }
+
+    fn begin(&self, file: &File) -> hdf5::Result<()> {
+        write_nodes(file, &self.grid)
+    }
+
+    fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Arrays> {
+        Arrays::open(file, &self.specs, ranks)
+    }
+
+    fn places(&self, file: &File) -> hdf5::Result<Vec<f64>> {
+        let arrays = self.open(file, 1)?;
+        if let Some(precision) = arrays.precision(&self.specs)? {
+            self.precision.require(precision)?;
+        }
+        let nodes = read_nodes(file)?;
+        if !self.grid.has_nodes(&nodes) {
+            let [x, y, z] = nodes.map(|nodes| nodes.len().saturating_sub(1));
+            let wanted = self.grid.cells();
+            return Err(format!(
+                "it holds another grid (of {x} x {y} x {z} cells, this run's: {} x {} x {})",
+                wanted[0], wanted[1], wanted[2]
+            )
+            .into());
+        }
+        arrays.times()
+    }
+
+    fn cut(&self, arrays: &Arrays, kept: &[f64]) -> hdf5::Result<()> {
+        arrays.cut(kept.len())
+    }
+
+    fn time(place: &f64) -> f64 {
+        *place
+    }
+
+    fn time_of(step: &Step<'_>) -> f64 {
+        step.time
+    }
+
+    fn fits(&self, step: &Step<'_>) -> Result<(), String> {
+        fit(&self.specs, step.fields, self.grid.block().count())
+    }
+
+    fn write(
+        &self,
+        shared: &Shared,
+        arrays: &Arrays,
+        before: &[f64],
+        step: &Step<'_>,
+    ) -> Result<f64, FileError> {
+        let at = before.len();
+        shared.written(arrays.resize(at + 1))?;
+        for (field, data) in step.fields.iter().enumerate() {
+            shared.written(match (data, self.precision) {
+                (Data::Integer(values), _) => arrays.write_field(field, at, &self.grid, values),
+                (Data::Real(values), Precision::F64) => arrays.write_field(field, at, &self.grid, values),
+                (Data::Real(values), Precision::F32) => {
+                    arrays.write_field(field, at, &self.grid, &shortened(values))
+                }
+            })?;
+        }
+        let entries = if shared.is_first() { arrays.write_step(at, step.time) } else { Ok(()) };
+        shared.written(entries)?;
+        shared.written(arrays.publish(at + 1))?;
+        Ok(step.time)
+    }
+
+    fn description(&self, file: &str, steps: &[f64]) -> String {
+        let Self { grid, specs, precision } = self;
+        Sidecar { grid, specs, precision: *precision, times: steps }.text(file)
+    }
+}

@@ -1,0 +1,232 @@
+//! What all files of snapshots have in common: begun, continued, appended to, described by an XDMF file.
+
+use crate::error::{FileError, Shared};
+use crate::metadata::{GROUP, Metadata, write_metadata};
+use crate::xdmf;
+use hdf5::File;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
+use std::path::Path;
+
+const UNFIT: &str = "cannot be continued (move it aside, or run without --restart)";
+
+/// What kinds of such files differ in.
+pub(crate) trait Layout {
+    /// The open arrays of a file.
+    type Arrays;
+    /// Where a step lies in them.
+    type Place;
+    /// One rank's share of a step.
+    type Step<'a>;
+
+    /// Creates all arrays of a new file, without rows; all ranks take part.
+    fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Self::Arrays>;
+    /// Writes what a new file holds besides its steps; rank 0 alone does.
+    fn begin(&self, _file: &File) -> hdf5::Result<()> {
+        Ok(())
+    }
+    /// Opens the arrays of a file that must hold just these fields.
+    fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Self::Arrays>;
+    /// The steps of a file that one rank alone has opened; refuses what this run cannot continue.
+    fn places(&self, file: &File) -> hdf5::Result<Vec<Self::Place>>;
+    /// Forgets all steps but the first ones.
+    fn cut(&self, arrays: &Self::Arrays, kept: &[Self::Place]) -> hdf5::Result<()>;
+    /// Time (s) of a step of the file.
+    fn time(place: &Self::Place) -> f64;
+    /// Time (s) of a step to come.
+    fn time_of(step: &Self::Step<'_>) -> f64;
+    /// Whether this rank's share of a step is as long as it must be.
+    fn fits(&self, step: &Self::Step<'_>) -> Result<(), String>;
+    /// Writes a step after others; all ranks take part.
+    fn write(
+        &self,
+        shared: &Shared,
+        arrays: &Self::Arrays,
+        before: &[Self::Place],
+        step: &Self::Step<'_>,
+    ) -> Result<Self::Place, FileError>;
+    /// The XDMF grids of the steps; `file` is the name of the data as XML wants it.
+    fn description(&self, file: &str, steps: &[Self::Place]) -> String;
+}
+
+/// The arrays come first: the file closes only when nothing in it is open any more.
+struct Opened<A> {
+    arrays: A,
+    file: File,
+}
+
+/// A growing file of snapshots; all calls are collective.
+///
+/// It is complete after each [`Temporal::append`], so that a run may be killed at any time.
+pub(crate) struct Temporal<L: Layout> {
+    shared: Shared,
+    layout: L,
+    /// Open for all ranks; none after a failed write.
+    opened: Option<Opened<L::Arrays>>,
+    steps: Vec<L::Place>,
+    /// Steps the XDMF file knew when it was last written.
+    described: usize,
+}
+
+impl<L: Layout> Temporal<L> {
+    /// Creates a file; one of that name is lost.
+    ///
+    /// # Errors
+    /// A file that cannot be created.
+    pub fn create(
+        path: &Path,
+        communicator: &SimpleCommunicator,
+        layout: L,
+        compress: bool,
+        metadata: &Metadata,
+    ) -> Result<Self, FileError> {
+        let shared = Shared::new(path, communicator);
+        shared.create_empty()?;
+        shared.has_room()?;
+        let (raw, ranks) = (shared.communicator.as_raw(), shared.communicator.size());
+        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).create(path);
+        let file = shared.all("cannot be created", file)?;
+        let begun = (|| {
+            let arrays = shared.all("cannot be written", layout.create(&file, compress, ranks))?;
+            shared.written(if shared.is_first() { layout.begin(&file) } else { Ok(()) })?;
+            shared.written(write_metadata(&file, GROUP, metadata))?;
+            shared.written(file.flush())?;
+            Ok(arrays)
+        })();
+        match begun {
+            Ok(arrays) => {
+                let opened = Some(Opened { arrays, file });
+                Ok(Self { shared, layout, opened, steps: Vec::new(), described: 0 })
+            }
+            Err(error) => {
+                std::mem::forget(file);
+                Err(error)
+            }
+        }
+    }
+
+    /// Continues a file, forgetting every step after `time` (s).
+    ///
+    /// A step at `time` itself stays until it is appended again.
+    ///
+    /// # Errors
+    /// A file that cannot be opened, or that holds something else.
+    pub fn resume(
+        path: &Path,
+        communicator: &SimpleCommunicator,
+        layout: L,
+        time: f64,
+    ) -> Result<Self, FileError> {
+        let shared = Shared::new(path, communicator);
+        // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
+        let found = File::open(path).and_then(|file| layout.places(&file));
+        let steps = shared.all(UNFIT, found)?;
+        let mut file = Self { shared, layout, opened: None, steps, described: 0 };
+        let is_kept = |place: &&L::Place| {
+            let at = L::time(place);
+            at <= time || is_same_time(at, time)
+        };
+        file.keep(file.steps.iter().take_while(is_kept).count())?;
+        file.describe()?;
+        Ok(file)
+    }
+
+    /// Writes metadata of a continued run into the group `grains-mpi/restart-<n>`.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn record_restart(&self, metadata: &Metadata) -> Result<(), FileError> {
+        let file = &self.opened()?.file;
+        let written = (|| {
+            let before = file.group(GROUP)?.member_names()?.len();
+            write_metadata(file, &format!("{GROUP}/restart-{}", before + 1), metadata)?;
+            file.flush()
+        })();
+        self.shared.written(written)
+    }
+
+    /// Appends a step; one at the same time or later, left from an earlier run, is replaced.
+    ///
+    /// # Errors
+    /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
+    pub fn append(&mut self, step: &L::Step<'_>) -> Result<(), FileError> {
+        self.shared.agree(self.layout.fits(step))?;
+        self.shared.has_room()?;
+        let outcome = self.append_fitting(step);
+        if outcome.is_err() {
+            // Closing would write again, fail on some ranks and leave the others waiting.
+            std::mem::forget(self.opened.take());
+        }
+        outcome
+    }
+
+    fn append_fitting(&mut self, step: &L::Step<'_>) -> Result<(), FileError> {
+        let now = L::time_of(step);
+        let is_before = |place: &L::Place| L::time(place) < now && !is_same_time(L::time(place), now);
+        let kept = self.steps.iter().rposition(is_before).map_or(0, |last| last + 1);
+        if kept < self.steps.len() {
+            self.keep(kept)?;
+        }
+        let Opened { file, arrays } = self.opened()?;
+        let place = self.layout.write(&self.shared, arrays, &self.steps, step)?;
+        self.shared.written(file.flush())?;
+        self.steps.push(place);
+        if self.steps.len() > self.described + self.steps.len() / 200 {
+            self.describe()?;
+        }
+        Ok(())
+    }
+
+    /// Brings the XDMF file up to date.
+    fn describe(&mut self) -> Result<(), FileError> {
+        self.described = self.steps.len();
+        self.shared.first(|| self.write_description())
+    }
+
+    fn write_description(&self) -> Result<(), FileError> {
+        xdmf::write(&self.shared.path, |file| self.layout.description(file, &self.steps))
+    }
+
+    /// Keeps the first `kept` steps and opens the file for all ranks.
+    ///
+    /// Rank 0 alone cuts it: HDF5 1.10 spoils compressed chunks that shrink in a file open for many ranks.
+    fn keep(&mut self, kept: usize) -> Result<(), FileError> {
+        self.opened = None;
+        self.shared.communicator.barrier();
+        if kept < self.steps.len() {
+            self.steps.truncate(kept);
+            self.described = 0;
+            let cut = || {
+                let file = File::open_rw(&self.shared.path)?;
+                self.layout.cut(&self.layout.open(&file, 1)?, &self.steps)?;
+                file.close()
+            };
+            let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
+            self.shared.all(UNFIT, outcome)?;
+        }
+        let (raw, ranks) = (self.shared.communicator.as_raw(), self.shared.communicator.size());
+        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(&self.shared.path);
+        let file = self.shared.all(UNFIT, file)?;
+        let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
+        self.opened = Some(Opened { arrays, file });
+        Ok(())
+    }
+
+    fn opened(&self) -> Result<&Opened<L::Arrays>, FileError> {
+        let closed = || FileError::new(&self.shared.path, "is closed after an earlier error");
+        self.opened.as_ref().ok_or_else(closed)
+    }
+}
+
+impl<L: Layout> Drop for Temporal<L> {
+    fn drop(&mut self) {
+        if self.shared.is_first() && self.described < self.steps.len() {
+            // Nobody is left to hear of a failure; the data of record are complete without.
+            let _ = self.write_description();
+        }
+    }
+}
+
+fn is_same_time(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-12 * a.abs().max(b.abs())
+}

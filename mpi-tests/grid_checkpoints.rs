@@ -1,0 +1,127 @@
+//! Arrays on grids in checkpoints: written by blocks on some ranks, read by others on others.
+
+#![allow(clippy::unwrap_used)]
+
+mod grids;
+mod ranks;
+
+use grains_comm::Job;
+use grains_output::{
+    Array, CheckpointFile, GridArray, GridBlock, Metadata, Values, agree, latest_valid, write_checkpoint,
+};
+use grids::{DEEP, RANKS, block, folder, rank, reals, text};
+use mpi::traits::CommunicatorCollectives;
+use ranks::on_ranks;
+use std::fs;
+use std::path::Path;
+
+/// Arrays of a checkpoint: of cells, and of the faces normal to x, one more than cells.
+fn grids(job: &Job) -> Vec<GridArray> {
+    let array = |name, unit, width, all, step| {
+        let block = block(job, all);
+        GridArray { name, unit, width, block, values: reals(&block, step, width) }
+    };
+    vec![
+        array("pressure", "Pa", 1, DEEP, 0),
+        array("velocity_x", "m/s", 1, [DEEP[0] + 1, DEEP[1], DEEP[2]], 1),
+        array("mean_velocity", "m/s", 3, DEEP, 2),
+    ]
+}
+
+#[test]
+fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("grid-checkpoints");
+    on_ranks(&RANKS, "arrays_on_grids_are_read_by_any_block_on_other_ranks", |job| {
+        let world = &job.world();
+        if job.size() == 1 {
+            let _ = fs::remove_dir_all(&folder);
+            fs::create_dir_all(&folder).unwrap();
+        } else {
+            // What the number of ranks before has written.
+            let (file, refused) = latest_valid(&folder, world).unwrap();
+            assert!(refused.is_empty(), "{refused:?}");
+            assert_eq!(file.text("note"), Some("a grid"));
+            for (step, array) in grids(job).into_iter().enumerate() {
+                let read = agree(world, file.grid(array.name, array.width, &array.block)).unwrap();
+                assert_eq!(read, array.values, "{}", array.name);
+                // Any rank may ask for any block.
+                let all = array.block.all;
+                let one = GridBlock { all, first: [3, 2, 7], own: [2, 1, 2] };
+                let read = file.grid(array.name, array.width, &one).unwrap();
+                assert_eq!(read, reals(&one, step, array.width));
+                let other = GridBlock { all: [all[0] + 1, all[1], all[2]], ..one };
+                let message = file.grid(array.name, array.width, &other).unwrap_err().to_string();
+                assert!(message.contains("another grid"), "{message}");
+            }
+            assert!(file.has_grid("velocity_x") && !file.has_grid("velocity_y"));
+            assert!(file.grid("velocity_y", 1, &block(job, DEEP)).is_err());
+            let (rank, size) = (rank(job), job.size());
+            assert_eq!(file.real("rows").unwrap().len(), 12 * (rank + 1) / size - 12 * rank / size);
+        }
+        let rows = if rank(job) == 0 { vec![0.5; 12] } else { Vec::new() };
+        let rows = [Array { name: "rows", unit: "-", width: 1, values: Values::Real(rows) }];
+        let texts = vec![("note".to_string(), "a grid".to_string())];
+        write_checkpoint(&folder, job.size() as u64, world, &rows, &grids(job), &texts).unwrap();
+    });
+    if std::env::var_os("GRAINS_TEST_ON_RANKS").is_some() {
+        return;
+    }
+    // All ranks wrote the same bytes of state.
+    let stored = |ranks: usize| {
+        let file = hdf5::File::open(folder.join(format!("checkpoint-{ranks:012}.h5"))).unwrap();
+        let contents = file.attr("contents").unwrap().read_scalar::<u64>().unwrap();
+        let velocity = file.dataset("grids/velocity_x").unwrap();
+        assert_eq!((velocity.shape(), text(&velocity, "unit")), (vec![9, 6, 6], "m/s".to_string()));
+        assert_eq!(file.dataset("grids/mean_velocity").unwrap().shape(), [9, 6, 5, 3]);
+        (contents, velocity.read_raw::<f64>().unwrap())
+    };
+    let first = stored(1);
+    assert!(RANKS.iter().all(|&ranks| stored(ranks) == first));
+}
+
+#[test]
+fn damaged_and_missing_arrays_on_grids_are_found() {
+    on_ranks(&[1, 3], "damaged_and_missing_arrays_on_grids_are_found", |job| {
+        let folder = folder(job, "damaged-grids");
+        let world = &job.world();
+        let refusal = |path: &Path| CheckpointFile::read(path, world).err().unwrap().to_string();
+        let good = write_checkpoint(&folder, 1, world, &[], &grids(job), &Metadata::new()).unwrap();
+        assert!(CheckpointFile::read(&good, world).is_ok());
+        let damage = |name: &str, how: &dyn Fn(&hdf5::File)| {
+            let path = folder.join(name);
+            if rank(job) == 0 {
+                fs::copy(&good, &path).unwrap();
+                let file = hdf5::File::open_rw(&path).unwrap();
+                how(&file);
+                file.close().unwrap();
+            }
+            world.barrier();
+            path
+        };
+        let exchanged = damage("exchanged.h5", &|file| {
+            let dataset = file.dataset("grids/mean_velocity").unwrap();
+            let mut values = dataset.read_raw::<f64>().unwrap();
+            values.swap(100, 101);
+            dataset.write_raw(&values).unwrap();
+        });
+        let message = refusal(&exchanged);
+        assert!(rank(job) > 0 || message.contains("the checksum of `grids/mean_velocity`"), "{message}");
+        let missing = damage("missing.h5", &|file| file.unlink("grids/pressure").unwrap());
+        let message = refusal(&missing);
+        assert!(rank(job) > 0 || message.contains("an array is missing"), "{message}");
+        let none = damage("none.h5", &|file| file.unlink("grids").unwrap());
+        let message = refusal(&none);
+        assert!(rank(job) > 0 || message.contains("an array is missing"), "{message}");
+        // Blocks that overlap are as many places as the grid has, but the sum of the hashes is another.
+        let mut overlapping = grids(job);
+        if rank(job) == 2 {
+            overlapping[0].block.first[1] -= 1;
+        }
+        let path = write_checkpoint(&folder, 2, world, &[], &overlapping, &Metadata::new()).unwrap();
+        assert_eq!(CheckpointFile::read(&path, world).is_ok(), job.size() == 1);
+        // A checkpoint without arrays on grids has no group of them, as those of earlier versions.
+        let path = write_checkpoint(&folder, 3, world, &[], &[], &Metadata::new()).unwrap();
+        assert!(!hdf5::File::open(&path).unwrap().link_exists("grids"));
+        assert!(CheckpointFile::read(&path, world).is_ok_and(|file| !file.has_grid("pressure")));
+    });
+}
