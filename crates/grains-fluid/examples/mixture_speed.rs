@@ -4,7 +4,8 @@
 
 use grains_domain::SerialTransport;
 use grains_fluid::{
-    Boundaries, Condition, ConjugateGradients, Flow, FlowSetup, Grid, MixtureModel, Phase, Profile, Side,
+    Boundaries, Condition, ConjugateGradients, Flow, FlowSetup, Grid, MixtureModel, Phase, Preconditioner,
+    Profile, Side,
 };
 use std::f64::consts::PI;
 
@@ -70,7 +71,8 @@ const CASES: [(&str, [usize; 3], VoidFraction); 5] = [
 /// Drag coefficient of Ergun per volume of mixture (kg/(m³ s)).
 fn ergun(eps: f64) -> f64 {
     let solid = 1.0 - eps;
-    150.0 * solid * solid * VISCOSITY / (eps * DIAMETER * DIAMETER) + 1.75 * solid * DENSITY * SPEED / DIAMETER
+    150.0 * solid * solid * VISCOSITY / (eps * DIAMETER * DIAMETER)
+        + 1.75 * solid * DENSITY * SPEED / DIAMETER
 }
 
 fn set_particles(flow: &mut Flow, void: VoidFraction, step: f64) {
@@ -101,17 +103,21 @@ fn measure(
     cells: [usize; 3],
     void: VoidFraction,
     tolerance: f64,
+    preconditioner: Preconditioner,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let upper = cells.map(|n| n as f64 * WIDTH);
     let grid = Grid::uniform([0.0; 3], upper, cells, [false; 3])?;
     let profile = Profile::Uniform([0.0, 0.0, SPEED]);
-    let boundaries = Boundaries::default()
-        .with(2, Side::Low, Condition::Inlet { profile })
-        .with(2, Side::High, Condition::Outlet { pressure: 0.0 });
+    let boundaries = Boundaries::default().with(2, Side::Low, Condition::Inlet { profile }).with(
+        2,
+        Side::High,
+        Condition::Outlet { pressure: 0.0 },
+    );
     let setup =
         FlowSetup { boundaries, mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, DENSITY, VISCOSITY) };
-    let solver = Box::new(ConjugateGradients::new(&setup.pressure_problem(), tolerance, 500, &SERIAL));
-    let mut flow = Flow::with_solver(setup, solver, &SERIAL)?;
+    let problem = setup.pressure_problem();
+    let solver = ConjugateGradients::preconditioned(&problem, [tolerance, 500.0], preconditioner, &SERIAL);
+    let mut flow = Flow::with_solver(setup, Box::new(solver), &SERIAL)?;
     let count = cells.iter().product::<usize>() as f64;
     let (mut iterations, mut best) = (0, [f64::INFINITY; 6]);
     const STEPS: [usize; 2] = [5, 15];
@@ -131,7 +137,10 @@ fn measure(
         }
     }
     let mean = iterations as f64 / (STEPS[1] - STEPS[0]) as f64;
-    print!("{name:14} {tolerance:.0e}: {mean:5.1} iterations, {:6.1} ns per cell:", best.iter().sum::<f64>());
+    print!(
+        "{name:13} {tolerance:.0e} {preconditioner:?}: {mean:5.1} iterations, {:6.1} ns per cell:",
+        best.iter().sum::<f64>()
+    );
     Phase::ALL.iter().zip(best).for_each(|(phase, time)| print!("  {phase:?} {time:.1}"));
     println!();
     Ok(())
@@ -142,7 +151,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tolerances = if given.is_empty() { vec![1e-6, 1e-8] } else { given };
     for (name, cells, void) in CASES {
         for &tolerance in &tolerances {
-            measure(name, cells, void, tolerance)?;
+            for preconditioner in [Preconditioner::PlaneMeans, Preconditioner::Multigrid] {
+                measure(name, cells, void, tolerance, preconditioner)?;
+            }
         }
     }
     Ok(())
