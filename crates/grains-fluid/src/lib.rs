@@ -85,5 +85,6 @@ pub use mixture::{Mixture, MixtureModel};
 pub use momentum::{Advection, Diffusion};
 pub use ownership::Ownership;
 pub use pressure::{
-    ConjugateGradients, FastSolver, PressureOperator, PressureProblem, PressureSolver, SolveReport,
+    ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
+    SolveReport,
 };

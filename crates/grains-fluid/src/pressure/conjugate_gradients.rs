@@ -1,41 +1,126 @@
 //! Preconditioned conjugate gradients for coefficients that vary.
 
+use super::multigrid::Multigrid;
+use super::operator::dot;
 use super::{FastSolver, PressureOperator, PressureProblem, PressureSolver, SolveReport};
-use crate::metrics::Local;
 use crate::{Centre, Faces, Field, Halo, Layout, SolveError};
 use grains_domain::Transport;
 
-/// Conjugate gradients for any coefficients, preconditioned by the [`FastSolver`] with their means over planes.
-///
-/// The number of iterations depends on how much the coefficients vary within a plane, not on the grid.
+/// Ratio of the widest to the thinnest cell of an axis up to which multigrid is chosen: its smoother takes all cells
+/// for equally flat.
+const EVEN: f64 = 4.0;
+
+/// What [`ConjugateGradients`] are preconditioned by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preconditioner {
+    /// Geometric multigrid: some ten iterations whatever the coefficients and the number of cells.
+    Multigrid,
+    /// The [`FastSolver`] with the means of the coefficients over planes: exact for layers and on stretched grids;
+    /// iterations grow with the variation within a plane.
+    PlaneMeans,
+}
+
+/// Conjugate gradients for any coefficients. After the first solve on one rank nothing is allocated.
 pub struct ConjugateGradients {
     problem: PressureProblem,
     tolerance: f64,
     most: usize,
-    preconditioner: FastSolver,
-    operator: PressureOperator,
+    engine: Engine,
     halo: Halo,
-    local: Local,
+    /// All with a halo of one cell, zero beyond the box.
     residual: Field<Centre>,
     correction: Field<Centre>,
     direction: Field<Centre>,
     image: Field<Centre>,
 }
 
+/// The operator and an approximate inverse of it.
+enum Engine {
+    Multigrid(Multigrid),
+    PlaneMeans { operator: Box<PressureOperator>, solver: Box<FastSolver> },
+}
+
+impl Engine {
+    fn operator(&self) -> &PressureOperator {
+        match self {
+            Engine::Multigrid(multigrid) => multigrid.operator(),
+            Engine::PlaneMeans { operator, .. } => operator,
+        }
+    }
+
+    fn set(&mut self, coefficients: &Faces, transport: &dyn Transport) {
+        match self {
+            Engine::Multigrid(multigrid) => multigrid.set(coefficients, transport),
+            Engine::PlaneMeans { operator, solver } => {
+                operator.set(coefficients);
+                solver.set_mean_coefficients(coefficients, transport);
+            }
+        }
+    }
+
+    /// Solves −div(c grad z) = r approximately; returns r · z over all ranks.
+    fn precondition(
+        &mut self,
+        r: &mut Field<Centre>,
+        z: &mut Field<Centre>,
+        transport: &dyn Transport,
+    ) -> f64 {
+        let mut product = [match self {
+            Engine::Multigrid(multigrid) => multigrid.apply(r, z, transport),
+            Engine::PlaneMeans { solver, .. } => {
+                solver.apply(r, z, transport);
+                z.data_mut().iter_mut().for_each(|z| *z = -*z);
+                own_rows(r).map(|own| dot(&r.data()[own.clone()], &z.data()[own])).sum()
+            }
+        }];
+        transport.sum(&mut product);
+        product[0]
+    }
+}
+
+/// Ranges of the own rows of a field.
+fn own_rows(field: &Field<Centre>) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+    let n = field.layout().cells[0];
+    field.layout().rows().map(move |start| start..start + n)
+}
+
 impl ConjugateGradients {
-    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `most`
-    /// iterations.
+    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `most` iterations,
+    /// with the preconditioner that suits the grid.
     pub fn new(problem: &PressureProblem, tolerance: f64, most: usize, transport: &dyn Transport) -> Self {
-        let layout = Layout { cells: problem.ownership.cells(), halo: problem.halo };
+        let is_even = |a: usize| {
+            let axis = problem.grid.axis(a);
+            let widths = || (0..axis.cells() as isize).map(|i| axis.width(i));
+            widths().fold(0.0, f64::max) <= EVEN * widths().fold(f64::INFINITY, f64::min)
+        };
+        let suitable =
+            if (0..3).all(is_even) { Preconditioner::Multigrid } else { Preconditioner::PlaneMeans };
+        Self::preconditioned(problem, [tolerance, most as f64], suitable, transport)
+    }
+
+    /// Solver with a given preconditioner; `limits` are the tolerance and the number of iterations, see
+    /// [`ConjugateGradients::new`].
+    pub fn preconditioned(
+        problem: &PressureProblem,
+        [tolerance, most]: [f64; 2],
+        preconditioner: Preconditioner,
+        transport: &dyn Transport,
+    ) -> Self {
+        let layout = Layout { cells: problem.ownership.cells(), halo: 1 };
         let field = || Field::new(layout);
+        let engine = match preconditioner {
+            Preconditioner::Multigrid => Engine::Multigrid(Multigrid::new(problem)),
+            Preconditioner::PlaneMeans => Engine::PlaneMeans {
+                operator: Box::new(PressureOperator::on(&problem.grid, &problem.ownership, 1)),
+                solver: Box::new(FastSolver::new(problem, transport)),
+            },
+        };
         Self {
             problem: problem.clone(),
             tolerance,
-            most,
-            preconditioner: FastSolver::new(problem, transport),
-            operator: PressureOperator::new(problem),
+            most: most as usize,
+            engine,
             halo: Halo::new(&problem.grid, &problem.ownership, layout),
-            local: Local::new(&problem.grid, &problem.ownership, problem.halo),
             residual: field(),
             correction: field(),
             direction: field(),
@@ -43,73 +128,70 @@ impl ConjugateGradients {
         }
     }
 
-    /// Per volume, the sum of a field over all ranks.
-    fn density(&self, field: &Field<Centre>, transport: &dyn Transport) -> f64 {
-        let mut sum = [field.own().sum()];
-        transport.sum(&mut sum);
-        sum[0] / self.problem.grid.volume()
-    }
-
-    /// Takes off the residual what no pressure can balance, evenly.
-    fn balance(&mut self, transport: &dyn Transport) -> f64 {
-        let density = self.density(&self.residual, transport);
-        let mut sum = [0.0];
-        for_volumes(&self.local, &mut self.residual, |r, volume| {
-            *r -= density * volume;
-            sum[0] += *r * *r;
-        });
-        transport.sum(&mut sum);
-        sum[0].sqrt()
-    }
-
-    /// Makes the mean of the solution over the volume zero.
-    fn centre(&mut self, pressure: &mut Field<Centre>, transport: &dyn Transport) {
-        let mut sum = [0.0];
-        for_volumes(&self.local, pressure, |p, volume| sum[0] += *p * volume);
-        transport.sum(&mut sum);
-        let mean = sum[0] / self.problem.grid.volume();
-        for_volumes(&self.local, pressure, |p, _| *p -= mean);
-    }
-
-    /// r = f − A p; returns the norms of r and f.
-    fn start(
-        &mut self,
-        rhs: &Field<Centre>,
-        pressure: &mut Field<Centre>,
-        transport: &dyn Transport,
-    ) -> [f64; 2] {
-        self.halo.fill(&mut [pressure.data_mut()], transport);
-        self.operator.apply(pressure, &mut self.image);
-        let layout = rhs.layout();
-        let n = layout.cells[0];
+    /// r = A p − f, the residual with its sign turned; returns the norms of r and f.
+    fn start(&mut self, rhs: &Field<Centre>, guess: &Field<Centre>, transport: &dyn Transport) -> [f64; 2] {
+        for (own, given) in own_rows(&self.direction).zip(own_rows(guess)) {
+            self.direction.data_mut()[own].copy_from_slice(&guess.data()[given]);
+        }
+        self.halo.fill(&mut [self.direction.data_mut()], transport);
+        self.engine.operator().apply(&self.direction, &mut self.image);
         let mut norms = [0.0, 0.0];
-        for start in layout.rows() {
-            let own = start..start + n;
-            let (f, image) = (&rhs.data()[own.clone()], &self.image.data()[own.clone()]);
-            for ((r, f), a) in self.residual.data_mut()[own].iter_mut().zip(f).zip(image) {
-                *r = f - a;
-                norms[0] += *r * *r;
-                norms[1] += f * f;
-            }
+        for (own, given) in own_rows(&self.residual).zip(own_rows(rhs)) {
+            let (f, image) = (&rhs.data()[given], &self.image.data()[own.clone()]);
+            let r = &mut self.residual.data_mut()[own];
+            r.iter_mut().zip(f).zip(image).for_each(|((r, f), a)| *r = a - f);
+            norms[0] += dot(r, r);
+            norms[1] += dot(f, f);
         }
         transport.sum(&mut norms);
         norms.map(f64::sqrt)
     }
 
-    /// x += α d and r −= α A d; returns the norm of r.
-    fn advance(&mut self, pressure: &mut Field<Centre>, alpha: f64, transport: &dyn Transport) -> f64 {
-        let layout = pressure.layout();
-        let n = layout.cells[0];
+    /// Takes off the residual what no pressure can balance, evenly; returns its norm.
+    fn balance(&mut self, transport: &dyn Transport) -> f64 {
+        let mut sum = [self.residual.own().sum()];
+        transport.sum(&mut sum);
+        let density = sum[0] / self.problem.grid.volume();
+        let mut squares = [0.0];
+        for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
+            *r -= density * volume;
+            squares[0] += *r * *r;
+        });
+        transport.sum(&mut squares);
+        squares[0].sqrt()
+    }
+
+    /// Makes the mean of the solution over the volume zero.
+    fn centre(&mut self, pressure: &mut Field<Centre>, transport: &dyn Transport) {
         let mut sum = [0.0];
-        for start in layout.rows() {
-            let own = start..start + n;
+        for_volumes(self.engine.operator(), pressure, |p, volume| sum[0] += *p * volume);
+        transport.sum(&mut sum);
+        let mean = sum[0] / self.problem.grid.volume();
+        for_volumes(self.engine.operator(), pressure, |p, _| *p -= mean);
+    }
+
+    /// d = z + β d; returns −d · A d over all ranks, A d being the image.
+    fn turn(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
+        for own in own_rows(&self.direction) {
+            let z = &self.correction.data()[own.clone()];
+            self.direction.data_mut()[own].iter_mut().zip(z).for_each(|(d, z)| *d = z + beta * *d);
+        }
+        self.halo.fill(&mut [self.direction.data_mut()], transport);
+        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.image)];
+        transport.sum(&mut curvature);
+        curvature[0]
+    }
+
+    /// x += α d and r += α A d; returns the norm of r.
+    fn advance(&mut self, pressure: &mut Field<Centre>, alpha: f64, transport: &dyn Transport) -> f64 {
+        let mut sum = [0.0];
+        for (own, given) in own_rows(&self.direction).zip(own_rows(pressure)) {
             let direction = &self.direction.data()[own.clone()];
-            pressure.data_mut()[own.clone()].iter_mut().zip(direction).for_each(|(x, d)| *x += alpha * d);
+            pressure.data_mut()[given].iter_mut().zip(direction).for_each(|(x, d)| *x += alpha * d);
             let image = &self.image.data()[own.clone()];
-            for (r, a) in self.residual.data_mut()[own].iter_mut().zip(image) {
-                *r -= alpha * a;
-                sum[0] += *r * *r;
-            }
+            let r = &mut self.residual.data_mut()[own];
+            r.iter_mut().zip(image).for_each(|(r, a)| *r += alpha * a);
+            sum[0] += dot(r, r);
         }
         transport.sum(&mut sum);
         sum[0].sqrt()
@@ -119,31 +201,49 @@ impl ConjugateGradients {
         let reason = why.to_string();
         SolveError::NotConverged { iterations, residual, tolerance: self.tolerance, reason }
     }
-}
 
-/// Every own value with the volume of its cell (m³).
-fn for_volumes(local: &Local, field: &mut Field<Centre>, mut job: impl FnMut(&mut f64, f64)) {
-    let [nx, ny, nz] = local.layout.cells;
-    for k in 0..nz {
-        for j in 0..ny {
-            let area = local.axes[1].width[local.entry(j)] * local.axes[2].width[local.entry(k)];
-            let start = local.layout.row(j, k);
-            let row = &mut field.data_mut()[start..start + nx];
-            row.iter_mut().zip(local.row_widths()).for_each(|(value, width)| job(value, width * area));
+    /// Iterates from a residual of the norm `residual`; returns the number of iterations and the last norm.
+    fn iterate(
+        &mut self,
+        pressure: &mut Field<Centre>,
+        [mut residual, scale]: [f64; 2],
+        transport: &dyn Transport,
+    ) -> Result<(usize, f64), SolveError> {
+        let (mut iterations, mut rho) = (0, 0.0);
+        while residual.is_nan() || residual > self.tolerance * scale {
+            if residual.is_nan() {
+                let why = "the right-hand side or the guess is no number";
+                return Err(self.failed(iterations, residual, why));
+            }
+            if iterations == self.most {
+                let why = "raise the limit of iterations, or look for cells with extreme coefficients";
+                return Err(self.failed(iterations, residual / scale, why));
+            }
+            let next = self.engine.precondition(&mut self.residual, &mut self.correction, transport);
+            let beta = if iterations == 0 { 0.0 } else { next / rho };
+            rho = next;
+            let curvature = self.turn(beta, transport);
+            if curvature <= 0.0 || rho <= 0.0 {
+                return Err(self.failed(iterations, residual / scale, "the operator is not definite"));
+            }
+            residual = self.advance(pressure, rho / curvature, transport);
+            iterations += 1;
         }
+        Ok((iterations, residual))
     }
 }
 
-/// Σ a b over the own cells of all ranks.
-fn dot(a: &Field<Centre>, b: &Field<Centre>, transport: &dyn Transport) -> f64 {
-    let layout = a.layout();
-    let row = |start: usize| {
-        let own = start..start + layout.cells[0];
-        a.data()[own.clone()].iter().zip(&b.data()[own]).map(|(x, y)| x * y).sum::<f64>()
-    };
-    let mut sum = [layout.rows().map(row).sum()];
-    transport.sum(&mut sum);
-    sum[0]
+/// Every own value with the volume of its cell (m³).
+fn for_volumes(operator: &PressureOperator, field: &mut Field<Centre>, mut job: impl FnMut(&mut f64, f64)) {
+    let (layout, local) = (field.layout(), &operator.local);
+    let [nx, ny, nz] = layout.cells;
+    for k in 0..nz {
+        for j in 0..ny {
+            let area = local.axes[1].width[local.entry(j)] * local.axes[2].width[local.entry(k)];
+            let row = &mut field.data_mut()[layout.row(j, k)..][..nx];
+            row.iter_mut().zip(local.row_widths()).for_each(|(value, width)| job(value, width * area));
+        }
+    }
 }
 
 impl PressureSolver for ConjugateGradients {
@@ -152,13 +252,14 @@ impl PressureSolver for ConjugateGradients {
         coefficients: &Faces,
         transport: &dyn Transport,
     ) -> Result<(), SolveError> {
-        let bad = coefficients.components().iter().any(|c| c.iter().any(|v| !v.is_finite() || *v < 0.0));
+        // Negative, infinite and no numbers all give a sum that is no number, and no early end keeps this fast.
+        let check = |c: &f64| if (0.0..f64::INFINITY).contains(c) { 0.0 } else { f64::NAN };
+        let bad = coefficients.components().iter().any(|c| c.iter().map(check).sum::<f64>().is_nan());
         if transport.any(bad) {
             let reason = "a coefficient is negative or no number: look at void fraction and drag".to_string();
             return Err(SolveError::Coefficients { reason });
         }
-        self.preconditioner.set_mean_coefficients(coefficients, transport);
-        self.operator.set(coefficients);
+        self.engine.set(coefficients, transport);
         Ok(())
     }
 
@@ -176,35 +277,7 @@ impl PressureSolver for ConjugateGradients {
         if self.problem.is_singular() {
             residual = self.balance(transport);
         }
-        let (mut iterations, mut rho) = (0, 0.0);
-        while residual.is_nan() || residual > self.tolerance * scale {
-            if residual.is_nan() {
-                return Err(self.failed(
-                    iterations,
-                    residual,
-                    "the right-hand side or the guess is no number",
-                ));
-            }
-            if iterations == self.most {
-                let why = "raise the limit of iterations, or look for cells with extreme coefficients";
-                return Err(self.failed(iterations, residual / scale, why));
-            }
-            self.preconditioner.apply(&self.residual, &mut self.correction, transport);
-            let next = dot(&self.residual, &self.correction, transport);
-            let beta = if iterations == 0 { 0.0 } else { next / rho };
-            rho = next;
-            let direction = self.direction.data_mut().iter_mut();
-            direction.zip(self.correction.data()).for_each(|(d, z)| *d = z + beta * *d);
-            self.halo.fill(&mut [self.direction.data_mut()], transport);
-            let mut curvature = [self.operator.apply(&self.direction, &mut self.image)];
-            transport.sum(&mut curvature);
-            // Both the operator and its preconditioner are negative definite but for the null space.
-            if curvature[0] >= 0.0 || rho >= 0.0 {
-                return Err(self.failed(iterations, residual / scale, "the operator is not definite"));
-            }
-            residual = self.advance(pressure, rho / curvature[0], transport);
-            iterations += 1;
-        }
+        let (iterations, residual) = self.iterate(pressure, [residual, scale], transport)?;
         if self.problem.is_singular() {
             self.centre(pressure, transport);
         }

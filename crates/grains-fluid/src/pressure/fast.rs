@@ -81,13 +81,8 @@ impl FastSolver {
         deviation
     }
 
-    /// Solves; collective.
-    pub(crate) fn apply(
-        &mut self,
-        rhs: &Field<Centre>,
-        solution: &mut Field<Centre>,
-        transport: &dyn Transport,
-    ) {
+    /// Solves for the coefficients' means, see [`PressureSolver::solve`]; no first guess, no failure; collective.
+    pub fn apply(&mut self, rhs: &Field<Centre>, solution: &mut Field<Centre>, transport: &dyn Transport) {
         let layout = rhs.layout();
         let [nx, ny, nz] = layout.cells;
         let mut block = std::mem::take(&mut self.block);

@@ -3,11 +3,12 @@
 mod conjugate_gradients;
 mod fast;
 mod lines;
+mod multigrid;
 mod operator;
 mod redistribution;
 mod transform;
 
-pub use conjugate_gradients::ConjugateGradients;
+pub use conjugate_gradients::{ConjugateGradients, Preconditioner};
 pub use fast::FastSolver;
 pub use operator::PressureOperator;
 
@@ -61,7 +62,7 @@ impl PressureProblem {
 /// imposed there, at d = half a cell. The lower boundary face of a subdomain lies in the halo (index −1), so the
 /// halos of the coefficients must be filled. If nothing is imposed, the mean of p over the volume is zero, and
 /// what f does not sum to zero is taken off evenly: callers who cannot know it to be rounding must look.
-pub trait PressureSolver: Send {
+pub trait PressureSolver {
     /// Takes new coefficients c; collective.
     fn set_coefficients(&mut self, coefficients: &Faces, transport: &dyn Transport)
     -> Result<(), SolveError>;
