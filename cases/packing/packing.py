@@ -1,5 +1,5 @@
-"""Porosity of packings of equal volumes in a box periodic in x and y (thesis table 3.3), and bed heights in a
-cylinder of 50 mm (thesis fig. 3.14): `python3 cases/packing/packing.py [--seeds N] [SHAPE ...]`."""
+"""Porosity of packings of equal volumes in a box periodic in x and y (thesis table 3.3):
+`python3 cases/packing/packing.py [--seeds N] [--ratio Q] [--jobs J] [SHAPE ...]`."""
 import argparse
 import math
 import sys
@@ -9,30 +9,30 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import sweep
 
 CASE = (Path(__file__).parent / "spheres.toml").read_text()
-DIAMETER = 3e-3
-VOLUME = math.pi / 6 * DIAMETER**3
 SPHERE = '''kind = "sphere"
 radius = 1.5e-3'''
 
 
-def shapes():
-    """Bodies of the volume of a sphere of 3 mm, as keys of a [[shape]]."""
-    cylinder = (4 * VOLUME / math.pi) ** (1 / 3)
-    cube = VOLUME ** (1 / 3)
-    tetrahedron = (VOLUME * 27 / (8 * math.sqrt(3))) ** (1 / 3)
+def shapes(diameter=3e-3, ratio=5):
+    """Bodies of the volume of a sphere of a diameter (m), as keys of a [[shape]]; crosses of beams `ratio` times as long as
+    wide."""
+    volume = math.pi / 6 * diameter**3
+    cylinder = (4 * volume / math.pi) ** (1 / 3)
+    cube = volume ** (1 / 3)
+    tetrahedron = (volume * 27 / (8 * math.sqrt(3))) ** (1 / 3)
     return {
-        "spheres": SPHERE,
+        "spheres": f'kind = "sphere"\nradius = {diameter / 2}',
         "cylinders": f'kind = "cylinder"\nradius = {cylinder / 2!r}\nheight = {cylinder!r}',
         "cubes": f'kind = "box"\nedges = [{cube!r}, {cube!r}, {cube!r}]',
         "tetrahedra": f'kind = "regular"\nsolid = "tetrahedron"\ncircumradius = {tetrahedron!r}',
-        "crosses-2d": cross(2, 5),
-        "crosses-3d": cross(3, 5),
+        "crosses-2d": cross(2, ratio, volume),
+        "crosses-3d": cross(3, ratio, volume),
     }
 
 
-def cross(dimensions, ratio):
-    """Cross of 2 or 3 square beams, `ratio` times as long as wide: V = w^3 (2 q - 1) or w^3 (3 q - 2)."""
-    width = (VOLUME / (2 * ratio - 1 if dimensions == 2 else 3 * ratio - 2)) ** (1 / 3)
+def cross(dimensions, ratio, volume):
+    """Cross of 2 or 3 square beams, q = `ratio` times as long as wide: V = w^3 (2 q - 1) or w^3 (3 q - 2)."""
+    width = (volume / (2 * ratio - 1 if dimensions == 2 else 3 * ratio - 2)) ** (1 / 3)
     return f'kind = "cross"\nbeams = {dimensions}\nbeam_width = {width!r}\nbeam_length = {ratio * width!r}'
 
 
@@ -59,23 +59,35 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("shape", nargs="*", choices=[*SOURCE, []], help="shapes to pack, all by default")
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--ratio", type=float, default=5, help="length over width of the beams of crosses")
+    parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     names = arguments.shape or list(SOURCE)
-    folder = lambda name, seed: sweep.RESULTS / "packing" / f"{name}-{seed}"
+    suffix = lambda name: f"-q{arguments.ratio:g}" if name.startswith("crosses") else ""
+    folder = lambda name, seed: sweep.RESULTS / "packing" / f"{name}{suffix(name)}-{seed}"
     seeds = range(1, arguments.seeds + 1)
-    runs = [(case(n, shapes()[n], s, folder(n, s)), folder(n, s)) for s in seeds for n in names]
-    sweep.run_all(runs)
-    print(f"{'shape':<12} {'thesis':>7} {'here':>7} {'spread':>7}   each seed")
+    runs = [(case(n, shapes(ratio=arguments.ratio)[n], s, folder(n, s)), folder(n, s)) for s in seeds for n in names]
+    sweep.run_all(runs, arguments.jobs)
+    print(f"{'shape':<12} {'thesis':>7} {'here':>7} {'spread':>7} {'inside':>7} {'spread':>7}   each seed")
     for name in names:
-        found = []
-        for seed in seeds:
-            if (folder(name, seed) / "done").exists():
-                rows = sweep.analyse("void-fraction", folder(name, seed))
-                found.append(float(rows[0]["void_fraction"]))
-        mean = sum(found) / len(found) if found else math.nan
-        spread = math.sqrt(sum((x - mean) ** 2 for x in found) / (len(found) - 1)) if len(found) > 1 else math.nan
-        each = " ".join(f"{x:.4f}" for x in found)
-        print(f"{name:<12} {SOURCE[name]:>7.4f} {mean:>7.4f} {spread:>7.4f}   {each}")
+        done = [folder(name, seed) for seed in seeds if (folder(name, seed) / "done").exists()]
+        # The thesis's box, from the floor to the highest body; then without a tenth of the bed at either end.
+        whole, inside = ([void_fraction(f, *crop) for f in done] for crop in (["--crop", 0], []))
+        (mean, spread), (mean_in, spread_in) = statistics(whole), statistics(inside)
+        each = " ".join(f"{x:.4f}" for x in whole)
+        print(f"{name:<12} {SOURCE[name]:>7.4f} {mean:>7.4f} {spread:>7.4f} {mean_in:>7.4f} {spread_in:>7.4f}   {each}")
+
+
+def void_fraction(folder, *options):
+    """Void fraction of a bed at its last time."""
+    return float(sweep.analyse("void-fraction", folder, *options)[0]["void_fraction"])
+
+
+def statistics(values):
+    """Mean and standard deviation, NaN where there are too few values."""
+    mean = sum(values) / len(values) if values else math.nan
+    spread = math.sqrt(sum((x - mean) ** 2 for x in values) / (len(values) - 1)) if len(values) > 1 else math.nan
+    return mean, spread
 
 
 if __name__ == "__main__":

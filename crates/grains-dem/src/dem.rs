@@ -136,6 +136,8 @@ impl Dem {
     pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         let range = 2.0 * setup.largest_radius * (1.0 + setup.skin.most);
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
+        // Without particles, as beside a fluid alone, there is nothing to sort and there are no loads.
+        let (cell, radius) = if range > 0.0 { (range, setup.largest_radius) } else { (f64::INFINITY, 1.0) };
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,
@@ -144,8 +146,8 @@ impl Dem {
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
             interrupt: false,
             report: StepReport::default(),
-            grid: CellGrid::new(&decomposition, range),
-            lattice: LoadLattice::new(&setup.catalogue.contacts, setup.largest_radius, setup.overlap_limit),
+            grid: CellGrid::new(&decomposition, cell),
+            lattice: LoadLattice::new(&setup.catalogue.contacts, radius, setup.overlap_limit),
             exchange: Exchange::new(&decomposition, setup.outlets),
             neighbours: Neighbours::default(),
             memories: Memories::default(),

@@ -101,6 +101,11 @@ impl Particles {
         self.cargo.resize(self.owned, [0.0; CARGO_LENGTH]);
     }
 
+    /// Whether particles carry cargo.
+    pub fn is_carrying(&self) -> bool {
+        self.carrying
+    }
+
     /// Appends an owned particle; there must be no clones.
     pub fn push(&mut self, record: &ParticleRecord) {
         debug_assert_eq!(self.owned, self.bodies.len(), "owned particles come before clones");

@@ -2,7 +2,7 @@
 
 use crate::flow::Flow;
 use crate::projection::divergence;
-use crate::{Centre, Field};
+use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
 
 impl Flow {
@@ -17,6 +17,34 @@ impl Flow {
         });
         transport.max(&mut largest);
         largest
+    }
+
+    /// Pressure gradient with the imposed mean one (Pa/m) on every face of the arrays that has a cell on either side; not
+    /// collective, the halo of the pressure is filled.
+    pub fn pressure_gradient(&self, gradient: &mut Faces) {
+        let (dims, strides) = (self.local.layout.dims(), self.local.layout.strides());
+        let pressure = self.state.pressure.data();
+        for axis in 0..3 {
+            let (stride, force) = (strides[axis], self.state.force[axis]);
+            let distances = &self.local.axes[axis].inverse_distance;
+            let out = gradient.component_mut(axis);
+            for k in 0..dims[2] - usize::from(axis == 2) {
+                for j in 0..dims[1] - usize::from(axis == 1) {
+                    let start = j * strides[1] + k * strides[2];
+                    for i in 0..dims[0] - usize::from(axis == 0) {
+                        let p = start + i;
+                        out[p] = (pressure[p + stride] - pressure[p]) * distances[[i, j, k][axis]] - force;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Velocity at the centres of the own cells along an axis (m/s), x fastest; not collective.
+    pub fn centre_velocity(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
+        let (layout, u) = (self.local.layout, self.state.velocity.component(axis));
+        let stride = layout.strides()[axis];
+        layout.rows().flat_map(move |row| (row..row + layout.cells[0]).map(move |p| 0.5 * (u[p] + u[p - stride])))
     }
 
     /// ½ ρ ∫ ε u² dV (J), with the means of squares of opposite faces.

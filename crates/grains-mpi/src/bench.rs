@@ -1,11 +1,12 @@
 //! `grains-mpi bench`: time per particle and step, without output.
 
 use crate::error::{RunError, agreed};
+use crate::fluid::FluidPhase;
 use crate::run::build;
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
-use grains_dem::{Clock, Failure, Phase};
+use grains_dem::{Clock, Dem, Failure, Phase};
 use grains_domain::Transport;
 use std::path::Path;
 use std::time::Instant;
@@ -24,26 +25,30 @@ pub fn time(
     let (System { setup, .. }, mut population) = agreed(world, build(case, job.size()))?;
     let transport = &system::transport(case, &setup, job)?;
     let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
+    let mut fluid = FluidPhase::new(case, &[], &mut dem, transport)?;
     match restart {
-        Some(checkpoint) => crate::restart::restore(case, transport, checkpoint, &mut dem, &mut population)?,
+        Some(checkpoint) => {
+            crate::restart::restore(case, transport, checkpoint, (&mut dem, &mut fluid), &mut population)?;
+        }
         None => {
             population.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+            if let Some(fluid) = &mut fluid {
+                dem.refresh(transport).map_err(failed)?;
+                fluid.begin(&dem, transport)?;
+            }
         }
     }
-    let failed = |failure: Failure| RunError {
-        code: exit::UNSTABLE,
-        message: if let Failure::Here(error) = failure { error.to_string() } else { String::new() },
-    };
     for _ in 0..warm {
-        dem.step(transport).map_err(failed)?;
+        step(&mut dem, &mut fluid, transport)?;
     }
     let particles = dem.totals(transport).particles as f64;
     for _ in 0..segments {
         dem.clock = Clock::default();
+        let fluid_before = fluid.as_ref().map(|f| (f.steps, f.iterations, f.seconds));
         let rebuilds = dem.report.rebuilds;
         let begun = Instant::now();
         for _ in 0..steps {
-            dem.step(transport).map_err(failed)?;
+            step(&mut dem, &mut fluid, transport)?;
         }
         let mut seconds = [begun.elapsed().as_secs_f64()];
         transport.max(&mut seconds);
@@ -58,6 +63,16 @@ pub fn time(
             let phases = Phase::ALL.iter().zip(dem.clock.seconds());
             let phases = phases.map(|((_, name), &seconds)| format!("  {name} {:.5}", per(seconds)));
             say!("{}", phases.collect::<String>());
+            if let (Some(fluid), Some((steps, iterations, [flow, exchange]))) = (&fluid, fluid_before) {
+                let (steps, iterations) = (fluid.steps - steps, fluid.iterations - iterations);
+                let cells = fluid.flow.setup.grid.cells().iter().product::<usize>();
+                let per = |seconds: f64| 1e9 * seconds / (steps.max(1) * cells as u64) as f64;
+                say!(
+                    "fluid_ns_per_cell_step {:.2} exchange {:.2} cells {cells} steps {steps} iterations {iterations}",
+                    per(fluid.seconds[0] - flow),
+                    per(fluid.seconds[1] - exchange)
+                );
+            }
         }
     }
     let (neighbours, walls) = dem.coordination();
@@ -68,4 +83,24 @@ pub fn time(
         say!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
     }
     Ok(())
+}
+
+/// A step of the particles, and of the fluid if it is its turn; without particles always of the fluid.
+fn step(dem: &mut Dem, fluid: &mut Option<FluidPhase>, transport: &MpiTransport) -> Result<(), RunError> {
+    let Some(fluid) = fluid else { return dem.step(transport).map_err(failed) };
+    if !fluid.is_alone() {
+        dem.refresh(transport).map_err(failed)?;
+        dem.add_forces(transport);
+    }
+    fluid.act(dem, u64::MAX, transport)?;
+    if fluid.is_alone() {
+        dem.resume_at(fluid.next_step);
+        return Ok(());
+    }
+    dem.advance(transport).map_err(failed)
+}
+
+fn failed(failure: Failure) -> RunError {
+    let message = if let Failure::Here(error) = failure { error.to_string() } else { String::new() };
+    RunError { code: exit::UNSTABLE, message }
 }

@@ -2,6 +2,7 @@
 
 use crate::VERSION;
 use crate::error::RunError;
+use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::population::Population;
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
@@ -125,6 +126,7 @@ pub struct Files {
     particles: Option<PolyDataFile>,
     walls: Option<PolyDataFile>,
     surfaces: Option<PolyDataFile>,
+    fluid: Option<FluidFiles>,
     /// On rank 0 only.
     series: Option<Series>,
 }
@@ -138,13 +140,13 @@ impl Files {
         case: &Case,
         transport: &MpiTransport,
         restart: &Option<PathBuf>,
-        dem: &mut Dem,
+        (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
         population: &mut Population,
     ) -> Result<Self, RunError> {
         let communicator = transport.communicator();
         let directory = case.output.directory.clone();
         if let Some(checkpoint) = restart {
-            crate::restart::restore(case, transport, checkpoint, dem, population)?;
+            crate::restart::restore(case, transport, checkpoint, (dem, fluid), population)?;
         }
         let is_first = transport.rank() == 0;
         let ready = if is_first { prepare_directory(&directory, restart.is_some()) } else { Ok(()) };
@@ -180,9 +182,17 @@ impl Files {
         let has_walls = case.output.particles > 0.0 && !case.walls.is_empty();
         let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
         let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
+        let opening = Opening {
+            directory: &directory,
+            format: (precision, case.output.compress),
+            metadata: &metadata,
+            restart: restart.as_ref().map(|_| (dem.step, time)),
+        };
+        let fluid_files = fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
         let series = if is_first && case.output.series > 0.0 {
             let path = directory.join("series.csv");
-            let (columns, units): (Vec<String>, Vec<&str>) = columns(dem).into_iter().unzip();
+            let all = columns(dem).into_iter().chain(fluid::columns(case));
+            let (columns, units): (Vec<String>, Vec<&str>) = all.unzip();
             if restart.is_some() && path.exists() {
                 Series::resume(&path, &columns, dem.step).map(Some)
             } else {
@@ -195,7 +205,17 @@ impl Files {
         };
         let series = agree(communicator, series)?;
         let keep = case.output.keep_checkpoints as usize;
-        Ok(Self { directory, particle_fields, metadata, keep, particles, walls, surfaces, series })
+        Ok(Self {
+            directory,
+            particle_fields,
+            metadata,
+            keep,
+            particles,
+            walls,
+            surfaces,
+            fluid: fluid_files,
+            series,
+        })
     }
 
     /// Writes a snapshot of particles and walls.
@@ -226,6 +246,19 @@ impl Files {
         Ok(())
     }
 
+    /// Writes a snapshot of the fluid.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn fluid_snapshot(
+        &mut self,
+        fluid: &mut FluidPhase,
+        dem: &Dem,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        self.fluid.as_mut().map_or(Ok(()), |files| files.snapshot(fluid, dem, transport))
+    }
+
     /// Writes the true surfaces of all particles.
     ///
     /// # Errors
@@ -252,11 +285,11 @@ impl Files {
         Ok(())
     }
 
-    /// Writes a row of the time series.
+    /// Writes a row of the time series, at its end what is told of the fluid.
     ///
     /// # Errors
     /// A full disk.
-    pub fn row(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<Row, RunError> {
+    pub fn row(&mut self, dem: &mut Dem, of_fluid: &[f64], transport: &MpiTransport) -> Result<Row, RunError> {
         let totals = dem.totals(transport);
         let crossings = dem.crossings(transport);
         let loads = dem.wall_loads(transport);
@@ -276,6 +309,7 @@ impl Files {
         for load in &loads {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
+        values.extend(of_fluid);
         let written = match &mut self.series {
             Some(series) => series.append(dem.step, &values),
             None => Ok(()),
@@ -297,13 +331,15 @@ impl Files {
     /// A full disk; earlier checkpoints stay.
     pub fn checkpoint(
         &mut self,
-        dem: &mut Dem,
+        (dem, fluid): (&mut Dem, &Option<FluidPhase>),
         population: &Population,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         let (arrays, mut texts) = crate::restart::state(dem, population, transport);
+        let (grids, clocks) = fluid.as_ref().map(FluidPhase::state).unwrap_or_default();
+        texts.extend(clocks);
         texts.extend(self.metadata.iter().cloned());
-        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &[], &texts)?;
+        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &grids, &texts)?;
         if transport.rank() == 0 {
             remove_old(&self.directory, self.keep);
         }

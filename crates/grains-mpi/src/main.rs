@@ -15,6 +15,7 @@ mod composites;
 mod duration;
 mod error;
 mod files;
+mod fluid;
 mod geometry;
 mod particle_files;
 mod population;
@@ -96,6 +97,9 @@ struct RunArguments {
     /// Write a checkpoint and leave after this wall-clock time (s).
     #[arg(long, value_name = "SECONDS", default_value_t = f64::INFINITY)]
     max_walltime: f64,
+    /// Options for PETSc, after `--`.
+    #[arg(last = true, value_name = "PETSC OPTIONS")]
+    petsc: Vec<String>,
 }
 
 fn main() {
@@ -172,7 +176,12 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
                     .map_err(|e| RunError::files(e.to_string()))?;
             }
             let options =
-                RunOptions { restart: arguments.restart, max_walltime: arguments.max_walltime, interrupted };
+                RunOptions {
+                restart: arguments.restart,
+                max_walltime: arguments.max_walltime,
+                interrupted,
+                petsc: arguments.petsc,
+            };
             Run::prepare(&case, job, transport, options)?.go()
         }
     }

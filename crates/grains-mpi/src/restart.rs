@@ -1,10 +1,11 @@
 //! The state of a run as the arrays of a checkpoint, and back.
 
 use crate::error::RunError;
+use crate::fluid::FluidPhase;
 use crate::population::Population;
 use grains_case::Case;
 use grains_comm::MpiTransport;
-use grains_dem::{Dem, ParticleRecord};
+use grains_dem::{CARGO_LENGTH, Cargo, Dem, ParticleRecord};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{Array, CheckpointFile, Metadata, Values, latest_valid};
@@ -21,11 +22,14 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
         record.write(&mut records);
     }
     let array = |name, width, values| Array { name, unit: "SI", width, values };
-    let arrays = vec![
+    let mut arrays = vec![
         array("particle", ParticleRecord::LENGTH, Values::Real(records)),
         array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
         array("memory", 1, Values::Real(memory)),
     ];
+    if !dem.particles.cargo.is_empty() {
+        arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
+    }
     let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
@@ -54,7 +58,7 @@ pub fn restore(
     case: &Case,
     transport: &MpiTransport,
     checkpoint: &Path,
-    dem: &mut Dem,
+    (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
     population: &mut Population,
 ) -> Result<(), RunError> {
     let communicator = transport.communicator();
@@ -76,10 +80,16 @@ pub fn restore(
     same_case(case, dem, &file)?;
     dem.resume_at(numbers("step").first().map_or(0, |&s| s as u64));
     population.restore(&numbers("inserted"));
-    for (record, memory) in owned_rows(&file, dem, transport)? {
-        dem.restore(&record, &memory);
+    for row in owned_rows(&file, dem, transport)? {
+        dem.restore(&row.record, &row.memory);
+        if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
+            *place = cargo;
+        }
     }
     dem.announce_insertion();
+    if let Some(fluid) = fluid {
+        fluid.restore(&file, transport)?;
+    }
     if transport.rank() == 0 {
         let ledger = numbers("ledger");
         (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
@@ -121,6 +131,7 @@ fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunErr
         ("insert", old.inserts == case.inserts),
         ("wall", old.walls == case.walls),
         ("flow_plane", old.flow_planes == case.flow_planes),
+        ("fluid", old.fluid == case.fluid),
         ("gravity or seed", (old.gravity, old.seed) == (case.gravity, case.seed)),
     ];
     if let Some((section, _)) = what.iter().find(|(_, same)| !same) {
@@ -133,24 +144,34 @@ fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunErr
     Ok(())
 }
 
-/// The particles this rank owns, with what their contacts remember.
-fn owned_rows(
-    file: &CheckpointFile,
-    dem: &Dem,
-    transport: &MpiTransport,
-) -> Result<Vec<(ParticleRecord, Vec<f64>)>, RunError> {
+/// A particle of a checkpoint.
+struct Row {
+    record: ParticleRecord,
+    /// What a coupling lets it carry.
+    cargo: Option<Cargo>,
+    /// What its contacts remember.
+    memory: Vec<f64>,
+}
+
+/// The particles this rank owns.
+fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
     let records = file.real("particle")?;
     let lengths = file.integer("memory_length")?;
     let memory = aligned(file.real("memory")?, lengths.iter().sum::<i64>() as u64, transport);
+    // Rows of the same particles lie on the same ranks in all arrays.
+    let is_coupled = dem.particles.is_carrying();
+    let cargo = if is_coupled { file.real("cargo")? } else { &[] };
+    let width = if is_coupled { CARGO_LENGTH } else { 0 };
     let mut sent = vec![Vec::new(); transport.size()];
     let mut rest = &memory[..];
-    for (row, &length) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths) {
+    for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
         let (own, after) = rest.split_at(length as usize);
         rest = after;
         let record = ParticleRecord::read(row);
         let message = &mut sent[dem.decomposition.owner(record.body.position.into())];
         message.push(length as f64);
         message.extend_from_slice(row);
+        message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
         message.extend_from_slice(own);
     }
     let mut rows = Vec::new();
@@ -158,8 +179,13 @@ fn owned_rows(
         let mut rest = &message[..];
         while let Some((&length, after)) = rest.split_first() {
             let (row, after) = after.split_at(ParticleRecord::LENGTH);
+            let (cargo, after) = after.split_at(width);
             let (memory, after) = after.split_at(length as usize);
-            rows.push((ParticleRecord::read(row), memory.to_vec()));
+            rows.push(Row {
+                record: ParticleRecord::read(row),
+                cargo: cargo.try_into().ok(),
+                memory: memory.to_vec(),
+            });
             rest = after;
         }
     }

@@ -3,6 +3,7 @@
 use crate::duration::duration;
 use crate::error::{RunError, agreed};
 use crate::files::Files;
+use crate::fluid::{self, FluidPhase};
 use crate::population::Population;
 use crate::system::{self, System};
 use grains_case::Case;
@@ -22,6 +23,8 @@ pub struct RunOptions {
     pub max_walltime: f64,
     /// Whether a signal asked the run to leave.
     pub interrupted: Arc<AtomicBool>,
+    /// Options for PETSc from the command line.
+    pub petsc: Vec<String>,
 }
 
 /// The system of a case and its insertions; each rank reads their files for itself.
@@ -40,6 +43,7 @@ struct Schedule {
     series: u64,
     checkpoint: u64,
     surfaces: u64,
+    fluid: u64,
     end: u64,
 }
 
@@ -52,8 +56,16 @@ impl Schedule {
             series: steps(out.series),
             checkpoint: steps(out.checkpoint),
             surfaces: steps(out.surfaces),
+            fluid: case.fluid.as_ref().map_or(0, |f| steps(f.output.interval.unwrap_or(out.particles))),
             end: (case.time.end / dt).round() as u64,
         }
+    }
+
+    /// The next step at which something is written, after `step`.
+    fn next(&self, step: u64) -> u64 {
+        let intervals = [self.particles, self.series, self.checkpoint, self.surfaces, self.fluid];
+        let next = |interval: u64| (step / interval + 1) * interval;
+        intervals.into_iter().filter(|&i| i > 0).map(next).fold(self.end, u64::min)
     }
 }
 
@@ -67,6 +79,7 @@ pub struct Run<'a> {
     transport: MpiTransport,
     /// The granular phase.
     pub dem: Dem,
+    fluid: Option<FluidPhase>,
     population: Population,
     files: Files,
     schedule: Schedule,
@@ -95,12 +108,14 @@ impl<'a> Run<'a> {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
-        let files = Files::open(case, &transport, &options.restart, &mut dem, &mut population)?;
+        let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, &transport)?;
+        let files = Files::open(case, &transport, &options.restart, (&mut dem, &mut fluid), &mut population)?;
         let first_step = dem.step;
         Ok(Self {
             case,
             transport,
             dem,
+            fluid,
             population,
             files,
             schedule,
@@ -116,7 +131,8 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A state that can no longer be trusted, or a file that cannot be written.
     pub fn go(&mut self) -> Result<(), RunError> {
-        let mut is_inserted = self.options.restart.is_some();
+        let is_restart = self.options.restart.is_some();
+        let mut is_inserted = is_restart;
         loop {
             // A checkpoint holds what was inserted at its step.
             if !std::mem::take(&mut is_inserted) {
@@ -124,6 +140,9 @@ impl<'a> Run<'a> {
             }
             let step = self.dem.step;
             self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
+            if step == self.first_step && !is_restart && let Some(fluid) = &mut self.fluid {
+                fluid.begin(&self.dem, &self.transport)?;
+            }
             if self.dem.interrupt {
                 self.checkpoint()?;
                 self.say(&format!(
@@ -150,10 +169,25 @@ impl<'a> Run<'a> {
             let asked = self.options.interrupted.load(Ordering::Relaxed);
             let out_of_time = self.begun.elapsed().as_secs_f64() > self.options.max_walltime;
             self.dem.interrupt = asked || out_of_time;
-            self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
+            self.advance()?;
         }
         self.summary();
         Ok(())
+    }
+
+    /// The step of the fluid if it is its turn, and that of the particles.
+    fn advance(&mut self) -> Result<(), RunError> {
+        let Self { fluid, dem, transport, schedule, .. } = self;
+        if let Some(fluid) = fluid {
+            fluid.act(dem, schedule.next(dem.step), transport)?;
+            if fluid.is_alone() {
+                // Nothing else moves: on to the next step of the fluid.
+                dem.resume_at(fluid.next_step);
+                dem.interrupt = transport.any(dem.interrupt);
+                return Ok(());
+            }
+        }
+        self.dem.advance(&self.transport).map_err(|e| self.failed(e))
     }
 
     fn say(&self, text: &str) {
@@ -189,7 +223,7 @@ impl<'a> Run<'a> {
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
         self.dem.clock.start();
-        self.files.checkpoint(&mut self.dem, &self.population, &self.transport)?;
+        self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
         Ok(())
     }
@@ -198,12 +232,15 @@ impl<'a> Run<'a> {
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
         let step = self.dem.step;
         let wants = |interval| is_due(step, interval) || is_last;
-        let (row, snapshot, surfaces) = (
+        let (row, snapshot, surfaces, fluid) = (
             wants(self.schedule.series),
             wants(self.schedule.particles),
             is_due(step, self.schedule.surfaces),
+            self.fluid.is_some() && wants(self.schedule.fluid),
         );
-        if !(row || snapshot || surfaces) {
+        // What a checkpoint was written beside is there already, and the fluid knows its last step no more.
+        let is_continued = self.options.restart.is_some() && step == self.first_step && self.fluid.is_some();
+        if is_continued || !(row || snapshot || surfaces || fluid) {
             return Ok(false);
         }
         self.dem.clock.start();
@@ -214,6 +251,14 @@ impl<'a> Run<'a> {
         if surfaces {
             self.files.surfaces(&self.dem)?;
         }
+        if let Some(phase) = &mut self.fluid {
+            if row {
+                phase.take_means(self.case, &self.dem, &self.transport)?;
+            }
+            if fluid {
+                self.files.fluid_snapshot(phase, &self.dem, &self.transport)?;
+            }
+        }
         let mut finished = false;
         if row {
             finished = self.row(is_last)?;
@@ -223,7 +268,9 @@ impl<'a> Run<'a> {
     }
 
     fn row(&mut self, is_last: bool) -> Result<bool, RunError> {
-        let values = self.files.row(&mut self.dem, &self.transport)?;
+        let of_fluid =
+            self.fluid.as_ref().map_or(Vec::new(), |f| f.row(self.case, &self.dem, &self.transport));
+        let values = self.files.row(&mut self.dem, &of_fluid, &self.transport)?;
         let stop = &self.case.stop;
         let all_in = self.population.is_complete();
         let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= self.population.total() as i64);
@@ -243,11 +290,18 @@ impl<'a> Run<'a> {
             } else {
                 "-".into()
             };
-            self.say(&format!(
-                "step {:>9}  t {:>10.5} s  particles {:>8}  contacts {:>8}  overlap {:>6.3} %  kinetic {:.3e} J  max speed {:.2} m/s  {:>7.1} steps/s  left {left}",
-                self.dem.step, self.dem.time(), values.particles, values.contacts, 100.0 * values.largest_overlap,
-                values.kinetic_energy, values.largest_speed, done as f64 / elapsed
-            ));
+            let (step, time, rate) = (self.dem.step, self.dem.time(), done as f64 / elapsed);
+            let of_particles = format!(
+                "  particles {:>8}  contacts {:>8}  overlap {:>6.3} %  kinetic {:.3e} J  max speed {:.2} m/s  {rate:>7.1} steps/s",
+                values.particles, values.contacts, 100.0 * values.largest_overlap, values.kinetic_energy, values.largest_speed
+            );
+            let is_alone = self.fluid.as_ref().is_some_and(FluidPhase::is_alone);
+            let (count, of_particles) = match &self.fluid {
+                Some(fluid) if is_alone => (fluid.flow.state.step, String::new()),
+                _ => (step, of_particles),
+            };
+            let of_fluid = if self.fluid.is_some() { fluid::progress(&of_fluid) } else { String::new() };
+            self.say(&format!("step {count:>9}  t {time:>10.5} s{of_particles}{of_fluid}  left {left}"));
         }
         Ok(finished)
     }
@@ -255,7 +309,10 @@ impl<'a> Run<'a> {
     fn summary(&mut self) {
         let elapsed = self.begun.elapsed().as_secs_f64();
         let steps = self.dem.step - self.first_step;
-        let seconds = self.dem.clock.seconds().to_vec();
+        let mut parts: Vec<(String, f64)> =
+            Phase::ALL.iter().zip(self.dem.clock.seconds()).map(|((_, name), &s)| (name.to_string(), s)).collect();
+        parts.extend(self.fluid.iter().flat_map(FluidPhase::times));
+        let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
         let all = self.transport.gather(&seconds);
         let mut counts = [
             self.dem.particles.owned as u64,
@@ -274,7 +331,7 @@ impl<'a> Run<'a> {
             return;
         }
         say!("\ntime by phase (s)          min       mean        max      share");
-        for (k, (_, name)) in Phase::ALL.iter().enumerate() {
+        for (k, (name, _)) in parts.iter().enumerate() {
             let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
             let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
             let (least, most) =
@@ -282,6 +339,20 @@ impl<'a> Run<'a> {
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
         let [inside, inserted, left, cores_met, collisions, resting] = counts;
+        if let Some(fluid) = &self.fluid {
+            say!(
+                "fluid: {} steps, {:.1} iterations for the pressure each, {:.0} nanoseconds per cell and step",
+                fluid.steps,
+                fluid.iterations as f64 / fluid.steps.max(1) as f64,
+                1e9 * fluid.seconds[0] * ranks as f64
+                    / fluid.steps.max(1) as f64
+                    / fluid.flow.setup.grid.cells().iter().product::<usize>() as f64
+            );
+            if fluid.is_alone() {
+                say!("{} on {ranks} rank(s)\nresults in {}", duration(elapsed), self.case.output.directory.display());
+                return;
+            }
+        }
         say!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
         let [most, least, overlap] = extremes;
         say!("particles per rank: {} to {most}", -least);

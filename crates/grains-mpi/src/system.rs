@@ -32,7 +32,10 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
     let catalogue = catalogue(case)?;
     let largest_radius = largest_radius(case, &catalogue)?;
-    let step = timestep::choose(case, &catalogue)?;
+    let step = match case.inserts.is_empty() {
+        true => timestep::of_fluid(case),
+        false => timestep::choose(case, &catalogue)?,
+    };
     let gravity = Vec3::from(case.gravity);
     let skin = skin(case, largest_radius);
     let range = 2.0 * largest_radius * (1.0 + skin.most);

@@ -123,6 +123,22 @@ pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, Stri
     Ok(choice)
 }
 
+/// The tick of the clock where there are no particles: the step given, or a small fraction of the shortest time between
+/// outputs, of which a step of the fluid takes as many as it may.
+pub fn of_fluid(case: &Case) -> TimeStepChoice {
+    /// Ticks per output.
+    const TICKS: f64 = 65536.0;
+    let out = &case.output;
+    let fluid = case.fluid.as_ref().and_then(|f| f.output.interval);
+    let times = [Some(out.particles), Some(out.series), Some(out.checkpoint), fluid];
+    let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
+    let (dt, reason) = match case.time.dt {
+        TimeStep::Seconds(given) => (given, "the step of the fluid".to_string()),
+        TimeStep::Auto => (shortest / TICKS, "a tick of the clock; the fluid's step is a multiple of it".to_string()),
+    };
+    TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), reason, warning: None }
+}
+
 /// Chooses the time step of hard collisions, which last no time: bodies must not get far into each other.
 fn choose_for_impulses(case: &Case, encounters: Vec<Encounter>) -> Result<TimeStepChoice, String> {
     /// Way per step over the smallest radius that "auto" aims at.

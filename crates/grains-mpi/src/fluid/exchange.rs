@@ -1,0 +1,260 @@
+//! Particles and fluid of one rank: what each tells the other in a step of the fluid.
+
+use crate::error::{RunError, agreed};
+use grains_comm::{MpiTransport, exit};
+use grains_coupling::{
+    Coupling, CouplingError, DragFields, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel, Layout as Places,
+    MomentumLedger, Site, Stencil, impulse_taken, void_fractions,
+};
+use grains_dem::Particles;
+use grains_domain::Transport;
+use grains_fluid::{Centre, Faces, Field, Flow, Grid, Halo, Layout, Ownership};
+use grains_geometry::Vec3;
+use std::ops::Range;
+
+/// Width of the halo (cells) that a kernel needs on this grid, for particles of at most `diameter` (m) that may be
+/// `wander` (m) outside their rank's subdomain.
+///
+/// Subdomains end in cells, not between them: another half cell; and the kernel leaves out the lowest layer, whose lower
+/// faces no array holds.
+pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [f64; 3]) -> usize {
+    let of_axis = |cell: f64| kernel.halo(diameter, wander + 0.5 * cell, cell) + 1;
+    smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
+}
+
+/// The exchange between the particles and the fluid of one rank.
+pub struct Exchange {
+    /// Kernel, drag law, model.
+    pub coupling: Coupling,
+    /// What drag has moved from one to the other.
+    pub ledger: MomentumLedger,
+    /// Least void fraction of the last step on this rank (-).
+    pub least_void_fraction: f64,
+    /// Void fraction (-) below which the run ends.
+    limit: f64,
+    kernel_grid: KernelGrid,
+    /// Own cells in the places of `kernel_grid`.
+    own: [Range<usize>; 3],
+    halo: Halo,
+    coefficient: Faces,
+    explicit: Faces,
+    gradient: Faces,
+    /// 1 over the volume of the faces' control volumes (1/m³), own faces.
+    per_volume: Faces,
+}
+
+impl Exchange {
+    /// Exchange on the cells of a rank; `limit` is the void fraction (-) below which the run ends.
+    ///
+    /// # Errors
+    /// A kernel that covers too many cells, with the key.
+    pub fn new(
+        coupling: Coupling,
+        (grid, ownership, halo): (&Grid, &Ownership, usize),
+        largest_diameter: f64,
+        limit: f64,
+    ) -> Result<Self, CouplingError> {
+        let layout = Layout { cells: ownership.cells(), halo };
+        let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
+        coupling.kernel.check(&kernel_grid.axes, largest_diameter)?;
+        Ok(Self {
+            coupling,
+            ledger: MomentumLedger::default(),
+            least_void_fraction: 1.0,
+            limit,
+            kernel_grid,
+            own,
+            halo: Halo::new(grid, ownership, layout),
+            coefficient: Faces::new(layout),
+            explicit: Faces::new(layout),
+            gradient: Faces::new(layout),
+            per_volume: inverse_volumes(grid, ownership, layout),
+        })
+    }
+
+    /// Gives the fluid the void fraction of the particles where they are; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo, a cell too full.
+    pub fn fill_void_fraction(
+        &mut self,
+        particles: &Particles,
+        void_fraction: &mut Field<Centre>,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        void_fraction.fill(0.0);
+        let data = void_fraction.data_mut();
+        let deposited = self.coupling.deposit_volume(particles, &self.kernel_grid, data);
+        agree(transport, deposited)?;
+        self.halo.add(&mut [data], transport);
+        let checked = void_fractions(&self.kernel_grid, self.own.clone(), self.limit, data);
+        agree(transport, checked)?;
+        self.halo.fill(&mut [data], transport);
+        self.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
+        Ok(())
+    }
+
+    /// Tells the fluid of the drag in its coming step `dt` (s); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn before_step(
+        &mut self,
+        particles: &mut Particles,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(mixture) = flow.mixture.as_mut() else { return Ok(()) };
+        self.fill_void_fraction(particles, &mut mixture.void_fraction, transport)?;
+        self.coefficient.fill(0.0);
+        self.explicit.fill(0.0);
+        let fluid = FluidFields {
+            velocity: flow.state.velocity.components(),
+            void_fraction: mixture.void_fraction.data(),
+            pressure_gradient: self.gradient.components(),
+        };
+        let mut drag =
+            DragFields { coefficient: self.coefficient.components_mut(), explicit: self.explicit.components_mut() };
+        let deposited = self.coupling.deposit_drag(particles, (&self.kernel_grid, &fluid), &mut drag, dt);
+        agree(transport, deposited)?;
+        let [a, b, c] = self.coefficient.components_mut();
+        let [d, e, f] = self.explicit.components_mut();
+        self.halo.add(&mut [a, b, c, d, e, f], transport);
+        for axis in 0..3 {
+            let scale = self.per_volume.component(axis);
+            scaled(mixture.drag.component_mut(axis), self.coefficient.component(axis), scale);
+            scaled(mixture.source.component_mut(axis), self.explicit.component(axis), scale);
+        }
+        Ok(())
+    }
+
+    /// Gives the particles the fluid's new velocity and pressure gradient, after its step `dt` (s); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn after_step(
+        &mut self,
+        particles: &mut Particles,
+        flow: &Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(mixture) = &flow.mixture else { return Ok(()) };
+        flow.pressure_gradient(&mut self.gradient);
+        let fluid = FluidFields {
+            velocity: flow.state.velocity.components(),
+            void_fraction: mixture.void_fraction.data(),
+            pressure_gradient: self.gradient.components(),
+        };
+        let lent = self.coupling.lend(particles, (&self.kernel_grid, &fluid), dt);
+        agree(transport, lent)?;
+        for axis in 0..3 {
+            let [b, s, u] = [&self.coefficient, &self.explicit, &flow.state.velocity].map(|f| f.component(axis));
+            let layout = flow.layout();
+            let own = layout.rows().map(|row| row..row + layout.cells[0]);
+            self.ledger.taken[axis] +=
+                own.map(|r| impulse_taken(&b[r.clone()], &s[r.clone()], &u[r], dt)).sum::<f64>();
+        }
+        Ok(())
+    }
+
+    /// Velocity of the particles times their volume (m⁴/s) in every own cell, and their volume (m³); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn solid_flux(
+        &mut self,
+        particles: &Particles,
+        layout: Layout,
+        transport: &MpiTransport,
+    ) -> Result<[Field<Centre>; 4], RunError> {
+        let mut fields: [Field<Centre>; 4] = std::array::from_fn(|_| Field::new(layout));
+        let mut stencil = Stencil::default();
+        let mut deposit = || {
+            for body in &particles.bodies[..particles.owned] {
+                let diameter = self.coupling.equivalent_diameter(body);
+                stencil.place(&self.coupling.kernel, &self.kernel_grid.axes, &body.position, diameter)?;
+                let volume = self.coupling.volume(body);
+                let amounts = [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
+                for (field, amount) in fields.iter_mut().zip(amounts) {
+                    stencil.deposit(Site::Cells, &self.kernel_grid.cells, amount, field.data_mut());
+                }
+            }
+            Ok(())
+        };
+        let deposited = deposit();
+        agree(transport, deposited)?;
+        let [x, y, z, v] = &mut fields;
+        self.halo.add(&mut [x.data_mut(), y.data_mut(), z.data_mut(), v.data_mut()], transport);
+        Ok(fields)
+    }
+
+    /// What of the momentum between particles and fluid is not accounted for (N s), rounding; collective.
+    pub fn imbalance(&self, particles: &Particles, transport: &MpiTransport) -> Vec3 {
+        let mut sums: [f64; 3] = self.ledger.imbalance(particles).into();
+        transport.sum(&mut sums);
+        sums.into()
+    }
+}
+
+/// The same outcome on all ranks.
+fn agree<T>(transport: &MpiTransport, outcome: Result<T, CouplingError>) -> Result<T, RunError> {
+    agreed(transport, outcome.map_err(|e| RunError { code: exit::UNSTABLE, message: e.to_string() }))
+}
+
+fn scaled(to: &mut [f64], from: &[f64], by: &[f64]) {
+    to.iter_mut().zip(from).zip(by).for_each(|((t, f), b)| *t = f * b);
+}
+
+/// The cells of a rank as kernels see them: without what lies beyond a boundary of the domain, and without the lowest layer
+/// of the halo, so that face 0 of an axis is the upper face of a cell of the arrays.
+fn kernel_grid(
+    grid: &Grid,
+    ownership: &Ownership,
+    layout: Layout,
+) -> Result<(KernelGrid, [Range<usize>; 3]), CouplingError> {
+    let (h, first, strides) = (layout.halo, ownership.first(), layout.strides());
+    let mut starts = [0; 3];
+    let mut axes = Vec::new();
+    for a in 0..3 {
+        let (axis, n) = (grid.axis(a), layout.cells[a]);
+        let ends = ownership.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
+        starts[a] = if ends[0] == End::Boundary { h } else { 1 };
+        let last = if ends[1] == End::Boundary { n + h } else { n + 2 * h };
+        let node = |place: usize| axis.node(first[a] as isize + place as isize - h as isize);
+        axes.push(GridAxis::new(a, (starts[a]..=last).map(node).collect(), ends)?);
+    }
+    let axes: [GridAxis; 3] = axes.try_into().unwrap_or_else(|_| unreachable!("three axes"));
+    let offset: usize = (0..3).map(|a| starts[a] * strides[a]).sum();
+    let stride = [strides[1], strides[2]];
+    let places = |offset| Places { offset, stride };
+    let own = std::array::from_fn(|a| h - starts[a]..h - starts[a] + layout.cells[a]);
+    let grid =
+        KernelGrid { axes, cells: places(offset), faces: std::array::from_fn(|a| places(offset - strides[a])) };
+    Ok((grid, own))
+}
+
+/// 1/V_f (1/m³) of the own faces: half of the cell on either side.
+fn inverse_volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Faces {
+    let mut inverse = Faces::new(layout);
+    let first = ownership.first();
+    for component in 0..3 {
+        for k in 0..layout.cells[2] {
+            for j in 0..layout.cells[1] {
+                let row = layout.row(j, k);
+                for i in 0..layout.cells[0] {
+                    let volume: f64 = (0..3)
+                        .map(|a| {
+                            let cell = ([i, j, k][a] + first[a]) as isize;
+                            let width = |c: isize| grid.axis(a).width(c);
+                            if a == component { 0.5 * (width(cell) + width(cell + 1)) } else { width(cell) }
+                        })
+                        .product();
+                    inverse.component_mut(component)[row + i] = 1.0 / volume;
+                }
+            }
+        }
+    }
+    inverse
+}

@@ -1,0 +1,235 @@
+//! The fluid of a run: its steps between those of the particles, and what is written of it.
+//!
+//! ```text
+//! particle step s = the fluid's time?  void fraction and drag → fluid step of n particle steps → velocity lent
+//! every particle step                  contact forces + drag, pressure gradient, buoyancy → advance
+//! ```
+//!
+//! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
+//! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
+//! ticks in small fractions of the output interval, and the particles' part of the step is left out.
+
+mod exchange;
+mod files;
+mod observe;
+mod profile;
+mod restart;
+mod setup;
+
+use crate::error::{RunError, agreed};
+use exchange::{Exchange, halo_width};
+use grains_case::{Case, Fluid as CaseFluid, TimeStep};
+use grains_comm::{MpiTransport, exit};
+use grains_coupling::add_drag;
+use grains_dem::Dem;
+use grains_domain::Transport;
+use profile::Sampler;
+use grains_fluid::{Flow, FlowLimits, Halo, Phase, StepReport};
+pub use files::{FluidFiles, Opening};
+pub use observe::{Sums, columns, progress};
+
+/// The fluid of a run on this rank.
+pub struct FluidPhase {
+    /// The flow.
+    pub flow: Flow,
+    /// The exchange with particles, if there are any.
+    pub exchange: Option<Exchange>,
+    /// Particle step at which the fluid's state is.
+    pub next_step: u64,
+    /// What the last step did.
+    pub report: StepReport,
+    /// Steps of the fluid since the run began or was continued.
+    pub steps: u64,
+    /// Iterations for the pressure in these.
+    pub iterations: u64,
+    /// Seconds spent in the fluid's step, and in the exchange with particles.
+    pub seconds: [f64; 2],
+    /// Sums of the fields since the case's `mean_from`, if it has one.
+    pub means: Option<Sums>,
+    /// Lines and planes that are written.
+    pub profiles: Vec<Sampler>,
+    halo: Halo,
+    limits: FlowLimits,
+    /// Particle steps of the last step of the fluid.
+    last_span: u64,
+    /// Particle steps per step of the fluid, if the case says how many.
+    span: Option<u64>,
+}
+
+impl FluidPhase {
+    /// The fluid of a case, at rest or as the case begins, with options for PETSc; collective.
+    ///
+    /// # Errors
+    /// Anything the solver or the coupling refuses, with its key.
+    pub fn new(
+        case: &Case,
+        petsc: &[String],
+        dem: &mut Dem,
+        transport: &MpiTransport,
+    ) -> Result<Option<Self>, RunError> {
+        let Some(fluid) = &case.fluid else { return Ok(None) };
+        let built = Parts::of(case, fluid, dem, transport);
+        let parts = agreed(transport, built.map_err(RunError::case))?;
+        let solver = setup::pressure_solver(fluid, petsc, &parts.setup, transport);
+        let about = |e: String| RunError::case(case.about("fluid.pressure", e));
+        let solver = agreed(transport, solver.map_err(about))?;
+        let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
+        let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
+        setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case)?;
+        if parts.exchange.is_some() {
+            dem.particles.carry();
+        }
+        let longest = fluid.longest_step.unwrap_or(0.01 * case.time.end);
+        let limits = FlowLimits { cfl: fluid.courant, growth: f64::INFINITY, ..FlowLimits::new(longest) };
+        let span = match (&fluid.coupling, case.time.dt) {
+            (Some(coupling), _) => coupling.particle_steps,
+            (None, TimeStep::Seconds(_)) => Some(1),
+            (None, TimeStep::Auto) => None,
+        };
+        let setup = &flow.setup;
+        let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
+        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), parts.exchange.is_some()));
+        let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
+        Ok(Some(Self {
+            flow,
+            exchange: parts.exchange,
+            next_step: 0,
+            report: StepReport::default(),
+            steps: 0,
+            iterations: 0,
+            seconds: [0.0; 2],
+            means,
+            profiles,
+            halo,
+            limits,
+            last_span: 1,
+            span,
+        }))
+    }
+
+    /// Names of the parts of a step and the seconds spent in them.
+    pub fn times(&self) -> Vec<(String, f64)> {
+        let names = ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries"];
+        let seconds = Phase::ALL.map(|phase| self.flow.clock.seconds(phase));
+        let of_flow = names.map(|name| ["fluid ", name].concat()).into_iter().zip(seconds);
+        of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()
+    }
+
+    /// Adds what the cells hold now to the means, if it is time; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn take_means(&mut self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        let from = case.fluid.as_ref().and_then(|f| f.output.mean_from);
+        if from.is_none_or(|from| dem.time() < from) {
+            return Ok(());
+        }
+        let sample = self.sample(dem, transport)?;
+        if let Some(means) = &mut self.means {
+            means.add(&sample);
+        }
+        Ok(())
+    }
+
+    /// Whether there are no particles.
+    pub fn is_alone(&self) -> bool {
+        self.exchange.is_none()
+    }
+
+    /// Takes the particles as they are for the void fraction from which the first step begins; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo, a cell too full.
+    pub fn begin(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
+            exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;
+            mixture.begin();
+        }
+        Ok(())
+    }
+
+    /// Steps the fluid if it is its turn, and adds drag, pressure gradient and buoyancy to the loads of the particles;
+    /// `event` is the next particle step at which something is written. Collective.
+    ///
+    /// # Errors
+    /// A state that cannot be trusted any longer.
+    pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+        if dem.step >= self.next_step {
+            self.step(dem, event, transport)?;
+        }
+        if let Some(exchange) = &mut self.exchange {
+            add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.ledger);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+        let begun = std::time::Instant::now();
+        let span = self.choose_span(dem, event, transport);
+        let dt = span as f64 * dem.setup.rates.dt;
+        if let Some(exchange) = &mut self.exchange {
+            exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
+        }
+        let exchanged = begun.elapsed().as_secs_f64();
+        let outcome = self.flow.step(dt, transport);
+        let failed = |e: grains_fluid::StepError| RunError {
+            code: exit::UNSTABLE,
+            message: format!("t = {:.6e} s: {e}", dem.time()),
+        };
+        self.report = agreed(transport, outcome.map_err(failed))?;
+        let stepped = begun.elapsed().as_secs_f64();
+        if let Some(exchange) = &mut self.exchange {
+            exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
+        }
+        self.seconds[0] += stepped - exchanged;
+        self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
+        self.steps += 1;
+        self.iterations += self.report.solve.iterations as u64;
+        self.next_step = dem.step + span;
+        self.last_span = span;
+        Ok(())
+    }
+
+    /// Particle steps of the coming step of the fluid: what its limits allow, a fifth more than the last one at most, in
+    /// equal parts up to the next event.
+    fn choose_span(&self, dem: &Dem, event: u64, transport: &MpiTransport) -> u64 {
+        let most = self.span.unwrap_or_else(|| {
+            let allowed = self.limits.time_step(&self.flow, transport) / dem.setup.rates.dt;
+            let grown = if self.flow.state.last_dt > 0.0 { self.last_span + (self.last_span / 5).max(1) } else { u64::MAX };
+            (allowed as u64).min(grown).max(1)
+        });
+        let left = event.saturating_sub(dem.step).max(1);
+        left.div_ceil(left.div_ceil(most))
+    }
+}
+
+/// What a phase is made of.
+struct Parts {
+    setup: grains_fluid::FlowSetup,
+    exchange: Option<Exchange>,
+}
+
+impl Parts {
+    fn of(case: &Case, fluid: &CaseFluid, dem: &Dem, transport: &MpiTransport) -> Result<Self, String> {
+        let catalogue = &dem.setup.catalogue;
+        let coupling = match case.inserts.is_empty() {
+            true => None,
+            false => setup::coupling(case, fluid, catalogue)?,
+        };
+        let Some(coupling) = coupling else {
+            let setup = setup::flow_setup(case, fluid, &dem.decomposition, 2)?;
+            return Ok(Self { setup, exchange: None });
+        };
+        let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
+        let wander = dem.setup.skin.most * dem.setup.largest_radius;
+        let cells = setup::smallest_cells(&setup::grid(case, fluid)?);
+        let halo = halo_width(&coupling.kernel, diameter, wander, cells);
+        let setup = setup::flow_setup(case, fluid, &dem.decomposition, halo)?;
+        let limit = coupling.least_void_fraction;
+        let place = (&setup.grid, &setup.ownership, halo);
+        let exchange = Exchange::new(coupling, place, diameter, limit)
+            .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
+        debug_assert_eq!(setup.ownership.size(), transport.size());
+        Ok(Self { setup, exchange: Some(exchange) })
+    }
+}

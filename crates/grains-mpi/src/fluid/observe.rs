@@ -1,0 +1,201 @@
+//! What is told of the fluid: columns of the time series, fields in the cells, and their means over time.
+
+use super::FluidPhase;
+use crate::error::RunError;
+use grains_case::{Case, FluidField, ProfileKind};
+use grains_comm::MpiTransport;
+use grains_dem::Dem;
+use grains_domain::Transport;
+use grains_fluid::{Centre, Field, Grid, Layout};
+
+/// Columns of the fluid in the time series.
+const COLUMNS: [(&str, &str); 12] = [
+    ("fluid_dt", "s"),
+    ("fluid_courant", "-"),
+    ("fluid_kinetic", "J"),
+    ("fluid_divergence", "1/s"),
+    ("pressure_drop", "Pa"),
+    ("drive_x", "Pa/m"),
+    ("drive_y", "Pa/m"),
+    ("drive_z", "Pa/m"),
+    ("pressure_iterations", "-"),
+    ("least_void_fraction", "-"),
+    ("solid_volume", "m3"),
+    ("momentum_imbalance", "N s"),
+];
+
+/// Names and units of the columns that the fluid of a case adds to the time series.
+pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
+    let Some(fluid) = &case.fluid else { return Vec::new() };
+    let mut columns: Vec<_> = COLUMNS.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
+    for profile in &fluid.profile {
+        if let ProfileKind::Plane { .. } = profile.kind {
+            columns.push((format!("{}_pressure", profile.name), "Pa"));
+            columns.push((format!("{}_flow", profile.name), "m3/s"));
+        }
+    }
+    columns
+}
+
+/// A line about the fluid, from its row of the time series.
+pub fn progress(row: &[f64]) -> String {
+    let [dt, courant, energy, _, drop, _, _, _, iterations, ..] = row else { return String::new() };
+    format!(
+        "  fluid dt {dt:.2e} s  Courant {courant:.2}  kinetic {energy:.3e} J  drop {drop:.4e} Pa  iterations {iterations:.0}"
+    )
+}
+
+/// What the cells hold: sums over samples, or one sample.
+#[derive(Clone, Debug)]
+pub struct Sums {
+    /// Number of samples.
+    pub samples: u64,
+    /// u, v, w at the centres (m/s), p (Pa); among particles also ε (-), the flux of solid volume along x, y, z
+    /// (m⁴/s per cell) and the solid volume (m³ per cell).
+    pub fields: Vec<Field<Centre>>,
+}
+
+/// A field as it is written: one component, or three.
+pub struct Observation {
+    /// Name.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Its components, halo filled.
+    pub components: Vec<Field<Centre>>,
+}
+
+impl Observation {
+    /// Values of the own cells, x fastest, components side by side.
+    pub fn interleaved(&self) -> Vec<f64> {
+        let width = self.components.len();
+        let mut values = vec![0.0; self.components.first().map_or(0, |c| c.layout().cells.iter().product::<usize>()) * width];
+        for (k, component) in self.components.iter().enumerate() {
+            values.iter_mut().skip(k).step_by(width).zip(component.own()).for_each(|(to, from)| *to = from);
+        }
+        values
+    }
+}
+
+impl Sums {
+    /// No samples yet.
+    pub fn new(layout: Layout, has_particles: bool) -> Self {
+        Self { samples: 0, fields: vec![Field::new(layout); if has_particles { 9 } else { 4 }] }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, sample: &Sums) {
+        self.samples += sample.samples;
+        self.fields.iter_mut().zip(&sample.fields).for_each(|(sum, field)| *sum += field);
+    }
+
+    /// The means as fields, of those that a case asks for; the solid velocity is that of the mean flux.
+    pub fn observations(&self, wanted: &[FluidField]) -> Vec<Observation> {
+        let share = 1.0 / self.samples.max(1) as f64;
+        let mean = |k: usize| {
+            let mut field = self.fields[k].clone();
+            field.data_mut().iter_mut().for_each(|x| *x *= share);
+            field
+        };
+        let ratio = |k: usize| {
+            let mut field = self.fields[k].clone();
+            let volumes = self.fields[8].data().iter();
+            field.data_mut().iter_mut().zip(volumes).for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
+            field
+        };
+        let has_particles = self.fields.len() > 4;
+        let make = |field: &FluidField| {
+            let (name, unit, components) = match field {
+                FluidField::Velocity => ("velocity", "m/s", (0..3).map(mean).collect()),
+                FluidField::Pressure => ("pressure", "Pa", vec![mean(3)]),
+                FluidField::VoidFraction if has_particles => ("void_fraction", "-", vec![mean(4)]),
+                FluidField::SolidVelocity if has_particles => ("solid_velocity", "m/s", (5..8).map(ratio).collect()),
+                _ => return None,
+            };
+            Some(Observation { name, unit, components })
+        };
+        wanted.iter().filter_map(make).collect()
+    }
+}
+
+impl FluidPhase {
+    /// Names, units and numbers of components of the fields that a case asks for and that there are.
+    pub fn names(&self, wanted: &[FluidField]) -> Vec<(&'static str, &'static str, usize)> {
+        let fields = Sums::new(Layout { cells: [0; 3], halo: 0 }, self.exchange.is_some()).observations(wanted);
+        fields.iter().map(|f| (f.name, f.unit, f.components.len())).collect()
+    }
+
+    /// Values of [`columns`]; collective.
+    pub fn row(&self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+        let flow = &self.flow;
+        let dt = self.report.dt;
+        let [divergence, rate] = flow.divergence(transport);
+        let along = main_axis(case);
+        let last = flow.setup.grid.axis(along).cells() - 1;
+        let drop = flow.mean_pressure(along, 0, transport) - flow.mean_pressure(along, last, transport);
+        let (mut solid, mut least, mut imbalance) = ([0.0], [-1.0], 0.0);
+        if let Some(exchange) = &self.exchange {
+            let own = &dem.particles.bodies[..dem.particles.owned];
+            solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
+            least[0] = -exchange.least_void_fraction;
+            imbalance = exchange.imbalance(&dem.particles, transport).norm();
+        }
+        transport.sum(&mut solid);
+        transport.max(&mut least);
+        let (energy, iterations) = (flow.kinetic_energy(transport), self.report.solve.iterations as f64);
+        let mut row = vec![dt, rate * dt, energy, divergence, drop];
+        row.extend(flow.state.force);
+        row.extend([iterations, -least[0], solid[0], imbalance]);
+        for profile in case.fluid.iter().flat_map(|f| &f.profile) {
+            if let ProfileKind::Plane { axis, at } = profile.kind {
+                let axis = axis as usize;
+                let (cell, node) = nearest(&flow.setup.grid, axis, at);
+                row.push(flow.mean_pressure(axis, cell, transport));
+                row.push(flow.flow_rate(axis, node, transport));
+            }
+        }
+        row
+    }
+
+    /// The fields of the cells now, halo filled; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn sample(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<Sums, RunError> {
+        let layout = self.flow.layout();
+        let mut fields: Vec<Field<Centre>> = Vec::new();
+        for axis in 0..3 {
+            let mut field = Field::new(layout);
+            let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+            rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
+            fields.push(field);
+        }
+        fields.push(self.flow.state.pressure.clone());
+        if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &self.flow.mixture) {
+            fields.push(mixture.void_fraction.clone());
+            fields.extend(exchange.solid_flux(&dem.particles, layout, transport)?);
+        }
+        let mut all: Vec<&mut [f64]> = fields.iter_mut().map(Field::data_mut).collect();
+        self.halo.fill(&mut all, transport);
+        Ok(Sums { samples: 1, fields })
+    }
+}
+
+/// The cell that holds a coordinate (m) and the node next to it; the first or last ones for those beyond.
+fn nearest(grid: &Grid, axis: usize, at: f64) -> (usize, usize) {
+    let cell = cell_of(grid, axis, at);
+    let nodes = grid.axis(axis).nodes();
+    (cell, cell + usize::from(at - nodes[cell] > nodes[cell + 1] - at))
+}
+
+/// The cell that holds a coordinate (m), the first or last one for those beyond.
+pub fn cell_of(grid: &Grid, axis: usize, at: f64) -> usize {
+    let nodes = grid.axis(axis).nodes();
+    nodes[1..nodes.len() - 1].partition_point(|&node| node <= at)
+}
+
+/// The axis along which the pressure drop is taken: that of gravity, or x without.
+fn main_axis(case: &Case) -> usize {
+    let g = case.gravity.map(f64::abs);
+    (0..3).fold(0, |best, a| if g[a] > g[best] { a } else { best })
+}

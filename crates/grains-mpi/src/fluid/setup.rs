@@ -1,0 +1,215 @@
+//! From the `[fluid]` of a case to a flow and its coupling.
+
+use crate::population::for_each_kind;
+use grains_case::{
+    BoundaryKind, Case, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive, Expression, Fluid as CaseFluid, Formula, FormulaError,
+    Kernel as CaseKernel, MixtureModel as CaseModel, PressureMethod,
+};
+use grains_comm::MpiTransport;
+use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
+use grains_dem::Catalogue;
+use grains_domain::Decomposition;
+use grains_fluid::{
+    Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Diffusion, Drive, FastSolver, Flow,
+    FlowSetup, Grid, MixtureModel, Ownership, Patch, PressureSolver, Profile, Side,
+};
+use grains_geometry::Vec3;
+use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
+use std::sync::Arc;
+
+/// The grid of the fluid.
+///
+/// # Errors
+/// Cells that cannot be.
+pub fn grid(case: &Case, fluid: &CaseFluid) -> Result<Grid, String> {
+    let domain = &case.domain;
+    let axes = std::array::from_fn(|a| {
+        let (lower, upper, cells) = (domain.lower[a], domain.upper[a], fluid.cells[a] as usize);
+        match fluid.refinement[a] {
+            strength if strength > 0.0 => Axis::clustered(lower, upper, cells, strength),
+            _ => Axis::uniform(lower, upper, cells, domain.periodic[a]),
+        }
+    });
+    Grid::new(axes).map_err(|e| case.about("fluid.cells", e.to_string()))
+}
+
+/// Width of the smallest cell along each axis (m).
+pub fn smallest_cells(grid: &Grid) -> [f64; 3] {
+    std::array::from_fn(|a| {
+        grid.axis(a).nodes().windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+    })
+}
+
+/// Everything that defines the flow; `halo` in cells.
+///
+/// # Errors
+/// What the solver refuses, with the key.
+pub fn flow_setup(case: &Case, fluid: &CaseFluid, decomposition: &Decomposition, halo: usize) -> Result<FlowSetup, String> {
+    let grid = grid(case, fluid)?;
+    let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
+    let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
+    let is_mixture = fluid.coupling.is_some();
+    let advection = match fluid.advection {
+        Some(grains_case::Advection::Central) => Advection::Central,
+        Some(grains_case::Advection::VanLeer) => Advection::VanLeer,
+        None if is_mixture => Advection::VanLeer,
+        None => Advection::Central,
+    };
+    let setup = FlowSetup {
+        boundaries: boundaries(case, fluid, &grid)?,
+        ownership,
+        grid,
+        halo,
+        density: fluid.density,
+        viscosity: fluid.viscosity,
+        advection,
+        diffusion: match fluid.diffusion {
+            CaseDiffusion::Implicit => Diffusion::CrankNicolson,
+            CaseDiffusion::Explicit => Diffusion::Explicit,
+        },
+        drive: drive(fluid),
+        mixture: fluid.coupling.as_ref().map(|c| match c.model {
+            CaseModel::A => MixtureModel::A,
+            CaseModel::B => MixtureModel::B,
+        }),
+    };
+    setup.check().map_err(about)?;
+    Ok(setup)
+}
+
+fn drive(fluid: &CaseFluid) -> [Drive; 3] {
+    std::array::from_fn(|a| match &fluid.drive {
+        Some(CaseDrive::PressureGradient { gradient }) if gradient[a] != 0.0 => Drive::PressureGradient(gradient[a]),
+        Some(CaseDrive::MeanVelocity { velocity, axes }) if axes[a] => Drive::MeanVelocity(velocity[a]),
+        _ => Drive::None,
+    })
+}
+
+fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries, String> {
+    let mut boundaries = Boundaries::default();
+    for face in BoxFace::all().filter(|face| !grid.is_active(face.axis)) {
+        boundaries.faces[face.index()] = Condition::Symmetry;
+    }
+    for (k, boundary) in fluid.boundary.iter().enumerate() {
+        let side = if boundary.face.is_upper() { Side::High } else { Side::Low };
+        let face = BoxFace { axis: boundary.face.axis(), side };
+        let about = |e: FormulaError| case.about(&format!("fluid.boundary[{k}].velocity"), e.to_string());
+        let condition = condition(&boundary.kind).map_err(about)?;
+        match (boundary.lower, boundary.upper) {
+            (Some(lower), Some(upper)) => boundaries.patches.push(Patch { face, lower, upper, condition }),
+            _ => boundaries.faces[face.index()] = condition,
+        }
+    }
+    Ok(boundaries)
+}
+
+fn condition(kind: &BoundaryKind) -> Result<Condition, FormulaError> {
+    Ok(match kind {
+        BoundaryKind::Wall { velocity } => Condition::Wall { velocity: *velocity },
+        BoundaryKind::Inlet { velocity } => Condition::Inlet { profile: inlet(velocity)? },
+        BoundaryKind::ParabolicInlet { mean } => Condition::Inlet { profile: Profile::Parabolic { mean: *mean } },
+        BoundaryKind::Outlet { pressure } => Condition::Outlet { pressure: *pressure },
+        BoundaryKind::Symmetry => Condition::Symmetry,
+    })
+}
+
+fn inlet(velocity: &[Expression; 3]) -> Result<Profile, FormulaError> {
+    if let [Expression::Number(x), Expression::Number(y), Expression::Number(z)] = velocity {
+        return Ok(Profile::Uniform([*x, *y, *z]));
+    }
+    let [x, y, z] = compiled(velocity)?;
+    Ok(Profile::Function(Arc::new(move |at, time| [x.at(at, time), y.at(at, time), z.at(at, time)])))
+}
+
+fn compiled([x, y, z]: &[Expression; 3]) -> Result<[Formula; 3], FormulaError> {
+    Ok([x.compile()?, y.compile()?, z.compile()?])
+}
+
+/// The solver of the pressure that the case asks for; collective.
+///
+/// # Errors
+/// Options that PETSc refuses.
+pub fn pressure_solver(
+    fluid: &CaseFluid,
+    petsc: &[String],
+    setup: &FlowSetup,
+    transport: &MpiTransport,
+) -> Result<Box<dyn PressureSolver>, String> {
+    let (given, problem) = (&fluid.pressure, setup.pressure_problem());
+    let iterations = given.iterations as usize;
+    match given.method {
+        PressureMethod::Auto => Ok(setup.suitable_solver(transport)),
+        PressureMethod::Fast => Ok(Box::new(FastSolver::new(&problem, transport))),
+        PressureMethod::ConjugateGradients => {
+            Ok(Box::new(ConjugateGradients::new(&problem, given.tolerance, iterations, transport)))
+        }
+        PressureMethod::Petsc => {
+            let options = Options::parse(&given.options).map_err(|e| e.to_string())?;
+            let options = options.with_command_line(petsc.iter().cloned());
+            let settings =
+                Settings { tolerance: given.tolerance, most_iterations: iterations, ..Settings::default() };
+            let communicator = transport.communicator();
+            let solver =
+                PetscSolver::new(&problem, communicator, &options, &settings, Preconditioning::Multigrid);
+            Ok(Box::new(solver.map_err(|e| e.to_string())?))
+        }
+    }
+}
+
+/// How particles and fluid act on each other.
+///
+/// # Errors
+/// A kernel that does not fit, or a shape that cannot be measured.
+pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
+    let Some(given) = &fluid.coupling else { return Ok(None) };
+    let kernel = match given.kernel {
+        CaseKernel::Cube => Kernel::Cube,
+        CaseKernel::Smooth { half_width } => {
+            Kernel::smooth(half_width).map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?
+        }
+    };
+    let law = match given.drag {
+        Drag::Beetstra => DragLaw::Beetstra,
+        Drag::Ergun => DragLaw::Ergun,
+        Drag::WenYu => DragLaw::WenYu,
+        Drag::Gidaspow => DragLaw::Gidaspow,
+        Drag::DiFelice => DragLaw::DiFelice,
+        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
+        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
+        Drag::Ganser => DragLaw::Ganser,
+    };
+    let model = match given.model {
+        CaseModel::A => Model::A,
+        CaseModel::B => Model::B,
+    };
+    let medium = Fluid { density: fluid.density, viscosity: fluid.viscosity };
+    let mut coupling = Coupling::new(kernel, law, model, medium, Vec3::from(case.gravity), catalogue)
+        .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
+    coupling.least_void_fraction = given.least_void_fraction;
+    Ok(Some(coupling))
+}
+
+/// Largest diameter (m) of a sphere of the volume of any particle of the case.
+///
+/// # Errors
+/// Particle files that cannot be read.
+pub fn largest_diameter(case: &Case, catalogue: &Catalogue, coupling: &Coupling) -> Result<f64, String> {
+    let mut largest = 0.0_f64;
+    for_each_kind(case, catalogue, |kind, scale| {
+        largest = largest.max(coupling.profile(kind.shape).equivalent_diameter * scale.largest());
+    })?;
+    Ok(largest)
+}
+
+/// Sets the fields at the start; collective.
+///
+/// # Errors
+/// Formulas that mean nothing.
+pub fn initialise(case: &Case, flow: &mut Flow, fluid: &CaseFluid, transport: &MpiTransport) -> Result<(), String> {
+    let about = |e: FormulaError| case.about("fluid.initial", e.to_string());
+    let [x, y, z] = compiled(&fluid.initial.velocity).map_err(about)?;
+    let pressure = fluid.initial.pressure.compile().map_err(about)?;
+    let velocity = |at| [x.at(at, 0.0), y.at(at, 0.0), z.at(at, 0.0)];
+    flow.initialise(velocity, |at| pressure.at(at, 0.0), transport);
+    Ok(())
+}

@@ -1,0 +1,296 @@
+//! The fluid in the program: on any ranks, across restarts, alone and among particles, and what is refused.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::results::{checkpoints, series};
+use common::{case, folder, replaced, run_case};
+use hdf5::File;
+use std::fs;
+use std::path::Path;
+
+/// An array of doubles of a file.
+fn array(path: &Path, name: &str) -> Vec<f64> {
+    let read = || File::open(path)?.dataset(name)?.read_raw::<f64>();
+    read().unwrap_or_else(|e| panic!("{} {name}: {e}", path.display()))
+}
+
+/// Asserts that two lists agree to a share of their largest size.
+fn assert_close(wanted: &[f64], found: &[f64], share: f64, what: &str) {
+    assert_eq!(wanted.len(), found.len(), "{what}");
+    let size = wanted.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let worst = wanted.iter().zip(found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst <= share * size, "{what}: differs by {:e} of {size:e}", worst / size);
+}
+
+/// Asserts that the last states and the files of two runs agree.
+fn assert_same_fluid(wanted: &Path, found: &Path, share: f64) {
+    let last = |folder: &Path| checkpoints(folder).last().unwrap().clone();
+    let (a, b) = (last(wanted), last(found));
+    assert_eq!(a.file_name(), b.file_name());
+    for name in ["velocity_x", "velocity_y", "velocity_z", "pressure"] {
+        let name = format!("grids/{name}");
+        assert_close(&array(&a, &name), &array(&b, &name), share, &format!("{} {name}", b.display()));
+    }
+    let (a, b) = (wanted.join("fluid.vtkhdf"), found.join("fluid.vtkhdf"));
+    for name in ["VTKHDF/Steps/Values", "VTKHDF/CellData/velocity", "VTKHDF/CellData/pressure"] {
+        assert_close(&array(&a, name), &array(&b, name), share, &format!("{} {name}", b.display()));
+    }
+}
+
+fn copy_files(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().flatten().filter(|e| e.path().is_file()) {
+        fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+/// Continues a run from its first checkpoint on other ranks, in a folder of its own.
+fn continued(home: &Path, from: &str, ranks: usize, text: &str) -> std::path::PathBuf {
+    let own = home.join(format!("from-{from}-on-{ranks}"));
+    copy_files(&home.join(from).join("results"), &own.join("results"));
+    checkpoints(&own.join("results"))[1..].iter().for_each(|later| fs::remove_file(later).unwrap());
+    run_case(ranks, &own, text, &["--restart", "latest"]).succeeded();
+    own.join("results")
+}
+
+#[test]
+fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
+    let (home, text) = (folder("fluid_duct"), case("duct.toml"));
+    let result = |label: &str, ranks: usize| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result("1", 1);
+    for ranks in [2, 4] {
+        assert_same_fluid(&one, &result(&ranks.to_string(), ranks), 1e-10);
+    }
+    assert_same_fluid(&one, &continued(&home, "2", 3, &text), 1e-10);
+    let table = series(&one);
+    let inflow = |t: f64| (0.1 * 0.06 - 0.03 * 0.03) * 0.1 * (1.0 + (20.0 * t).sin()) + 0.03 * 0.03 * 0.3;
+    for (t, flow) in table.column("time").iter().zip(table.column("middle_flow")).skip(1) {
+        // The patch takes whole cells.
+        assert!((flow / inflow(*t) - 1.0).abs() < 0.2, "{flow} against {} at {t}", inflow(*t));
+    }
+    let means = fs::read_to_string(one.join("profile-axis-mean.csv")).unwrap();
+    assert_eq!(means.lines().filter(|l| !l.starts_with('#')).count(), 10, "{means}");
+}
+
+#[test]
+fn flow_between_plates_is_exact_and_stays() {
+    let home = folder("fluid_plates");
+    let text = r#"
+gravity = [0, 0, 0]
+[domain]
+lower = [0, 0, 0]
+upper = [0.4, 0.1, 0.2]
+periodic = [true, false, true]
+[time]
+end = 20
+[fluid]
+density = 2
+viscosity = 0.5
+cells = [4, 10, 4]
+drive = { kind = "pressure_gradient", gradient = [-3, 0, 0] }
+initial = { velocity = ["3 / (2 * 0.5) * y * (0.1 - y)", 0, 0] }
+[output]
+directory = "results"
+particles = 20
+series = 1
+"#;
+    run_case(2, &home, text, &[]).succeeded();
+    let velocity = array(&home.join("results/fluid.vtkhdf"), "VTKHDF/CellData/velocity");
+    let cells = 4 * 10 * 4;
+    let last = &velocity[velocity.len() - 3 * cells..];
+    for (cell, u) in last.chunks_exact(3).enumerate() {
+        let y = 0.1 * ((cell / 4 % 10) as f64 + 0.5) / 10.0;
+        let exact = 3.0 * y * (0.1 - y);
+        assert!((u[0] - exact).abs() < 1e-12 && u[1].abs() < 1e-14, "{u:?} against {exact} at y = {y}");
+    }
+}
+
+#[test]
+fn a_fluidised_bed_is_the_same_on_any_ranks_and_across_restarts() {
+    let (home, text) = (folder("fluid_bed"), case("bed.toml"));
+    let result = |label: &str, ranks: usize| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result("1", 1);
+    let table = series(&one);
+    let volumes = table.column("solid_volume");
+    let given: f64 = volumes[0];
+    // What the cells hold is what the particles are.
+    let void = array(&one.join("fluid.vtkhdf"), "VTKHDF/CellData/void_fraction");
+    let cells = 6 * 4 * 16;
+    let cell = 0.016 * 0.008 * 0.04 / cells as f64;
+    for step in void.chunks_exact(cells) {
+        let solid: f64 = step.iter().map(|eps| (1.0 - eps) * cell).sum();
+        assert!((solid / given - 1.0).abs() < 1e-12, "{solid} against {given}");
+    }
+    let largest = |name: &str| table.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(largest("momentum_imbalance") < 1e-10 * largest("momentum_z"), "{}", largest("momentum_imbalance"));
+    assert!(largest("least_void_fraction") <= 1.0 && largest("pressure_drop") > 20.0);
+    // Rounding grows with every collision.
+    for ranks in [2, 4] {
+        let found = series(&result(&ranks.to_string(), ranks));
+        for name in ["kinetic_translation", "pressure_drop", "fluid_kinetic"] {
+            assert_close(&table.column(name), &found.column(name), 1e-6, &format!("{name} on {ranks} ranks"));
+        }
+    }
+    let found = series(&continued(&home, "2", 3, &text));
+    assert_close(&table.column("pressure_drop"), &found.column("pressure_drop"), 1e-6, "after a restart");
+    assert_close(&table.column("potential"), &found.column("potential"), 1e-9, "after a restart");
+}
+
+/// A body-centred cubic lattice of beads of 1 mm at a void fraction of 0.4 that are too heavy to move.
+fn lattice(home: &Path, drag: &str, model: &str, velocity: f64) -> String {
+    let edge = (2.0 * std::f64::consts::PI / 6.0 * 1e-9 / 0.6_f64).cbrt();
+    let mut rows = String::from("x,y,z\n");
+    for cell in 0..64 {
+        let at = [cell % 4, cell / 4 % 4, cell / 16].map(f64::from);
+        for shift in [0.0, 0.5] {
+            let [x, y, z] = at.map(|c| (c + shift + 0.25) * edge);
+            rows += &format!("{x},{y},{z}\n");
+        }
+    }
+    fs::write(home.join("lattice.csv"), rows).unwrap();
+    let length = 4.0 * edge;
+    format!(
+        r#"
+gravity = [0, 0, 0]
+[domain]
+lower = [0, 0, 0]
+upper = [{length}, {length}, {length}]
+periodic = [true, true, true]
+[time]
+end = 0.02
+dt = 1e-5
+[[material]]
+name = "lead"
+density = 1e9
+[[contact]]
+between = ["lead", "lead"]
+normal_stiffness = 1e6
+restitution = 0.5
+friction = 0
+[[shape]]
+name = "bead"
+kind = "sphere"
+radius = 0.5e-3
+[[insert]]
+name = "lattice"
+particles = [{{ shape = "bead", material = "lead" }}]
+place = {{ kind = "file", path = "lattice.csv" }}
+[fluid]
+density = 1.2
+viscosity = 1.8e-5
+cells = [4, 4, 4]
+coupling = {{ drag = "{drag}", model = "{model}", particle_steps = 20 }}
+drive = {{ kind = "mean_velocity", velocity = [0, 0, {velocity}], axes = [false, false, true] }}
+[output]
+directory = "results"
+particles = 0
+series = 0.02
+"#
+    )
+}
+
+#[test]
+fn the_pressure_drop_of_a_lattice_is_that_of_the_law_in_both_models() {
+    let cases = [
+        ("beetstra", 1.0, 276.04),
+        ("beetstra", 79.333, 46122.0),
+        ("ergun", 1.0, 232.24),
+        ("ergun", 79.333, 45952.0),
+    ];
+    for (drag, reynolds, wanted) in cases {
+        for model in ["A", "B"] {
+            let home = folder("fluid_lattice");
+            let velocity = reynolds * 1.8e-5 / 1.2 / 1e-3;
+            let text = lattice(&home, drag, model, velocity);
+            run_case(1, &home, &text, &[]).succeeded();
+            let gradient = *series(&home.join("results")).column("drive_z").last().unwrap();
+            assert!((gradient / wanted - 1.0).abs() < 5e-3, "{drag} {model} Re {reynolds}: {gradient} Pa/m");
+        }
+    }
+}
+
+#[test]
+fn a_grain_settles_at_the_terminal_speed_of_its_law() {
+    let home = folder("fluid_terminal");
+    let text = r#"
+[domain]
+lower = [0, 0, 0]
+upper = [0.08, 0.08, 0.24]
+periodic = [true, true, false]
+[time]
+end = 0.6
+dt = 2e-5
+[[material]]
+name = "glass"
+density = 2500
+[[contact]]
+between = ["glass", "glass"]
+normal_stiffness = 100
+restitution = 0.5
+friction = 0
+[[shape]]
+name = "bead"
+kind = "sphere"
+radius = 0.5e-3
+[[insert]]
+name = "bead"
+particles = [{ shape = "bead", material = "glass" }]
+count = 1
+place = { kind = "lattice", lower = [0.03, 0.03, 0.2], upper = [0.05, 0.05, 0.221], spacing = 0.02 }
+[fluid]
+density = 1000
+viscosity = 1e-3
+cells = [4, 4, 12]
+coupling = { drag = "schiller_naumann" }
+[[fluid.boundary]]
+face = "+z"
+kind = "outlet"
+[output]
+directory = "results"
+particles = 0
+series = 0.05
+"#;
+    run_case(2, &home, text, &[]).succeeded();
+    // Weight against drag: v = (rho_p − rho) g d² / (18 mu (1 + 0.15 Re^0.687)).
+    let mut speed = 0.1_f64;
+    for _ in 0..200 {
+        speed = 1500.0 * 9.81 * 1e-6 / (18.0 * 1e-3 * (1.0 + 0.15 * (1000.0 * speed).powf(0.687)));
+    }
+    let found = *series(&home.join("results")).column("largest_speed").last().unwrap();
+    assert!((found / speed - 1.0).abs() < 5e-3, "{found} against {speed} m/s");
+}
+
+/// The message of a bed or duct with a passage replaced.
+fn refused(name: &str, file: &str, (old, new): (&str, &str), code: i32) -> String {
+    let home = folder(name);
+    let text = replaced(&case(file), old, new);
+    run_case(2, &home, &text, &[]).only_error(code).to_string()
+}
+
+#[test]
+fn what_cannot_be_computed_is_refused_with_one_message() {
+    let outlet = "[[fluid.boundary]]\nface = \"+z\"\nkind = \"outlet\"\n";
+    let closed = refused("fluid_closed", "duct.toml", (outlet, ""), 2);
+    assert!(closed.contains("outlet"), "{closed}");
+    let narrow = ("kernel = { kind = \"smooth\", half_width = 1.5 }", "least_void_fraction = 0.7");
+    let jammed = refused("fluid_jammed", "bed.toml", narrow, 3);
+    assert!(jammed.contains("void fraction") && jammed.contains("least_void_fraction"), "{jammed}");
+    let petsc = "[fluid.pressure]\nmethod = \"petsc\"\noptions = \"-ksp_tpye cg\"\n\n[fluid.output]\n";
+    let option = refused("fluid_option", "duct.toml", ("[fluid.output]\n", petsc), 2);
+    assert!(option.contains("ksp_tpye"), "{option}");
+    let few = "[fluid.pressure]\nmethod = \"petsc\"\ntolerance = 1e-12\niterations = 1\n\n[fluid.output]\n";
+    let stuck = refused("fluid_stuck", "duct.toml", ("[fluid.output]\n", few), 3);
+    assert!(stuck.contains("after 1 iterations"), "{stuck}");
+}
