@@ -119,13 +119,11 @@ impl Flow {
             // The control volume of the face, not of the cell.
             let volume = self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e];
             let (eps, gain) = match &self.mixture {
-                Some(m) => {
-                    (m.faces.component(axis)[p], m.gradient_factor(axis, p) * m.inverse.component(axis)[p])
-                }
-                None => (1.0, dt),
+                Some(m) => (m.faces.component(axis)[p], m.gain.component(axis)[p]),
+                None => (1.0, dt / self.setup.density),
             };
             sums[0] += eps * u[p] * volume;
-            sums[1] += eps * gain / self.setup.density * volume;
+            sums[1] += eps * gain * volume;
         });
         transport.sum(&mut sums);
         sums.map(|s| s / self.setup.grid.volume())

@@ -2,7 +2,7 @@
 
 use crate::boundary::FaceTable;
 use crate::metrics::Local;
-use crate::momentum::{Capacity, FaceTerms};
+use crate::momentum::{Capacity, FaceTerms, Porosity};
 use crate::{Centre, Faces, Field, Halo, Layout, StepError};
 use grains_domain::Transport;
 
@@ -28,7 +28,10 @@ pub struct Mixture {
     /// belongs to the particles' velocity, +β U, goes into `source`.
     pub drag: Faces,
     pub(crate) previous: Field<Centre>,
+    /// ε in the middle of the step.
     pub(crate) middle: Field<Centre>,
+    /// The same on the edges along each axis: of a cell, that of its upper faces normal to the other two axes.
+    edges: [Vec<f64>; 3],
     /// ε on the faces at the end and the beginning of the step.
     pub(crate) faces: Faces,
     pub(crate) old_faces: Faces,
@@ -36,10 +39,23 @@ pub struct Mixture {
     pub(crate) flux: Faces,
     /// 1/(ε/Δt + β/ρ) (s).
     pub(crate) inverse: Faces,
-    /// Coefficients of the pressure equation (m⁴/(N s)).
+    /// What −∇p is multiplied with to change the velocity in a step (m³ s/kg).
+    pub(crate) gain: Faces,
+    /// Coefficients of the pressure equation, ε × gain (m⁴/(N s)).
     pub(crate) coefficients: Faces,
     /// ∂ε/∂t (1/s).
     pub(crate) rate: Field<Centre>,
+    /// Whether `previous` is filled with its halo and `faces` belong to it: what a step leaves behind.
+    is_continued: bool,
+}
+
+/// What a step is made with.
+#[derive(Clone, Copy)]
+pub(crate) struct StepInputs<'a> {
+    pub velocity: &'a Faces,
+    pub density: f64,
+    pub dt: f64,
+    pub step: u64,
 }
 
 impl Mixture {
@@ -56,12 +72,15 @@ impl Mixture {
             drag: Faces::new(layout),
             previous: one.clone(),
             middle: one,
+            edges: std::array::from_fn(|_| vec![1.0; layout.len()]),
             faces: ones.clone(),
             old_faces: ones,
             flux: Faces::new(layout),
             inverse: Faces::new(layout),
+            gain: Faces::new(layout),
             coefficients: Faces::new(layout),
             rate: Field::new(layout),
+            is_continued: false,
         }
     }
 
@@ -69,6 +88,7 @@ impl Mixture {
     pub fn begin(&mut self) {
         let (from, to) = (&self.void_fraction, &mut self.previous);
         to.data_mut().copy_from_slice(from.data());
+        self.is_continued = false;
     }
 
     /// Void fraction at the beginning of the coming step, for checkpoints.
@@ -79,30 +99,47 @@ impl Mixture {
     /// Sets the void fraction of the beginning of the coming step, from a checkpoint.
     pub fn set_previous_void_fraction(&mut self, values: &Field<Centre>) {
         self.previous.data_mut().copy_from_slice(values.data());
+        self.is_continued = false;
     }
 
-    /// Factor of −∇p on a face: ε in the middle of the step, or 1.
-    #[inline(always)]
-    pub(crate) fn gradient_factor(&self, component: usize, p: usize) -> f64 {
-        match self.model {
-            MixtureModel::A => {
-                0.5 * (self.faces.component(component)[p] + self.old_faces.component(component)[p])
-            }
-            MixtureModel::B => 1.0,
-        }
+    /// Void fraction in the middle of the step, where stresses act.
+    pub(crate) fn porosity(&self) -> Porosity<'_> {
+        Porosity { centres: self.middle.data(), edges: self.edges.each_ref().map(|edge| &edge[..]) }
     }
 
     /// Coefficients of the momentum equation of a face, over the density.
-    #[inline(always)]
     pub(crate) fn face_terms(&self, component: usize, p: usize, density: f64, dt: f64) -> FaceTerms {
         let (new, old) = (self.faces.component(component)[p], self.old_faces.component(component)[p]);
+        let capacity = 1.0 / self.inverse.component(component)[p];
         FaceTerms {
             void_fraction: new,
-            gradient: self.gradient_factor(component, p),
-            capacity: 1.0 / self.inverse.component(component)[p],
+            gradient: self.gain.component(component)[p] * capacity * density,
+            capacity,
             source: self.source.component(component)[p] / density,
-            // ∂(εu)/∂t = ε Δu/Δt + u ∂ε/∂t, and the drag on the old velocity.
             friction: (new - old) / dt + self.drag.component(component)[p] / density,
+        }
+    }
+
+    /// Increments (m/s) of a row that starts at `start`, from the sum of its advective and viscous terms (m/s²): Δu =
+    /// (sum + S/ρ − u ∂ε/∂t − β u/ρ)/m, without the pressure.
+    pub(crate) fn increments(
+        &self,
+        component: usize,
+        start: usize,
+        inputs: StepInputs<'_>,
+        sum: &[f64],
+        out: &mut [f64],
+    ) {
+        let n = out.len();
+        let [new, old, drag, source, inverse, velocity] =
+            [&self.faces, &self.old_faces, &self.drag, &self.source, &self.inverse, inputs.velocity]
+                .map(|faces| &faces.component(component)[start..start + n]);
+        let sum = &sum[..n];
+        let (rate, specific) = (1.0 / inputs.dt, 1.0 / inputs.density);
+        for i in 0..n {
+            // ∂(εu)/∂t = ε Δu/Δt + u ∂ε/∂t, and the drag on the old velocity.
+            let friction = (new[i] - old[i]) * rate + drag[i] * specific;
+            out[i] = (sum[i] + source[i] * specific - friction * velocity[i]) * inverse[i];
         }
     }
 
@@ -112,38 +149,78 @@ impl Mixture {
         local: &Local,
         tables: &[FaceTable],
         halo: &mut Halo,
-        (velocity, density, dt, step): (&Faces, f64, f64, u64),
+        inputs: StepInputs<'_>,
         transport: &dyn Transport,
     ) -> Result<(), StepError> {
-        self.check(local, step, transport)?;
+        self.check(local, inputs.step, transport)?;
         let [x, y, z] = self.drag.components_mut();
-        halo.fill(&mut [self.void_fraction.data_mut(), self.previous.data_mut(), x, y, z], transport);
-        for table in tables {
-            table.fill_even(&mut self.void_fraction);
-            table.fill_even(&mut self.previous);
+        halo.fill(&mut [self.void_fraction.data_mut(), x, y, z], transport);
+        tables.iter().for_each(|table| table.fill_even(&mut self.void_fraction));
+        std::mem::swap(&mut self.faces, &mut self.old_faces);
+        if !self.is_continued {
+            halo.fill(&mut [self.previous.data_mut()], transport);
+            tables.iter().for_each(|table| table.fill_even(&mut self.previous));
+            for axis in 0..3 {
+                for_rows(local, axis, |row| {
+                    row.interpolate(&self.previous, self.old_faces.component_mut(axis));
+                });
+            }
         }
-        let (new, old) = (self.void_fraction.data(), self.previous.data());
-        for (p, (middle, rate)) in self.middle.data_mut().iter_mut().zip(self.rate.data_mut()).enumerate() {
-            *middle = 0.5 * (new[p] + old[p]);
-            *rate = (new[p] - old[p]) / dt;
-        }
+        self.set_middle(local.layout, inputs.dt);
         for axis in 0..3 {
-            to_faces(local, axis, &self.void_fraction, self.faces.component_mut(axis));
-            to_faces(local, axis, &self.previous, self.old_faces.component_mut(axis));
-            let carried = self.flux.component_mut(axis).iter_mut().zip(self.old_faces.component(axis));
-            carried.zip(velocity.component(axis)).for_each(|((q, eps), u)| *q = eps * u);
-            let rows = self.inverse.component_mut(axis).iter_mut().zip(self.drag.component(axis));
-            for ((inverse, beta), eps) in rows.zip(self.faces.component(axis)) {
-                *inverse = 1.0 / (eps / dt + beta / density);
-            }
-            for p in 0..new.len() {
-                let eps = self.faces.component(axis)[p];
-                let factor = self.gradient_factor(axis, p);
-                self.coefficients.component_mut(axis)[p] =
-                    eps * factor * self.inverse.component(axis)[p] / density;
-            }
+            for_rows(local, axis, |row| self.set_row(row, inputs));
         }
         Ok(())
+    }
+
+    /// ε in the middle of the step at centres and edges, and its rate of change.
+    fn set_middle(&mut self, layout: Layout, dt: f64) {
+        let (new, old, rate) = (self.void_fraction.data(), self.previous.data(), 1.0 / dt);
+        let means = self.middle.data_mut().iter_mut().zip(self.rate.data_mut());
+        for ((middle, change), (new, old)) in means.zip(new.iter().zip(old)) {
+            *middle = 0.5 * (new + old);
+            *change = (new - old) * rate;
+        }
+        let (strides, middle) = (layout.strides(), self.middle.data());
+        for (axis, edges) in self.edges.iter_mut().enumerate() {
+            let [a, b] = [strides[(axis + 1) % 3], strides[(axis + 2) % 3]];
+            // Straight through the array: what wraps around its ends is never read.
+            let n = layout.len() - a - b;
+            let corners = [0, a, b, a + b].map(|offset| &middle[offset..offset + n]);
+            for (i, edge) in edges[..n].iter_mut().enumerate() {
+                *edge = 0.25 * ((corners[0][i] + corners[1][i]) + (corners[2][i] + corners[3][i]));
+            }
+        }
+    }
+
+    /// All that belongs to the faces of a row.
+    fn set_row(&mut self, row: FaceRow<'_>, inputs: StepInputs<'_>) {
+        let axis = row.axis;
+        row.interpolate(&self.void_fraction, self.faces.component_mut(axis));
+        let own = row.start..row.start + row.length;
+        let (new, old) =
+            (&self.faces.component(axis)[own.clone()], &self.old_faces.component(axis)[own.clone()]);
+        let velocity = &inputs.velocity.component(axis)[own.clone()];
+        let flux = &mut self.flux.component_mut(axis)[own.clone()];
+        flux.iter_mut().zip(old.iter().zip(velocity)).for_each(|(q, (eps, u))| *q = eps * u);
+        let (rate, specific) = (1.0 / inputs.dt, 1.0 / inputs.density);
+        let drag = &self.drag.component(axis)[own.clone()];
+        let inverse = &mut self.inverse.component_mut(axis)[own.clone()];
+        for (inverse, (eps, beta)) in inverse.iter_mut().zip(new.iter().zip(drag)) {
+            *inverse = 1.0 / (eps * rate + beta * specific);
+        }
+        let gain = &mut self.gain.component_mut(axis)[own.clone()];
+        let factors = inverse.iter().zip(new.iter().zip(old));
+        match self.model {
+            MixtureModel::A => gain.iter_mut().zip(factors).for_each(|(gain, (inverse, (new, old)))| {
+                *gain = 0.5 * specific * (new + old) * inverse;
+            }),
+            MixtureModel::B => gain.iter_mut().zip(factors).for_each(|(gain, (inverse, _))| {
+                *gain = specific * inverse;
+            }),
+        }
+        let coefficients = &mut self.coefficients.component_mut(axis)[own];
+        coefficients.iter_mut().zip(new.iter().zip(&*gain)).for_each(|(c, (eps, gain))| *c = eps * gain);
     }
 
     fn check(&self, local: &Local, step: u64, transport: &dyn Transport) -> Result<(), StepError> {
@@ -177,31 +254,56 @@ impl Mixture {
     /// After the step, its end is the next one's beginning.
     pub(crate) fn finish(&mut self) {
         self.begin();
+        self.is_continued = true;
     }
 
     pub(crate) fn capacity(&self, dt: f64, viscosity: f64) -> Capacity<'_> {
-        Capacity {
-            inverse: Some(&self.inverse),
-            dt,
-            void_fraction: Some(self.void_fraction.data()),
-            viscosity,
+        Capacity { inverse: Some(&self.inverse), dt, void_fraction: Some(self.porosity()), viscosity }
+    }
+}
+
+/// A row of upper faces normal to an axis, halo included, with the shares of the cells below and above.
+struct FaceRow<'a> {
+    axis: usize,
+    start: usize,
+    length: usize,
+    stride: usize,
+    /// One number for all faces, or one for each.
+    shares: [&'a [f64]; 2],
+}
+
+impl FaceRow<'_> {
+    /// Linear interpolation of centre values to the faces.
+    fn interpolate(&self, centre: &Field<Centre>, faces: &mut [f64]) {
+        let n = self.length;
+        let (below, above) =
+            (&centre.data()[self.start..][..n], &centre.data()[self.start + self.stride..][..n]);
+        let out = faces[self.start..][..n].iter_mut().zip(below.iter().zip(above));
+        match self.shares {
+            [[low], [high]] => out.for_each(|(face, (below, above))| *face = low * below + high * above),
+            [low, high] => {
+                let shares = low.iter().zip(high);
+                out.zip(shares).for_each(|((face, (a, b)), (low, high))| *face = low * a + high * b);
+            }
         }
     }
 }
 
-/// Linear interpolation of centre values to the upper faces along an axis, wherever both neighbours are in the array.
-fn to_faces(local: &Local, axis: usize, centre: &Field<Centre>, faces: &mut [f64]) {
-    let (dims, strides) = (local.layout.dims(), local.layout.strides());
-    let (stride, m, data) = (strides[axis], &local.axes[axis], centre.data());
+/// All rows of faces normal to an axis, but those of the last layer: they have no neighbour above, no stencil reads them.
+fn for_rows(local: &Local, axis: usize, mut job: impl FnMut(FaceRow<'_>)) {
+    let (mut dims, strides, m) = (local.layout.dims(), local.layout.strides(), &local.axes[axis]);
+    dims[axis] -= 1;
     for k in 0..dims[2] {
         for j in 0..dims[1] {
+            let entries = match axis {
+                0 => 0..dims[0],
+                1 => j..j + 1,
+                _ => k..k + 1,
+            };
+            // The share of the cell below a face in its value is that of the cell above in its control volume.
+            let shares = [&m.upper_share[entries.clone()], &m.lower_share[entries]];
             let start = j * strides[1] + k * strides[2];
-            for i in 0..dims[0] {
-                let (p, e) = (start + i, [i, j, k][axis]);
-                // The last layer has no neighbour above; no stencil reads that face.
-                let next = if e + 1 < dims[axis] { data[p + stride] } else { data[p] };
-                faces[p] = m.upper_share[e] * data[p] + m.lower_share[e] * next;
-            }
+            job(FaceRow { axis, start, length: dims[0], stride: strides[axis], shares });
         }
     }
 }

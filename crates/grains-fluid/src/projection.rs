@@ -81,13 +81,42 @@ fn weighted_sum(values: &[f64], weights: Option<&[f64]>, f: impl Fn(f64) -> f64)
     lanes.iter().sum::<f64>() + rest
 }
 
+/// What drives a row of faces: pressures below and above, the inverse distances between them (one for all, or one for
+/// each), and a force besides (Pa/m).
+pub(crate) struct ForceRow<'a> {
+    pub pressures: [&'a [f64]; 2],
+    pub distances: &'a [f64],
+    pub drive: f64,
+}
+
+impl ForceRow<'_> {
+    /// Adds the force less the pressure gradient, times a gain, to a row of velocities.
+    #[inline(always)]
+    pub fn add(&self, out: &mut [f64], gain: impl Fn(usize) -> f64) {
+        let n = out.len();
+        let ([below, above], drive) = (self.pressures.map(|p| &p[..n]), self.drive);
+        match self.distances {
+            [distance] => {
+                for i in 0..n {
+                    out[i] += gain(i) * (drive - (above[i] - below[i]) * distance);
+                }
+            }
+            distances => {
+                let distances = &distances[..n];
+                for i in 0..n {
+                    out[i] += gain(i) * (drive - (above[i] - below[i]) * distances[i]);
+                }
+            }
+        }
+    }
+}
+
 /// What the solved potential φ does to velocity and pressure.
 pub(crate) struct Correction<'a> {
     pub local: &'a Local,
     /// φ with ghosts: Pa for mixtures, else φ Δt/ρ (m²/s).
     pub potential: &'a [f64],
     pub coefficients: Option<&'a Mixture>,
-    pub density: f64,
     /// Pa per unit of φ.
     pub scale: f64,
     /// Dynamic viscosity of implicit diffusion (Pa s), zero if explicit.
@@ -96,11 +125,8 @@ pub(crate) struct Correction<'a> {
 
 impl Correction<'_> {
     /// What multiplies ∇φ on a face.
-    #[inline(always)]
     fn gain(&self, component: usize, p: usize) -> f64 {
-        self.coefficients.map_or(1.0, |m| {
-            m.gradient_factor(component, p) * m.inverse.component(component)[p] / self.density
-        })
+        self.coefficients.map_or(1.0, |m| m.gain.component(component)[p])
     }
 
     /// Corrects all faces but those of the box.
@@ -116,24 +142,13 @@ impl Correction<'_> {
                     let next = &self.potential[start + strides[component]..][..n[0]];
                     let row = &mut velocity.component_mut(component)[start..][..n[0]];
                     let e = self.local.entry([0, j, k][component]);
-                    match (self.coefficients, component) {
-                        (None, 0) => {
-                            let distances = &distances[e..][..n[0]];
-                            for i in 0..n[0] {
-                                row[i] -= (next[i] - here[i]) * distances[i];
-                            }
-                        }
-                        (None, _) => {
-                            for i in 0..n[0] {
-                                row[i] -= (next[i] - here[i]) * distances[e];
-                            }
-                        }
-                        (Some(_), _) => {
-                            for i in 0..n[0] {
-                                let e = if component == 0 { e + i } else { e };
-                                let gain = self.gain(component, start + i);
-                                row[i] -= gain * (next[i] - here[i]) * distances[e];
-                            }
+                    let distances = &distances[e..][..if component == 0 { n[0] } else { 1 }];
+                    let force = ForceRow { pressures: [here, next], distances, drive: 0.0 };
+                    match self.coefficients {
+                        None => force.add(row, |_| 1.0),
+                        Some(mixture) => {
+                            let gain = &mixture.gain.component(component)[start..][..n[0]];
+                            force.add(row, |i| gain[i]);
                         }
                     }
                 }

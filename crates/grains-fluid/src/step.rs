@@ -3,11 +3,11 @@
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
 use crate::flow::{Drive, Flow, StepReport, close_faces};
+use crate::mixture::StepInputs;
 use crate::momentum::{
-    Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, Transposed, advance_outlets,
-    imposed_increments,
+    Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, advance_outlets, imposed_increments,
 };
-use crate::projection::{Correction, divergence};
+use crate::projection::{Correction, ForceRow, divergence};
 use crate::{Advection, SolveError, StepError};
 use grains_domain::Transport;
 
@@ -27,7 +27,7 @@ impl Flow {
         }
         self.clock.start();
         if let Some(mixture) = &mut self.mixture {
-            let inputs = (&self.state.velocity, self.setup.density, dt, step);
+            let inputs = StepInputs { velocity: &self.state.velocity, density: self.setup.density, dt, step };
             mixture.prepare(&self.local, &self.tables, &mut self.halo, inputs, transport)?;
             let Self { tables, solver, .. } = self;
             close_faces(tables, &mut mixture.coefficients);
@@ -92,7 +92,7 @@ impl Flow {
             velocity,
             flux: self.mixture.as_ref().map_or(velocity, |m| m.flux.components()),
             viscosity: self.setup.viscosity / self.setup.density,
-            void_fraction: self.mixture.as_ref().map(|m| m.middle.data()),
+            void_fraction: self.mixture.as_ref().map(|m| m.porosity()),
             advection: self.setup.advection,
         }
     }
@@ -108,15 +108,6 @@ impl Flow {
         let (component, n) = (place.component, explicit.len());
         let (layout, density) = (self.local.layout, self.setup.density);
         let start = layout.row(place.j, place.k);
-        if let Some(mixture) = &self.mixture {
-            let transposed = Transposed {
-                local: &self.local,
-                velocity: self.state.velocity.components(),
-                viscosity: self.setup.viscosity / density,
-                void_fraction: mixture.middle.data(),
-            };
-            transposed.subtract_row(place, explicit);
-        }
         if self.setup.diffusion == Diffusion::Explicit {
             explicit.iter_mut().zip(&*viscous).for_each(|(e, v)| *e -= v);
             viscous.fill(0.0);
@@ -125,39 +116,28 @@ impl Flow {
         let (here, next) = (&pressure[start..][..n], &pressure[start + layout.strides()[component]..][..n]);
         let kept = &mut self.state.advective.component_mut(component)[start..][..n];
         let out = &mut self.increments.component_mut(component)[start..][..n];
-        let distances = &self.local.axes[component].inverse_distance;
-        let drive = self.state.force[component];
+        for ((viscous, explicit), kept) in viscous.iter_mut().zip(&*explicit).zip(kept) {
+            *viscous -= new * explicit + old * *kept;
+            *kept = *explicit;
+        }
+        let e = self.local.entry([0, place.j, place.k][component]);
+        let distances = &self.local.axes[component].inverse_distance[e..];
+        let force = ForceRow {
+            pressures: [here, next],
+            distances: &distances[..if component == 0 { n } else { 1 }],
+            drive: self.state.force[component],
+        };
         match &self.mixture {
             None => {
-                let combine = |i: usize, inverse: f64, kept: &mut f64| {
-                    let force = (drive - (next[i] - here[i]) * inverse) / density;
-                    let sum = viscous[i] + force - new * explicit[i] - old * *kept;
-                    *kept = explicit[i];
-                    dt * sum
-                };
-                if component == 0 {
-                    let distances = &distances[layout.halo..][..n];
-                    for i in 0..n {
-                        out[i] = combine(i, distances[i], &mut kept[i]);
-                    }
-                } else {
-                    let e = self.local.entry(if component == 1 { place.j } else { place.k });
-                    for i in 0..n {
-                        out[i] = combine(i, distances[e], &mut kept[i]);
-                    }
-                }
+                out.iter_mut().zip(viscous).for_each(|(out, sum)| *out = dt * *sum);
+                force.add(out, |_| dt / density);
             }
             Some(mixture) => {
-                let velocity = self.state.velocity.component(component);
-                for i in 0..n {
-                    let (p, e) = (start + i, [i, place.j, place.k][component] + layout.halo);
-                    let rise = (next[i] - here[i]) * distances[e];
-                    let terms = mixture.face_terms(component, p, density, dt);
-                    let force = terms.gradient * (drive - rise) / density + terms.source
-                        - terms.friction * velocity[p];
-                    out[i] = (viscous[i] + force - new * explicit[i] - old * kept[i]) / terms.capacity;
-                    kept[i] = explicit[i];
-                }
+                let inputs =
+                    StepInputs { velocity: &self.state.velocity, density, dt, step: self.state.step };
+                mixture.increments(component, start, inputs, viscous, out);
+                let gain = &mixture.gain.component(component)[start..][..n];
+                force.add(out, |i| gain[i]);
             }
         }
     }
@@ -232,11 +212,8 @@ impl Flow {
             let layout = self.local.layout;
             for start in layout.rows() {
                 for p in start..start + layout.cells[0] {
-                    let gain = match &self.mixture {
-                        Some(m) => m.gradient_factor(axis, p) * m.inverse.component(axis)[p],
-                        None => dt,
-                    };
-                    self.state.velocity.component_mut(axis)[p] += force * gain / density;
+                    let gain = self.mixture.as_ref().map_or(dt / density, |m| m.gain.component(axis)[p]);
+                    self.state.velocity.component_mut(axis)[p] += force * gain;
                 }
             }
         }
@@ -273,7 +250,6 @@ impl Flow {
             local: &self.local,
             potential: self.state.correction.data(),
             coefficients: self.mixture.as_ref(),
-            density: self.setup.density,
             scale: if self.mixture.is_some() { 1.0 } else { self.setup.density / dt },
             viscosity: if is_implicit { self.setup.viscosity } else { 0.0 },
         };

@@ -5,7 +5,7 @@ use crate::metrics::Local;
 
 /// Fields the explicit terms are made of; all halos filled.
 ///
-/// The terms are those of ∂(εu)/∂t + ∇·(εu u) = ν ∇·(ε ∇u) + …, divided by the density (m/s²).
+/// The terms are those of ∂(εu)/∂t + ∇·(εu u) = ν ∇·(ε (∇u + ∇uᵀ)) + …, divided by the density (m/s²).
 #[derive(Clone, Copy)]
 pub(crate) struct Explicit<'a> {
     pub local: &'a Local,
@@ -15,9 +15,18 @@ pub(crate) struct Explicit<'a> {
     pub flux: [&'a [f64]; 3],
     /// Kinematic viscosity ν (m²/s).
     pub viscosity: f64,
-    /// Void fraction at the centres, none for a single phase.
-    pub void_fraction: Option<&'a [f64]>,
+    /// Void fraction, none for a single phase.
+    pub void_fraction: Option<Porosity<'a>>,
     pub advection: Advection,
+}
+
+/// Void fraction where stresses act.
+#[derive(Clone, Copy)]
+pub(crate) struct Porosity<'a> {
+    /// At the centres, with ghosts.
+    pub centres: &'a [f64],
+    /// On the edges along each axis: of a cell, that of its upper faces normal to the other two axes.
+    pub edges: [&'a [f64]; 3],
 }
 
 /// Row (j, k) of a component's faces.
@@ -29,7 +38,9 @@ pub(crate) struct RowPlace {
 }
 
 impl Explicit<'_> {
-    /// ∇·(εu u) and ν ∇·(ε ∇u) of a row; both buffers are as long as the row has unknowns.
+    /// ∇·(εu u) − ν ∇·(ε ∇uᵀ) and ν ∇·(ε ∇u) of a row; both buffers are as long as the row has unknowns.
+    ///
+    /// ∇·∇uᵀ vanishes, so the transposed half of the stress counts only where ε varies.
     pub fn row(&self, place: RowPlace, advective: &mut [f64], viscous: &mut [f64]) {
         advective.fill(0.0);
         viscous.fill(0.0);
@@ -46,25 +57,19 @@ impl Explicit<'_> {
         viscous: &mut [f64],
         scheme: impl Fn(f64, [f64; 4]) -> f64 + Copy,
     ) {
+        let a = place.component;
         for b in (0..3).filter(|&b| self.local.active[b]) {
             let pair = Pair::new(self, place, b, advective.len());
-            let out = (&mut *advective, &mut *viscous);
             match self.void_fraction {
-                None => pair.add(out, scheme, |_| 1.0, |_| 1.0),
-                Some(eps) if b == place.component => {
-                    let (here, next) = (pair.at(eps, 0), pair.at(eps, pair.along as isize));
-                    pair.add(out, scheme, |i| here[i], |i| next[i]);
+                None => pair.add::<false>(advective, viscous, scheme, |_| [1.0; 2]),
+                Some(eps) if b == a => {
+                    let (low, high) = (pair.at(eps.centres, 0), pair.at(eps.centres, pair.along as isize));
+                    pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
                 }
                 Some(eps) => {
-                    let (sa, sb) = (pair.along as isize, pair.across as isize);
-                    let [e0, ea, eb, eab] = [0, sa, sb, sa + sb].map(|o| pair.at(eps, o));
-                    let [em, eam] = [-sb, sa - sb].map(|o| pair.at(eps, o));
-                    pair.add(
-                        out,
-                        scheme,
-                        |i| 0.25 * (e0[i] + ea[i] + em[i] + eam[i]),
-                        |i| 0.25 * (e0[i] + ea[i] + eb[i] + eab[i]),
-                    );
+                    let edges = eps.edges[3 - a - b];
+                    let (low, high) = (pair.at(edges, -(pair.across as isize)), pair.at(edges, 0));
+                    pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
                 }
             }
         }
@@ -85,6 +90,20 @@ fn van_leer(flux: f64, [far_lower, lower, upper, far_upper]: [f64; 4]) -> f64 {
         if flux >= 0.0 { (lower, lower - far_lower, 1.0) } else { (upper, far_upper - upper, -1.0) };
     let product = slope * middle;
     if product > 0.0 { value + sign * product / (slope + middle) } else { value }
+}
+
+/// Inverse lengths (1/m) about one face of a component, for the fluxes along an axis.
+#[derive(Clone, Copy)]
+struct Metrics {
+    /// Of the control volume.
+    inverse: f64,
+    /// Between the face and its neighbours below and above.
+    low: f64,
+    high: f64,
+    /// Between the two cells of the face.
+    slope: f64,
+    /// Shares of these cells in the control volume.
+    shares: [f64; 2],
 }
 
 /// Fluxes of one component through the faces of its control volumes normal to one axis.
@@ -125,146 +144,115 @@ impl<'a> Pair<'a> {
         self.terms.local.entry(if axis == 1 { self.place.j } else { self.place.k })
     }
 
-    /// Adds the terms; `eps_low`, `eps_high` are the void fractions on the two faces of the control volume.
-    #[inline(always)]
-    fn add(
-        &self,
-        out: (&mut [f64], &mut [f64]),
-        scheme: impl Fn(f64, [f64; 4]) -> f64 + Copy,
-        eps_low: impl Fn(usize) -> f64,
-        eps_high: impl Fn(usize) -> f64,
-    ) {
-        let (a, b, h, n) = (self.component, self.b, self.terms.local.layout.halo, self.length);
+    /// Metrics of the row, those along x taken from its first face.
+    fn metrics(&self) -> Metrics {
         let axes = &self.terms.local.axes;
+        let entry = |axis: usize| if axis == 0 { self.terms.local.layout.halo } else { self.entry(axis) };
+        let (ma, ea) = (&axes[self.component], entry(self.component));
+        let (mb, eb) = (&axes[self.b], entry(self.b));
+        let is_own = self.component == self.b;
+        Metrics {
+            inverse: if is_own { mb.inverse_distance[eb] } else { mb.inverse_width[eb] },
+            low: if is_own { mb.inverse_width[eb] } else { mb.inverse_distance[eb - 1] },
+            high: if is_own { mb.inverse_width[eb + 1] } else { mb.inverse_distance[eb] },
+            slope: ma.inverse_distance[ea],
+            shares: [ma.lower_share[ea], ma.upper_share[ea]],
+        }
+    }
+
+    /// Adds the terms; `eps` holds the void fractions on the lower and upper face of the control volume.
+    #[inline(always)]
+    fn add<const POROUS: bool>(
+        &self,
+        advective: &mut [f64],
+        viscous: &mut [f64],
+        scheme: impl Fn(f64, [f64; 4]) -> f64 + Copy,
+        eps: impl Fn(usize) -> [f64; 2],
+    ) {
+        let (h, n, axes, row) =
+            (self.terms.local.layout.halo, self.length, &self.terms.local.axes, self.metrics());
         let window = |data: &'a [f64], offset: usize| &data[h + offset - 1..][..n];
-        if a == b {
-            let m = &axes[a];
-            if a == 0 {
-                let (inverse, low, high) = (
-                    window(&m.inverse_distance, 1),
-                    window(&m.inverse_width, 1),
-                    window(&m.inverse_width, 2),
-                );
-                self.own(out, scheme, |i| inverse[i], |i| low[i] * eps_low(i), |i| high[i] * eps_high(i));
-            } else {
-                let e = self.entry(a);
-                let (inverse, low, high) =
-                    (m.inverse_distance[e], m.inverse_width[e], m.inverse_width[e + 1]);
-                self.own(out, scheme, |_| inverse, |i| low * eps_low(i), |i| high * eps_high(i));
+        let x = &axes[0];
+        let (width, next_width) = (window(&x.inverse_width, 1), window(&x.inverse_width, 2));
+        let (before, distance) = (window(&x.inverse_distance, 0), window(&x.inverse_distance, 1));
+        match (self.component, self.b) {
+            (0, 0) => {
+                let metrics =
+                    |i: usize| Metrics { inverse: distance[i], low: width[i], high: next_width[i], ..row };
+                self.own::<POROUS>(advective, viscous, scheme, metrics, eps);
             }
-        } else if a == 0 {
-            let (wl, wh) = (window(&axes[0].lower_share, 1), window(&axes[0].upper_share, 1));
-            let (m, e) = (&axes[b], self.entry(b));
-            let (inverse, low, high) = (m.inverse_width[e], m.inverse_distance[e - 1], m.inverse_distance[e]);
-            let shares = |i: usize| [wl[i], wh[i]];
-            self.cross(out, scheme, shares, |_| inverse, |i| low * eps_low(i), |i| high * eps_high(i));
-        } else {
-            let e = self.entry(a);
-            let share = [axes[a].lower_share[e], axes[a].upper_share[e]];
-            let m = &axes[b];
-            if b == 0 {
-                let (inverse, low, high) = (
-                    window(&m.inverse_width, 1),
-                    window(&m.inverse_distance, 0),
-                    window(&m.inverse_distance, 1),
-                );
-                let (low, high) = (|i: usize| low[i] * eps_low(i), |i: usize| high[i] * eps_high(i));
-                self.cross(out, scheme, |_| share, |i| inverse[i], low, high);
-            } else {
-                let e = self.entry(b);
-                let (inverse, low, high) =
-                    (m.inverse_width[e], m.inverse_distance[e - 1], m.inverse_distance[e]);
-                self.cross(out, scheme, |_| share, |_| inverse, |i| low * eps_low(i), |i| high * eps_high(i));
+            (a, b) if a == b => self.own::<POROUS>(advective, viscous, scheme, |_| row, eps),
+            (0, _) => {
+                let (low, high) = (window(&x.lower_share, 1), window(&x.upper_share, 1));
+                let metrics = |i: usize| Metrics { slope: distance[i], shares: [low[i], high[i]], ..row };
+                self.cross::<POROUS>(advective, viscous, scheme, metrics, eps);
             }
+            (_, 0) => {
+                let metrics =
+                    |i: usize| Metrics { inverse: width[i], low: before[i], high: distance[i], ..row };
+                self.cross::<POROUS>(advective, viscous, scheme, metrics, eps);
+            }
+            _ => self.cross::<POROUS>(advective, viscous, scheme, |_| row, eps),
         }
     }
 
     /// Through the faces normal to the component: the centres of the cells.
     #[inline(always)]
-    fn own(
+    fn own<const POROUS: bool>(
         &self,
-        (advective, viscous): (&mut [f64], &mut [f64]),
+        advective: &mut [f64],
+        viscous: &mut [f64],
         scheme: impl Fn(f64, [f64; 4]) -> f64,
-        inverse: impl Fn(usize) -> f64,
-        low: impl Fn(usize) -> f64,
-        high: impl Fn(usize) -> f64,
+        metrics: impl Fn(usize) -> Metrics,
+        eps: impl Fn(usize) -> [f64; 2],
     ) {
         let (s, nu) = (self.along as isize, self.terms.viscosity);
         let [u0, u1, u2, u3, u4] = [-2 * s, -s, 0, s, 2 * s].map(|o| self.at(self.terms.velocity[self.b], o));
         let [q1, q2, q3] = [-s, 0, s].map(|o| self.at(self.terms.flux[self.b], o));
         let (advective, viscous) = (&mut advective[..self.length], &mut viscous[..self.length]);
         for i in 0..self.length {
+            let (m, [e_low, e_high]) = (metrics(i), eps(i));
             let (m_high, m_low) = (0.5 * (q2[i] + q3[i]), 0.5 * (q1[i] + q2[i]));
             let f_high = m_high * scheme(m_high, [u1[i], u2[i], u3[i], u4[i]]);
             let f_low = m_low * scheme(m_low, [u0[i], u1[i], u2[i], u3[i]]);
-            advective[i] += (f_high - f_low) * inverse(i);
-            viscous[i] += nu * ((u3[i] - u2[i]) * high(i) - (u2[i] - u1[i]) * low(i)) * inverse(i);
+            let stress = (u3[i] - u2[i]) * (m.high * e_high) - (u2[i] - u1[i]) * (m.low * e_low);
+            let term = nu * stress * m.inverse;
+            // The normal stress is its own transpose.
+            advective[i] += (f_high - f_low) * m.inverse - if POROUS { term } else { 0.0 };
+            viscous[i] += term;
         }
     }
 
     /// Through the faces parallel to the component: the edges of the cells.
     #[inline(always)]
-    fn cross(
+    fn cross<const POROUS: bool>(
         &self,
-        (advective, viscous): (&mut [f64], &mut [f64]),
+        advective: &mut [f64],
+        viscous: &mut [f64],
         scheme: impl Fn(f64, [f64; 4]) -> f64,
-        shares: impl Fn(usize) -> [f64; 2],
-        inverse: impl Fn(usize) -> f64,
-        low: impl Fn(usize) -> f64,
-        high: impl Fn(usize) -> f64,
+        metrics: impl Fn(usize) -> Metrics,
+        eps: impl Fn(usize) -> [f64; 2],
     ) {
         let (sa, sb, nu) = (self.along as isize, self.across as isize, self.terms.viscosity);
         let velocity = self.terms.velocity[self.component];
         let [u0, u1, u2, u3, u4] = [-2 * sb, -sb, 0, sb, 2 * sb].map(|o| self.at(velocity, o));
         let [q0, q1, q2, q3] = [0, sa, -sb, sa - sb].map(|o| self.at(self.terms.flux[self.b], o));
+        let [v0, v1, v2, v3] = [0, sa, -sb, sa - sb].map(|o| self.at(self.terms.velocity[self.b], o));
         let (advective, viscous) = (&mut advective[..self.length], &mut viscous[..self.length]);
         for i in 0..self.length {
-            let [wl, wh] = shares(i);
+            let (m, [e_low, e_high]) = (metrics(i), eps(i));
+            let [wl, wh] = m.shares;
             let (m_high, m_low) = (wl * q0[i] + wh * q1[i], wl * q2[i] + wh * q3[i]);
             let f_high = m_high * scheme(m_high, [u1[i], u2[i], u3[i], u4[i]]);
             let f_low = m_low * scheme(m_low, [u0[i], u1[i], u2[i], u3[i]]);
-            advective[i] += (f_high - f_low) * inverse(i);
-            viscous[i] += nu * ((u3[i] - u2[i]) * high(i) - (u2[i] - u1[i]) * low(i)) * inverse(i);
-        }
-    }
-}
-
-/// The transposed half of the viscous stress, ν ∇·(ε (∇u)ᵀ), which vanishes only where ε is uniform.
-pub(crate) struct Transposed<'a> {
-    pub local: &'a Local,
-    pub velocity: [&'a [f64]; 3],
-    pub viscosity: f64,
-    pub void_fraction: &'a [f64],
-}
-
-impl Transposed<'_> {
-    /// Takes the term of a row off `advective`.
-    pub fn subtract_row(&self, place: RowPlace, advective: &mut [f64]) {
-        let (layout, a) = (self.local.layout, place.component);
-        let (strides, start) = (layout.strides(), layout.row(place.j, place.k));
-        let (sa, eps, h) = (strides[a], self.void_fraction, layout.halo);
-        let entry = |axis: usize, i: usize| match axis {
-            0 => i + h,
-            1 => place.j + h,
-            _ => place.k + h,
-        };
-        for b in (0..3).filter(|&b| self.local.active[b]) {
-            let (sb, u) = (strides[b], self.velocity[b]);
-            for (i, value) in advective.iter_mut().enumerate() {
-                let (p, ea, eb) = (start + i, entry(a, i), entry(b, i));
-                let (ma, mb) = (&self.local.axes[a], &self.local.axes[b]);
-                let term = if a == b {
-                    let stress = |p: usize, e: usize| eps[p] * (u[p] - u[p - sa]) * ma.inverse_width[e];
-                    (stress(p + sa, ea + 1) - stress(p, ea)) * ma.inverse_distance[ea]
-                } else {
-                    let stress = |p: usize| {
-                        let mean = 0.25 * (eps[p] + eps[p + sa] + eps[p + sb] + eps[p + sa + sb]);
-                        mean * (u[p + sa] - u[p]) * ma.inverse_distance[ea]
-                    };
-                    (stress(p) - stress(p - sb)) * mb.inverse_width[eb]
-                };
-                *value -= self.viscosity * term;
-            }
+            let transposed = if POROUS {
+                nu * m.slope * (e_high * (v1[i] - v0[i]) - e_low * (v3[i] - v2[i]))
+            } else {
+                0.0
+            };
+            advective[i] += (f_high - f_low - transposed) * m.inverse;
+            let stress = (u3[i] - u2[i]) * (m.high * e_high) - (u2[i] - u1[i]) * (m.low * e_low);
+            viscous[i] += nu * stress * m.inverse;
         }
     }
 }

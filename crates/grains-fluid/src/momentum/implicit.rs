@@ -276,7 +276,7 @@ fn add_normal(local: &Local, table: &FaceTable, capacity: Capacity<'_>, incremen
     let data = increments.component_mut(axis);
     own_entries(local, table, |_, _, inside, boundary| {
         let p = if is_high { boundary - stride } else { boundary + stride };
-        let eps = capacity.void_fraction.map_or(1.0, |eps| eps[inside]);
+        let eps = capacity.void_fraction.map_or(1.0, |eps| eps.centres[inside]);
         data[p] += capacity.inverse_at(axis, p) * factor * eps * data[boundary];
     });
 }
@@ -297,7 +297,9 @@ fn add_tangential(
     let data = increments.component_mut(component);
     own_entries(local, table, |e, m, inside, _| {
         if table.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
-            let eps = capacity.void_fraction.map_or(1.0, |eps| 0.5 * (eps[inside] + eps[inside + stride]));
+            let eps = capacity
+                .void_fraction
+                .map_or(1.0, |eps| 0.5 * (eps.centres[inside] + eps.centres[inside + stride]));
             data[inside] +=
                 capacity.inverse_at(component, inside) * factor * eps * table.increments[component][e];
         }

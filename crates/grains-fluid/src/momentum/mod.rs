@@ -6,7 +6,7 @@ mod implicit;
 mod outlet;
 mod variable;
 
-pub(crate) use explicit::{Explicit, RowPlace, Transposed};
+pub(crate) use explicit::{Explicit, Porosity, RowPlace};
 pub(crate) use implicit::{Implicit, imposed_increments};
 pub(crate) use outlet::{FaceTerms, OutletTerms, advance_outlets};
 pub(crate) use variable::Capacity;
