@@ -4,15 +4,15 @@
 //! |---|---|
 //! | `particles.vtkhdf`, `walls.vtkhdf`, `surfaces.vtkhdf` | temporal VTKHDF 2.0 PolyData, for ParaView 5.12 and later |
 //! | `fluid.vtkhdf` | temporal VTKHDF 2.0 ImageData; of unequal cells 2.7 RectilinearGrid, for ParaView 6.2 and later |
-//! | `*.xdmf` beside each | the same arrays by reference, for ParaView 5.11 and earlier |
+//! | `*.xdmf` beside each | the same arrays by reference, for ParaView 5.11 and earlier, and 6.1 if cells are unequal |
 //! | `shapes/<id>.vtp`, `view.py` | reference surfaces, and the script that glyphs particles with them in ParaView |
 //! | `series.csv` | one row per interval, comments with `#` |
 //! | `profile-<name>.csv` | a block of rows per output; `profile-<name>-mean.csv` is written anew each time |
 //! | `checkpoint-<step>.h5` | complete state, checksummed, written aside and renamed |
 //!
-//! Nothing here knows of particles or fluids: arrays come by name. Every call is collective over the communicator
-//! unless it says otherwise, and all ranks come to the same verdict: an error on one is an error on all,
-//! and rank 0 has its text.
+//! Nothing here knows of particles or fluids: arrays come by name. Every call is collective over the
+//! communicator unless it says otherwise, and all ranks come to the same verdict: an error on one is an error
+//! on all, and rank 0 has its text.
 //!
 //! After an error of writing end the job by `MPI_Abort` rather than properly: HDF5 tries once more to write
 //! what it could not when MPI ends, and may wait for ever.

@@ -21,8 +21,8 @@ pub(crate) trait Layout {
 
     /// Creates all arrays of a new file, without rows; all ranks take part.
     fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Self::Arrays>;
-    /// Writes what a new file holds besides its steps; rank 0 alone does.
-    fn begin(&self, _file: &File) -> hdf5::Result<()> {
+    /// Writes what a new file holds besides its steps; all ranks take part.
+    fn begin(&self, _shared: &Shared, _file: &File) -> hdf5::Result<()> {
         Ok(())
     }
     /// Opens the arrays of a file that must hold just these fields.
@@ -88,7 +88,7 @@ impl<L: Layout> Temporal<L> {
         let file = shared.all("cannot be created", file)?;
         let begun = (|| {
             let arrays = shared.all("cannot be written", layout.create(&file, compress, ranks))?;
-            shared.written(if shared.is_first() { layout.begin(&file) } else { Ok(()) })?;
+            shared.written(layout.begin(&shared, &file))?;
             shared.written(write_metadata(&file, GROUP, metadata))?;
             shared.written(file.flush())?;
             Ok(arrays)

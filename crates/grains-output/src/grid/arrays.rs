@@ -175,10 +175,12 @@ fn create_mesh(file: &File, grid: &GridGeometry) -> hdf5::Result<Group> {
     Ok(root)
 }
 
-/// Writes the coordinates of the nodes of a new file; rank 0 alone does.
-pub(super) fn write_nodes(file: &File, grid: &GridGeometry) -> hdf5::Result<()> {
+/// Writes the coordinates of the nodes of a new file; all ranks take part, the first has the values.
+pub(super) fn write_nodes(file: &File, grid: &GridGeometry, is_first: bool) -> hdf5::Result<()> {
     grid.nodes.iter().zip(AXES).try_for_each(|(nodes, axis)| {
-        write_rows(&file.dataset(&format!("{GRID}/{axis}"))?, 0, 1, nodes, Participants::ThisRank)
+        let dataset = file.dataset(&format!("{GRID}/{axis}"))?;
+        let own = if is_first { &nodes[..] } else { &[] };
+        write_rows(&dataset, 0, 1, own, Participants::ThisRank)
     })
 }
 

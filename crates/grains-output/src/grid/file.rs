@@ -111,8 +111,8 @@ impl Layout for Cells {
         Arrays::create(file, &self.grid, &self.specs, (self.precision, compress), ranks)
     }
 
-    fn begin(&self, file: &File) -> hdf5::Result<()> {
-        write_nodes(file, &self.grid)
+    fn begin(&self, shared: &Shared, file: &File) -> hdf5::Result<()> {
+        write_nodes(file, &self.grid, shared.is_first())
     }
 
     fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Arrays> {
