@@ -1,0 +1,84 @@
+//! The fastest flow that a case imposes: on its boundaries, by its drive, and at its start.
+
+use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, Fluid};
+
+/// Samples per axis of a formula.
+const SAMPLES: usize = 9;
+
+/// A velocity, and what it asks of the time step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fastest {
+    /// Speed (m/s).
+    pub speed: f64,
+    /// Σ |u|/Δx over the axes, at their narrowest cells (1/s).
+    pub rate: f64,
+}
+
+/// The velocity that asks for the shortest step; formulas are sampled in space and time.
+pub fn fastest(case: &Case, fluid: &Fluid) -> Fastest {
+    let inverse = [0, 1, 2].map(|a| match fluid.cells[a] {
+        1 => 0.0,
+        _ => 1.0 / fluid.cell_widths(&case.domain, a)[0],
+    });
+    let mut fastest = Fastest::default();
+    let mut consider = |velocity: [f64; 3]| {
+        let rate: f64 = (0..3).map(|a| velocity[a].abs() * inverse[a]).sum();
+        if rate > fastest.rate && rate.is_finite() {
+            fastest = Fastest { speed: velocity.iter().map(|u| u * u).sum::<f64>().sqrt(), rate };
+        }
+    };
+    for face in Face::ALL.into_iter().filter(|face| !case.domain.periodic[face.axis()]) {
+        let on_face = fluid.on_face(face);
+        for i in on_face.whole.into_iter().chain(on_face.patches) {
+            on_boundary(case, fluid, &fluid.boundary[i], &mut consider);
+        }
+    }
+    if let Some(Drive::MeanVelocity { velocity, axes }) = &fluid.drive {
+        consider([0, 1, 2].map(|a| if axes[a] { velocity[a] } else { 0.0 }));
+    }
+    sample(&fluid.initial.velocity, [case.domain.lower, case.domain.upper], &[0.0], &mut consider);
+    fastest
+}
+
+/// The velocities that a condition imposes.
+fn on_boundary(case: &Case, fluid: &Fluid, boundary: &Boundary, consider: &mut impl FnMut([f64; 3])) {
+    let axis = boundary.face.axis();
+    match &boundary.kind {
+        BoundaryKind::Wall { velocity } => consider(*velocity),
+        BoundaryKind::Inlet { velocity } => {
+            let mut corners = boundary.patch().unwrap_or([case.domain.lower, case.domain.upper]);
+            let end = if boundary.face.is_upper() { case.domain.upper } else { case.domain.lower };
+            corners.iter_mut().for_each(|corner| corner[axis] = end[axis]);
+            sample(velocity, corners, &[0.0, 0.5 * case.time.end, case.time.end], consider);
+        }
+        BoundaryKind::ParabolicInlet { mean } => {
+            // A parabola peaks at 3/2 of its mean, along every axis on which there is one.
+            let is_across = |a: &usize| {
+                *a != axis && fluid.cells[*a] > 1 && (boundary.patch().is_some() || !case.domain.periodic[*a])
+            };
+            let mut velocity = [0.0; 3];
+            velocity[axis] = mean * 1.5_f64.powi((0..3).filter(is_across).count() as i32);
+            consider(velocity);
+        }
+        BoundaryKind::Outlet { .. } | BoundaryKind::Symmetry => {}
+    }
+}
+
+/// The values of a velocity on a lattice between two corners (m), edges included, at some times (s).
+fn sample(
+    velocity: &[Expression; 3],
+    [lower, upper]: [[f64; 3]; 2],
+    times: &[f64],
+    consider: &mut impl FnMut([f64; 3]),
+) {
+    if let [Expression::Number(x), Expression::Number(y), Expression::Number(z)] = velocity {
+        return consider([*x, *y, *z]);
+    }
+    let formulas: Vec<_> = velocity.iter().filter_map(|component| component.compile().ok()).collect();
+    let [x, y, z] = &formulas[..] else { return };
+    for sample in 0..SAMPLES.pow(3) {
+        let place = [sample % SAMPLES, sample / SAMPLES % SAMPLES, sample / SAMPLES.pow(2)];
+        let at = [0, 1, 2].map(|a| lower[a] + (upper[a] - lower[a]) * place[a] as f64 / (SAMPLES - 1) as f64);
+        times.iter().for_each(|&time| consider([x, y, z].map(|formula| formula.at(at, time))));
+    }
+}

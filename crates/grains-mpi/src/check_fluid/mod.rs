@@ -1,0 +1,186 @@
+//! What `check` says of the fluid: cells, memory, steps, and how particles settle and fluidise in it.
+
+mod imposed;
+mod kinds;
+
+use crate::population::Population;
+use crate::timestep;
+use grains_case::{Case, Coupling, Fluid, Kernel, MixtureModel, PressureMethod, TimeStep};
+use grains_coupling::DragLaw;
+use grains_dem::Catalogue;
+use imposed::fastest;
+use kinds::{Settling, kinds};
+
+/// Void fraction of a settled bed, at which beds are judged.
+const SETTLED: f64 = 0.4;
+
+/// Width of the halo of the fields (cells).
+const HALO: u64 = 2;
+
+/// Bytes per cell of the fields of one phase, of those that particles add, of the means over time, and of PETSc's
+/// matrices and vectors.
+const BYTES: [f64; 4] = [110.0, 240.0, 100.0, 250.0];
+
+/// Lines of `check` on the fluid; none without one.
+///
+/// # Errors
+/// Particle files that cannot be read, shapes without a surface, or a time step that cannot be used.
+pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String> {
+    let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
+    let mut lines = vec![cells(case, fluid), memory(case, fluid)];
+    let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
+    let Some(coupling) = fluid.coupling.as_ref().filter(|_| !case.inserts.is_empty()) else {
+        lines.push(match case.time.dt {
+            TimeStep::Seconds(dt) => {
+                format!("fluid step     {dt:.4e} s (time.dt), {}", courant(case, fluid, dt))
+            }
+            TimeStep::Auto => step_limit(case, fluid, longest, 1.0).1,
+        });
+        return Ok(lines);
+    };
+    lines.push(format!("coupling       {}", describe(coupling)));
+    let kinds = kinds(case, catalogue, fluid, law(coupling))?;
+    lines.extend(kinds.iter().flat_map(Settling::lines));
+    lines.extend(coarse_enough(case, fluid, coupling, &kinds));
+    lines.extend(pressure_drop(case, catalogue, fluid)?);
+    let (limit, line) = step_limit(case, fluid, longest, SETTLED);
+    lines.push(line);
+    let (step, why) = match coupling.particle_steps {
+        Some(count) => {
+            let dt = timestep::choose(case, catalogue)?.dt * count as f64;
+            (dt, format!("{count} particle steps, {:.2} of the limit", dt / limit))
+        }
+        None => (limit, "the longest".into()),
+    };
+    let shortest = kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min);
+    lines.push(format!(
+        "  relaxation   fluid step {step:.3e} s ({why}) over the shortest relaxation time {shortest:.3e} s: {:.3}; \
+         stable at any, exact in time below about 1",
+        step / shortest
+    ));
+    Ok(lines)
+}
+
+/// The law of the case as the coupling has it.
+fn law(coupling: &Coupling) -> DragLaw {
+    use grains_case::Drag;
+    match coupling.drag {
+        Drag::Beetstra => DragLaw::Beetstra,
+        Drag::Ergun => DragLaw::Ergun,
+        Drag::WenYu => DragLaw::WenYu,
+        Drag::Gidaspow => DragLaw::Gidaspow,
+        Drag::DiFelice => DragLaw::DiFelice,
+        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
+        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
+        Drag::Ganser => DragLaw::Ganser,
+    }
+}
+
+fn describe(coupling: &Coupling) -> String {
+    let model = match coupling.model {
+        MixtureModel::A => "model A, both phases carry the pressure gradient",
+        MixtureModel::B => "model B, the fluid alone carries the pressure gradient",
+    };
+    let kernel = match coupling.kernel {
+        Kernel::Cube => "embedded cubes".into(),
+        Kernel::Smooth { half_width } => format!("a smooth kernel of half width {half_width:.3} diameters"),
+    };
+    format!("drag by {:?}; {model}; {kernel}", law(coupling))
+}
+
+fn cells(case: &Case, fluid: &Fluid) -> String {
+    let [nx, ny, nz] = fluid.cells;
+    let edge = |a: usize| match fluid.cell_widths(&case.domain, a) {
+        [narrow, wide] if wide - narrow > 1e-9 * wide => format!("{narrow:.4e} to {wide:.4e}"),
+        [_, wide] => format!("{wide:.4e}"),
+    };
+    format!(
+        "fluid          {nx} x {ny} x {nz} = {} cells of {} x {} x {} m",
+        nx * ny * nz,
+        edge(0),
+        edge(1),
+        edge(2)
+    )
+}
+
+fn memory(case: &Case, fluid: &Fluid) -> String {
+    let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * HALO) as f64).product();
+    let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
+    let by_petsc = match fluid.pressure.method {
+        PressureMethod::Petsc => true,
+        PressureMethod::Auto => has_particles,
+        PressureMethod::Fast | PressureMethod::ConjugateGradients => false,
+    };
+    let taken = [true, has_particles, fluid.output.mean_from.is_some(), by_petsc];
+    let bytes: f64 = BYTES.iter().zip(taken).filter(|(_, taken)| *taken).map(|(bytes, _)| bytes).sum();
+    format!(
+        "  memory       about {:.0} MB for the fluid, halos of one rank included",
+        (cells * bytes / 1e6).ceil()
+    )
+}
+
+/// The longest step of the fluid (s), and the line about it; between particles at a void fraction the same flow is faster.
+fn step_limit(case: &Case, fluid: &Fluid, longest: f64, void_fraction: f64) -> (f64, String) {
+    let fastest = fastest(case, fluid);
+    let at_inlet = fluid.courant / fastest.rate;
+    let between = void_fraction * at_inlet;
+    if !at_inlet.is_finite() || between > longest {
+        return (longest, format!("fluid step     at most {longest:.3e} s (fluid.longest_step)"));
+    }
+    let settled = match void_fraction < 1.0 {
+        true => format!(", {between:.3e} s between particles at void fraction {void_fraction}"),
+        false => String::new(),
+    };
+    let line = format!(
+        "fluid step     at most {:.3e} s at the {:.4} m/s imposed (fluid.courant = {}){settled}",
+        at_inlet.min(longest),
+        fastest.speed,
+        fluid.courant
+    );
+    (between, line)
+}
+
+/// What a step (s) comes to at the velocity imposed.
+fn courant(case: &Case, fluid: &Fluid, dt: f64) -> String {
+    let fastest = fastest(case, fluid);
+    format!("Courant number {:.3} at the {:.4} m/s imposed", fastest.rate * dt, fastest.speed)
+}
+
+/// A warning about cells too small for embedded cubes.
+fn coarse_enough(case: &Case, fluid: &Fluid, coupling: &Coupling, kinds: &[Settling]) -> Option<String> {
+    /// Edge of a cell over the diameter.
+    const COARSE: f64 = 3.0;
+    if coupling.kernel != Kernel::Cube {
+        return None;
+    }
+    let largest = kinds.iter().map(|k| k.diameter).fold(0.0, f64::max);
+    let axes = (0..3).filter(|a| fluid.cells[*a] > 1);
+    let narrowest = axes.map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min);
+    let ratio = narrowest / largest;
+    (ratio < COARSE).then(|| {
+        let message = format!(
+            "embedded cubes are for cells of three diameters and more, here some are {ratio:.2}: void fractions will \
+             be rough; take {{ kind = \"smooth\" }} or larger cells"
+        );
+        format!("warning: {}", case.about("fluid.coupling.kernel", message))
+    })
+}
+
+/// The pressure drop that carries all particles, where gravity lies along an axis.
+fn pressure_drop(case: &Case, catalogue: &Catalogue, fluid: &Fluid) -> Result<Option<String>, String> {
+    let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
+    let &[axis] = &axes[..] else { return Ok(None) };
+    // The mass of particles of the difference in density is what the fluid does not carry by itself.
+    let mut buoyant = catalogue.clone();
+    buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
+    let weight = Population::new(case)?.mass(case, &buoyant) * case.gravity[axis].abs();
+    let extents = case.domain.extents();
+    let section: f64 = (0..3).filter(|a| *a != axis).map(|a| extents[a]).product();
+    Ok(Some(format!(
+        "  fluidised    pressure drop {:.4e} Pa: buoyant weight of all particles {weight:.4e} N over {section:.4e} m2",
+        weight / section
+    )))
+}
+
+#[cfg(test)]
+mod tests;
