@@ -44,7 +44,9 @@ impl Flow {
     pub fn centre_velocity(&self, axis: usize) -> impl Iterator<Item = f64> + '_ {
         let (layout, u) = (self.local.layout, self.state.velocity.component(axis));
         let stride = layout.strides()[axis];
-        layout.rows().flat_map(move |row| (row..row + layout.cells[0]).map(move |p| 0.5 * (u[p] + u[p - stride])))
+        layout
+            .rows()
+            .flat_map(move |row| (row..row + layout.cells[0]).map(move |p| 0.5 * (u[p] + u[p - stride])))
     }
 
     /// ½ ρ ∫ ε u² dV (J), with the means of squares of opposite faces.

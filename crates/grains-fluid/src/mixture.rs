@@ -170,7 +170,20 @@ impl Mixture {
         for axis in 0..3 {
             for_rows(local, axis, |row| self.set_row(row, inputs));
         }
+        self.set_imposed(local.layout, tables, inputs.velocity);
         Ok(())
+    }
+
+    /// Nothing is in the way on faces with an imposed velocity: it is the superficial one, whatever lies behind.
+    fn set_imposed(&mut self, layout: Layout, tables: &[FaceTable], velocity: &Faces) {
+        for table in tables {
+            let axis = table.face.axis;
+            table.for_imposed(layout, |face| {
+                self.faces.component_mut(axis)[face] = 1.0;
+                self.old_faces.component_mut(axis)[face] = 1.0;
+                self.flux.component_mut(axis)[face] = velocity.component(axis)[face];
+            });
+        }
     }
 
     /// ε in the middle of the step at centres and edges, and its rate of change.

@@ -3,6 +3,7 @@
 use crate::composites::describe;
 use crate::duration::duration;
 use crate::files::particle_fields;
+use crate::fluid;
 use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::{Encounter, TimeStepChoice};
@@ -54,6 +55,13 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let count = population.total() as f64;
     let kind = usize::from(!setup.catalogue.all_spheres());
     let _ = writeln!(out, "case           {}", case.name);
+    if case.inserts.is_empty() {
+        // The fluid is alone.
+        for line in fluid::check::explain(case, &setup.catalogue)? {
+            let _ = writeln!(out, "{line}");
+        }
+        return Ok(text);
+    }
     let _ = writeln!(
         out,
         "particles      {} in {} insertion(s), {placed} of them at the beginning, none inside another",
@@ -111,6 +119,10 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         hard_collisions(out, case, &setup.collisions, &step);
     } else {
         soft_collisions(out, case, &step);
+    }
+    let of_fluid = fluid::check::explain(case, &setup.catalogue)?;
+    if !of_fluid.is_empty() {
+        let _ = writeln!(out, "\n{}", of_fluid.join("\n"));
     }
     let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
     let _ = writeln!(out, "\ntime step      {:e} s ({chosen}); {}", step.dt, step.resolution(case));

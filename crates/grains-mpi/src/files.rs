@@ -188,7 +188,8 @@ impl Files {
             metadata: &metadata,
             restart: restart.as_ref().map(|_| (dem.step, time)),
         };
-        let fluid_files = fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
+        let fluid_files =
+            fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
         let series = if is_first && case.output.series > 0.0 {
             let path = directory.join("series.csv");
             let all = columns(dem).into_iter().chain(fluid::columns(case));
@@ -289,7 +290,12 @@ impl Files {
     ///
     /// # Errors
     /// A full disk.
-    pub fn row(&mut self, dem: &mut Dem, of_fluid: &[f64], transport: &MpiTransport) -> Result<Row, RunError> {
+    pub fn row(
+        &mut self,
+        dem: &mut Dem,
+        of_fluid: &[f64],
+        transport: &MpiTransport,
+    ) -> Result<Row, RunError> {
         let totals = dem.totals(transport);
         let crossings = dem.crossings(transport);
         let loads = dem.wall_loads(transport);

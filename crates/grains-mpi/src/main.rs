@@ -175,8 +175,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
                 signal_hook::flag::register(signal, interrupted.clone())
                     .map_err(|e| RunError::files(e.to_string()))?;
             }
-            let options =
-                RunOptions {
+            let options = RunOptions {
                 restart: arguments.restart,
                 max_walltime: arguments.max_walltime,
                 interrupted,

@@ -27,7 +27,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
         array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
         array("memory", 1, Values::Real(memory)),
     ];
-    if !dem.particles.cargo.is_empty() {
+    if dem.particles.is_carrying() {
         arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
     }
     let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];

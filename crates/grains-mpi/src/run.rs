@@ -140,7 +140,10 @@ impl<'a> Run<'a> {
             }
             let step = self.dem.step;
             self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
-            if step == self.first_step && !is_restart && let Some(fluid) = &mut self.fluid {
+            if step == self.first_step
+                && !is_restart
+                && let Some(fluid) = &mut self.fluid
+            {
                 fluid.begin(&self.dem, &self.transport)?;
             }
             if self.dem.interrupt {
@@ -293,7 +296,11 @@ impl<'a> Run<'a> {
             let (step, time, rate) = (self.dem.step, self.dem.time(), done as f64 / elapsed);
             let of_particles = format!(
                 "  particles {:>8}  contacts {:>8}  overlap {:>6.3} %  kinetic {:.3e} J  max speed {:.2} m/s  {rate:>7.1} steps/s",
-                values.particles, values.contacts, 100.0 * values.largest_overlap, values.kinetic_energy, values.largest_speed
+                values.particles,
+                values.contacts,
+                100.0 * values.largest_overlap,
+                values.kinetic_energy,
+                values.largest_speed
             );
             let is_alone = self.fluid.as_ref().is_some_and(FluidPhase::is_alone);
             let (count, of_particles) = match &self.fluid {
@@ -309,8 +316,11 @@ impl<'a> Run<'a> {
     fn summary(&mut self) {
         let elapsed = self.begun.elapsed().as_secs_f64();
         let steps = self.dem.step - self.first_step;
-        let mut parts: Vec<(String, f64)> =
-            Phase::ALL.iter().zip(self.dem.clock.seconds()).map(|((_, name), &s)| (name.to_string(), s)).collect();
+        let mut parts: Vec<(String, f64)> = Phase::ALL
+            .iter()
+            .zip(self.dem.clock.seconds())
+            .map(|((_, name), &s)| (name.to_string(), s))
+            .collect();
         parts.extend(self.fluid.iter().flat_map(FluidPhase::times));
         let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
         let all = self.transport.gather(&seconds);
@@ -349,7 +359,11 @@ impl<'a> Run<'a> {
                     / fluid.flow.setup.grid.cells().iter().product::<usize>() as f64
             );
             if fluid.is_alone() {
-                say!("{} on {ranks} rank(s)\nresults in {}", duration(elapsed), self.case.output.directory.display());
+                say!(
+                    "{} on {ranks} rank(s)\nresults in {}",
+                    duration(elapsed),
+                    self.case.output.directory.display()
+                );
                 return;
             }
         }

@@ -134,7 +134,9 @@ pub fn of_fluid(case: &Case) -> TimeStepChoice {
     let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
     let (dt, reason) = match case.time.dt {
         TimeStep::Seconds(given) => (given, "the step of the fluid".to_string()),
-        TimeStep::Auto => (shortest / TICKS, "a tick of the clock; the fluid's step is a multiple of it".to_string()),
+        TimeStep::Auto => {
+            (shortest / TICKS, "a tick of the clock; the fluid's step is a multiple of it".to_string())
+        }
     };
     TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), reason, warning: None }
 }

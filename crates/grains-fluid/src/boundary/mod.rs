@@ -88,7 +88,7 @@ pub enum Condition {
         /// Velocity of the wall (m/s), its normal component zero.
         velocity: [f64; 3],
     },
-    /// Imposed velocity.
+    /// Imposed velocity; among particles the superficial one ε u.
     Inlet {
         /// Velocity over the inlet.
         profile: Profile,

@@ -194,6 +194,15 @@ fn condition_at(boundaries: &Boundaries, face: BoxFace, at: [f64; 3]) -> (&Condi
 }
 
 impl FaceTable {
+    /// Places in the arrays of all boundary faces, halo included, whose normal velocity is imposed.
+    pub fn for_imposed(&self, layout: Layout, mut job: impl FnMut(usize)) {
+        for (entry, [m1, m2]) in self.entries() {
+            if self.kinds[self.face.axis][entry] == Kind::Fixed {
+                job(self.boundary(layout, self.inside(layout, m1, m2)));
+            }
+        }
+    }
+
     /// Imposed normal velocities (m/s, positive into the box) with the areas of their faces (m²).
     pub fn for_normal_values(&self, local: &Local, mut job: impl FnMut(f64, f64)) {
         let (axis, h) = (self.face.axis, local.layout.halo);

@@ -3,8 +3,8 @@
 use crate::error::{RunError, agreed};
 use grains_comm::{MpiTransport, exit};
 use grains_coupling::{
-    Coupling, CouplingError, DragFields, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel, Layout as Places,
-    MomentumLedger, Site, Stencil, impulse_taken, void_fractions,
+    Coupling, CouplingError, DragFields, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
+    Layout as Places, MomentumLedger, Site, Stencil, impulse_taken, void_fractions,
 };
 use grains_dem::Particles;
 use grains_domain::Transport;
@@ -114,8 +114,10 @@ impl Exchange {
             void_fraction: mixture.void_fraction.data(),
             pressure_gradient: self.gradient.components(),
         };
-        let mut drag =
-            DragFields { coefficient: self.coefficient.components_mut(), explicit: self.explicit.components_mut() };
+        let mut drag = DragFields {
+            coefficient: self.coefficient.components_mut(),
+            explicit: self.explicit.components_mut(),
+        };
         let deposited = self.coupling.deposit_drag(particles, (&self.kernel_grid, &fluid), &mut drag, dt);
         agree(transport, deposited)?;
         let [a, b, c] = self.coefficient.components_mut();
@@ -150,7 +152,8 @@ impl Exchange {
         let lent = self.coupling.lend(particles, (&self.kernel_grid, &fluid), dt);
         agree(transport, lent)?;
         for axis in 0..3 {
-            let [b, s, u] = [&self.coefficient, &self.explicit, &flow.state.velocity].map(|f| f.component(axis));
+            let [b, s, u] =
+                [&self.coefficient, &self.explicit, &flow.state.velocity].map(|f| f.component(axis));
             let layout = flow.layout();
             let own = layout.rows().map(|row| row..row + layout.cells[0]);
             self.ledger.taken[axis] +=
@@ -176,7 +179,8 @@ impl Exchange {
                 let diameter = self.coupling.equivalent_diameter(body);
                 stencil.place(&self.coupling.kernel, &self.kernel_grid.axes, &body.position, diameter)?;
                 let volume = self.coupling.volume(body);
-                let amounts = [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
+                let amounts =
+                    [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
                 for (field, amount) in fields.iter_mut().zip(amounts) {
                     stencil.deposit(Site::Cells, &self.kernel_grid.cells, amount, field.data_mut());
                 }
@@ -219,7 +223,8 @@ fn kernel_grid(
     let mut axes = Vec::new();
     for a in 0..3 {
         let (axis, n) = (grid.axis(a), layout.cells[a]);
-        let ends = ownership.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
+        let ends =
+            ownership.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
         starts[a] = if ends[0] == End::Boundary { h } else { 1 };
         let last = if ends[1] == End::Boundary { n + h } else { n + 2 * h };
         let node = |place: usize| axis.node(first[a] as isize + place as isize - h as isize);
@@ -230,8 +235,11 @@ fn kernel_grid(
     let stride = [strides[1], strides[2]];
     let places = |offset| Places { offset, stride };
     let own = std::array::from_fn(|a| h - starts[a]..h - starts[a] + layout.cells[a]);
-    let grid =
-        KernelGrid { axes, cells: places(offset), faces: std::array::from_fn(|a| places(offset - strides[a])) };
+    let grid = KernelGrid {
+        axes,
+        cells: places(offset),
+        faces: std::array::from_fn(|a| places(offset - strides[a])),
+    };
     Ok((grid, own))
 }
 

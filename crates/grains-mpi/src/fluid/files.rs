@@ -7,7 +7,9 @@ use grains_case::{Case, FluidField};
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_output::{Data, FieldSpec, FileError, GridFile, GridGeometry, Metadata, Precision, Series, agree, write_table};
+use grains_output::{
+    Data, FieldSpec, FileError, GridFile, GridGeometry, Metadata, Precision, Series, agree, write_table,
+};
 use std::path::{Path, PathBuf};
 
 /// Open files of the fluid.
@@ -38,22 +40,31 @@ impl FluidFiles {
     ///
     /// # Errors
     /// A file that cannot be used.
-    pub fn open(case: &Case, phase: &FluidPhase, opening: &Opening, transport: &MpiTransport) -> Result<Self, RunError> {
+    pub fn open(
+        case: &Case,
+        phase: &FluidPhase,
+        opening: &Opening,
+        transport: &MpiTransport,
+    ) -> Result<Self, RunError> {
         let (directory, communicator) = (opening.directory, transport.communicator());
         let output = case.fluid.as_ref().map(|f| f.output.clone()).unwrap_or_default();
         let names = phase.names(&output.fields);
-        let specs: Vec<FieldSpec> = names.iter().map(|&(name, unit, width)| FieldSpec::real(name, unit, width)).collect();
+        let specs: Vec<FieldSpec> =
+            names.iter().map(|&(name, unit, width)| FieldSpec::real(name, unit, width)).collect();
         let is_first = transport.rank() == 0;
         let geometry = geometry(phase);
         let open = |name: &str| -> Result<GridFile, FileError> {
             let path = directory.join(name);
             match opening.restart {
                 Some((_, time)) if transport.any(is_first && path.exists()) => {
-                    let file = GridFile::resume(&path, communicator, &geometry, &specs, opening.format.0, time)?;
+                    let file =
+                        GridFile::resume(&path, communicator, &geometry, &specs, opening.format.0, time)?;
                     file.record_restart(opening.metadata)?;
                     Ok(file)
                 }
-                _ => GridFile::create(&path, communicator, &geometry, &specs, opening.format, opening.metadata),
+                _ => {
+                    GridFile::create(&path, communicator, &geometry, &specs, opening.format, opening.metadata)
+                }
             }
         };
         let wanted = output.interval.unwrap_or(case.output.particles) > 0.0;
@@ -74,7 +85,12 @@ impl FluidFiles {
     ///
     /// # Errors
     /// A full disk, or a particle beyond the halo.
-    pub fn snapshot(&mut self, phase: &mut FluidPhase, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn snapshot(
+        &mut self,
+        phase: &mut FluidPhase,
+        dem: &Dem,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
         let Some(file) = &mut self.snapshots else { return Ok(()) };
         let time = dem.time();
         let now = phase.sample(dem, transport)?.observations(&self.fields);

@@ -9,6 +9,7 @@
 //! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
 //! ticks in small fractions of the output interval, and the particles' part of the step is left out.
 
+pub mod check;
 mod exchange;
 mod files;
 mod observe;
@@ -18,15 +19,15 @@ mod setup;
 
 use crate::error::{RunError, agreed};
 use exchange::{Exchange, halo_width};
+pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid, TimeStep};
 use grains_comm::{MpiTransport, exit};
 use grains_coupling::add_drag;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use profile::Sampler;
 use grains_fluid::{Flow, FlowLimits, Halo, Phase, StepReport};
-pub use files::{FluidFiles, Opening};
 pub use observe::{Sums, columns, progress};
+use profile::Sampler;
 
 /// The fluid of a run on this rank.
 pub struct FluidPhase {
@@ -195,7 +196,11 @@ impl FluidPhase {
     fn choose_span(&self, dem: &Dem, event: u64, transport: &MpiTransport) -> u64 {
         let most = self.span.unwrap_or_else(|| {
             let allowed = self.limits.time_step(&self.flow, transport) / dem.setup.rates.dt;
-            let grown = if self.flow.state.last_dt > 0.0 { self.last_span + (self.last_span / 5).max(1) } else { u64::MAX };
+            let grown = if self.flow.state.last_dt > 0.0 {
+                self.last_span + (self.last_span / 5).max(1)
+            } else {
+                u64::MAX
+            };
             (allowed as u64).min(grown).max(1)
         });
         let left = event.saturating_sub(dem.step).max(1);

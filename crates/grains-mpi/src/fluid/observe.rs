@@ -69,7 +69,11 @@ impl Observation {
     /// Values of the own cells, x fastest, components side by side.
     pub fn interleaved(&self) -> Vec<f64> {
         let width = self.components.len();
-        let mut values = vec![0.0; self.components.first().map_or(0, |c| c.layout().cells.iter().product::<usize>()) * width];
+        let mut values =
+            vec![
+                0.0;
+                self.components.first().map_or(0, |c| c.layout().cells.iter().product::<usize>()) * width
+            ];
         for (k, component) in self.components.iter().enumerate() {
             values.iter_mut().skip(k).step_by(width).zip(component.own()).for_each(|(to, from)| *to = from);
         }
@@ -100,7 +104,11 @@ impl Sums {
         let ratio = |k: usize| {
             let mut field = self.fields[k].clone();
             let volumes = self.fields[8].data().iter();
-            field.data_mut().iter_mut().zip(volumes).for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
+            field
+                .data_mut()
+                .iter_mut()
+                .zip(volumes)
+                .for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
             field
         };
         let has_particles = self.fields.len() > 4;
@@ -109,7 +117,9 @@ impl Sums {
                 FluidField::Velocity => ("velocity", "m/s", (0..3).map(mean).collect()),
                 FluidField::Pressure => ("pressure", "Pa", vec![mean(3)]),
                 FluidField::VoidFraction if has_particles => ("void_fraction", "-", vec![mean(4)]),
-                FluidField::SolidVelocity if has_particles => ("solid_velocity", "m/s", (5..8).map(ratio).collect()),
+                FluidField::SolidVelocity if has_particles => {
+                    ("solid_velocity", "m/s", (5..8).map(ratio).collect())
+                }
                 _ => return None,
             };
             Some(Observation { name, unit, components })
@@ -121,7 +131,8 @@ impl Sums {
 impl FluidPhase {
     /// Names, units and numbers of components of the fields that a case asks for and that there are.
     pub fn names(&self, wanted: &[FluidField]) -> Vec<(&'static str, &'static str, usize)> {
-        let fields = Sums::new(Layout { cells: [0; 3], halo: 0 }, self.exchange.is_some()).observations(wanted);
+        let fields =
+            Sums::new(Layout { cells: [0; 3], halo: 0 }, self.exchange.is_some()).observations(wanted);
         fields.iter().map(|f| (f.name, f.unit, f.components.len())).collect()
     }
 

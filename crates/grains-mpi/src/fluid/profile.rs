@@ -37,20 +37,27 @@ impl Sampler {
             let cells = cells(flow, position)?;
             Some(Point { number, position, cells })
         };
-        Self { name: profile.name.clone(), points: positions.into_iter().enumerate().filter_map(own).collect() }
+        Self {
+            name: profile.name.clone(),
+            points: positions.into_iter().enumerate().filter_map(own).collect(),
+        }
     }
 
     /// Rows of x, y, z (m) and all components, in the order of the points, on rank 0; collective.
     pub fn rows(&self, fields: &[Observation], transport: &dyn Transport) -> Vec<Vec<f64>> {
-        let components: Vec<&[f64]> = fields.iter().flat_map(|f| f.components.iter().map(|c| c.data())).collect();
+        let components: Vec<&[f64]> =
+            fields.iter().flat_map(|f| f.components.iter().map(|c| c.data())).collect();
         let mut own = Vec::new();
         for point in &self.points {
             own.push(point.number as f64);
             own.extend(point.position);
-            own.extend(components.iter().map(|data| point.cells.iter().map(|&(p, w)| w * data[p]).sum::<f64>()));
+            own.extend(
+                components.iter().map(|data| point.cells.iter().map(|&(p, w)| w * data[p]).sum::<f64>()),
+            );
         }
         let width = 4 + components.len();
-        let mut rows: Vec<Vec<f64>> = transport.gather(&own).chunks_exact(width).map(<[f64]>::to_vec).collect();
+        let mut rows: Vec<Vec<f64>> =
+            transport.gather(&own).chunks_exact(width).map(<[f64]>::to_vec).collect();
         rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
         rows.into_iter().map(|row| row[1..].to_vec()).collect()
     }
@@ -87,7 +94,8 @@ fn cells(flow: &Flow, position: [f64; 3]) -> Option<Vec<(usize, f64)>> {
         let is_inside = axis.is_periodic() || (0..axis.cells() as isize).contains(&next);
         let share = if is_inside { (position[a] - centre) / (axis.centre(next) - centre) } else { 0.0 };
         let stride = layout.strides()[a];
-        let place = |p: usize, offset: isize| (p as isize + (own as isize + offset) * stride as isize) as usize;
+        let place =
+            |p: usize, offset: isize| (p as isize + (own as isize + offset) * stride as isize) as usize;
         cells = cells
             .iter()
             .flat_map(|&(p, w)| [(place(p, 0), w * (1.0 - share)), (place(p, towards), w * share)])

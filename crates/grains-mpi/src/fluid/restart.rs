@@ -56,7 +56,10 @@ impl FluidPhase {
 
     fn read(&mut self, file: &CheckpointFile) -> Result<(), FileError> {
         let layout = self.flow.layout();
-        let take = |name: &str, (block, first): (GridBlock, [isize; 3]), data: &mut [f64]| -> Result<(), FileError> {
+        let take = |name: &str,
+                    (block, first): (GridBlock, [isize; 3]),
+                    data: &mut [f64]|
+         -> Result<(), FileError> {
             let values = file.grid(name, 1, &block)?;
             places(layout, block, first).zip(values).for_each(|(p, value)| data[p] = value);
             Ok(())

@@ -2,8 +2,9 @@
 
 use crate::population::for_each_kind;
 use grains_case::{
-    BoundaryKind, Case, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive, Expression, Fluid as CaseFluid, Formula, FormulaError,
-    Kernel as CaseKernel, MixtureModel as CaseModel, PressureMethod,
+    BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
+    Expression, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel, MixtureModel as CaseModel,
+    PressureMethod,
 };
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
@@ -44,7 +45,12 @@ pub fn smallest_cells(grid: &Grid) -> [f64; 3] {
 ///
 /// # Errors
 /// What the solver refuses, with the key.
-pub fn flow_setup(case: &Case, fluid: &CaseFluid, decomposition: &Decomposition, halo: usize) -> Result<FlowSetup, String> {
+pub fn flow_setup(
+    case: &Case,
+    fluid: &CaseFluid,
+    decomposition: &Decomposition,
+    halo: usize,
+) -> Result<FlowSetup, String> {
     let grid = grid(case, fluid)?;
     let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
     let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
@@ -79,7 +85,9 @@ pub fn flow_setup(case: &Case, fluid: &CaseFluid, decomposition: &Decomposition,
 
 fn drive(fluid: &CaseFluid) -> [Drive; 3] {
     std::array::from_fn(|a| match &fluid.drive {
-        Some(CaseDrive::PressureGradient { gradient }) if gradient[a] != 0.0 => Drive::PressureGradient(gradient[a]),
+        Some(CaseDrive::PressureGradient { gradient }) if gradient[a] != 0.0 => {
+            Drive::PressureGradient(gradient[a])
+        }
         Some(CaseDrive::MeanVelocity { velocity, axes }) if axes[a] => Drive::MeanVelocity(velocity[a]),
         _ => Drive::None,
     })
@@ -107,7 +115,9 @@ fn condition(kind: &BoundaryKind) -> Result<Condition, FormulaError> {
     Ok(match kind {
         BoundaryKind::Wall { velocity } => Condition::Wall { velocity: *velocity },
         BoundaryKind::Inlet { velocity } => Condition::Inlet { profile: inlet(velocity)? },
-        BoundaryKind::ParabolicInlet { mean } => Condition::Inlet { profile: Profile::Parabolic { mean: *mean } },
+        BoundaryKind::ParabolicInlet { mean } => {
+            Condition::Inlet { profile: Profile::Parabolic { mean: *mean } }
+        }
         BoundaryKind::Outlet { pressure } => Condition::Outlet { pressure: *pressure },
         BoundaryKind::Symmetry => Condition::Symmetry,
     })
@@ -156,6 +166,20 @@ pub fn pressure_solver(
     }
 }
 
+/// The law of a case.
+pub fn drag_law(coupling: &CaseCoupling) -> DragLaw {
+    match coupling.drag {
+        Drag::Beetstra => DragLaw::Beetstra,
+        Drag::Ergun => DragLaw::Ergun,
+        Drag::WenYu => DragLaw::WenYu,
+        Drag::Gidaspow => DragLaw::Gidaspow,
+        Drag::DiFelice => DragLaw::DiFelice,
+        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
+        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
+        Drag::Ganser => DragLaw::Ganser,
+    }
+}
+
 /// How particles and fluid act on each other.
 ///
 /// # Errors
@@ -168,23 +192,14 @@ pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result
             Kernel::smooth(half_width).map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?
         }
     };
-    let law = match given.drag {
-        Drag::Beetstra => DragLaw::Beetstra,
-        Drag::Ergun => DragLaw::Ergun,
-        Drag::WenYu => DragLaw::WenYu,
-        Drag::Gidaspow => DragLaw::Gidaspow,
-        Drag::DiFelice => DragLaw::DiFelice,
-        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
-        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
-        Drag::Ganser => DragLaw::Ganser,
-    };
     let model = match given.model {
         CaseModel::A => Model::A,
         CaseModel::B => Model::B,
     };
     let medium = Fluid { density: fluid.density, viscosity: fluid.viscosity };
-    let mut coupling = Coupling::new(kernel, law, model, medium, Vec3::from(case.gravity), catalogue)
-        .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
+    let mut coupling =
+        Coupling::new(kernel, drag_law(given), model, medium, Vec3::from(case.gravity), catalogue)
+            .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
     coupling.least_void_fraction = given.least_void_fraction;
     Ok(Some(coupling))
 }
@@ -205,7 +220,12 @@ pub fn largest_diameter(case: &Case, catalogue: &Catalogue, coupling: &Coupling)
 ///
 /// # Errors
 /// Formulas that mean nothing.
-pub fn initialise(case: &Case, flow: &mut Flow, fluid: &CaseFluid, transport: &MpiTransport) -> Result<(), String> {
+pub fn initialise(
+    case: &Case,
+    flow: &mut Flow,
+    fluid: &CaseFluid,
+    transport: &MpiTransport,
+) -> Result<(), String> {
     let about = |e: FormulaError| case.about("fluid.initial", e.to_string());
     let [x, y, z] = compiled(&fluid.initial.velocity).map_err(about)?;
     let pressure = fluid.initial.pressure.compile().map_err(about)?;

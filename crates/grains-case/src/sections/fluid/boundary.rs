@@ -17,7 +17,7 @@ pub enum BoundaryKind {
         #[serde(default)]
         velocity: [f64; 3],
     },
-    /// Imposed velocity.
+    /// Imposed velocity; among particles the superficial one, as if nothing were behind the face.
     Inlet {
         /// Velocity (m/s), each component a number or a formula in x, y, z, t.
         velocity: [Expression; 3],

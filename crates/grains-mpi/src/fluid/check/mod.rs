@@ -3,10 +3,10 @@
 mod imposed;
 mod kinds;
 
+use super::setup::drag_law;
 use crate::population::Population;
 use crate::timestep;
 use grains_case::{Case, Coupling, Fluid, Kernel, MixtureModel, PressureMethod, TimeStep};
-use grains_coupling::DragLaw;
 use grains_dem::Catalogue;
 use imposed::fastest;
 use kinds::{Settling, kinds};
@@ -39,7 +39,7 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
         return Ok(lines);
     };
     lines.push(format!("coupling       {}", describe(coupling)));
-    let kinds = kinds(case, catalogue, fluid, law(coupling))?;
+    let kinds = kinds(case, catalogue, fluid, drag_law(coupling))?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
     lines.extend(coarse_enough(case, fluid, coupling, &kinds));
     lines.extend(pressure_drop(case, catalogue, fluid)?);
@@ -61,21 +61,6 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
     Ok(lines)
 }
 
-/// The law of the case as the coupling has it.
-fn law(coupling: &Coupling) -> DragLaw {
-    use grains_case::Drag;
-    match coupling.drag {
-        Drag::Beetstra => DragLaw::Beetstra,
-        Drag::Ergun => DragLaw::Ergun,
-        Drag::WenYu => DragLaw::WenYu,
-        Drag::Gidaspow => DragLaw::Gidaspow,
-        Drag::DiFelice => DragLaw::DiFelice,
-        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
-        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
-        Drag::Ganser => DragLaw::Ganser,
-    }
-}
-
 fn describe(coupling: &Coupling) -> String {
     let model = match coupling.model {
         MixtureModel::A => "model A, both phases carry the pressure gradient",
@@ -85,7 +70,7 @@ fn describe(coupling: &Coupling) -> String {
         Kernel::Cube => "embedded cubes".into(),
         Kernel::Smooth { half_width } => format!("a smooth kernel of half width {half_width:.3} diameters"),
     };
-    format!("drag by {:?}; {model}; {kernel}", law(coupling))
+    format!("drag by {:?}; {model}; {kernel}", drag_law(coupling))
 }
 
 fn cells(case: &Case, fluid: &Fluid) -> String {
