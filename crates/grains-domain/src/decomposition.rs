@@ -134,9 +134,9 @@ impl Decomposition {
     }
 }
 
-/// Ranks per axis for `size` ranks: least surface between subdomains, none thinner than `range` if that
+/// Ranks per axis for `size` ranks: least surface between subdomains, none thinner than `least` (m, per axis) if that
 /// can be had, and the axis along which particles pile up (`gravity`) cut last.
-pub fn choose_ranks(global: &GlobalBox, size: usize, range: f64, gravity: [f64; 3]) -> [usize; 3] {
+pub fn choose_ranks(global: &GlobalBox, size: usize, least: [f64; 3], gravity: [f64; 3]) -> [usize; 3] {
     let length: [f64; 3] = std::array::from_fn(|a| global.length(a));
     let strongest = gravity.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     let mut best = ([size, 1, 1], f64::INFINITY);
@@ -148,7 +148,7 @@ pub fn choose_ranks(global: &GlobalBox, size: usize, range: f64, gravity: [f64; 
                 let area = length[(a + 1) % 3] * length[(a + 2) % 3];
                 let piles_up = strongest > 0.0 && gravity[a].abs() > 0.5 * strongest;
                 let faces = (ranks[a] - 1) as f64 * if piles_up { 100.0 } else { 1.0 };
-                let too_thin = ranks[a] > 1 && length[a] / (ranks[a] as f64) < 2.0 * range;
+                let too_thin = ranks[a] > 1 && length[a] / (ranks[a] as f64) < least[a];
                 cost += faces * area * if too_thin { 1e6 } else { 1.0 };
             }
             if cost < best.1 {
@@ -203,9 +203,9 @@ mod tests {
 
     #[test]
     fn the_axis_of_gravity_is_cut_last() {
-        assert_eq!(choose_ranks(&unit_box(false), 2, 0.1, [0.0, 0.0, -9.81]), [1, 2, 1]);
-        assert_eq!(choose_ranks(&unit_box(false), 2, 0.1, [0.0; 3]), [1, 1, 2]);
+        assert_eq!(choose_ranks(&unit_box(false), 2, [0.2; 3], [0.0, 0.0, -9.81]), [1, 2, 1]);
+        assert_eq!(choose_ranks(&unit_box(false), 2, [0.2; 3], [0.0; 3]), [1, 1, 2]);
         let thin = GlobalBox::new([0.0; 3], [0.1, 0.1, 4.0], [false; 3]);
-        assert_eq!(choose_ranks(&thin, 4, 0.1, [0.0, 0.0, -9.81]), [1, 1, 4]);
+        assert_eq!(choose_ranks(&thin, 4, [0.2; 3], [0.0, 0.0, -9.81]), [1, 1, 4]);
     }
 }

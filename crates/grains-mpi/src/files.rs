@@ -178,8 +178,9 @@ impl Files {
             file.map(Some)
         };
         let particle_fields = particle_fields(case);
-        let particles = open("particles.vtkhdf", case.output.particles > 0.0, &particle_fields, false)?;
-        let has_walls = case.output.particles > 0.0 && !case.walls.is_empty();
+        let has_particles = case.output.particles > 0.0 && !case.inserts.is_empty();
+        let particles = open("particles.vtkhdf", has_particles, &particle_fields, false)?;
+        let has_walls = has_particles && !case.walls.is_empty();
         let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
         let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
         let opening = Opening {

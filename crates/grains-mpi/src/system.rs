@@ -1,6 +1,7 @@
 //! From a checked case to a granular system.
 
 use crate::error::RunError;
+use crate::fluid;
 use crate::geometry::{shape, surfaces};
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{
@@ -41,7 +42,10 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     let range = 2.0 * largest_radius * (1.0 + skin.most);
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
-        None => choose_ranks(&global, ranks, range, case.gravity),
+        None => {
+            let of_fluid = fluid::least_widths(case, &catalogue, skin.most * largest_radius)?;
+            choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity)
+        }
     };
     let mut outlets = [false; 6];
     for face in &domain.outlets {

@@ -30,8 +30,6 @@ pub struct Exchange {
     pub ledger: MomentumLedger,
     /// Least void fraction of the last step on this rank (-).
     pub least_void_fraction: f64,
-    /// Void fraction (-) below which the run ends.
-    limit: f64,
     kernel_grid: KernelGrid,
     /// Own cells in the places of `kernel_grid`.
     own: [Range<usize>; 3],
@@ -44,7 +42,7 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Exchange on the cells of a rank; `limit` is the void fraction (-) below which the run ends.
+    /// Exchange on the cells of a rank, for particles of at most `largest_diameter` (m).
     ///
     /// # Errors
     /// A kernel that covers too many cells, with the key.
@@ -52,7 +50,6 @@ impl Exchange {
         coupling: Coupling,
         (grid, ownership, halo): (&Grid, &Ownership, usize),
         largest_diameter: f64,
-        limit: f64,
     ) -> Result<Self, CouplingError> {
         let layout = Layout { cells: ownership.cells(), halo };
         let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
@@ -61,7 +58,6 @@ impl Exchange {
             coupling,
             ledger: MomentumLedger::default(),
             least_void_fraction: 1.0,
-            limit,
             kernel_grid,
             own,
             halo: Halo::new(grid, ownership, layout),
@@ -87,7 +83,8 @@ impl Exchange {
         let deposited = self.coupling.deposit_volume(particles, &self.kernel_grid, data);
         agree(transport, deposited)?;
         self.halo.add(&mut [data], transport);
-        let checked = void_fractions(&self.kernel_grid, self.own.clone(), self.limit, data);
+        let checked =
+            void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.least_void_fraction, data);
         agree(transport, checked)?;
         self.halo.fill(&mut [data], transport);
         self.least_void_fraction = void_fraction.own().fold(1.0, f64::min);

@@ -22,9 +22,8 @@ use exchange::{Exchange, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid, TimeStep};
 use grains_comm::{MpiTransport, exit};
-use grains_coupling::add_drag;
-use grains_dem::Dem;
-use grains_domain::Transport;
+use grains_coupling::{Coupling, add_drag};
+use grains_dem::{Catalogue, Dem};
 use grains_fluid::{Flow, FlowLimits, Halo, Phase, StepReport};
 pub use observe::{Sums, columns, progress};
 use profile::Sampler;
@@ -69,7 +68,7 @@ impl FluidPhase {
         transport: &MpiTransport,
     ) -> Result<Option<Self>, RunError> {
         let Some(fluid) = &case.fluid else { return Ok(None) };
-        let built = Parts::of(case, fluid, dem, transport);
+        let built = Parts::of(case, fluid, dem);
         let parts = agreed(transport, built.map_err(RunError::case))?;
         let solver = setup::pressure_solver(fluid, petsc, &parts.setup, transport);
         let about = |e: String| RunError::case(case.about("fluid.pressure", e));
@@ -208,6 +207,40 @@ impl FluidPhase {
     }
 }
 
+/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
+/// (m) outside theirs.
+///
+/// # Errors
+/// What [`FluidPhase::new`] refuses.
+pub fn least_widths(case: &Case, catalogue: &Catalogue, wander: f64) -> Result<[f64; 3], String> {
+    let Some(fluid) = &case.fluid else { return Ok([0.0; 3]) };
+    let grid = setup::grid(case, fluid)?;
+    let halo = match coupling(case, fluid, catalogue)? {
+        Some(coupling) => halo(case, fluid, catalogue, &coupling, wander)?,
+        None => 2,
+    };
+    // Cuts fall anywhere in a cell.
+    Ok(std::array::from_fn(|a| (halo + 1) as f64 * setup::cell_widths(&grid, a).fold(0.0, f64::max)))
+}
+
+fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
+    if case.inserts.is_empty() { Ok(None) } else { setup::coupling(case, fluid, catalogue) }
+}
+
+/// Width of the halo of all fields (cells).
+fn halo(
+    case: &Case,
+    fluid: &CaseFluid,
+    catalogue: &Catalogue,
+    coupling: &Coupling,
+    wander: f64,
+) -> Result<usize, String> {
+    let diameter = setup::largest_diameter(case, catalogue, coupling)?;
+    let grid = setup::grid(case, fluid)?;
+    let narrowest = [0, 1, 2].map(|a| setup::cell_widths(&grid, a).fold(f64::INFINITY, f64::min));
+    Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
+}
+
 /// What a phase is made of.
 struct Parts {
     setup: grains_fluid::FlowSetup,
@@ -215,26 +248,18 @@ struct Parts {
 }
 
 impl Parts {
-    fn of(case: &Case, fluid: &CaseFluid, dem: &Dem, transport: &MpiTransport) -> Result<Self, String> {
+    fn of(case: &Case, fluid: &CaseFluid, dem: &Dem) -> Result<Self, String> {
         let catalogue = &dem.setup.catalogue;
-        let coupling = match case.inserts.is_empty() {
-            true => None,
-            false => setup::coupling(case, fluid, catalogue)?,
-        };
-        let Some(coupling) = coupling else {
+        let Some(coupling) = coupling(case, fluid, catalogue)? else {
             let setup = setup::flow_setup(case, fluid, &dem.decomposition, 2)?;
             return Ok(Self { setup, exchange: None });
         };
-        let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
         let wander = dem.setup.skin.most * dem.setup.largest_radius;
-        let cells = setup::smallest_cells(&setup::grid(case, fluid)?);
-        let halo = halo_width(&coupling.kernel, diameter, wander, cells);
+        let halo = halo(case, fluid, catalogue, &coupling, wander)?;
         let setup = setup::flow_setup(case, fluid, &dem.decomposition, halo)?;
-        let limit = coupling.least_void_fraction;
-        let place = (&setup.grid, &setup.ownership, halo);
-        let exchange = Exchange::new(coupling, place, diameter, limit)
+        let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
+        let exchange = Exchange::new(coupling, (&setup.grid, &setup.ownership, halo), diameter)
             .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
-        debug_assert_eq!(setup.ownership.size(), transport.size());
         Ok(Self { setup, exchange: Some(exchange) })
     }
 }

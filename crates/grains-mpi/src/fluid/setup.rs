@@ -3,7 +3,7 @@
 use crate::population::for_each_kind;
 use grains_case::{
     BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
-    Expression, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel, MixtureModel as CaseModel,
+    Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel, MixtureModel as CaseModel,
     PressureMethod,
 };
 use grains_comm::MpiTransport;
@@ -34,11 +34,9 @@ pub fn grid(case: &Case, fluid: &CaseFluid) -> Result<Grid, String> {
     Grid::new(axes).map_err(|e| case.about("fluid.cells", e.to_string()))
 }
 
-/// Width of the smallest cell along each axis (m).
-pub fn smallest_cells(grid: &Grid) -> [f64; 3] {
-    std::array::from_fn(|a| {
-        grid.axis(a).nodes().windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
-    })
+/// Widths of the cells along an axis (m).
+pub fn cell_widths(grid: &Grid, axis: usize) -> impl Iterator<Item = f64> + '_ {
+    grid.axis(axis).nodes().windows(2).map(|w| w[1] - w[0])
 }
 
 /// Everything that defines the flow; `halo` in cells.
@@ -98,14 +96,18 @@ fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries,
     for face in BoxFace::all().filter(|face| !grid.is_active(face.axis)) {
         boundaries.faces[face.index()] = Condition::Symmetry;
     }
-    for (k, boundary) in fluid.boundary.iter().enumerate() {
-        let side = if boundary.face.is_upper() { Side::High } else { Side::Low };
-        let face = BoxFace { axis: boundary.face.axis(), side };
-        let about = |e: FormulaError| case.about(&format!("fluid.boundary[{k}].velocity"), e.to_string());
-        let condition = condition(&boundary.kind).map_err(about)?;
-        match (boundary.lower, boundary.upper) {
-            (Some(lower), Some(upper)) => boundaries.patches.push(Patch { face, lower, upper, condition }),
-            _ => boundaries.faces[face.index()] = condition,
+    for case_face in Face::ALL {
+        let side = if case_face.is_upper() { Side::High } else { Side::Low };
+        let face = BoxFace { axis: case_face.axis(), side };
+        let on_face = fluid.on_face(case_face);
+        for k in on_face.whole.into_iter().chain(on_face.patches) {
+            let given = &fluid.boundary[k];
+            let about = |e: FormulaError| case.about(&format!("fluid.boundary[{k}].velocity"), e.to_string());
+            let condition = condition(&given.kind).map_err(about)?;
+            match given.patch() {
+                Some([lower, upper]) => boundaries.patches.push(Patch { face, lower, upper, condition }),
+                None => boundaries.faces[face.index()] = condition,
+            }
         }
     }
     Ok(boundaries)
