@@ -1,6 +1,6 @@
 //! Time per cell and step of a fluid among particles, and the iterations of its pressure equation.
 //!
-//! `cargo run --release -p grains-fluid --example mixture_speed -- [tolerance ...]`
+//! `cargo run --release -p grains-fluid --example mixture_speed -- [tolerance ...] [part of a name ...]`
 
 use grains_domain::SerialTransport;
 use grains_fluid::{
@@ -147,12 +147,17 @@ fn measure(
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let given: Vec<f64> = std::env::args().skip(1).map(|n| n.parse()).collect::<Result<_, _>>()?;
+    let (tolerances, names): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|word| word.parse::<f64>().is_ok());
+    let given: Vec<f64> = tolerances.iter().map(|word| word.parse()).collect::<Result<_, _>>()?;
     let tolerances = if given.is_empty() { vec![1e-6, 1e-8] } else { given };
     for (name, cells, void) in CASES {
         for &tolerance in &tolerances {
             for preconditioner in [Preconditioner::PlaneMeans, Preconditioner::Multigrid] {
-                measure(name, cells, void, tolerance, preconditioner)?;
+                let title = format!("{name} {preconditioner:?}");
+                if names.iter().all(|part| title.contains(part)) {
+                    measure(name, cells, void, tolerance, preconditioner)?;
+                }
             }
         }
     }

@@ -86,19 +86,35 @@ impl FlowSetup {
         }
     }
 
-    /// The solver that suits: direct for one phase, conjugate gradients to 1e-10 for mixtures and faces that are
-    /// outlets in part; collective.
-    pub fn suitable_solver(&self, transport: &dyn Transport) -> Box<dyn PressureSolver> {
-        let problem = self.pressure_problem();
+    /// Whether the coefficients of the pressure equation are constant, as the [`FastSolver`] needs them: one phase, and
+    /// no face that is an outlet in part.
+    pub fn has_constant_coefficients(&self) -> bool {
         let is_outlet = |c: &Condition| matches!(c, Condition::Outlet { .. });
         let is_partial = open_faces(&self.grid).any(|face| {
             let first = is_outlet(&self.boundaries.faces[face.index()]);
             self.boundaries.on(face).any(|c| is_outlet(c) != first)
         });
-        if self.mixture.is_none() && !is_partial {
+        self.mixture.is_none() && !is_partial
+    }
+
+    /// The solver that suits, to 1e-10 of the right-hand side where it iterates; collective.
+    pub fn suitable_solver(&self, transport: &dyn Transport) -> Box<dyn PressureSolver> {
+        self.suitable_solver_to(1e-10, 500, transport)
+    }
+
+    /// The solver that suits: direct for constant coefficients, else [`ConjugateGradients`] within `most` iterations to
+    /// a residual of `tolerance` times the right-hand side; collective.
+    pub fn suitable_solver_to(
+        &self,
+        tolerance: f64,
+        most: usize,
+        transport: &dyn Transport,
+    ) -> Box<dyn PressureSolver> {
+        let problem = self.pressure_problem();
+        if self.has_constant_coefficients() {
             Box::new(FastSolver::new(&problem, transport))
         } else {
-            Box::new(ConjugateGradients::new(&problem, 1e-10, 500, transport))
+            Box::new(ConjugateGradients::new(&problem, tolerance, most, transport))
         }
     }
 }

@@ -4,7 +4,8 @@
 //! remains in a steady state.
 
 use super::constant::{ConstantLines, LineEnd, LineKind, Panel};
-use super::variable::{Capacity, VariableLines};
+use super::system::Capacity;
+use super::variable::VariableLines;
 use crate::boundary::{BoxFace, FaceTable, Kind};
 use crate::metrics::Local;
 use crate::{Boundaries, Faces, Grid, Ownership, Side};

@@ -4,12 +4,13 @@ mod constant;
 mod explicit;
 mod implicit;
 mod outlet;
+mod system;
 mod variable;
 
 pub(crate) use explicit::{Explicit, Porosity, RowPlace};
 pub(crate) use implicit::{Implicit, imposed_increments};
 pub(crate) use outlet::{FaceTerms, OutletTerms, advance_outlets};
-pub(crate) use variable::Capacity;
+pub(crate) use system::Capacity;
 
 /// Scheme of the advected velocity on the faces of the control volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,0 +1,296 @@
+//! One factor of the implicit diffusion as a tridiagonal system, and its elimination along lines side by side.
+
+use super::Porosity;
+use crate::boundary::{FaceTable, Kind};
+use crate::metrics::Local;
+use crate::{Faces, Side};
+
+/// Coefficients of (m − ½ ν ∇·ε∇) δ = r.
+#[derive(Clone, Copy)]
+pub(crate) struct Capacity<'a> {
+    /// 1/m on the faces (s): 1/(ε/Δt + β/ρ); none where m = 1/Δt.
+    pub inverse: Option<&'a Faces>,
+    /// Time step Δt (s).
+    pub dt: f64,
+    /// ε where stresses act; none where it is 1.
+    pub void_fraction: Option<Porosity<'a>>,
+    /// Kinematic viscosity ν (m²/s).
+    pub viscosity: f64,
+}
+
+impl Capacity<'_> {
+    /// 1/m of a face (s).
+    pub fn inverse_at(&self, component: usize, p: usize) -> f64 {
+        self.inverse.map_or(self.dt, |faces| faces.component(component)[p])
+    }
+}
+
+/// Lines solved side by side: few enough for their working set to stay in cache.
+const LINES: usize = 64;
+/// Rows along x solved side by side, through transposed buffers.
+const ROWS: usize = 16;
+
+/// Lines side by side: unknown i of line l at start + i stride + l.
+#[derive(Clone, Copy)]
+pub(super) struct Panel {
+    pub start: usize,
+    pub stride: usize,
+    pub lines: usize,
+}
+
+/// The arrays of a panel; conductances begin with those of the lower side one stride before the first unknown.
+pub(super) struct Arrays<'a> {
+    pub data: &'a mut [f64],
+    pub conductance: &'a [f64],
+    pub inverse: Option<&'a [f64]>,
+    /// Answers to unit values before and after the lines; empty if they stand alone.
+    pub before: &'a mut [f64],
+    pub after: &'a mut [f64],
+}
+
+/// Rows of one panel that the elimination needs: of all unknowns, then of one.
+#[derive(Clone, Default)]
+pub(super) struct Scratch {
+    carried: Vec<f64>,
+    low: Vec<f64>,
+    pivot: Vec<f64>,
+    capacity: Vec<f64>,
+}
+
+/// The factor of one component and axis: row i is diagonal x − low x₋ − high x₊.
+pub(super) struct System<'a> {
+    pub local: &'a Local,
+    pub component: usize,
+    pub axis: usize,
+    pub capacity: Capacity<'a>,
+}
+
+/// What the conductances l, h below and above make of a row: low = l + a h, high = h + b l (or none at the ends of the
+/// box), diagonal = 1 + c l + d h.
+#[derive(Clone, Copy)]
+struct RowKind {
+    low: [f64; 2],
+    high: [f64; 2],
+    diagonal: [f64; 2],
+}
+
+impl System<'_> {
+    pub fn len(&self) -> usize {
+        self.local.unknowns(self.component)[self.axis]
+    }
+
+    /// Row i, with what the ghosts beyond the ends of the box add.
+    fn kind(&self, i: usize) -> RowKind {
+        let ends = self.local.ends[self.axis];
+        let mut kind = RowKind { low: [1.0, 0.0], high: [0.0, 1.0], diagonal: [1.0, 1.0] };
+        // Share of the first cell taken off the ghost, and that of the second.
+        let ghost = |side: usize| match self.component == self.axis {
+            true => [1.0, 0.0],
+            false => [1.0 - self.local.walls[self.axis][side][1], self.local.walls[self.axis][side][2]],
+        };
+        let (is_first, is_last) = (i == 0 && ends[0], i + 1 == self.len() && ends[1]);
+        if is_first {
+            kind.low[0] = 0.0;
+            kind.high[0] = ghost(0)[1];
+            kind.diagonal[0] = ghost(0)[0];
+        }
+        if is_last {
+            kind.low[1] = if is_first { 0.0 } else { ghost(1)[1] };
+            kind.high = [0.0; 2];
+            kind.diagonal[1] = ghost(1)[0];
+        }
+        kind
+    }
+
+    /// Inverse width (1/m) of the control volume of unknown i along the axis.
+    fn inverse_width(&self, i: usize) -> f64 {
+        let (m, e) = (&self.local.axes[self.axis], self.local.entry(i));
+        if self.component == self.axis { m.inverse_distance[e] } else { m.inverse_width[e] }
+    }
+
+    /// Sets ½ ν ε/distance at the upper side of every unknown and at the lower one of the first.
+    pub fn set_conductance(&self, conductance: &mut [f64]) {
+        let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
+        let (m, half) = (&self.local.axes[axis], 0.5 * self.capacity.viscosity);
+        // Own stresses act in the cell above the face.
+        let (inverse, shift) = match self.component == axis {
+            true => (&m.inverse_width[1..], layout.strides()[axis]),
+            false => (&m.inverse_distance[..], 0),
+        };
+        let eps = self.capacity.void_fraction.map(|eps| match self.component == axis {
+            true => eps.centres,
+            false => eps.edges[3 - self.component - axis],
+        });
+        let mut from = [0_isize; 3];
+        from[axis] = -1;
+        let count = (n[0] as isize - from[0]) as usize;
+        for k in from[2]..n[2] as isize {
+            for j in from[1]..n[1] as isize {
+                let start = layout.index(from[0], j, k);
+                let row = &mut conductance[start..start + count];
+                let e = ([from[0], j, k][axis] + layout.halo as isize) as usize;
+                let eps = eps.map(|eps| &eps[start + shift..][..count]);
+                if axis == 0 {
+                    row.iter_mut().zip(&inverse[e..]).for_each(|(c, inverse)| *c = half * inverse);
+                } else {
+                    row.fill(half * inverse[e]);
+                }
+                if let Some(eps) = eps {
+                    row.iter_mut().zip(eps).for_each(|(c, eps)| *c *= eps);
+                }
+            }
+        }
+    }
+
+    /// Beyond the box there is no neighbour unless it is imposed.
+    pub fn close_ends(&self, tables: &[FaceTable], conductance: &mut [f64]) {
+        let (layout, stride) = (self.local.layout, self.local.layout.strides()[self.axis]);
+        for table in tables.iter().filter(|t| t.face.axis == self.axis) {
+            for m2 in layout.halo..table.extents[1] - layout.halo {
+                for m1 in layout.halo..table.extents[0] - layout.halo {
+                    let inside = table.inside(layout, m1, m2);
+                    let upper = if table.face.side == Side::High { inside } else { inside - stride };
+                    if table.kinds[self.component][m2 * table.extents[0] + m1] != Kind::Fixed {
+                        conductance[upper] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Solves the own part of the lines of a panel.
+    pub fn eliminate(&self, panel: Panel, arrays: &mut Arrays<'_>, scratch: &mut Scratch) {
+        let (n, Panel { start, stride, lines }) = (self.len(), panel);
+        scratch.resize(n * lines, lines, self.capacity.dt);
+        for i in 0..n {
+            let p = start + i * stride;
+            self.set_row(i, arrays, [p, stride, lines], scratch);
+            let (low, pivot) = (&scratch.low[..lines], &scratch.pivot[..lines]);
+            advance(arrays.data, [p, stride, lines], [low, pivot], i > 0);
+            if !arrays.before.is_empty() {
+                let high = &scratch.carried[i * lines..][..lines];
+                start_answers(arrays, [p, lines], [low, pivot, high], [i == 0, i + 1 == n]);
+                advance_answers(arrays, [p, stride, lines], [low, pivot], i > 0);
+            }
+        }
+        for i in (0..n.saturating_sub(1)).rev() {
+            let carried = &scratch.carried[i * lines..][..lines];
+            for list in [&mut *arrays.data, &mut *arrays.before, &mut *arrays.after] {
+                if !list.is_empty() {
+                    retreat(list, [start + i * stride, stride, lines], carried);
+                }
+            }
+        }
+    }
+
+    /// Coefficient below, inverse pivot and carried coefficient of row i.
+    fn set_row(&self, i: usize, arrays: &Arrays<'_>, [p, stride, lines]: [usize; 3], scratch: &mut Scratch) {
+        let below = &arrays.conductance[p - stride..][..lines];
+        let above = &arrays.conductance[p..][..lines];
+        let inverse = arrays.inverse.map_or(&scratch.capacity[..lines], |inverse| &inverse[p..p + lines]);
+        let (RowKind { low: a, high: b, diagonal: c }, width) = (self.kind(i), self.inverse_width(i));
+        let (done, carried) = scratch.carried.split_at_mut(i * lines);
+        let (carried, low) = (&mut carried[..lines], &mut scratch.low[..lines]);
+        let pivot = &mut scratch.pivot[..lines];
+        for l in 0..lines {
+            let factor = inverse[l] * width;
+            let (down, up) = (factor * below[l], factor * above[l]);
+            low[l] = a[0] * down + a[1] * up;
+            carried[l] = b[0] * down + b[1] * up;
+            pivot[l] = 1.0 + c[0] * down + c[1] * up;
+        }
+        if i > 0 {
+            let previous = &done[(i - 1) * lines..];
+            pivot.iter_mut().zip(&*low).zip(previous).for_each(|((pivot, low), c)| *pivot -= low * c);
+        }
+        for (pivot, carried) in pivot.iter_mut().zip(carried) {
+            *pivot = 1.0 / *pivot;
+            *carried *= *pivot;
+        }
+    }
+
+    /// Panels of lines along y or z.
+    pub fn for_panels(&self, mut job: impl FnMut(Panel)) {
+        let (layout, [nx, ny, nz]) = (self.local.layout, self.local.unknowns(self.component));
+        let stride = layout.strides()[self.axis];
+        let parts = nx.div_ceil(LINES);
+        for slab in 0..if self.axis == 1 { nz } else { ny } {
+            let row = if self.axis == 1 { layout.row(0, slab) } else { layout.row(slab, 0) };
+            for part in 0..parts {
+                let (first, end) = (nx * part / parts, nx * (part + 1) / parts);
+                job(Panel { start: row + first, stride, lines: end - first });
+            }
+        }
+    }
+
+    /// Starts of rows along x, some at a time.
+    pub fn for_row_groups(&self, mut job: impl FnMut(std::iter::StepBy<std::ops::Range<usize>>)) {
+        let (layout, [_, ny, nz]) = (self.local.layout, self.local.unknowns(self.component));
+        let stride = layout.strides()[1];
+        for k in 0..nz {
+            for j in (0..ny).step_by(ROWS) {
+                let (first, rows) = (layout.row(j, k), ROWS.min(ny - j));
+                job((first..first + rows * stride).step_by(stride));
+            }
+        }
+    }
+}
+
+impl Arrays<'_> {
+    /// Notes the first and last values of all lines and of their answers.
+    pub fn note_ends(&self, panel: Panel, n: usize, ends: &mut Vec<f64>) {
+        for first in panel.start..panel.start + panel.lines {
+            let last = first + (n - 1) * panel.stride;
+            let both = |x: &[f64]| [x[first], x[last]];
+            ends.extend([both(self.data), both(self.before), both(self.after)].as_flattened());
+        }
+    }
+}
+
+impl Scratch {
+    fn resize(&mut self, all: usize, lines: usize, dt: f64) {
+        self.carried.resize(all, 0.0);
+        [&mut self.low, &mut self.pivot].into_iter().for_each(|list| list.resize(lines, 0.0));
+        self.capacity.clear();
+        self.capacity.resize(lines, dt);
+    }
+}
+
+/// x = (x + low x₋) pivot for the row at p.
+fn advance(x: &mut [f64], [p, stride, lines]: [usize; 3], [low, pivot]: [&[f64]; 2], has_previous: bool) {
+    let (done, ahead) = x.split_at_mut(p);
+    let current = &mut ahead[..lines];
+    if has_previous {
+        let previous = &done[p - stride..][..lines];
+        current.iter_mut().zip(low).zip(previous).for_each(|((x, low), before)| *x += low * before);
+    }
+    current.iter_mut().zip(pivot).for_each(|(x, pivot)| *x *= pivot);
+}
+
+/// x += carried x₊ for the row at p.
+fn retreat(x: &mut [f64], [p, stride, lines]: [usize; 3], carried: &[f64]) {
+    let (current, ahead) = x.split_at_mut(p + stride);
+    let current = current[p..][..lines].iter_mut().zip(carried);
+    current.zip(&ahead[..lines]).for_each(|((x, carried), next)| *x += carried * next);
+}
+
+/// Right-hand sides of the answers to unit values: −low before the first unknown, −high after the last. The coefficient
+/// above is the carried one over the pivot.
+fn start_answers(
+    arrays: &mut Arrays<'_>,
+    [p, lines]: [usize; 2],
+    [low, pivot, carried]: [&[f64]; 3],
+    [is_first, is_last]: [bool; 2],
+) {
+    let before = &mut arrays.before[p..p + lines];
+    before.iter_mut().zip(low).for_each(|(v, low)| *v = if is_first { -low } else { 0.0 });
+    let after = &mut arrays.after[p..p + lines];
+    for ((w, pivot), carried) in after.iter_mut().zip(pivot).zip(carried) {
+        *w = if is_last { -carried / pivot } else { 0.0 };
+    }
+}
+
+fn advance_answers(arrays: &mut Arrays<'_>, row: [usize; 3], factors: [&[f64]; 2], has_previous: bool) {
+    advance(arrays.before, row, factors, has_previous);
+    advance(arrays.after, row, factors, has_previous);
+}
