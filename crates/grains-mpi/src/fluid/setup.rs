@@ -3,8 +3,8 @@
 use crate::population::for_each_kind;
 use grains_case::{
     BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
-    Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel, MixtureModel as CaseModel,
-    PressureMethod,
+    Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,
+    MixtureModel as CaseModel, PressureMethod,
 };
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
@@ -150,7 +150,7 @@ pub fn pressure_solver(
     let (given, problem) = (&fluid.pressure, setup.pressure_problem());
     let iterations = given.iterations as usize;
     match given.method {
-        PressureMethod::Auto => Ok(setup.suitable_solver(transport)),
+        PressureMethod::Auto => Ok(setup.suitable_solver_to(given.tolerance, iterations, transport)),
         PressureMethod::Fast => Ok(Box::new(FastSolver::new(&problem, transport))),
         PressureMethod::ConjugateGradients => {
             Ok(Box::new(ConjugateGradients::new(&problem, given.tolerance, iterations, transport)))
