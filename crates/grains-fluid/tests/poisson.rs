@@ -7,8 +7,8 @@ mod common;
 use common::{difference, joined, on_ranks, order, ownership, piece, set};
 use grains_domain::SerialTransport;
 use grains_fluid::{
-    Axis, Centre, ConjugateGradients, Faces, FastSolver, Field, Grid, Layout, PressureOperator,
-    PressureProblem, PressureSolver, SolveError,
+    Axis, Centre, ConjugateGradients, Faces, FastSolver, Field, Grid, Layout, Preconditioner,
+    PressureOperator, PressureProblem, PressureSolver, SolveError,
 };
 use std::f64::consts::PI;
 
@@ -166,6 +166,39 @@ fn conjugate_gradients_solve_varying_coefficients_in_few_iterations() {
         }
         assert!(counts.iter().all(|c| *c < 40), "{ends:?}: {counts:?}");
     }
+}
+
+/// Multigrid needs as many iterations on a fine grid as on a coarse one; jumps of 40-fold from one face to the next cost
+/// it some four times as many, of which the finer grids add few.
+#[test]
+fn multigrid_iterations_do_not_grow_with_the_grid() {
+    let ends = [Ends::Closed(false, false), Ends::Periodic, Ends::Closed(false, true)];
+    let iterations = |n: usize, jump: f64| {
+        let problem = problem(ends, n, [false; 3]);
+        let (rhs, _) = fields(&problem, ends);
+        let mut faces = coefficients(&problem, 0.0);
+        let [dx, dy, _] = faces.layout().dims();
+        for component in faces.components_mut() {
+            for (p, c) in component.iter_mut().enumerate() {
+                let [x, y, z] = [p % dx, p / dx % dy, p / dx / dy].map(|m| m as f64 / n as f64);
+                // The y axis is periodic: nothing depends on it but by whole waves.
+                let wave = (9.0 * x).sin() * (2.0 * PI * (y * n as f64 - 2.0) / (n + 2) as f64).cos();
+                *c *= if wave * (11.0 * z).cos() > 0.2 { 1.0 } else { 1.0 / jump };
+            }
+        }
+        let limits = [1e-8, 200.0];
+        let mut solver =
+            ConjugateGradients::preconditioned(&problem, limits, Preconditioner::Multigrid, &SerialTransport);
+        solver.set_coefficients(&faces, &SerialTransport).unwrap();
+        let mut p = Field::new(rhs.layout());
+        let report = solver.solve(&rhs, &mut p, &SerialTransport).unwrap();
+        assert!(residual(&problem, &faces, &rhs, &mut p) < 2e-8);
+        report.iterations
+    };
+    let [smooth, jumps] = [1.0, 40.0].map(|jump| [16, 32, 64].map(|n| iterations(n, jump)));
+    println!("measured iterations: smooth {smooth:?}, jumps {jumps:?}");
+    assert!(smooth[2] <= smooth[0] + 3 && smooth[2] <= 16, "{smooth:?}");
+    assert!(jumps[2] <= jumps[1] + 6 && jumps[2] <= 60, "{jumps:?}");
 }
 
 fn balance(rhs: &mut Field<Centre>, is_singular: bool) {
