@@ -127,8 +127,8 @@ fn a_fluidised_bed_is_the_same_on_any_ranks_and_across_restarts() {
     let given: f64 = volumes[0];
     // What the cells hold is what the particles are.
     let void = array(&one.join("fluid.vtkhdf"), "VTKHDF/CellData/void_fraction");
-    let cells = 6 * 4 * 16;
-    let cell = 0.016 * 0.008 * 0.04 / cells as f64;
+    let cells = 12 * 4 * 16;
+    let cell = 0.032 * 0.008 * 0.04 / cells as f64;
     for step in void.chunks_exact(cells) {
         let solid: f64 = step.iter().map(|eps| (1.0 - eps) * cell).sum();
         assert!((solid / given - 1.0).abs() < 1e-12, "{solid} against {given}");
