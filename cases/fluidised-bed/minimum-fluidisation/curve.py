@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import sweep
 
 DIAMETER, SOLID, DENSITY, VISCOSITY, GRAVITY = 1e-3, 2500, 1.2, 1.8e-5, 9.81
-COUNT, SECTION = 3000, 1e-4
+COUNT, SECTION = 9000, 1e-4
 WEIGHT = COUNT * math.pi / 6 * DIAMETER**3 * (SOLID - DENSITY) * GRAVITY / SECTION  # Pa
 
 

@@ -22,11 +22,12 @@ pub struct Grid {
 /// Fields of the fluid that act on particles, halo filled.
 #[derive(Clone, Copy, Debug)]
 pub struct FluidFields<'a> {
-    /// Interstitial velocity on the faces normal to x, y, z (m/s).
+    /// Interstitial velocity on the faces normal to x, y, z (m/s); those on a boundary of the domain are not read.
     pub velocity: [&'a [f64]; 3],
     /// Void fraction in the cells (-).
     pub void_fraction: &'a [f64],
-    /// Pressure gradient, without its hydrostatic part, on the faces normal to x, y, z (Pa/m).
+    /// Pressure gradient, without its hydrostatic part, on the faces normal to x, y, z (Pa/m); on a boundary of the domain
+    /// the one that balances the drag there.
     pub pressure_gradient: [&'a [f64]; 3],
 }
 
@@ -126,7 +127,7 @@ impl Coupling {
             let body = &particles.bodies[i];
             let diameter = self.equivalent_diameter(body);
             stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
-            let slip = on_faces(&stencil, grid, &fluid.velocity) - body.velocity;
+            let slip = velocity_at(&stencil, grid, fluid) - body.velocity;
             let void_fraction = stencil.interpolate(Site::Cells, &grid.cells, fluid.void_fraction);
             let mut link = DragLink::read(&particles.cargo[i]);
             link.aim(&self.drag(particles, i, &slip, void_fraction), &slip);
@@ -156,13 +157,13 @@ impl Coupling {
         for i in 0..particles.owned {
             let body = &particles.bodies[i];
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            let velocity = on_faces(&stencil, grid, &fluid.velocity);
+            let velocity = velocity_at(&stencil, grid, fluid);
             let mut link = DragLink::read(&particles.cargo[i]);
             link.lend(&velocity, &particles.half_velocity[i], time_step);
             let volume = self.volume(body);
             link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
             if self.model == Model::A {
-                let gradient = on_faces(&stencil, grid, &fluid.pressure_gradient);
+                let gradient = gradient_at(&stencil, grid, fluid);
                 link.pressure += self.model.pressure_force(volume, &gradient);
             }
             particles.cargo[i] = link.write();
@@ -193,10 +194,16 @@ impl Coupling {
     }
 }
 
-/// A vector field on faces, at a particle.
+/// Velocity of the fluid at a particle (m/s): next to a boundary that of the flow within.
 #[inline]
-fn on_faces(stencil: &Stencil, grid: &Grid, fields: &[&[f64]; 3]) -> Vec3 {
-    Vec3::from_fn(|a, _| stencil.interpolate(Site::Faces(a), &grid.faces[a], fields[a]))
+fn velocity_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
+    Vec3::from_fn(|a, _| stencil.interpolate(Site::InnerFaces(a), &grid.faces[a], fluid.velocity[a]))
+}
+
+/// Pressure gradient at a particle (Pa/m).
+#[inline]
+fn gradient_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
+    Vec3::from_fn(|a, _| stencil.interpolate(Site::Faces(a), &grid.faces[a], fluid.pressure_gradient[a]))
 }
 
 /// Void fractions ε = 1 − solid/V in the place of the solid volumes (m³), of the cells (i, j, k) of `cells` ranges.

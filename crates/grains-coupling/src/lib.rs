@@ -59,7 +59,7 @@ mod shape_factors;
 pub use coupling::{Coupling, DragFields, FluidFields, Grid, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
-pub use exchange::{DragLink, MomentumLedger, add_drag, impulse_taken, owed, relaxation};
+pub use exchange::{DragLink, MomentumLedger, add_drag, boundary_gradient, impulse_taken, owed, relaxation};
 pub use fluidisation::Bed;
 pub use kernel::{End, GridAxis, Kernel, Layout, MOST_CELLS, Site, Stencil};
 pub use model::{Model, buoyancy};

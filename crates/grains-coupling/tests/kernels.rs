@@ -47,10 +47,12 @@ fn kernels() -> [Kernel; 4] {
 }
 
 fn counts(axes: &[GridAxis; 3], site: Site) -> [usize; 3] {
-    std::array::from_fn(|a| axes[a].cells() + usize::from(site == Site::Faces(a)))
+    std::array::from_fn(|a| {
+        axes[a].cells() + usize::from(site == Site::Faces(a) || site == Site::InnerFaces(a))
+    })
 }
 
-const SITES: [Site; 4] = [Site::Cells, Site::Faces(0), Site::Faces(1), Site::Faces(2)];
+const SITES: [Site; 5] = [Site::Cells, Site::Faces(0), Site::Faces(1), Site::Faces(2), Site::InnerFaces(1)];
 
 #[test]
 fn weights_sum_up_to_one_anywhere() {
@@ -200,7 +202,7 @@ fn deposit_and_interpolation_are_adjoint() {
 }
 
 #[test]
-fn boundary_faces_take_no_share() {
+fn boundary_faces_take_no_share_of_the_velocity() {
     let axes = box_of(uniform, [5, 6, 7], End::Boundary);
     let mut dice = Dice(5);
     let mut stencil = Stencil::default();
@@ -209,8 +211,8 @@ fn boundary_faces_take_no_share() {
             let center = Vec3::from_fn(|_, _| dice.within(-0.01, 0.02));
             stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
             for a in 0..3 {
-                let counts = counts(&axes, Site::Faces(a));
-                stencil.for_each(Site::Faces(a), &Layout::packed(counts), |index, weight| {
+                let counts = counts(&axes, Site::InnerFaces(a));
+                stencil.for_each(Site::InnerFaces(a), &Layout::packed(counts), |index, weight| {
                     let place =
                         [index % counts[0], index / counts[0] % counts[1], index / (counts[0] * counts[1])];
                     assert!(weight == 0.0 || (place[a] > 0 && place[a] + 1 < counts[a]));

@@ -205,8 +205,8 @@ fn stiff_drag_is_stable_and_its_pressure_drop_exact() {
     // β of a packed bed: the relaxation time ρ ε/β is far below the step.
     let (eps, beta, q) = (0.4, 4e4, 0.5);
     for model in [MixtureModel::A, MixtureModel::B] {
-        // Interstitial speed at the inlet: the bed fills the box.
-        let mut flow = column(model, 20, q / eps);
+        // The velocity of the inlet is superficial, also where the bed begins right behind it.
+        let mut flow = column(model, 20, q);
         let mixture = flow.mixture.as_mut().unwrap();
         mixture.void_fraction.fill(eps);
         mixture.begin();

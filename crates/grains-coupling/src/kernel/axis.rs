@@ -149,9 +149,9 @@ impl GridAxis {
         }
     }
 
-    /// Weights of the faces: half of the cell on either side, those of faces on a boundary passed on inwards.
+    /// Weights of the faces: half of the cell on either side.
     #[inline]
-    pub(super) fn faces(&self, cells: &Weights, faces: &mut Weights) {
+    pub(super) fn faces(cells: &Weights, faces: &mut Weights) {
         let count = cells.count;
         let mut before = 0.0;
         for (face, &cell) in faces.values.iter_mut().zip(cells.slice()) {
@@ -161,15 +161,23 @@ impl GridAxis {
         }
         faces.values[count] = before;
         (faces.first, faces.count) = (cells.first, count + 1);
+    }
+
+    /// The same with the shares of faces on a boundary passed on inwards.
+    #[inline]
+    pub(super) fn inner_faces(&self, cells: &Weights, faces: &Weights, inner: &mut Weights) {
+        let count = cells.count;
+        (inner.first, inner.count) = (faces.first, faces.count);
+        inner.values[..=count].copy_from_slice(&faces.values[..=count]);
         // A single cell between two boundaries has no other face to pass its share to.
         if self.cells() == 1 {
             return;
         }
         if self.ends[0] == End::Boundary && cells.first == 0 {
-            faces.values[1] += std::mem::take(&mut faces.values[0]);
+            inner.values[1] += std::mem::take(&mut inner.values[0]);
         }
         if self.ends[1] == End::Boundary && cells.first + count == self.cells() {
-            faces.values[count - 1] += std::mem::take(&mut faces.values[count]);
+            inner.values[count - 1] += std::mem::take(&mut inner.values[count]);
         }
     }
 }

@@ -7,9 +7,11 @@
 //!
 //! *Faces.* A face takes half the weight of the cell on either side ([`Stencil::at`]): the velocity a particle sees is
 //! the weighted mean of the cells' mean velocities, its force goes in halves to the faces of each cell, and the void
-//! fraction that belongs to a face is the mean of those of its cells weighted by their volume. The faces on a boundary
-//! of the domain, where the velocity is given and a force would be lost to the wall, pass their share on to the next
-//! face within.
+//! fraction that belongs to a face is the mean of those of its cells weighted by their volume. Faces on a boundary
+//! of the domain take their half as well: the drag there is borne by the boundary, and shows as a pressure gradient between it
+//! and the centre of its cell ([`crate::boundary_gradient`]), so that particles and fluid together lose no momentum but through
+//! the pressure on the boundary. The velocity a particle sees leaves such faces out ([`Site::InnerFaces`]): what an inlet or
+//! a wall imposes is not what flows between the particles.
 //!
 //! The shape of a particle plays no part: it is spread like the cube or blob of its volume. Particles larger than the
 //! cells want their true shape sampled, or the flow around them resolved; neither is done here, and the smoothing kernel

@@ -15,6 +15,8 @@ pub enum Site {
     Cells,
     /// Faces normal to an axis (0, 1, 2); face i is the lower one of cell i.
     Faces(usize),
+    /// The same without those on a boundary of the domain, whose shares the next ones within take.
+    InnerFaces(usize),
 }
 
 /// Where the values of a field lie in its array: that of cell or face (i, j, k) of the [`GridAxis`] triple at
@@ -42,11 +44,12 @@ impl Layout {
 pub struct Stencil {
     cells: [Weights; 3],
     faces: [Weights; 3],
+    inner: [Weights; 3],
 }
 
 impl Default for Stencil {
     fn default() -> Self {
-        Self { cells: [Weights::NONE; 3], faces: [Weights::NONE; 3] }
+        Self { cells: [Weights::NONE; 3], faces: [Weights::NONE; 3], inner: [Weights::NONE; 3] }
     }
 }
 
@@ -65,7 +68,8 @@ impl Stencil {
         let reach = kernel.reach(diameter);
         for a in 0..3 {
             axes[a].spread(kernel, a, center[a], reach, &mut self.cells[a])?;
-            axes[a].faces(&self.cells[a], &mut self.faces[a]);
+            GridAxis::faces(&self.cells[a], &mut self.faces[a]);
+            axes[a].inner_faces(&self.cells[a], &self.faces[a], &mut self.inner[a]);
         }
         Ok(())
     }
@@ -73,7 +77,11 @@ impl Stencil {
     /// Weights along the three axes at a site.
     #[inline(always)]
     fn at(&self, site: Site) -> [&Weights; 3] {
-        std::array::from_fn(|a| if site == Site::Faces(a) { &self.faces[a] } else { &self.cells[a] })
+        std::array::from_fn(|a| match site {
+            Site::Faces(axis) if axis == a => &self.faces[a],
+            Site::InnerFaces(axis) if axis == a => &self.inner[a],
+            _ => &self.cells[a],
+        })
     }
 
     /// Visits every run of values that are neighbours along x: the index of the first, the weight of the run, and the

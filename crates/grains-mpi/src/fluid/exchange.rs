@@ -4,7 +4,7 @@ use crate::error::{RunError, agreed};
 use grains_comm::{MpiTransport, exit};
 use grains_coupling::{
     Coupling, CouplingError, DragFields, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, MomentumLedger, Site, Stencil, impulse_taken, void_fractions,
+    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::Particles;
 use grains_domain::Transport;
@@ -39,6 +39,14 @@ pub struct Exchange {
     gradient: Faces,
     /// 1 over the volume of the faces' control volumes (1/m³), own faces.
     per_volume: Faces,
+    /// Volume of the own cells (m³).
+    volumes: Field<Centre>,
+    /// Whether the own cells reach the lower and upper boundary of the domain, per axis.
+    ends: [[bool; 2]; 3],
+    /// Cross-section of the domain normal to each axis (m²).
+    section: [f64; 3],
+    /// This rank's part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
+    rise: [[f64; 2]; 3],
 }
 
 impl Exchange {
@@ -65,6 +73,10 @@ impl Exchange {
             explicit: Faces::new(layout),
             gradient: Faces::new(layout),
             per_volume: inverse_volumes(grid, ownership, layout),
+            volumes: volumes(grid, ownership, layout),
+            ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
+            section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
+            rise: [[0.0; 2]; 3],
         })
     }
 
@@ -141,22 +153,54 @@ impl Exchange {
     ) -> Result<(), RunError> {
         let Some(mixture) = &flow.mixture else { return Ok(()) };
         flow.pressure_gradient(&mut self.gradient);
+        self.settle(flow, dt);
+        let [x, y, z] = self.gradient.components_mut();
+        self.halo.fill(&mut [x, y, z], transport);
         let fluid = FluidFields {
             velocity: flow.state.velocity.components(),
             void_fraction: mixture.void_fraction.data(),
             pressure_gradient: self.gradient.components(),
         };
         let lent = self.coupling.lend(particles, (&self.kernel_grid, &fluid), dt);
-        agree(transport, lent)?;
+        agree(transport, lent)
+    }
+
+    /// Books the impulse the fluid has lost, and finds the pressure gradient at the boundaries of the domain that balances the
+    /// drag there.
+    fn settle(&mut self, flow: &Flow, dt: f64) {
+        let (layout, velocity) = (flow.layout(), &flow.state.velocity);
+        let Some(mixture) = &flow.mixture else { return };
+        self.rise = [[0.0; 2]; 3];
         for axis in 0..3 {
-            let [b, s, u] =
-                [&self.coefficient, &self.explicit, &flow.state.velocity].map(|f| f.component(axis));
-            let layout = flow.layout();
-            let own = layout.rows().map(|row| row..row + layout.cells[0]);
-            self.ledger.taken[axis] +=
-                own.map(|r| impulse_taken(&b[r.clone()], &s[r.clone()], &u[r], dt)).sum::<f64>();
+            let [b, s, u] = [&self.coefficient, &self.explicit, velocity].map(|f| f.component(axis));
+            let mut unknown = layout.cells;
+            unknown[axis] -= usize::from(self.ends[axis][1]);
+            for k in 0..unknown[2] {
+                for j in 0..unknown[1] {
+                    let row = layout.row(j, k);
+                    let own = row..row + unknown[0];
+                    self.ledger.taken[axis] += impulse_taken(&b[own.clone()], &s[own.clone()], &u[own], dt);
+                }
+            }
+            for face in boundary_faces(layout, axis, self.ends[axis]) {
+                let force = s[face.place] - b[face.place] * u[face.next];
+                self.ledger.taken[axis] -= force * dt;
+                let void_fraction = mixture.void_fraction.data()[face.cell];
+                let factor = self.coupling.model.fluid_pressure_factor(void_fraction);
+                let half_volume = 0.5 * self.volumes.data()[face.cell];
+                let gradient = boundary_gradient(force, factor, half_volume);
+                self.gradient.component_mut(axis)[face.place] = gradient;
+                // ∇p times half a cell's height, weighted by its area.
+                self.rise[axis][face.side] += gradient * half_volume / self.section[axis];
+            }
         }
-        Ok(())
+    }
+
+    /// Mean drop of the pressure (Pa) along an axis over the half cells at both boundaries of the domain; collective.
+    pub fn drop_at_boundaries(&self, axis: usize, transport: &MpiTransport) -> f64 {
+        let mut rises = self.rise[axis];
+        transport.sum(&mut rises);
+        -(rises[0] + rises[1])
     }
 
     /// Velocity of the particles times their volume (m⁴/s) in every own cell, and their volume (m³); collective.
@@ -238,6 +282,49 @@ fn kernel_grid(
         faces: std::array::from_fn(|a| places(offset - strides[a])),
     };
     Ok((grid, own))
+}
+
+/// A face on a boundary of the domain.
+struct BoundaryFace {
+    /// 0 for the lower boundary, 1 for the upper one.
+    side: usize,
+    /// Place of the face in the arrays, of the next one within, and of its cell.
+    place: usize,
+    next: usize,
+    cell: usize,
+}
+
+/// The own faces on the boundaries normal to an axis.
+fn boundary_faces(layout: Layout, axis: usize, ends: [bool; 2]) -> impl Iterator<Item = BoundaryFace> {
+    let (stride, n) = (layout.strides()[axis], layout.cells[axis]);
+    // A single cell between two boundaries has nothing within.
+    let inwards = if n > 1 { stride } else { 0 };
+    let mut layer = layout.cells;
+    layer[axis] = 1;
+    (0..2).filter(move |&side| ends[side]).flat_map(move |side| {
+        let rows = (0..layer[2]).flat_map(move |k| (0..layer[1]).map(move |j| layout.row(j, k)));
+        rows.flat_map(move |row| row..row + layer[0]).map(move |first| match side {
+            0 => BoundaryFace { side, place: first - stride, next: first - stride + inwards, cell: first },
+            _ => {
+                let cell = first + (n - 1) * stride;
+                BoundaryFace { side, place: cell, next: cell - inwards, cell }
+            }
+        })
+    })
+}
+
+/// Volumes of the own cells (m³).
+fn volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Field<Centre> {
+    let (mut volumes, first) = (Field::new(layout), ownership.first());
+    for k in 0..layout.cells[2] {
+        for j in 0..layout.cells[1] {
+            for i in 0..layout.cells[0] {
+                let width = |a: usize| grid.axis(a).width(([i, j, k][a] + first[a]) as isize);
+                volumes.set(i as isize, j as isize, k as isize, width(0) * width(1) * width(2));
+            }
+        }
+    }
+    volumes
 }
 
 /// 1/V_f (1/m³) of the own faces: half of the cell on either side.

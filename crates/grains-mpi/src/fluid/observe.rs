@@ -143,13 +143,14 @@ impl FluidPhase {
         let [divergence, rate] = flow.divergence(transport);
         let along = main_axis(case);
         let last = flow.setup.grid.axis(along).cells() - 1;
-        let drop = flow.mean_pressure(along, 0, transport) - flow.mean_pressure(along, last, transport);
+        let mut drop = flow.mean_pressure(along, 0, transport) - flow.mean_pressure(along, last, transport);
         let (mut solid, mut least, mut imbalance) = ([0.0], [-1.0], 0.0);
         if let Some(exchange) = &self.exchange {
             let own = &dem.particles.bodies[..dem.particles.owned];
             solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
             least[0] = -exchange.least_void_fraction;
             imbalance = exchange.imbalance(&dem.particles, transport).norm();
+            drop += exchange.drop_at_boundaries(along, transport);
         }
         transport.sum(&mut solid);
         transport.max(&mut least);

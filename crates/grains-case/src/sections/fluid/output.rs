@@ -116,7 +116,7 @@ pub struct FluidOutput {
     /// Fields of the snapshots; all by default.
     #[serde(default = "all_fields")]
     pub fields: Vec<FluidField>,
-    /// Time from which means over time are taken (s); none if absent.
+    /// Time from which means over time are taken (s), a sample with every row of the time series; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0))]
     pub mean_from: Option<f64>,

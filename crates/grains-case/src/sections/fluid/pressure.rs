@@ -11,12 +11,12 @@ use crate::sections::domain::{Domain, Face};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PressureMethod {
-    /// Fast transforms where the coefficients are constant, else PETSc.
+    /// Fast transforms where the coefficients are constant, else conjugate gradients with multigrid.
     #[default]
     Auto,
     /// Fast transforms alone: one phase, and no face that is an outlet in part.
     Fast,
-    /// Conjugate gradients of the program itself.
+    /// Conjugate gradients with multigrid, of the program itself.
     ConjugateGradients,
     /// A preconditioned Krylov method of PETSc.
     Petsc,

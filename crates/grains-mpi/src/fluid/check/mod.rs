@@ -91,11 +91,7 @@ fn cells(case: &Case, fluid: &Fluid) -> String {
 fn memory(case: &Case, fluid: &Fluid) -> String {
     let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * HALO) as f64).product();
     let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
-    let by_petsc = match fluid.pressure.method {
-        PressureMethod::Petsc => true,
-        PressureMethod::Auto => has_particles,
-        PressureMethod::Fast | PressureMethod::ConjugateGradients => false,
-    };
+    let by_petsc = fluid.pressure.method == PressureMethod::Petsc;
     let taken = [true, has_particles, fluid.output.mean_from.is_some(), by_petsc];
     let bytes: f64 = BYTES.iter().zip(taken).filter(|(_, taken)| *taken).map(|(bytes, _)| bytes).sum();
     format!(
