@@ -150,6 +150,8 @@ fn a_fluidised_bed_is_the_same_on_any_ranks_and_across_restarts() {
     let found = series(&continued(&home, "2", 3, &text));
     assert_close(&table.column("pressure_drop"), &found.column("pressure_drop"), 1e-6, "after a restart");
     assert_close(&table.column("potential"), &found.column("potential"), 1e-9, "after a restart");
+    let lost = found.column("momentum_imbalance").iter().fold(0.0_f64, |m, x| m.max(*x));
+    assert!(lost < 1e-10 * largest("momentum_z"), "{lost} after a restart");
 }
 
 /// A body-centred cubic lattice of beads of 1 mm at a void fraction of 0.4 that are too heavy to move.

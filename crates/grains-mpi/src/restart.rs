@@ -88,7 +88,7 @@ pub fn restore(
     }
     dem.announce_insertion();
     if let Some(fluid) = fluid {
-        fluid.restore(&file, transport)?;
+        fluid.restore(&file, dem, transport)?;
     }
     if transport.rank() == 0 {
         let ledger = numbers("ledger");

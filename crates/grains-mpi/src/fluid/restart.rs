@@ -3,6 +3,8 @@
 use super::FluidPhase;
 use crate::error::RunError;
 use grains_comm::MpiTransport;
+use grains_coupling::owed;
+use grains_dem::Dem;
 use grains_fluid::{Flow, Layout};
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 
@@ -43,13 +45,22 @@ impl FluidPhase {
         (arrays, vec![(CLOCKS.into(), exact.into_iter().chain(counts).collect::<Vec<_>>().join(" "))])
     }
 
-    /// Takes the state of a checkpoint; collective.
+    /// Takes the state of a checkpoint whose particles are back already; collective.
     ///
     /// # Errors
     /// Arrays that the checkpoint lacks, or of another grid.
-    pub fn restore(&mut self, file: &CheckpointFile, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn restore(
+        &mut self,
+        file: &CheckpointFile,
+        dem: &Dem,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
         let read = self.read(file);
         agree(transport.communicator(), read)?;
+        if let Some(exchange) = &mut self.exchange {
+            // What is owed was given before: the account goes on from zero.
+            exchange.ledger.given = owed(&dem.particles);
+        }
         self.flow.synchronise(transport);
         Ok(())
     }

@@ -52,7 +52,7 @@ pub fn flow_setup(
     let grid = grid(case, fluid)?;
     let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
     let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
-    let is_mixture = fluid.coupling.is_some();
+    let is_mixture = fluid.coupling.is_some() && !case.inserts.is_empty();
     let advection = match fluid.advection {
         Some(grains_case::Advection::Central) => Advection::Central,
         Some(grains_case::Advection::VanLeer) => Advection::VanLeer,
@@ -72,7 +72,7 @@ pub fn flow_setup(
             CaseDiffusion::Explicit => Diffusion::Explicit,
         },
         drive: drive(fluid),
-        mixture: fluid.coupling.as_ref().map(|c| match c.model {
+        mixture: fluid.coupling.as_ref().filter(|_| is_mixture).map(|c| match c.model {
             CaseModel::A => MixtureModel::A,
             CaseModel::B => MixtureModel::B,
         }),
