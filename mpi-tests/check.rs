@@ -162,13 +162,21 @@ fn the_schema_is_valid_and_knows_every_section() {
     let output = run(2, &home, &["schema"]).succeeded();
     let schema: serde_json::Value = serde_json::from_str(&output.stdout).expect("the schema is JSON");
     let sections = schema["properties"].as_object().unwrap();
-    for name in ["domain", "time", "material", "contact", "shape", "insert", "wall", "output", "stop"] {
+    for name in
+        ["domain", "time", "material", "contact", "shape", "insert", "wall", "fluid", "output", "stop"]
+    {
         let section = &sections[name];
         assert!(section.get("description").is_some() || section.get("$ref").is_some(), "{name}: {section}");
     }
-    for name in ["domain", "time", "material", "shape", "insert"] {
-        assert!(schema["required"].as_array().unwrap().contains(&name.into()), "{name} is required");
+    let needs =
+        |place: &serde_json::Value, name: &str| place["required"].as_array().unwrap().contains(&name.into());
+    for name in ["domain", "time"] {
+        assert!(needs(&schema, name), "{name} is required");
     }
+    for name in ["material", "shape", "insert"] {
+        assert!(needs(&schema["then"], name), "{name} is required without a fluid");
+    }
+    assert!(needs(&schema["if"]["not"], "fluid"));
 }
 
 #[test]
