@@ -1,10 +1,15 @@
 """Pressure drop against velocity of a run of bed.toml beside the law of the fixed bed and the weight of the bed:
-`python3 cases/fluidised-bed/minimum-fluidisation/curve.py [RUN]` prints a table and writes curve.csv."""
+`python3 cases/fluidised-bed/minimum-fluidisation/curve.py [RUN]` prints a table and draws curve.png."""
 import csv
 import math
 import subprocess
 import sys
 from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import sweep
@@ -43,6 +48,18 @@ def minimum(eps):
     return low
 
 
+def draw(found, eps, height):
+    """Draws the curve with the law of the fixed bed and the weight."""
+    figure, axes = plt.subplots(figsize=(7, 3.2), layout="constrained")
+    axes.plot(*zip(*found), linewidth=0.8, label="drop")
+    slow = [0.01 * k for k in range(1, 54)]
+    axes.plot(slow, [law(eps, u) * height for u in slow], "--", label="Beetstra, fixed bed")
+    axes.axhline(WEIGHT, color="grey", linestyle=":", label="weight over section")
+    axes.set(xlabel="superficial velocity (m/s)", ylabel="pressure drop (Pa)", xlim=(0, None), ylim=(0, None))
+    axes.legend()
+    figure.savefig(Path(__file__).parent / "curve.png", dpi=110)
+
+
 def main():
     run = Path(sys.argv[1]) if len(sys.argv) > 1 else sweep.RESULTS / "fluidised-bed/minimum-fluidisation"
     out = run / "analysis"
@@ -55,10 +72,8 @@ def main():
     with open(run / "series.csv") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     found = [(velocity(float(r["time"])), float(r["pressure_drop"])) for r in rows if float(r["time"]) >= 0.4]
-    with open(out / "curve.csv", "w") as file:
-        file.write("velocity,pressure_drop,law\n")
-        file.writelines(f"{u!r},{p!r},{law(eps, u) * height!r}\n" for u, p in found)
     expected = minimum(eps)
+    draw(found, eps, height)
     print(f"void fraction {eps:.4f}, height {1e3 * height:.2f} mm, weight over section {WEIGHT:.2f} Pa")
     print(f"minimum fluidisation by the law {expected:.4f} m/s")
     print(f"{'velocity':>9} {'drop':>8} {'law':>8}")
