@@ -75,8 +75,19 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
         // The patch takes whole cells.
         assert!((flow / inflow(*t) - 1.0).abs() < 0.2, "{flow} against {} at {t}", inflow(*t));
     }
-    let means = fs::read_to_string(one.join("profile-axis-mean.csv")).unwrap();
-    assert_eq!(means.lines().filter(|l| !l.starts_with('#')).count(), 10, "{means}");
+    let means = |folder: &Path| -> Vec<f64> {
+        let text = fs::read_to_string(folder.join("profile-axis-mean.csv")).unwrap();
+        let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
+        rows.flat_map(|row| row.split(',').map(|x| x.parse::<f64>().unwrap()).collect::<Vec<_>>()).collect()
+    };
+    assert_eq!(means(&one).len(), 9 * 7, "nine points of x, y, z, three velocities and a pressure");
+    // No sample is lost or taken twice.
+    assert_close(&means(&one), &means(&home.join("from-2-on-3/results")), 1e-10, "means after a restart");
+    // A run may be made longer, and its snapshots come at the old times.
+    let longer = replaced(&text, "end = 0.4", "end = 0.5");
+    run_case(2, &home.join("2"), &longer, &["--restart", "latest"]).succeeded();
+    let times = array(&home.join("2/results/fluid.vtkhdf"), "VTKHDF/Steps/Values");
+    assert_close(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &times, 1e-12, "times");
 }
 
 #[test]
@@ -224,6 +235,39 @@ fn the_pressure_drop_of_a_lattice_is_that_of_the_law_in_both_models() {
             let gradient = *series(&home.join("results")).column("drive_z").last().unwrap();
             assert!((gradient / wanted - 1.0).abs() < 5e-3, "{drag} {model} Re {reynolds}: {gradient} Pa/m");
         }
+    }
+}
+
+#[test]
+fn a_bed_at_rest_loses_no_momentum_but_through_its_boundaries() {
+    let (end, rate) = ("end = 0.03", "velocity = [0, 0, 1.0]");
+    for (model, kernel) in
+        [("A", "smooth\", half_width = 1.5"), ("B", "smooth\", half_width = 1.5"), ("A", "cube\"")]
+    {
+        let home = folder("fluid_rest");
+        let text = replaced(&replaced(&case("bed.toml"), end, "end = 0.3"), rate, "velocity = [0, 0, 0.2]");
+        let text = replaced(&text, "restitution = 0.8", "restitution = 0.3");
+        let text = replaced(
+            &text,
+            "model = \"A\", kernel = { kind = \"smooth\", half_width = 1.5 }",
+            &format!("model = \"{model}\", kernel = {{ kind = \"{kernel} }}"),
+        );
+        run_case(2, &home, &text, &[]).succeeded();
+        let table = series(&home.join("results"));
+        let last = |name: &str| *table.column(name).last().unwrap();
+        // 600 bodies of 0.5236 and 0.5172 mm³ at most; the columns of the potential do not tell their mass.
+        let weight = (2500.0 - 1.2) * 9.81 * last("solid_volume");
+        let carried = last("pressure_drop") * 0.032 * 0.008
+            - last("distributor_fz")
+            - last("left_fz")
+            - last("right_fz");
+        assert!(last("kinetic_translation") < 1e-9, "the bed rests: {}", last("kinetic_translation"));
+        assert!(last("pressure_drop") > 1.0, "the air is felt");
+        assert!(
+            (carried / weight - 1.0).abs() < 2e-3,
+            "{model} {kernel}: {} of the weight",
+            carried / weight
+        );
     }
 }
 

@@ -10,7 +10,9 @@
 //! deposit_volume   solid volume → cells; halo add; ε = 1 − solid/V; halo exchange of ε
 //! deposit_drag     K and K v̂ − owed/Δt → faces; halo add
 //! (fluid)          (ρ ε/Δt + B) u = … + S                with B = ΣwK/V_f, S = Σw(K v̂ − owed/Δt)/V_f
-//! lend             u at each particle, by the same weights; what the fluid has paid in advance becomes owed
+//! (boundary)       where a boundary of the domain bears the drag of its half cell, ∇p is what balances it
+//! lend             u at each particle, by the same weights but without the faces on boundaries, and ∇p; what the fluid has
+//!                  paid in advance becomes owed
 //! add_drag         in each DEM step, between its forces and its advance: exact relaxation towards u
 //! ```
 //!

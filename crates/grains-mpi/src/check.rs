@@ -55,11 +55,17 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let count = population.total() as f64;
     let kind = usize::from(!setup.catalogue.all_spheres());
     let _ = writeln!(out, "case           {}", case.name);
+    fluid::verify(case, &setup, &decomposition)?;
+    let of_fluid = fluid::check::explain(case, &setup.catalogue)?;
     if case.inserts.is_empty() {
-        // The fluid is alone.
-        for line in fluid::check::explain(case, &setup.catalogue)? {
-            let _ = writeln!(out, "{line}");
-        }
+        let _ = writeln!(out, "{}", of_fluid.join("\n"));
+        let _ = writeln!(out, "decomposition  {}", subdomains(&decomposition));
+        let _ = writeln!(
+            out,
+            "disk           about {:.0} MB in {}",
+            fluid::check::bytes_on_disk(case) / 1e6,
+            case.output.directory.display()
+        );
         return Ok(text);
     }
     let _ = writeln!(
@@ -100,15 +106,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             }
         }
     }
-    let [px, py, pz] = setup.ranks;
-    let (lower, upper) = (decomposition.lower(), decomposition.upper());
-    let _ = writeln!(
-        out,
-        "decomposition  {px} x {py} x {pz} ranks, each {:.4e} x {:.4e} x {:.4e} m; interaction range {range:.4e} m",
-        upper[0] - lower[0],
-        upper[1] - lower[1],
-        upper[2] - lower[2]
-    );
+    let _ = writeln!(out, "decomposition  {}; interaction range {range:.4e} m", subdomains(&decomposition));
     let _ = writeln!(
         out,
         "memory         about {:.0} MB in all, {:.0} MB per rank",
@@ -120,7 +118,6 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     } else {
         soft_collisions(out, case, &step);
     }
-    let of_fluid = fluid::check::explain(case, &setup.catalogue)?;
     if !of_fluid.is_empty() {
         let _ = writeln!(out, "\n{}", of_fluid.join("\n"));
     }
@@ -143,13 +140,21 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let _ = writeln!(
         out,
         "disk           about {:.0} MB in {} ({snapshots:.0} snapshots, {} checkpoint(s))",
-        (snapshots * count * bytes_per_snapshot(case)
+        (fluid::check::bytes_on_disk(case)
+            + snapshots * count * bytes_per_snapshot(case)
             + case.output.keep_checkpoints as f64 * count * CHECKPOINT[kind])
             / 1e6,
         case.output.directory.display(),
         case.output.keep_checkpoints
     );
     Ok(text)
+}
+
+/// Ranks per axis and the size of a subdomain.
+fn subdomains(decomposition: &Decomposition) -> String {
+    let ([px, py, pz], lower, upper) = (decomposition.ranks, decomposition.lower(), decomposition.upper());
+    let [x, y, z] = [0, 1, 2].map(|a| upper[a] - lower[a]);
+    format!("{px} x {py} x {pz} ranks, each {x:.4e} x {y:.4e} x {z:.4e} m")
 }
 
 /// What touching faces and composites do, by the keys that choose it.

@@ -242,8 +242,15 @@ impl<'a> Run<'a> {
             self.fluid.is_some() && wants(self.schedule.fluid),
         );
         // What a checkpoint was written beside is there already, and the fluid knows its last step no more.
-        let is_continued = self.options.restart.is_some() && step == self.first_step && self.fluid.is_some();
-        if is_continued || !(row || snapshot || surfaces || fluid) {
+        let is_continued = self.options.restart.is_some() && step == self.first_step;
+        if let (true, Some(phase)) = (is_continued, &mut self.fluid) {
+            // The checkpoint was written before the sample of its step was taken.
+            if row {
+                phase.take_means(self.case, &self.dem, &self.transport)?;
+            }
+            return Ok(false);
+        }
+        if !(row || snapshot || surfaces || fluid) {
             return Ok(false);
         }
         self.dem.clock.start();

@@ -22,6 +22,19 @@ pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [
     smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
 }
 
+/// Refuses a kernel that covers too many cells of a rank, for particles of at most `diameter` (m).
+///
+/// # Errors
+/// The kernel, with the cells it covers.
+pub fn check_kernel(
+    coupling: &Coupling,
+    (grid, ownership, halo): (&Grid, &Ownership, usize),
+    diameter: f64,
+) -> Result<(), CouplingError> {
+    let layout = Layout { cells: ownership.cells(), halo };
+    coupling.kernel.check(&kernel_grid(grid, ownership, layout)?.0.axes, diameter)
+}
+
 /// The exchange between the particles and the fluid of one rank.
 pub struct Exchange {
     /// Kernel, drag law, model.
@@ -50,18 +63,16 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Exchange on the cells of a rank, for particles of at most `largest_diameter` (m).
+    /// Exchange on the cells of a rank.
     ///
     /// # Errors
-    /// A kernel that covers too many cells, with the key.
+    /// Nodes that do not ascend.
     pub fn new(
         coupling: Coupling,
         (grid, ownership, halo): (&Grid, &Ownership, usize),
-        largest_diameter: f64,
     ) -> Result<Self, CouplingError> {
         let layout = Layout { cells: ownership.cells(), halo };
         let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
-        coupling.kernel.check(&kernel_grid.axes, largest_diameter)?;
         Ok(Self {
             coupling,
             ledger: MomentumLedger::default(),

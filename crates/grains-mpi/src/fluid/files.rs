@@ -1,7 +1,7 @@
 //! The files of the fluid: snapshots of its fields, their means, and tables along lines and planes.
 
 use super::FluidPhase;
-use super::observe::Observation;
+use super::observe::{Name, Observation};
 use crate::error::RunError;
 use grains_case::{Case, FluidField};
 use grains_comm::MpiTransport;
@@ -111,19 +111,15 @@ impl FluidFiles {
             if let Some(means) = &means {
                 let rows = sampler.rows(means, transport).concat();
                 let path = self.directory.join(format!("profile-{}-mean.csv", sampler.name));
-                let columns = profile_columns(&phase.names(&self.fields));
+                let (columns, units) = profile_columns(&phase.names(&self.fields));
                 let written = match transport.rank() {
-                    0 => write_table(&path, &columns.0, &self.comments(&columns.1), &rows),
+                    0 => write_table(&path, &columns, &comments(&self.metadata, &units), &rows),
                     _ => Ok(()),
                 };
                 agree(transport.communicator(), written)?;
             }
         }
         Ok(())
-    }
-
-    fn comments(&self, units: &[&'static str]) -> Metadata {
-        comments(&self.metadata, units)
     }
 }
 
@@ -143,7 +139,7 @@ fn geometry(phase: &FluidPhase) -> GridGeometry {
 }
 
 /// Columns of a mean profile and their units; tables over time have step and time before.
-fn profile_columns(names: &[(&'static str, &'static str, usize)]) -> (Vec<String>, Vec<&'static str>) {
+fn profile_columns(names: &[Name]) -> (Vec<String>, Vec<&'static str>) {
     let mut columns: Vec<(String, &str)> = ["x", "y", "z"].map(|c| (c.to_string(), "m")).into();
     for &(name, unit, width) in names {
         match width {
@@ -158,11 +154,7 @@ fn comments(metadata: &Metadata, units: &[&str]) -> Metadata {
     metadata.iter().cloned().chain([("units".into(), units.join(","))]).collect()
 }
 
-fn profiles(
-    phase: &FluidPhase,
-    names: &[(&'static str, &'static str, usize)],
-    opening: &Opening,
-) -> Result<Vec<Series>, FileError> {
+fn profiles(phase: &FluidPhase, names: &[Name], opening: &Opening) -> Result<Vec<Series>, FileError> {
     let (mut columns, mut units) = profile_columns(names);
     columns.splice(0..0, ["step".to_string(), "time".to_string()]);
     units.splice(0..0, ["-", "s"]);

@@ -18,13 +18,14 @@ mod restart;
 mod setup;
 
 use crate::error::{RunError, agreed};
-use exchange::{Exchange, halo_width};
+use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid, TimeStep};
 use grains_comm::{MpiTransport, exit};
-use grains_coupling::{Coupling, add_drag};
-use grains_dem::{Catalogue, Dem};
-use grains_fluid::{Flow, FlowLimits, Halo, Phase, StepReport};
+use grains_coupling::{Coupling, CouplingError, add_drag};
+use grains_dem::{Catalogue, Dem, DemSetup};
+use grains_domain::Decomposition;
+use grains_fluid::{Flow, FlowLimits, FlowSetup, Halo, Phase, StepReport};
 pub use observe::{Sums, columns, progress};
 use profile::Sampler;
 
@@ -68,15 +69,18 @@ impl FluidPhase {
         transport: &MpiTransport,
     ) -> Result<Option<Self>, RunError> {
         let Some(fluid) = &case.fluid else { return Ok(None) };
-        let built = Parts::of(case, fluid, dem);
+        let built = Parts::of(case, fluid, &dem.setup, &dem.decomposition);
         let parts = agreed(transport, built.map_err(RunError::case))?;
+        let exchange =
+            parts.exchange().map_err(|e| RunError::case(case.about("fluid.coupling", e.to_string())));
+        let exchange = agreed(transport, exchange)?;
         let solver = setup::pressure_solver(fluid, petsc, &parts.setup, transport);
         let about = |e: String| RunError::case(case.about("fluid.pressure", e));
         let solver = agreed(transport, solver.map_err(about))?;
         let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case)?;
-        if parts.exchange.is_some() {
+        if exchange.is_some() {
             dem.particles.carry();
         }
         let longest = fluid.longest_step.unwrap_or(0.01 * case.time.end);
@@ -88,11 +92,11 @@ impl FluidPhase {
         };
         let setup = &flow.setup;
         let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
-        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), parts.exchange.is_some()));
+        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), exchange.is_some()));
         let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
         Ok(Some(Self {
             flow,
-            exchange: parts.exchange,
+            exchange,
             next_step: 0,
             report: StepReport::default(),
             steps: 0,
@@ -243,23 +247,42 @@ fn halo(
 
 /// What a phase is made of.
 struct Parts {
-    setup: grains_fluid::FlowSetup,
-    exchange: Option<Exchange>,
+    setup: FlowSetup,
+    /// The coupling and the largest equivalent diameter (m) of a particle, if there are any.
+    coupling: Option<(Coupling, f64)>,
 }
 
 impl Parts {
-    fn of(case: &Case, fluid: &CaseFluid, dem: &Dem) -> Result<Self, String> {
-        let catalogue = &dem.setup.catalogue;
+    fn of(
+        case: &Case,
+        fluid: &CaseFluid,
+        dem: &DemSetup,
+        decomposition: &Decomposition,
+    ) -> Result<Self, String> {
+        let catalogue = &dem.catalogue;
         let Some(coupling) = coupling(case, fluid, catalogue)? else {
-            let setup = setup::flow_setup(case, fluid, &dem.decomposition, 2)?;
-            return Ok(Self { setup, exchange: None });
+            let setup = setup::flow_setup(case, fluid, decomposition, 2)?;
+            return Ok(Self { setup, coupling: None });
         };
-        let wander = dem.setup.skin.most * dem.setup.largest_radius;
-        let halo = halo(case, fluid, catalogue, &coupling, wander)?;
-        let setup = setup::flow_setup(case, fluid, &dem.decomposition, halo)?;
+        let halo = halo(case, fluid, catalogue, &coupling, dem.skin.most * dem.largest_radius)?;
+        let setup = setup::flow_setup(case, fluid, decomposition, halo)?;
         let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
-        let exchange = Exchange::new(coupling, (&setup.grid, &setup.ownership, halo), diameter)
+        check_kernel(&coupling, (&setup.grid, &setup.ownership, halo), diameter)
             .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
-        Ok(Self { setup, exchange: Some(exchange) })
+        Ok(Self { setup, coupling: Some((coupling, diameter)) })
     }
+
+    fn exchange(&self) -> Result<Option<Exchange>, CouplingError> {
+        let Some((coupling, _)) = &self.coupling else { return Ok(None) };
+        let FlowSetup { grid, ownership, halo, .. } = &self.setup;
+        Exchange::new(coupling.clone(), (grid, ownership, *halo)).map(Some)
+    }
+}
+
+/// Refuses what a run would refuse of the fluid before its first step.
+///
+/// # Errors
+/// Subdomains too narrow for the halo, kernels that cover too many cells, conditions that cannot be, with the key.
+pub fn verify(case: &Case, dem: &DemSetup, decomposition: &Decomposition) -> Result<(), String> {
+    case.fluid.as_ref().map_or(Ok(()), |fluid| Parts::of(case, fluid, dem, decomposition).map(|_| ()))
 }

@@ -8,7 +8,9 @@ use grains_dem::Dem;
 use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Layout};
 
-/// Columns of the fluid in the time series.
+/// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
+/// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
+/// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something.
 const COLUMNS: [(&str, &str); 12] = [
     ("fluid_dt", "s"),
     ("fluid_courant", "-"),
@@ -57,10 +59,6 @@ pub struct Sums {
 
 /// A field as it is written: one component, or three.
 pub struct Observation {
-    /// Name.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
     /// Its components, halo filled.
     pub components: Vec<Field<Centre>>,
 }
@@ -111,29 +109,38 @@ impl Sums {
                 .for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
             field
         };
-        let has_particles = self.fields.len() > 4;
-        let make = |field: &FluidField| {
-            let (name, unit, components) = match field {
-                FluidField::Velocity => ("velocity", "m/s", (0..3).map(mean).collect()),
-                FluidField::Pressure => ("pressure", "Pa", vec![mean(3)]),
-                FluidField::VoidFraction if has_particles => ("void_fraction", "-", vec![mean(4)]),
-                FluidField::SolidVelocity if has_particles => {
-                    ("solid_velocity", "m/s", (5..8).map(ratio).collect())
-                }
-                _ => return None,
-            };
-            Some(Observation { name, unit, components })
+        let components = |field: &FluidField| match field {
+            FluidField::Velocity => (0..3).map(mean).collect(),
+            FluidField::Pressure => vec![mean(3)],
+            FluidField::VoidFraction => vec![mean(4)],
+            FluidField::SolidVelocity => (5..8).map(ratio).collect(),
         };
-        wanted.iter().filter_map(make).collect()
+        let has_particles = self.fields.len() > 4;
+        let there = wanted.iter().filter(|field| has_particles || !needs_particles(field));
+        there.map(|field| Observation { components: components(field) }).collect()
     }
 }
 
+/// Name, unit and number of components of a field.
+pub type Name = (&'static str, &'static str, usize);
+
+fn name(field: &FluidField) -> Name {
+    match field {
+        FluidField::Velocity => ("velocity", "m/s", 3),
+        FluidField::Pressure => ("pressure", "Pa", 1),
+        FluidField::VoidFraction => ("void_fraction", "-", 1),
+        FluidField::SolidVelocity => ("solid_velocity", "m/s", 3),
+    }
+}
+
+fn needs_particles(field: &FluidField) -> bool {
+    matches!(field, FluidField::VoidFraction | FluidField::SolidVelocity)
+}
+
 impl FluidPhase {
-    /// Names, units and numbers of components of the fields that a case asks for and that there are.
-    pub fn names(&self, wanted: &[FluidField]) -> Vec<(&'static str, &'static str, usize)> {
-        let fields =
-            Sums::new(Layout { cells: [0; 3], halo: 0 }, self.exchange.is_some()).observations(wanted);
-        fields.iter().map(|f| (f.name, f.unit, f.components.len())).collect()
+    /// The fields that a case asks for and that there are.
+    pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
+        wanted.iter().filter(|field| !self.is_alone() || !needs_particles(field)).map(name).collect()
     }
 
     /// Values of [`columns`]; collective.

@@ -6,7 +6,9 @@ mod kinds;
 use super::setup::drag_law;
 use crate::population::Population;
 use crate::timestep;
-use grains_case::{Case, Coupling, Fluid, Kernel, MixtureModel, PressureMethod, TimeStep};
+use grains_case::{
+    Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, Precision, PressureMethod, TimeStep,
+};
 use grains_dem::Catalogue;
 use imposed::fastest;
 use kinds::{Settling, kinds};
@@ -59,6 +61,26 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
         step / shortest
     ));
     Ok(lines)
+}
+
+/// Bytes of the snapshots of the fluid, of their means, and of its state in the checkpoints that are kept; uncompressed.
+pub fn bytes_on_disk(case: &Case) -> f64 {
+    /// Numbers per cell of a checkpoint: velocities and explicit terms on faces, pressure, correction, void fraction.
+    const STATE: f64 = 9.0;
+    let Some(fluid) = &case.fluid else { return 0.0 };
+    let cells = fluid.cells.iter().product::<u64>() as f64;
+    let has_particles = !case.inserts.is_empty();
+    let components = |field: &FluidField| match (field, has_particles) {
+        (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
+        (FluidField::Pressure, _) | (FluidField::VoidFraction, true) => 1.0,
+        (FluidField::SolidVelocity | FluidField::VoidFraction, false) => 0.0,
+    };
+    let numbers: f64 = fluid.output.fields.iter().map(components).sum();
+    let real = if case.output.precision == Precision::F32 { 4.0 } else { 8.0 };
+    let interval = fluid.output.interval.unwrap_or(case.output.particles);
+    let times = |from: f64| if interval > 0.0 { (case.time.end - from).max(0.0) / interval } else { 0.0 };
+    let snapshots = times(0.0) + fluid.output.mean_from.map_or(0.0, times);
+    cells * (snapshots * numbers * real + case.output.keep_checkpoints as f64 * STATE * 8.0)
 }
 
 fn describe(coupling: &Coupling) -> String {
