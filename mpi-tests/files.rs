@@ -323,6 +323,15 @@ fn snapshots_of_periodic_bodies_and_their_surfaces_are_read_back() {
 }
 
 #[test]
+fn fields_of_a_fluid_are_read_back() {
+    for (ranks, name) in [(3, "duct.toml"), (2, "bed.toml")] {
+        let home = folder("files_read_fluid");
+        run_case(ranks, &home, &case(name), &[]).succeeded();
+        read_back(name, &home.join("results"));
+    }
+}
+
+#[test]
 fn compressed_snapshots_with_empty_steps_and_ranks_are_read_back() {
     let home = folder("files_read_drum");
     let format = "series = 0.003\nsurfaces = 0.024\nprecision = \"f32\"\ncompress = true";

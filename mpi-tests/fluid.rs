@@ -272,6 +272,36 @@ fn a_bed_at_rest_loses_no_momentum_but_through_its_boundaries() {
 }
 
 #[test]
+fn a_quiet_fluid_over_a_settled_bed_stays_quiet() {
+    let inlet = "[[fluid.boundary]]\nface = \"-z\"\nkind = \"inlet\"\nvelocity = [0, 0, 1.0]\n";
+    for model in ["A", "B"] {
+        let home = folder("fluid_quiet");
+        let text = replaced(&replaced(&case("bed.toml"), "end = 0.03", "end = 0.3"), inlet, "");
+        let text = replaced(&text, "restitution = 0.8", "restitution = 0.3");
+        let text = replaced(&text, "model = \"A\"", &format!("model = \"{model}\""));
+        run_case(2, &home, &text, &[]).succeeded();
+        let table = series(&home.join("results"));
+        let (time, energy, drop) =
+            (table.column("time"), table.column("fluid_kinetic"), table.column("pressure_drop"));
+        let most = energy.iter().fold(0.0_f64, |m, e| m.max(*e));
+        // From here on all grains lie; the air that they drove loses its motion to its own friction.
+        let rest = time.iter().position(|t| *t >= 0.2).unwrap();
+        assert!(energy[rest..].windows(2).all(|e| e[1] < e[0]), "{model}: {:?}", &energy[rest..]);
+        let last = energy.len() - 1;
+        assert!(
+            energy[last] < 0.02 * most && energy[last] < 0.5 * energy[rest],
+            "{} of {most}",
+            energy[last]
+        );
+        assert!(
+            drop[last].abs() < 1e-3 * drop.iter().fold(0.0_f64, |m, p| m.max(p.abs())),
+            "{} Pa",
+            drop[last]
+        );
+    }
+}
+
+#[test]
 fn a_grain_settles_at_the_terminal_speed_of_its_law() {
     let home = folder("fluid_terminal");
     let text = r#"

@@ -59,9 +59,10 @@ def mpi(ranks, command):
 
 def run(command, timeout, folder=None):
     """Runs a command, in a folder, and returns its output; ends the program if it fails or exceeds `timeout` (s)."""
+    command = list(map(str, command))
     try:
         done = subprocess.run(
-            list(map(str, command)), cwd=folder, env=os.environ | ENVIRONMENT, timeout=timeout, text=True,
+            command, cwd=folder, env=os.environ | ENVIRONMENT, timeout=timeout, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )
     except FileNotFoundError:

@@ -3,7 +3,7 @@
 
 Usage: readback.py DIRECTORY
 
-Opens particles, walls and surfaces by vtkHDFReader (.vtkhdf) and by vtkXdmfReader (.xdmf) and checks
+Opens particles, walls, surfaces and the fields of a fluid by vtkHDFReader (.vtkhdf) and by vtkXdmfReader (.xdmf) and checks
 steps, times, counts, arrays, orientations and metadata, and that both readers see the same. Ends with an
 exit code other than 0 and a message if something is wrong.
 """
@@ -205,13 +205,58 @@ def check_surfaces(directory, particles):
     return steps
 
 
+def check_fluid(directory):
+    """Opens the fields of a fluid by both readers; returns per step its time and its cells."""
+    path = directory / "fluid.vtkhdf"
+    with h5py.File(path) as file:
+        group = file["VTKHDF"]["CellData"]
+        written = {name: group[name][...] for name in group}
+        nodes = [file["grid"][axis][...] for axis in "xyz"]
+        interval = tomllib.loads(file["grains-mpi"].attrs["case"])["fluid"]["output"]["interval"]
+        for name in group:
+            require(group[name].attrs["unit"] in ("m/s", "Pa", "-"), f"fluid: unit of {name}")
+    readers = [vtkXdmfReader()]
+    # Stretched grids are read by the XDMF file alone.
+    widths = [np.diff(line) for line in nodes]
+    if all(np.allclose(w, w[0], rtol=1e-9) for w in widths):
+        readers.append(vtkHDFReader())
+    files = [path.with_suffix(".xdmf"), path]
+    steps = []
+    for reader, file in zip(readers, files):
+        reader.SetFileName(str(file))
+        reader.UpdateInformation()
+        times = np.array(reader.GetOutputInformation(0).Get(Pipeline.TIME_STEPS()) or [])
+        require(np.allclose(times, interval * np.arange(len(times)), atol=1e-9), f"{file.name}: times {times}")
+        require(len(times) == len(next(iter(written.values()))), f"{file.name}: {len(times)} times")
+        for k, time in enumerate(times):
+            reader.UpdateTimeStep(time)
+            data = reader.GetOutputDataObject(0)
+            while data.IsA("vtkCompositeDataSet"):
+                data = data.GetBlock(0)
+            bounds = [edge for line in nodes for edge in (line[0], line[-1])]
+            require(np.allclose(data.GetBounds(), bounds, rtol=1e-9), f"{file.name}: bounds {data.GetBounds()}")
+            attributes = data.GetCellData()
+            for name, values in written.items():
+                array = attributes.GetArray(name)
+                require(array, f"{file.name} at {time} s: no {name}")
+                found = vtk_to_numpy(array).reshape(values[k].shape)
+                require(np.array_equal(found, values[k]), f"{file.name} at {time} s: {name} differs from the file's")
+                require(np.all(np.isfinite(found)), f"{file.name} at {time} s: {name} is not finite")
+            if file.suffix == ".xdmf":
+                steps.append((time, range(data.GetNumberOfCells()), None, None))
+    return steps
+
+
 def main():
     require(len(sys.argv) == 2, "give the directory of a run")
     directory = Path(sys.argv[1])
     window = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
-    particles = check_particles(directory)
-    checked = {"particles": particles}
+    checked = {}
+    if (directory / "fluid.vtkhdf").exists():
+        checked["fluid"] = check_fluid(directory)
+    if (directory / "particles.vtkhdf").exists():
+        checked["particles"] = particles = check_particles(directory)
     if (directory / "walls.vtkhdf").exists():
         _, checked["walls"] = check_file(directory, "walls", WALLS, 3, "CellData", lambda o: o["particles"])
         require([s[0] for s in checked["walls"]] == [s[0] for s in particles], "walls at other times")
@@ -220,7 +265,7 @@ def main():
     require(not window.GetOutput(), f"the readers complain:\n{window.GetOutput()}")
     for name, steps in checked.items():
         counts = [len(points) for _, points, _, _ in steps]
-        print(f"{name}: {len(steps)} steps, {min(counts)} to {max(counts)} points, "
+        print(f"{name}: {len(steps)} steps, {min(counts)} to {max(counts)} {'cells' if name == 'fluid' else 'points'}, "
               f"the same by both readers of VTK {vtkVersion.GetVTKVersion()}")
 
 

@@ -77,6 +77,64 @@ impl Core {
         }
     }
 
+    /// Point of the core (m) farthest from an axis of unit direction `axis`, from a point of which the core's centre
+    /// is at `center` (m), all in the core's frame.
+    ///
+    /// Vertices are compared. On curved cores max over x of the distance is max over θ of h(d(θ)), h the support
+    /// function of the core about the axis and d(θ) normal to it; that is climbed from directions all over the angle
+    /// under which the axis sees the core.
+    pub fn farthest_from_axis(&self, center: &Vec3, axis: &Vec3) -> Vec3 {
+        let away = |p: &Vec3| {
+            let from = center + p;
+            from - axis * from.dot(axis)
+        };
+        let farthest = |points: &mut dyn Iterator<Item = Vec3>| {
+            points.fold((Vec3::zeros(), -1.0), |(best, most), p| {
+                let distance = away(&p).norm_squared();
+                if distance > most { (p, distance) } else { (best, most) }
+            })
+        };
+        let corner =
+            |half: &Vec3, k: usize| Vec3::from_fn(|a, _| if k >> a & 1 == 0 { half[a] } else { -half[a] });
+        match self {
+            Self::Point => Vec3::zeros(),
+            Self::Box(half) => farthest(&mut (0..8).map(|k| corner(half, k))).0,
+            Self::Polyhedron(hull) => farthest(&mut hull.vertices.iter().copied()).0,
+            Self::Triangle(corners) => farthest(&mut corners.iter().copied()).0,
+            Self::Cylinder { .. } | Self::Superellipsoid(_) => {
+                let outward = away(&Vec3::zeros());
+                let distance = outward.norm();
+                let start = if distance > 0.0 { outward / distance } else { normal_to(axis) };
+                let sideways = axis.cross(&start);
+                let (radius, steps) = (self.radius(), 4);
+                let widest =
+                    if distance > radius { (radius / distance).asin() } else { std::f64::consts::PI };
+                let climbed = (-steps..=steps).map(|k| {
+                    let (sin, cos) = (widest * f64::from(k) / f64::from(steps)).sin_cos();
+                    self.climb_from_axis(start * cos + sideways * sin, away)
+                });
+                farthest(&mut climbed.into_iter()).0
+            }
+        }
+    }
+
+    /// Local maximum of the distance from an axis, `away` of which a point is: each pass asks for the point farthest
+    /// along the last one's direction, and the distance can only grow.
+    fn climb_from_axis(&self, mut direction: Vec3, away: impl Fn(&Vec3) -> Vec3) -> Vec3 {
+        let mut distance = 0.0;
+        let mut best = Vec3::zeros();
+        for _ in 0..100 {
+            let point = self.support(&direction);
+            let off = away(&point);
+            let next = off.norm();
+            if next <= distance * (1.0 + 1e-15) {
+                break;
+            }
+            (best, distance, direction) = (point, next, off / next);
+        }
+        best
+    }
+
     /// Lowest and highest corner of the axis-aligned bounding box in the core's frame (m).
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
@@ -359,6 +417,12 @@ impl Placement {
 
 fn bounds_of(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((points[0], points[0]), |(low, high), p| (low.inf(p), high.sup(p)))
+}
+
+/// Some unit vector normal to a unit vector.
+fn normal_to(axis: &Vec3) -> Vec3 {
+    let least = Vec3::ith(axis.iamin(), 1.0);
+    axis.cross(&least).normalize()
 }
 
 fn radius_of(points: &[Vec3]) -> f64 {

@@ -458,3 +458,37 @@ fn the_inside_test_agrees_with_the_faces_of_the_body() {
     let rod = Shape::cylinder(1.0, 4.0, 0.02).unwrap();
     assert!(rod.contains(&Vec3::new(0.7, 0.7, 1.99)) && !rod.contains(&Vec3::new(0.7, 0.75, 0.0)));
 }
+
+/// The farthest point from an axis beside the largest reach over directions all around it.
+#[test]
+fn no_point_of_a_body_is_farther_from_an_axis_than_the_farthest() {
+    let mut random = Random::new(11);
+    let tetrahedron = Shape::regular(RegularSolid::Tetrahedron, 1.5, 0.01).unwrap().parts[0].core.clone();
+    let icosahedron = Shape::regular(RegularSolid::Icosahedron, 1.0, 0.01).unwrap().parts[0].core.clone();
+    let block =
+        Shape::superellipsoid(Vec3::new(1.0, 0.7, 0.5), [0.2, 0.3], 0.01).unwrap().parts[0].core.clone();
+    let needle =
+        Shape::superellipsoid(Vec3::new(0.3, 0.3, 1.5), [1.0, 1.0], 0.01).unwrap().parts[0].core.clone();
+    let rod = Core::Cylinder { radius: 0.3, half_height: 1.2 };
+    let coin = Core::Cylinder { radius: 1.0, half_height: 0.2 };
+    let cores = [tetrahedron, icosahedron, block, needle, rod, coin, Core::Box(Vec3::new(1.0, 0.6, 0.8))];
+    for trial in 0..3000 {
+        let core = &cores[trial % cores.len()];
+        let (axis, center) = (random.direction(), random.direction() * random.range(0.0, 9.0));
+        let found = center + core.farthest_from_axis(&center, &axis);
+        let found = (found - axis * found.dot(&axis)).norm();
+        let start = axis.cross(&random.direction()).normalize();
+        let most = (0..3600)
+            .map(|k| {
+                let (sin, cos) = (PI * k as f64 / 1800.0).sin_cos();
+                let direction = start * cos + axis.cross(&start) * sin;
+                center.dot(&direction) + core.reach(&direction)
+            })
+            .fold(0.0, f64::max);
+        assert!(
+            found > most * (1.0 - 1e-7),
+            "{core:?} at {center:?}: {found}, but {most} along some direction"
+        );
+        assert!(found < most * (1.0 + 1e-6) + 1e-12, "{found} {most}");
+    }
+}

@@ -1,4 +1,4 @@
-//! `grains-mpi bench`: time per particle and step, without output.
+//! `grains-mpi bench`: time per particle and step, and per cell and step of a fluid, without output.
 
 use crate::error::{RunError, agreed};
 use crate::fluid::FluidPhase;
@@ -55,14 +55,16 @@ pub fn time(
         let per = |s: f64| 1e6 * s / steps as f64 / particles;
         if transport.rank() == 0 {
             let ([spheres, bodies, walls], clones) = dem.list_sizes();
-            say!(
-                "us_per_particle_step {:.5} particles {particles} rebuilds {} pairs {spheres} {bodies} {walls} clones {clones}",
-                per(seconds[0]),
-                dem.report.rebuilds - rebuilds
-            );
-            let phases = Phase::ALL.iter().zip(dem.clock.seconds());
-            let phases = phases.map(|((_, name), &seconds)| format!("  {name} {:.5}", per(seconds)));
-            say!("{}", phases.collect::<String>());
+            if particles > 0.0 {
+                say!(
+                    "us_per_particle_step {:.5} particles {particles} rebuilds {} pairs {spheres} {bodies} {walls} clones {clones}",
+                    per(seconds[0]),
+                    dem.report.rebuilds - rebuilds
+                );
+                let phases = Phase::ALL.iter().zip(dem.clock.seconds());
+                let phases = phases.map(|((_, name), &seconds)| format!("  {name} {:.5}", per(seconds)));
+                say!("{}", phases.collect::<String>());
+            }
             if let (Some(fluid), Some((steps, iterations, [flow, exchange]))) = (&fluid, fluid_before) {
                 let (steps, iterations) = (fluid.steps - steps, fluid.iterations - iterations);
                 let cells = fluid.flow.setup.grid.cells().iter().product::<usize>();
@@ -79,7 +81,7 @@ pub fn time(
     let mut counts =
         [neighbours.iter().map(|&c| u64::from(c)).sum::<u64>(), walls.iter().map(|&c| u64::from(c)).sum()];
     transport.sum_counts(&mut counts);
-    if transport.rank() == 0 {
+    if transport.rank() == 0 && particles > 0.0 {
         say!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
     }
     Ok(())

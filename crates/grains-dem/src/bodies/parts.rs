@@ -109,27 +109,14 @@ impl<'a> PlacedPart<'a> {
 
     /// Point of the core farthest from an axis through the origin, the part's centre being at `center`:
     /// the point from that centre, its unit direction away from the axis, and its distance (m).
-    ///
-    /// Each pass asks for the point farthest along the last one's direction; the distance can only grow.
     pub(crate) fn farthest_from_axis(&self, center: &Vec3, axis: &Vec3) -> (Vec3, Vec3, f64) {
-        let away = |p: &Vec3| {
-            let off = p - axis * p.dot(axis);
-            (off, off.norm())
-        };
-        let (mut off, mut distance) = away(center);
-        let mut best = Vec3::zeros();
-        for _ in 0..20 {
-            let direction =
-                if distance > 0.0 { off / distance } else { axis.cross(&Vec3::new(0.36, 0.48, 0.8)) };
-            let point = self.farthest(&direction);
-            let (next, next_distance) = away(&(center + point));
-            let settled = next_distance <= distance * (1.0 + 1e-15) && best != Vec3::zeros();
-            (best, off, distance) = (point, next, next_distance);
-            if settled {
-                break;
-            }
-        }
-        (best, if distance > 0.0 { off / distance } else { Vec3::zeros() }, distance)
+        let local = self.rotation.tr_mul(center) / self.scale;
+        let point =
+            self.rotation * self.core.farthest_from_axis(&local, &self.rotation.tr_mul(axis)) * self.scale;
+        let from = center + point;
+        let off = from - axis * from.dot(axis);
+        let distance = off.norm();
+        (point, if distance > 0.0 { off / distance } else { Vec3::zeros() }, distance)
     }
 
     /// Contact of the core point `deepest` lying `depth` (m) behind a wall (negative before it), whose
