@@ -1,6 +1,6 @@
 """Picture of the bodies of runs, one panel each: `python cases/picture.py OUT.png RUN[@TIME] ... [--from X,Y,Z]`, with
 the Python that scripts/python-environment prints. A RUN is an output directory; the last state, if no time (s) is given.
-Bodies are coloured by speed, on one scale for all panels."""
+Bodies are coloured by speed, or by what --by names, on one scale for all panels."""
 import argparse
 from pathlib import Path
 
@@ -23,8 +23,8 @@ from vtkmodules.vtkRenderingCore import (
 COLOURS = [(0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14)]
 
 
-def state(run, time):
-    """The stored particles of a run nearest to a time (s), and that time."""
+def state(run, time, by):
+    """The stored particles of a run nearest to a time (s), that time, and what colours them."""
     reader = vtkHDFReader()
     reader.SetFileName(str(run / "particles.vtkhdf"))
     reader.UpdateInformation()
@@ -33,11 +33,15 @@ def state(run, time):
     reader.UpdateTimeStep(float(time))
     data = vtkPolyData()
     data.ShallowCopy(reader.GetOutput())
-    speed = np.linalg.norm(vtk_to_numpy(data.GetPointData().GetArray("velocity")), axis=1)
-    array = numpy_to_vtk(speed, deep=True)
-    array.SetName("speed")
+    if by == "height":
+        colour = vtk_to_numpy(data.GetPoints().GetData())[:, 2].astype(float)
+    else:
+        colour = vtk_to_numpy(data.GetPointData().GetArray("velocity" if by == "speed" else by)).astype(float)
+        colour = np.linalg.norm(colour, axis=1) if colour.ndim > 1 else colour
+    array = numpy_to_vtk(colour, deep=True)
+    array.SetName("colour")
     data.GetPointData().AddArray(array)
-    return data, float(time), speed
+    return data, float(time), colour
 
 
 def bodies(run, data, table):
@@ -58,7 +62,7 @@ def bodies(run, data, table):
     mapper.SetScaleArray("scale")
     mapper.SetScaleModeToScaleByMagnitude()
     mapper.SetScalarModeToUsePointFieldData()
-    mapper.SelectColorArray("speed")
+    mapper.SelectColorArray("colour")
     mapper.SetLookupTable(table)
     mapper.UseLookupTableScalarRangeOn()
     actor = vtkActor()
@@ -99,6 +103,7 @@ def main():
     parser.add_argument("out", type=Path)
     parser.add_argument("run", nargs="+", help="RUN[@TIME][=LABEL]")
     parser.add_argument("--from", dest="direction", default="0.5,-1,0.35", help="direction towards the eye: x,y,z")
+    parser.add_argument("--by", default="speed", help="colour: speed, height, or an array such as id or coordination")
     parser.add_argument("--size", default="480,640", help="pixels of a panel")
     parser.add_argument("--columns", type=int, help="panels beside each other; all by default")
     options = parser.parse_args()
@@ -109,11 +114,11 @@ def main():
     for text in options.run:
         text, _, label = text.partition("=")
         run, _, time = text.partition("@")
-        data, time, speed = state(Path(run), float(time) if time else None)
-        shown.append((Path(run), data, label or f"t = {time:.3g} s", speed))
-    fastest = max(np.quantile(speed, 0.98) for *_, speed in shown if len(speed))
+        data, time, colour = state(Path(run), float(time) if time else None, options.by)
+        shown.append((Path(run), data, label or f"t = {time:.3g} s", colour))
+    most = max(np.quantile(colour, 0.98) for *_, colour in shown if len(colour))
     table = vtkLookupTable()
-    table.SetRange(0, max(fastest, 1e-9))
+    table.SetRange(0, max(most, 1e-9))
     table.SetNumberOfTableValues(256)
     for k in range(256):
         rgb = [np.interp(k / 255, np.linspace(0, 1, len(COLOURS)), c) for c in zip(*COLOURS)]
@@ -138,7 +143,7 @@ def main():
     writer.SetFileName(str(options.out))
     writer.SetInputConnection(grab.GetOutputPort())
     writer.Write()
-    print(f"{options.out}: speeds from 0 to {fastest:.3g} m/s")
+    print(f"{options.out}: {options.by} from 0 to {most:.3g}")
 
 
 if __name__ == "__main__":
