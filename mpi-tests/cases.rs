@@ -63,8 +63,7 @@ fn a_fixed_bed_of_trilobes_is_looser_than_one_of_cylinders() {
                 ("[0.003, 0.003, 0.085]", "[0.003, 0.003, 0.026]"),
                 ("kind = \"cylinder\"\nradius = 0.75e-3\nheight = 3e-3", shape),
                 ("count = 1000", "count = 100"),
-                ("end = 4", "end = 0.15"),
-                ("\n[stop]\nkinetic_energy_below = 1e-8\nafter = 0.5\n", ""),
+                ("end = 0.6", "end = 0.15"),
                 ("directory = \"results/fixed-bed\"", OUTPUT),
             ],
         );
