@@ -17,6 +17,7 @@ def run(case, folder):
     if done.exists() and path.read_text() == case:
         return
     begun = path.exists() and path.read_text() == case and list((folder / "run").glob("checkpoint-*.h5"))
+    done.unlink(missing_ok=True)
     path.write_text(case)
     command = [PROGRAM, path] + (["--restart", "latest"] if begun else [])
     with open(folder / "log", "a" if begun else "w") as log:
