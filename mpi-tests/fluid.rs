@@ -255,7 +255,6 @@ fn a_bed_at_rest_loses_no_momentum_but_through_its_boundaries() {
         run_case(2, &home, &text, &[]).succeeded();
         let table = series(&home.join("results"));
         let last = |name: &str| *table.column(name).last().unwrap();
-        // 600 bodies of 0.5236 and 0.5172 mm³ at most; the columns of the potential do not tell their mass.
         let weight = (2500.0 - 1.2) * 9.81 * last("solid_volume");
         let carried = last("pressure_drop") * 0.032 * 0.008
             - last("distributor_fz")

@@ -18,7 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmark import BINARY, machine, mpi, run, table
+from benchmark import BINARY, machine, mpi, run, spread, table
 
 CASE = """\
 name = "cavity"
@@ -69,11 +69,6 @@ def peer(options, folder, cells):
     return 1e9 * (times[-1] - times[1]) / (len(times) - 2) / cells**3
 
 
-def spread(values):
-    """Median, and least and largest value."""
-    return f"{statistics.median(values):.1f} ({min(values):.1f}–{max(values):.1f})"
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--peers", type=Path, help="folder with openfoam/make_case.py")
@@ -104,9 +99,9 @@ def main():
                     others.append(peer(options, folder, cells))
             for (method, ranks), (times, iterations) in found.items():
                 ratio = f"{statistics.median(others) / statistics.median(times):.1f}" if others else "-"
-                rows.append([f"{cells}³", method, ranks, spread(times), f"{iterations:.1f}", ratio])
+                rows.append([f"{cells}³", method, ranks, spread(times, 1), f"{iterations:.1f}", ratio])
             if others:
-                rows.append([f"{cells}³", "icoFoam", 1, spread(others), "-", "1"])
+                rows.append([f"{cells}³", "icoFoam", 1, spread(others, 1), "-", "1"])
         cells = sorted(options.cells)[len(options.cells) // 2]
         for method in options.methods:
             base = None
@@ -114,7 +109,7 @@ def main():
                 times, iterations = own(options, folder, cells, method, ranks, length=ranks)
                 per_rank = ranks * statistics.median(times)
                 base = base or per_rank
-                weak.append([f"{ranks * cells} x {cells} x {cells}", method, ranks, spread([ranks * t for t in times]),
+                weak.append([f"{ranks * cells} x {cells} x {cells}", method, ranks, spread([ranks * t for t in times], 1),
                              f"{iterations:.1f}", f"{base / per_rank:.2f}"])
     print(f"{before}. Nanoseconds per cell and step: median (least–largest).\n")
     print(table(["cells", "pressure", "ranks", "time", "iterations", "icoFoam / grains-mpi"], rows))

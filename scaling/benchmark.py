@@ -91,9 +91,10 @@ def bench(binary, case, ranks, warm, steps, timeout):
     return segments(run(command, timeout), steps)
 
 
-def spread(values):
+def spread(values, digits=4):
     """Median, and least and largest value, for a table."""
-    return f"{statistics.median(values):.4f} ({min(values):.4f}–{max(values):.4f})"
+    middle, low, high = (f"{x:.{digits}f}" for x in (statistics.median(values), min(values), max(values)))
+    return f"{middle} ({low}–{high})"
 
 
 def table(header, rows):

@@ -3,8 +3,8 @@
 
 Usage: readback.py DIRECTORY
 
-Opens particles, walls, surfaces and the fields of a fluid by vtkHDFReader (.vtkhdf) and by vtkXdmfReader (.xdmf) and checks
-steps, times, counts, arrays, orientations and metadata, and that both readers see the same. Ends with an
+Opens particles, walls, surfaces and the fields of a fluid by vtkHDFReader (.vtkhdf) and by vtkXdmfReader
+(.xdmf; the only one for stretched grids) and checks steps, times, counts, arrays, orientations and metadata, and that both readers see the same. Ends with an
 exit code other than 0 and a message if something is wrong.
 """
 
@@ -206,13 +206,15 @@ def check_surfaces(directory, particles):
 
 
 def check_fluid(directory):
-    """Opens the fields of a fluid by both readers; returns per step its time and its cells."""
+    """Opens the fields of a fluid by both readers; returns whether it is alone, its readers, and
+    per step its time and its cells."""
     path = directory / "fluid.vtkhdf"
     with h5py.File(path) as file:
         group = file["VTKHDF"]["CellData"]
         written = {name: group[name][...] for name in group}
         nodes = [file["grid"][axis][...] for axis in "xyz"]
-        interval = tomllib.loads(file["grains-mpi"].attrs["case"])["fluid"]["output"]["interval"]
+        case = tomllib.loads(file["grains-mpi"].attrs["case"])
+        interval = case["fluid"]["output"]["interval"]
         for name in group:
             require(group[name].attrs["unit"] in ("m/s", "Pa", "-"), f"fluid: unit of {name}")
     readers = [vtkXdmfReader()]
@@ -244,7 +246,7 @@ def check_fluid(directory):
                 require(np.all(np.isfinite(found)), f"{file.name} at {time} s: {name} is not finite")
             if file.suffix == ".xdmf":
                 steps.append((time, range(data.GetNumberOfCells()), None, None))
-    return steps
+    return not case.get("insert"), len(readers), steps
 
 
 def main():
@@ -252,10 +254,10 @@ def main():
     directory = Path(sys.argv[1])
     window = vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
-    checked = {}
+    checked, is_alone, readers = {}, False, 2
     if (directory / "fluid.vtkhdf").exists():
-        checked["fluid"] = check_fluid(directory)
-    if (directory / "particles.vtkhdf").exists():
+        is_alone, readers, checked["fluid"] = check_fluid(directory)
+    if not is_alone:
         checked["particles"] = particles = check_particles(directory)
     if (directory / "walls.vtkhdf").exists():
         _, checked["walls"] = check_file(directory, "walls", WALLS, 3, "CellData", lambda o: o["particles"])
@@ -265,8 +267,9 @@ def main():
     require(not window.GetOutput(), f"the readers complain:\n{window.GetOutput()}")
     for name, steps in checked.items():
         counts = [len(points) for _, points, _, _ in steps]
-        print(f"{name}: {len(steps)} steps, {min(counts)} to {max(counts)} {'cells' if name == 'fluid' else 'points'}, "
-              f"the same by both readers of VTK {vtkVersion.GetVTKVersion()}")
+        noun, by = ("cells", readers) if name == "fluid" else ("points", 2)
+        seen = "the same by both readers" if by == 2 else "by the XDMF reader"
+        print(f"{name}: {len(steps)} steps, {min(counts)} to {max(counts)} {noun}, {seen} of VTK {vtkVersion.GetVTKVersion()}")
 
 
 main()

@@ -81,8 +81,8 @@ impl Core {
     /// is at `center` (m), all in the core's frame.
     ///
     /// Vertices are compared. On curved cores max over x of the distance is max over θ of h(d(θ)), h the support
-    /// function of the core about the axis and d(θ) normal to it; that is climbed from directions all over the angle
-    /// under which the axis sees the core.
+    /// function of the core about the axis and d(θ) normal to it; that is climbed from nine directions all over the
+    /// angle under which the axis sees the core, which has found the largest in every case tried (tests/shapes.rs).
     pub fn farthest_from_axis(&self, center: &Vec3, axis: &Vec3) -> Vec3 {
         let away = |p: &Vec3| {
             let from = center + p;

@@ -486,7 +486,7 @@ fn no_point_of_a_body_is_farther_from_an_axis_than_the_farthest() {
             })
             .fold(0.0, f64::max);
         assert!(
-            found > most * (1.0 - 1e-7),
+            found > most * (1.0 - 1e-12),
             "{core:?} at {center:?}: {found}, but {most} along some direction"
         );
         assert!(found < most * (1.0 + 1e-6) + 1e-12, "{found} {most}");

@@ -248,8 +248,8 @@ fn halo(
 /// What a phase is made of.
 struct Parts {
     setup: FlowSetup,
-    /// The coupling and the largest equivalent diameter (m) of a particle, if there are any.
-    coupling: Option<(Coupling, f64)>,
+    /// The coupling to particles, if there are any.
+    coupling: Option<Coupling>,
 }
 
 impl Parts {
@@ -269,11 +269,11 @@ impl Parts {
         let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
         check_kernel(&coupling, (&setup.grid, &setup.ownership, halo), diameter)
             .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
-        Ok(Self { setup, coupling: Some((coupling, diameter)) })
+        Ok(Self { setup, coupling: Some(coupling) })
     }
 
     fn exchange(&self) -> Result<Option<Exchange>, CouplingError> {
-        let Some((coupling, _)) = &self.coupling else { return Ok(None) };
+        let Some(coupling) = &self.coupling else { return Ok(None) };
         let FlowSetup { grid, ownership, halo, .. } = &self.setup;
         Exchange::new(coupling.clone(), (grid, ownership, *halo)).map(Some)
     }
