@@ -1,5 +1,5 @@
 """Porosity of packings of equal volumes in a box periodic in x and y (thesis table 3.3):
-`python3 cases/packing/packing.py [--seeds N] [--ratio Q] [--jobs J] [SHAPE ...]`."""
+`python3 cases/packing/packing.py [--seeds N] [--ratio Q] [--width MM] [--jobs J] [SHAPE ...]`."""
 import argparse
 import math
 import sys
@@ -43,15 +43,17 @@ SOURCE = {
 }
 
 
-def case(name, keys, seed, folder):
-    """The case of one bed."""
-    text = CASE.replace(SPHERE, keys).replace("seed = 1\n", f"seed = {seed}\n")
+def case(name, keys, seed, width, folder):
+    """The case of one bed in a box of a width (mm)."""
+    text = CASE.replace(SPHERE, keys).replace("0.018, 0.018", f"{width / 1e3:g}, {width / 1e3:g}").replace("seed = 1\n", f"seed = {seed}\n")
     text = text.replace('name = "packing of spheres"', f'name = "packing of {name}, seed {seed}"')
     if name != "spheres":
         # Corners meet for shorter than spheres do; still for ten steps.
         text = text.replace("dt = 3e-6", "dt = 3e-6\naccept_coarse_dt = true")
     if name.startswith("crosses"):
         text = text.replace("0.14]", "0.34]").replace("0.135]", "0.33]").replace("0.138]", "0.333]")
+        # The first tips hit the floor from 0.33 m.
+        text = text.replace("[output]", "[limits]\noverlap = 0.3\n\n[output]")
     return text.replace('directory = "results/packing"', f'directory = "{folder / "run"}"')
 
 
@@ -60,13 +62,19 @@ def main():
     parser.add_argument("shape", nargs="*", choices=[*SOURCE, []], help="shapes to pack, all by default")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--ratio", type=float, default=5, help="length over width of the beams of crosses")
+    parser.add_argument("--width", type=float, default=18, help="of the box (mm), at least twice the longest body")
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     names = arguments.shape or list(SOURCE)
-    suffix = lambda name: f"-q{arguments.ratio:g}" if name.startswith("crosses") else ""
+    wide = f"-{arguments.width:g}-mm" if arguments.width != 18 else ""
+    suffix = lambda name: (f"-q{arguments.ratio:g}" if name.startswith("crosses") else "") + wide
     folder = lambda name, seed: sweep.RESULTS / "packing" / f"{name}{suffix(name)}-{seed}"
     seeds = range(1, arguments.seeds + 1)
-    runs = [(case(n, shapes(ratio=arguments.ratio)[n], s, folder(n, s)), folder(n, s)) for s in seeds for n in names]
+    runs = []
+    for seed in seeds:
+        for name in names:
+            keys = shapes(ratio=arguments.ratio)[name]
+            runs.append((case(name, keys, seed, arguments.width, folder(name, seed)), folder(name, seed)))
     sweep.run_all(runs, arguments.jobs)
     print(f"{'shape':<12} {'thesis':>7} {'here':>7} {'spread':>7} {'inside':>7} {'spread':>7}   each seed")
     for name in names:

@@ -30,7 +30,8 @@ def main():
     arguments = parser.parse_args()
     names = arguments.shape or list(packing.SOURCE)
     shapes = packing.shapes(8e-3, arguments.ratio)
-    folder = lambda name: sweep.RESULTS / "packing" / f"reactor-{name}"
+    suffix = lambda name: f"-q{arguments.ratio:g}" if name.startswith("crosses") and arguments.ratio != 5 else ""
+    folder = lambda name: sweep.RESULTS / "packing" / f"reactor-{name}{suffix(name)}"
     sweep.run_all([(case(n, shapes[n], folder(n)), folder(n)) for n in names], arguments.jobs)
     print(f"{'shape':<12} {'height (mm)':>11} {'porosity':>9}")
     for name in names:

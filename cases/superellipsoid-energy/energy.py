@@ -1,8 +1,14 @@
-"""Energy through collisions, hard and soft (Srinivasan 2019, section 4.1.1): `python3 cases/superellipsoid-energy/energy.py`."""
+"""Energy through collisions, hard and soft (Srinivasan 2019, section 4.1.1), as a table and as energy.png:
+`python3 cases/superellipsoid-energy/energy.py`."""
 import csv
 import re
 import sys
 from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import sweep
@@ -20,6 +26,7 @@ def energies(case, folder):
 
 
 def main():
+    figure, (pair, many) = plt.subplots(1, 2, figsize=(10, 3), layout="constrained")
     two = (HERE / "ellipsoids.toml").read_text()
     print(f"{'':<14} {'e':>4} {'KE after the pair':>18} {'speed':>8} {'KE after the walls':>19}")
     for model in ("hard", "soft"):
@@ -28,15 +35,21 @@ def main():
             case = case.replace("restitution = 0.4", f"restitution = {restitution}")
             folder = sweep.RESULTS / "superellipsoid-energy" / f"{model}-{restitution}"
             times, ratio, speed = energies(case, folder)
+            pair.plot(times, ratio, "-" if model == "hard" else "--", label=f"{model}, e = {restitution}")
             # Between the pair's collision at 0.09 s and the walls, 0.36 m away.
             k = min(range(len(times)), key=lambda i: abs(times[i] - 0.2))
             print(f"{model:<14} {restitution:>4} {ratio[k]:>18.12f} {speed[k]:>8.5f} {ratio[-1]:>19.12f}")
     folder = sweep.RESULTS / "superellipsoid-energy/cylinders"
-    _, ratio, _ = energies((HERE / "cylinders.toml").read_text(), folder)
+    times, ratio, _ = energies((HERE / "cylinders.toml").read_text(), folder)
     found = re.search(r"(\d+) collisions", (folder / "log").read_text())
     count = int(found.group(1)) if found else 0
     worst = max(abs(r - 1) for r in ratio)
     print(f"50 cylinders: energy changes by {worst:.1e} in {count} collisions, {worst / max(count, 1):.1e} per collision")
+    many.plot(times, [r - 1 for r in ratio])
+    pair.set(title="two ellipsoids, then the walls", xlabel="time (s)", ylabel="kinetic energy / that at the start")
+    many.set(title="fifty elastic cylinders", xlabel="time (s)", ylabel="relative change of kinetic energy")
+    pair.legend()
+    figure.savefig(HERE / "energy.png", dpi=100)
 
 
 if __name__ == "__main__":

@@ -65,7 +65,9 @@ def main():
         if not late:
             print(f"{run.parent.name}: has not come to {FROM} s")
             continue
-        mean = lambda key: sum(float(r[key]) for r in late) / len(late)
+        # A row has the pressure of one step of the fluid, which is an impulse if the step was cut short.
+        weight = [float(r["fluid_dt"]) for r in late]
+        mean = lambda key: sum(w * float(r[key]) for w, r in zip(weight, late)) / sum(weight)
         drop, base = mean("pressure_drop"), -mean("distributor_fz") / 4.4e-4
         print(f"{run.parent.name}: pressure drop {drop:.2f} Pa ({100 * (drop / WEIGHT - 1):+.2f} % of the weight), "
               f"on the distributor {base:.2f} Pa, least void fraction {min(float(r['least_void_fraction']) for r in late):.3f}")

@@ -37,40 +37,67 @@ pub fn build(case: &Case, ranks: usize) -> Result<(System, Population), RunError
     Ok((system, population))
 }
 
-/// Intervals of a run in steps; 0 for never.
+/// Steps at which something is written every `interval` (s): those nearest to its multiples, so that the events of
+/// intervals that are multiples of each other coincide.
+#[derive(Clone, Copy)]
+struct Events {
+    /// Steps between two of them, not whole in general; infinite for never.
+    every: f64,
+}
+
+impl Events {
+    fn new(interval: f64, dt: f64) -> Self {
+        Self { every: if interval > 0.0 { (interval / dt).max(1.0) } else { f64::INFINITY } }
+    }
+
+    /// Step of the event with a number; halves fall to the same side, however their intervals are rounded.
+    fn at(self, number: f64) -> u64 {
+        (number * self.every - 1e-4).round() as u64
+    }
+
+    /// The first event after a step.
+    fn next(self, step: u64) -> u64 {
+        let number = (step as f64 / self.every).floor();
+        [0.0, 1.0, 2.0]
+            .map(|n| self.at(number + n))
+            .into_iter()
+            .find(|&event| event > step)
+            .unwrap_or(u64::MAX)
+    }
+
+    fn is_due(self, step: u64) -> bool {
+        step == 0 && self.every.is_finite() || step > 0 && self.next(step - 1) == step
+    }
+}
+
+/// When a run writes what, and its last step.
 struct Schedule {
-    particles: u64,
-    series: u64,
-    checkpoint: u64,
-    surfaces: u64,
-    fluid: u64,
+    particles: Events,
+    series: Events,
+    checkpoint: Events,
+    surfaces: Events,
+    fluid: Events,
     end: u64,
 }
 
 impl Schedule {
     fn new(case: &Case, dt: f64) -> Self {
-        let steps = |seconds: f64| if seconds > 0.0 { ((seconds / dt).round() as u64).max(1) } else { 0 };
-        let out = &case.output;
+        let (every, out) = (|seconds| Events::new(seconds, dt), &case.output);
         Self {
-            particles: steps(out.particles),
-            series: steps(out.series),
-            checkpoint: steps(out.checkpoint),
-            surfaces: steps(out.surfaces),
-            fluid: case.fluid.as_ref().map_or(0, |f| steps(f.output.interval.unwrap_or(out.particles))),
-            end: (case.time.end / dt).round() as u64,
+            particles: every(out.particles),
+            series: every(out.series),
+            checkpoint: every(out.checkpoint),
+            surfaces: every(out.surfaces),
+            fluid: every(case.fluid.as_ref().map_or(0.0, |f| f.output.interval.unwrap_or(out.particles))),
+            end: Events::new(case.time.end, dt).at(1.0),
         }
     }
 
     /// The next step at which something is written, after `step`.
     fn next(&self, step: u64) -> u64 {
-        let intervals = [self.particles, self.series, self.checkpoint, self.surfaces, self.fluid];
-        let next = |interval: u64| (step / interval + 1) * interval;
-        intervals.into_iter().filter(|&i| i > 0).map(next).fold(self.end, u64::min)
+        let events = [self.particles, self.series, self.checkpoint, self.surfaces, self.fluid];
+        events.into_iter().map(|events| events.next(step)).fold(self.end, u64::min)
     }
-}
-
-fn is_due(step: u64, interval: u64) -> bool {
-    interval > 0 && step.is_multiple_of(interval)
 }
 
 /// A run in progress.
@@ -155,7 +182,7 @@ impl<'a> Run<'a> {
                 break;
             }
             let is_last = step >= self.schedule.end;
-            if step > self.first_step && (is_due(step, self.schedule.checkpoint) || is_last) {
+            if step > self.first_step && (self.schedule.checkpoint.is_due(step) || is_last) {
                 self.checkpoint()?;
             }
             self.dem.add_forces(&self.transport);
@@ -166,8 +193,9 @@ impl<'a> Run<'a> {
             }
             if finished {
                 self.say(&format!("stop condition met at t = {:.6} s", self.dem.time()));
-                // The next step is the last: it writes all there is to write.
-                self.schedule.end = step + 1;
+                // The last step writes all there is to write; to the fluid a single one of the particles is too short.
+                let next = if self.fluid.is_some() { self.schedule.next(step) } else { step + 1 };
+                self.schedule.end = next;
             }
             let asked = self.options.interrupted.load(Ordering::Relaxed);
             let out_of_time = self.begun.elapsed().as_secs_f64() > self.options.max_walltime;
@@ -234,11 +262,11 @@ impl<'a> Run<'a> {
     /// Writes what is due; returns whether the case's stop condition holds.
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
         let step = self.dem.step;
-        let wants = |interval| is_due(step, interval) || is_last;
+        let wants = |events: Events| events.is_due(step) || is_last;
         let (row, snapshot, surfaces, fluid) = (
             wants(self.schedule.series),
             wants(self.schedule.particles),
-            is_due(step, self.schedule.surfaces),
+            self.schedule.surfaces.is_due(step),
             self.fluid.is_some() && wants(self.schedule.fluid),
         );
         // What a checkpoint was written beside is there already, and the fluid knows its last step no more.
@@ -414,5 +442,44 @@ impl<'a> Run<'a> {
             );
         }
         say!("results in {}", self.case.output.directory.display());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Events, Schedule};
+
+    #[test]
+    fn events_of_commensurate_intervals_coincide_and_keep_to_their_times() {
+        for dt in [7e-6, 2.5e-6, 1e-4, 3.3e-4, 9.1e-6] {
+            let every = |seconds| Events::new(seconds, dt);
+            let end = every(10.0).at(1.0);
+            let [series, particles, checkpoint] = [0.002, 0.1, 1.0].map(every);
+            let (surfaces, fluid) = (every(0.0), every(0.3));
+            let schedule = Schedule { particles, series, checkpoint, surfaces, fluid, end };
+            let (mut step, mut rows) = (0, 0);
+            while step < end {
+                let next = schedule.next(step);
+                rows += 1;
+                assert!(
+                    (next as f64 * dt - 0.002 * f64::from(rows)).abs() <= 0.501 * dt,
+                    "{dt} row {rows}: {next}"
+                );
+                assert!(series.is_due(next));
+                assert_eq!(particles.is_due(next), rows % 50 == 0, "{dt} row {rows}");
+                assert_eq!(checkpoint.is_due(next), rows % 500 == 0, "{dt} row {rows}");
+                assert_eq!(fluid.is_due(next), rows % 150 == 0, "{dt} row {rows}");
+                assert!(!surfaces.is_due(next));
+                step = next;
+            }
+            assert_eq!(rows, 5000, "{dt}");
+        }
+    }
+
+    #[test]
+    fn intervals_below_a_step_come_at_every_step() {
+        let events = Events::new(1e-9, 1e-6);
+        assert_eq!([0, 1, 2].map(|step| events.next(step)), [1, 2, 3]);
+        assert!(events.is_due(0) && events.is_due(7));
     }
 }
