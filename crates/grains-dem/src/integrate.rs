@@ -5,7 +5,7 @@
 //! contact second order in dt, where the lagged velocity of most codes is first order.
 
 use crate::neighbours::{Neighbours, Reference};
-use crate::rotation::{angular_velocity, rotate_freely};
+use crate::rotation::{Tops, angular_velocity};
 use crate::{Catalogue, Load, Particles};
 use grains_domain::Lattice;
 use grains_geometry::Vec3;
@@ -68,6 +68,7 @@ pub(crate) fn advance(
     let mut outcome = Advance { is_stale: false, overloaded: None };
     let all_spheres = catalogue.all_spheres();
     let (half, dt) = (0.5 * rates.dt, rates.dt);
+    let mut turning = Turning::default();
     for i in 0..particles.owned {
         let load = std::mem::take(&mut particles.loads[i]);
         let body = &mut particles.bodies[i];
@@ -91,10 +92,15 @@ pub(crate) fn advance(
                 particles.travelled[i] += (body.position - before).norm();
             }
         } else {
-            turn(particles, i, &before, &load, catalogue, dt);
+            turning.push(i, before, load);
+            if turning.is_full() {
+                outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt);
+            }
+            continue;
         }
         outcome.is_stale |= !is_within_reach(particles, neighbours, i);
     }
+    outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt);
     outcome
 }
 
@@ -106,15 +112,54 @@ pub(crate) struct Advance {
     pub(crate) overloaded: Option<(usize, f64)>,
 }
 
-/// Turns a body that has come from the position `before` (m): L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt.
-fn turn(particles: &mut Particles, i: usize, before: &Vec3, load: &Load, catalogue: &Catalogue, dt: f64) {
-    let inertia = inertia(catalogue, &particles.bodies[i]);
-    let momentum = particles.half_spin[i] + load.torque * dt;
-    particles.half_spin[i] = momentum;
-    let orientation = rotate_freely(&particles.orientations[i], &inertia, &momentum, dt);
-    particles.turn_to(i, before, orientation);
-    let predicted = momentum + load.torque * (0.5 * dt);
-    particles.bodies[i].angular_velocity = angular_velocity(&particles.frames[i], &inertia, &predicted);
+/// Bodies turned together.
+const TOGETHER: usize = 8;
+
+/// Bodies that have moved and are still to be turned: the particle, the position (m) it came from, its load.
+#[derive(Default)]
+struct Turning {
+    count: usize,
+    waiting: [(usize, Vec3, Load); TOGETHER],
+}
+
+impl Turning {
+    fn push(&mut self, i: usize, before: Vec3, load: Load) {
+        self.waiting[self.count] = (i, before, load);
+        self.count += 1;
+    }
+
+    fn is_full(&self) -> bool {
+        self.count == TOGETHER
+    }
+
+    /// Turns them: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt. Returns whether one is out of its reach.
+    fn turn(
+        &mut self,
+        particles: &mut Particles,
+        neighbours: &Neighbours,
+        catalogue: &Catalogue,
+        dt: f64,
+    ) -> bool {
+        let waiting = &self.waiting[..std::mem::take(&mut self.count)];
+        let mut tops = Tops::<TOGETHER>::default();
+        for (lane, (i, _, load)) in waiting.iter().enumerate() {
+            let spin = &mut particles.half_spin[*i];
+            *spin += load.torque * dt;
+            tops.set(lane, &particles.orientations[*i], &inertia(catalogue, &particles.bodies[*i]), spin, dt);
+        }
+        tops.rotate_freely();
+        let mut is_stale = false;
+        for (lane, (i, before, load)) in waiting.iter().enumerate() {
+            let i = *i;
+            particles.turn_to(i, before, tops.orientation(lane));
+            let predicted = particles.half_spin[i] + load.torque * (0.5 * dt);
+            let inertia = inertia(catalogue, &particles.bodies[i]);
+            particles.bodies[i].angular_velocity =
+                angular_velocity(&particles.frames[i], &inertia, &predicted);
+            is_stale |= !is_within_reach(particles, neighbours, i);
+        }
+        is_stale
+    }
 }
 
 /// Whether particle `i` has moved and turned less than its reach; false if it is no longer a number.

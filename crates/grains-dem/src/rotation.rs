@@ -1,4 +1,4 @@
-//! Rotation of a rigid body: kinetic energy from angular momentum, and free rotation over a step.
+//! Rotation of rigid bodies: angular velocity from angular momentum, and free rotation over a step.
 
 use grains_geometry::{Mat3, Rotation, Vec3};
 use nalgebra::{Quaternion, Unit};
@@ -9,28 +9,77 @@ pub(crate) fn angular_velocity(frame: &Mat3, inertia: &Vec3, momentum: &Vec3) ->
     frame * frame.tr_mul(momentum).component_div(inertia)
 }
 
-/// Orientation after turning freely for `dt` (s) with a constant angular momentum (world frame, kg m²/s).
-///
-/// The kinetic energy Σ L²/2I is split into its three principal axes; each sub-rotation conserves |L|
-/// exactly and the composition x y z y x is symmetric, so the map is second order, time-reversible and
-/// symplectic (Dullweber, Leimkuhler and McLachlan 1997). The sub-rotations use the Cayley map, which is
-/// itself second order and needs no transcendental function.
-pub(crate) fn rotate_freely(orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) -> Rotation {
-    let (mut w, mut q) = (orientation.w, Vec3::from(orientation.imag()));
-    let mut body = orientation.inverse_transform_vector(momentum);
-    let rate = Vec3::repeat(0.5 * dt).component_div(inertia);
-    for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-        let half_angle = share * rate[axis] * body[axis];
-        let scale = 1.0 / (1.0 + half_angle * half_angle);
-        let (cos, sin) = ((1.0 - half_angle * half_angle) * scale, 2.0 * half_angle * scale);
-        // The body turns by the angle, so its momentum turns back in the body frame.
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        (body[u], body[v]) = (cos * body[u] + sin * body[v], cos * body[v] - sin * body[u]);
-        // The product with 1 + half_angle e_axis; its length is taken out at the end.
-        (w, q[axis]) = (w - half_angle * q[axis], q[axis] + half_angle * w);
-        (q[u], q[v]) = (q[u] + half_angle * q[v], q[v] - half_angle * q[u]);
+/// Some bodies that turn freely, each with a constant angular momentum: computed together, as one alone is a long
+/// chain of numbers that wait for each other. What a body does is the same in every bit whichever others are there.
+pub(crate) struct Tops<const N: usize> {
+    /// Real and imaginary parts of the orientations.
+    w: [f64; N],
+    q: [[f64; N]; 3],
+    /// Angular momenta in the frames of the bodies (kg m²/s).
+    body: [[f64; N]; 3],
+    /// dt/2I (s/(kg m²)).
+    rate: [[f64; N]; 3],
+}
+
+impl<const N: usize> Default for Tops<N> {
+    fn default() -> Self {
+        Self { w: [1.0; N], q: [[0.0; N]; 3], body: [[0.0; N]; 3], rate: [[0.0; N]; 3] }
     }
-    Unit::new_normalize(Quaternion::from_parts(w, q))
+}
+
+impl<const N: usize> Tops<N> {
+    /// Puts a body with a momentum (world frame, kg m²/s) in a place, to turn for `dt` (s).
+    #[inline]
+    pub fn set(&mut self, n: usize, orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) {
+        let body = orientation.inverse_transform_vector(momentum);
+        self.w[n] = orientation.w;
+        for axis in 0..3 {
+            self.q[axis][n] = orientation.imag()[axis];
+            self.body[axis][n] = body[axis];
+            self.rate[axis][n] = 0.5 * dt / inertia[axis];
+        }
+    }
+
+    /// Turns all of them.
+    ///
+    /// The kinetic energy Σ L²/2I is split into its three principal axes; each sub-rotation conserves |L|
+    /// exactly and the composition x y z y x is symmetric, so the map is second order, time-reversible and
+    /// symplectic (Dullweber, Leimkuhler and McLachlan 1997). The sub-rotations use the Cayley map, which is
+    /// itself second order and needs no transcendental function.
+    pub fn rotate_freely(&mut self) {
+        let Self { w, q, body, rate } = self;
+        for (axis, share) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let (spin, rate) = (body[axis], rate[axis]);
+            let ([mut body_u, mut body_v], [mut q_axis, mut q_u, mut q_v]) =
+                ([body[u], body[v]], [q[axis], q[u], q[v]]);
+            for n in 0..N {
+                let half_angle = share * rate[n] * spin[n];
+                let scale = 1.0 / (1.0 + half_angle * half_angle);
+                let (cos, sin) = ((1.0 - half_angle * half_angle) * scale, 2.0 * half_angle * scale);
+                // The body turns by the angle, so its momentum turns back in the body frame.
+                (body_u[n], body_v[n]) =
+                    (cos * body_u[n] + sin * body_v[n], cos * body_v[n] - sin * body_u[n]);
+                // The product with 1 + half_angle e_axis; its length is taken out at the end.
+                (w[n], q_axis[n]) = (w[n] - half_angle * q_axis[n], q_axis[n] + half_angle * w[n]);
+                (q_u[n], q_v[n]) = (q_u[n] + half_angle * q_v[n], q_v[n] - half_angle * q_u[n]);
+            }
+            [body[u], body[v]] = [body_u, body_v];
+            [q[axis], q[u], q[v]] = [q_axis, q_u, q_v];
+        }
+        for n in 0..N {
+            let squares = w[n] * w[n] + q[0][n] * q[0][n] + q[1][n] * q[1][n] + q[2][n] * q[2][n];
+            let scale = 1.0 / squares.sqrt();
+            w[n] *= scale;
+            q.iter_mut().for_each(|part| part[n] *= scale);
+        }
+    }
+
+    /// Orientation of a body.
+    #[inline]
+    pub fn orientation(&self, n: usize) -> Rotation {
+        Unit::new_unchecked(Quaternion::new(self.w[n], self.q[0][n], self.q[1][n], self.q[2][n]))
+    }
 }
 
 /// The rotation matrix of an orientation.
@@ -42,6 +91,28 @@ pub(crate) fn frame(orientation: &Rotation) -> Mat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn rotate_freely(orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) -> Rotation {
+        let mut tops = Tops::<1>::default();
+        tops.set(0, orientation, inertia, momentum, dt);
+        tops.rotate_freely();
+        tops.orientation(0)
+    }
+
+    #[test]
+    fn a_body_turns_alike_alone_and_among_others() {
+        let (inertia, momentum) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.3, -1.1, 0.7));
+        let start = Rotation::from_euler_angles(0.3, 1.2, -0.4);
+        let alone = rotate_freely(&start, &inertia, &momentum, 0.01);
+        let mut tops = Tops::<8>::default();
+        for n in 0..7 {
+            tops.set(n, &start, &(inertia * (1.0 + n as f64)), &momentum, 0.01);
+        }
+        tops.set(7, &start, &inertia, &momentum, 0.01);
+        tops.rotate_freely();
+        assert_eq!([tops.orientation(0), tops.orientation(7)], [alone, alone]);
+        assert_ne!(tops.orientation(1), alone);
+    }
 
     /// Euler's top with I = (1, 2, 3) and ω0 = (1, 0, 1): reference values of Jacobi's elliptic functions.
     fn error_at(steps: usize) -> f64 {
