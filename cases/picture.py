@@ -1,9 +1,11 @@
 """Picture of the bodies of runs, one panel each: `python cases/picture.py OUT.png RUN[@TIME] ... [--from X,Y,Z]`, with
 the Python that scripts/python-environment prints. A RUN is an output directory; the last state, if no time (s) is given.
-Bodies are coloured by speed, or by what --by names, on one scale for all panels."""
+Bodies are coloured by speed, or by what --by names, on one scale for all panels. With --surface FIELD=VALUE the panels
+show where a field of the fluid has a value, such as void_fraction=0.75, instead of the bodies."""
 import argparse
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 # Registers the classes that draw, which are found by name alone.
@@ -11,13 +13,14 @@ import vtkmodules.vtkRenderingFreeType  # noqa: F401
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkLookupTable
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 from vtkmodules.vtkRenderingCore import (
-    vtkActor, vtkGlyph3DMapper, vtkRenderer, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter,
+    vtkActor, vtkGlyph3DMapper, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter,
 )
 
 COLOURS = [(0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14)]
@@ -71,11 +74,40 @@ def bodies(run, data, table):
     return actor
 
 
-def panel(run, data, table, text, direction, bounds, aspect):
+def surface(run, time, field, value):
+    """An actor for the surface on which a field of the fluid has a value nearest to a time (s), that time, and the bounds of
+    the grid."""
+    with h5py.File(run / "fluid.vtkhdf") as file:
+        group = file["VTKHDF"]
+        times = group["Steps/Values"][:]
+        step = len(times) - 1 if time is None else np.abs(times - time).argmin()
+        # Cells z, y, x; the outermost are repeated out to the ends of the grid.
+        cells = np.pad(group["CellData"][field][step], 1, mode="edge")
+        origin, spacing = np.array(group.attrs["Origin"]), np.array(group.attrs["Spacing"])
+    image = vtkImageData()
+    image.SetDimensions(*cells.shape[::-1])
+    image.SetOrigin(*(origin - 0.5 * spacing))
+    image.SetSpacing(*spacing)
+    array = numpy_to_vtk(cells.ravel(), deep=True)
+    image.GetPointData().SetScalars(array)
+    contour = vtkContourFilter()
+    contour.SetInputData(image)
+    contour.SetValue(0, value)
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(contour.GetOutputPort())
+    mapper.ScalarVisibilityOff()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(0.85, 0.62, 0.30)
+    size = (np.array(cells.shape[::-1]) - 2) * spacing
+    return actor, float(times[step]), np.column_stack([origin, origin + size]).ravel()
+
+
+def panel(actor, text, direction, bounds, aspect):
     """One run seen from a direction, at the scale of all."""
     renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
-    renderer.AddActor(bodies(run, data, table))
+    renderer.AddActor(actor)
     label = vtkTextActor()
     label.SetInput(text)
     label.GetTextProperty().SetColor(0, 0, 0)
@@ -104,6 +136,7 @@ def main():
     parser.add_argument("run", nargs="+", help="RUN[@TIME][=LABEL]")
     parser.add_argument("--from", dest="direction", default="0.5,-1,0.35", help="direction towards the eye: x,y,z")
     parser.add_argument("--by", default="speed", help="colour: speed, height, or an array such as id or coordination")
+    parser.add_argument("--surface", metavar="FIELD=VALUE", help="draw a surface of the fluid, not the bodies")
     parser.add_argument("--size", default="480,640", help="pixels of a panel")
     parser.add_argument("--columns", type=int, help="panels beside each other; all by default")
     options = parser.parse_args()
@@ -114,25 +147,23 @@ def main():
     for text in options.run:
         text, _, label = text.partition("=")
         run, _, time = text.partition("@")
-        data, time, colour = state(Path(run), float(time) if time else None, options.by)
-        shown.append((Path(run), data, label or f"t = {time:.3g} s", colour))
-    most = max(np.quantile(colour, 0.98) for *_, colour in shown if len(colour))
-    table = vtkLookupTable()
-    table.SetRange(0, max(most, 1e-9))
-    table.SetNumberOfTableValues(256)
-    for k in range(256):
-        rgb = [np.interp(k / 255, np.linspace(0, 1, len(COLOURS)), c) for c in zip(*COLOURS)]
-        table.SetTableValue(k, *rgb, 1)
-    boxes = np.array([data.GetBounds() for _, data, *_ in shown])
+        shown.append((Path(run), float(time) if time else None, label))
+    if options.surface:
+        field, _, value = options.surface.partition("=")
+        panels = [(surface(run, time, field, float(value)), label) for run, time, label in shown]
+        panels = [(actor, label or f"t = {time:.3g} s", box) for (actor, time, box), label in panels]
+    else:
+        panels = coloured(shown, options.by)
+    boxes = np.array([box for *_, box in panels])
     bounds = np.where(np.arange(6) % 2 == 0, boxes.min(axis=0), boxes.max(axis=0))
-    columns = options.columns or len(shown)
-    rows = -(-len(shown) // columns)
+    columns = options.columns or len(panels)
+    rows = -(-len(panels) // columns)
     window = vtkRenderWindow()
     window.OffScreenRenderingOn()
     window.SetMultiSamples(4)
     window.SetSize(columns * width, rows * height)
-    for k, (run, data, label, _) in enumerate(shown):
-        renderer = panel(run, data, table, label, direction, bounds, width / height)
+    for k, (actor, label, _) in enumerate(panels):
+        renderer = panel(actor, label, direction, bounds, width / height)
         column, row = k % columns, rows - 1 - k // columns
         renderer.SetViewport(column / columns, row / rows, (column + 1) / columns, (row + 1) / rows)
         window.AddRenderer(renderer)
@@ -143,7 +174,20 @@ def main():
     writer.SetFileName(str(options.out))
     writer.SetInputConnection(grab.GetOutputPort())
     writer.Write()
-    print(f"{options.out}: {options.by} from 0 to {most:.3g}")
+
+
+def coloured(shown, by):
+    """Actors, labels and bounds of the bodies of runs at times, coloured on one scale."""
+    states = [(run, *state(run, time, by), label) for run, time, label in shown]
+    most = max(np.quantile(colour, 0.98) for *_, colour, _ in states if len(colour))
+    table = vtkLookupTable()
+    table.SetRange(0, max(most, 1e-9))
+    table.SetNumberOfTableValues(256)
+    for k in range(256):
+        rgb = [np.interp(k / 255, np.linspace(0, 1, len(COLOURS)), c) for c in zip(*COLOURS)]
+        table.SetTableValue(k, *rgb, 1)
+    print(f"{by} from 0 to {most:.3g}")
+    return [(bodies(run, data, table), label or f"t = {time:.3g} s", data.GetBounds()) for run, data, time, _, label in states]
 
 
 if __name__ == "__main__":
