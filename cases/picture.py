@@ -13,7 +13,7 @@ import vtkmodules.vtkRenderingFreeType  # noqa: F401
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkLookupTable
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkRectilinearGrid
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkIOHDF import vtkHDFReader
@@ -81,17 +81,16 @@ def surface(run, time, field, value):
         group = file["VTKHDF"]
         times = group["Steps/Values"][:]
         step = len(times) - 1 if time is None else np.abs(times - time).argmin()
-        # Cells z, y, x; the outermost are repeated out to the ends of the grid.
+        # Cells z, y, x; the outermost are repeated at the ends of the grid, which may be stretched.
         cells = np.pad(group["CellData"][field][step], 1, mode="edge")
-        origin, spacing = np.array(group.attrs["Origin"]), np.array(group.attrs["Spacing"])
-    image = vtkImageData()
-    image.SetDimensions(*cells.shape[::-1])
-    image.SetOrigin(*(origin - 0.5 * spacing))
-    image.SetSpacing(*spacing)
-    array = numpy_to_vtk(cells.ravel(), deep=True)
-    image.GetPointData().SetScalars(array)
+        nodes = [file["grid"][axis][:] for axis in "xyz"]
+    grid = vtkRectilinearGrid()
+    grid.SetDimensions(*cells.shape[::-1])
+    for put, x in zip((grid.SetXCoordinates, grid.SetYCoordinates, grid.SetZCoordinates), nodes):
+        put(numpy_to_vtk(np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]]), deep=True))
+    grid.GetPointData().SetScalars(numpy_to_vtk(cells.ravel(), deep=True))
     contour = vtkContourFilter()
-    contour.SetInputData(image)
+    contour.SetInputData(grid)
     contour.SetValue(0, value)
     mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(contour.GetOutputPort())
@@ -99,8 +98,7 @@ def surface(run, time, field, value):
     actor = vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(0.85, 0.62, 0.30)
-    size = (np.array(cells.shape[::-1]) - 2) * spacing
-    return actor, float(times[step]), np.column_stack([origin, origin + size]).ravel()
+    return actor, float(times[step]), [end for x in nodes for end in (x[0], x[-1])]
 
 
 def panel(actor, text, direction, bounds, aspect):

@@ -48,7 +48,12 @@ def analyse(what, folder, *options):
     out = folder / "analysis"
     command = [PROGRAM, "analyse", what, folder / "run", "--output", out, *map(str, options)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment())
-    with open(out / f"{what}.csv") as file:
+    return table(out / f"{what}.csv")
+
+
+def table(path):
+    """The rows of a CSV file of the program, which begins with comments."""
+    with open(path) as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 

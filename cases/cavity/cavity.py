@@ -1,6 +1,5 @@
 """The lid-driven cavity at Reynolds 100, 400 and 1000 beside the tables of Ghia et al. (1982), as numbers and as
 cavity.png: `python3 cases/cavity/cavity.py`."""
-import csv
 import sys
 from pathlib import Path
 
@@ -20,10 +19,8 @@ MISPRINT = ("v", 400, 0.9063)
 
 
 def table(path):
-    """Rows of a CSV file with comments, as numbers."""
-    with open(path) as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return [{key: float(value) for key, value in row.items()} for row in rows]
+    """Rows of a CSV file, as numbers."""
+    return [{key: float(value) for key, value in row.items()} for row in sweep.table(path)]
 
 
 def cubic(places, values, x):

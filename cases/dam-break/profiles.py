@@ -22,9 +22,8 @@ def profile(name):
     out = run / "analysis-last"
     command = [sweep.PROGRAM, "analyse", "run-out", run, "--length", LENGTHS[name], "--time", "last", "--output", out]
     subprocess.run([str(c) for c in command], check=True, stdout=subprocess.DEVNULL, env=sweep.environment())
-    with open(out / "run-out-profile.csv") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return [(float(r["x_over_length"]), float(r["height_over_length"])) for r in rows]
+    rows = sweep.table(out / "run-out-profile.csv")
+    return [(float(r["x_over_length"]), float(r["height_over_length"])) for r in rows]
 
 
 def height(points, x):

@@ -45,7 +45,8 @@ SOURCE = {
 
 def case(name, keys, seed, width, folder):
     """The case of one bed in a box of a width (mm)."""
-    text = CASE.replace(SPHERE, keys).replace("0.018, 0.018", f"{width / 1e3:g}, {width / 1e3:g}").replace("seed = 1\n", f"seed = {seed}\n")
+    text = CASE.replace(SPHERE, keys).replace("seed = 1\n", f"seed = {seed}\n")
+    text = text.replace("0.018, 0.018", f"{width / 1e3:g}, {width / 1e3:g}")
     text = text.replace('name = "packing of spheres"', f'name = "packing of {name}, seed {seed}"')
     if name != "spheres":
         # Corners meet for shorter than spheres do; still for ten steps.

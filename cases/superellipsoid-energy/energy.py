@@ -1,6 +1,5 @@
 """Energy through collisions, hard and soft (Srinivasan 2019, section 4.1.1), as a table and as energy.png:
 `python3 cases/superellipsoid-energy/energy.py`."""
-import csv
 import re
 import sys
 from pathlib import Path
@@ -19,8 +18,7 @@ HERE = Path(__file__).parent
 def energies(case, folder):
     """Times, kinetic energy over that at the start, and largest speeds of a run."""
     sweep.run(re.sub(r'directory = "[^"]*"', f'directory = "{folder / "run"}"', case), folder)
-    with open(folder / "run/series.csv") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = sweep.table(folder / "run/series.csv")
     energy = [float(r["kinetic_translation"]) + float(r["kinetic_rotation"]) for r in rows]
     return [float(r["time"]) for r in rows], [e / energy[0] for e in energy], [float(r["largest_speed"]) for r in rows]
 

@@ -12,7 +12,11 @@ import sweep
 CASE = (Path(__file__).parent / "ellipsoids.toml").read_text()
 FOLDER = sweep.RESULTS / "superellipsoid-scaling"
 # What makes the settled bed as soft as the source's, where overlaps are deep enough for vertices to find them.
-SOFT = [("normal_stiffness = 4000", "normal_stiffness = 40"), ("dt = 1.2e-6", "dt = 1.2e-5"), ("impact_speed = 1\n", "impact_speed = 0.02\n")]
+SOFT = [
+    ("normal_stiffness = 4000", "normal_stiffness = 40"),
+    ("dt = 1.2e-6", "dt = 1.2e-5"),
+    ("impact_speed = 1\n", "impact_speed = 0.02\n"),
+]
 # Table 4-6, microseconds per collision and processor.
 SOURCE = {20: 13.1, 30: 25.5, 40: 46.07}
 

@@ -66,11 +66,9 @@ def main():
     # The bed at rest under the first breath of air; its ends are left out.
     command = [sweep.PROGRAM, "analyse", "void-fraction", run, "--time", "0.4", "--output", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=sweep.environment())
-    with open(out / "void-fraction.csv") as file:
-        eps = float(next(csv.DictReader(line for line in file if not line.startswith("#")))["void_fraction"])
+    eps = float(sweep.table(out / "void-fraction.csv")[0]["void_fraction"])
     height = COUNT * math.pi / 6 * DIAMETER**3 / SECTION / (1 - eps)
-    with open(run / "series.csv") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = sweep.table(run / "series.csv")
     found = [(velocity(float(r["time"])), float(r["pressure_drop"])) for r in rows if float(r["time"]) >= 0.4]
     expected = minimum(eps)
     draw(found, eps, height)

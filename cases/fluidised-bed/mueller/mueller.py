@@ -2,7 +2,6 @@
 [SHAPE ...]` runs what is missing, goes on where it was stopped, prints the mean pressure drops, and draws profiles of the void
 fraction and of the seeds' velocity into profiles.png."""
 import argparse
-import csv
 import sys
 from pathlib import Path
 
@@ -34,12 +33,6 @@ PANELS = [
 ]
 
 
-def table(path):
-    """Rows of a CSV file with comments."""
-    with open(path) as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
-
-
 def case(name, folder):
     """The case with seeds of a shape."""
     text = CASE.replace(SPHERE, SHAPES[name]).replace("bed of Mueller, spheres", f"bed of Mueller, {name}")
@@ -61,7 +54,7 @@ def main():
     for run in [RESULTS / name / "run" for name in SHAPES]:
         if not (run / "series.csv").exists():
             continue
-        late = [r for r in table(run / "series.csv") if float(r["time"]) >= FROM]
+        late = [r for r in sweep.table(run / "series.csv") if float(r["time"]) >= FROM]
         if not late:
             print(f"{run.parent.name}: has not come to {FROM} s")
             continue
@@ -72,7 +65,7 @@ def main():
         print(f"{run.parent.name}: pressure drop {drop:.2f} Pa ({100 * (drop / WEIGHT - 1):+.2f} % of the weight), "
               f"on the distributor {base:.2f} Pa, least void fraction {min(float(r['least_void_fraction']) for r in late):.3f}")
         for axis, (height, key, label) in zip(axes, PANELS):
-            rows = table(run / f"profile-height-{height}-mm-mean.csv")
+            rows = sweep.table(run / f"profile-height-{height}-mm-mean.csv")
             axis.plot([1e3 * float(r["x"]) for r in rows], [float(r[key]) for r in rows], label=run.parent.name)
             if key == "void_fraction":
                 voids.setdefault(run.parent.name, []).extend(float(r[key]) for r in rows)

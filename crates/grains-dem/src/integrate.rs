@@ -142,10 +142,12 @@ impl Turning {
     ) -> bool {
         let waiting = &self.waiting[..std::mem::take(&mut self.count)];
         let mut tops = Tops::<TOGETHER>::default();
+        let mut inertias = [Vec3::zeros(); TOGETHER];
         for (lane, (i, _, load)) in waiting.iter().enumerate() {
             let spin = &mut particles.half_spin[*i];
             *spin += load.torque * dt;
-            tops.set(lane, &particles.orientations[*i], &inertia(catalogue, &particles.bodies[*i]), spin, dt);
+            inertias[lane] = inertia(catalogue, &particles.bodies[*i]);
+            tops.set(lane, &particles.orientations[*i], &inertias[lane], spin, dt);
         }
         tops.rotate_freely();
         let mut is_stale = false;
@@ -153,9 +155,8 @@ impl Turning {
             let i = *i;
             particles.turn_to(i, before, tops.orientation(lane));
             let predicted = particles.half_spin[i] + load.torque * (0.5 * dt);
-            let inertia = inertia(catalogue, &particles.bodies[i]);
             particles.bodies[i].angular_velocity =
-                angular_velocity(&particles.frames[i], &inertia, &predicted);
+                angular_velocity(&particles.frames[i], &inertias[lane], &predicted);
             is_stale |= !is_within_reach(particles, neighbours, i);
         }
         is_stale
