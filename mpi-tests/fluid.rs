@@ -91,6 +91,38 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
 }
 
 #[test]
+fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
+    let (home, text) = (folder("fluid_resolved"), case("resolved.toml"));
+    let result = |label: &str, ranks: usize, text: &str| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result("1", 1, &text);
+    let table = series(&one);
+    for column in ["momentum_x", "momentum_z", "kinetic_rotation", "superficial_z"] {
+        assert!(table.column(column).last().unwrap().abs() > 1e-10, "{column} says nothing");
+    }
+    let mut others = vec![result("2", 2, &text), result("4", 4, &text)];
+    others.push(continued(&home, "2", 4, &text));
+    for other in &others {
+        assert_same_fluid(&one, other, 1e-9);
+        for column in ["momentum_x", "momentum_y", "momentum_z", "kinetic_rotation", "superficial_z"] {
+            let (a, b) = (table.column(column), series(other).column(column));
+            assert_close(&a, &b, 1e-9, &format!("{} {column}", other.display()));
+        }
+    }
+    // Held fast they may be as close and as large as they like, and there are no contacts to describe.
+    let fixed = replaced(&text, "motion = \"free\"", "motion = \"fixed\"");
+    let fixed = replaced(&fixed, "radius = 0.15", "radius = 0.28");
+    let one = result("fixed-1", 1, &fixed);
+    assert_same_fluid(&one, &result("fixed-4", 4, &fixed), 1e-9);
+    assert_same_fluid(&one, &continued(&home, "fixed-4", 2, &fixed), 1e-9);
+    assert!(series(&one).column("drive_x").last().unwrap() > &0.0);
+}
+
+#[test]
 fn flow_between_plates_is_exact_and_stays() {
     let home = folder("fluid_plates");
     let text = r#"

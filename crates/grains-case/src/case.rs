@@ -225,6 +225,11 @@ impl Case {
         contact::find(&self.contacts, a, b)
     }
 
+    /// Whether particles stay where they are inserted.
+    pub fn holds_particles(&self) -> bool {
+        self.fluid.as_ref().is_some_and(Fluid::holds_particles)
+    }
+
     /// Index of the material of this name.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|material| material.name == name)

@@ -31,6 +31,8 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
         (thickness, extents[narrowest], format!("along {}", AXES[narrowest]))
     } else if length > norm(extents) {
         (length, norm(extents), "across its diagonal".into())
+    } else if case.holds_particles() {
+        return None;
     } else {
         let axis = (0..3).find(|&a| case.domain.periodic[a] && length >= extents[a])?;
         return Some(format!(
@@ -52,6 +54,9 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
 
 /// Every pair of materials that can meet must have a contact law.
 pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
+    if case.holds_particles() {
+        return;
+    }
     let components: Vec<(String, usize)> = (case.inserts.iter().enumerate())
         .flat_map(|(i, insert)| {
             let path = move |j| format!("insert[{i}].particles[{j}].material");
@@ -87,7 +92,7 @@ pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
     let smallest = components
         .filter_map(|c| Some(c.scale.smallest() * case.shapes[c.shape].kind.diameter()?))
         .reduce(f64::min);
-    if let Some(diameter) = smallest {
+    if let Some(diameter) = smallest.filter(|_| fluid.resolved.is_none()) {
         check_thickness(fluid, &case.domain, diameter, checker);
     }
     if case.inserts.is_empty() && !case.walls.is_empty() {

@@ -30,9 +30,9 @@ pub use sections::contact::{Contact, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Face};
 pub use sections::fluid::{
-    Advection, Axis, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression, Fluid, FluidField,
-    FluidOutput, Formula, FormulaError, Initial, Kernel, MixtureModel, OnFace, Pressure, PressureMethod,
-    Profile, ProfileKind,
+    Advection, Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression,
+    Extrapolation, Fluid, FluidField, FluidOutput, Formula, FormulaError, Initial, Kernel, MixtureModel,
+    OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

@@ -256,6 +256,9 @@ impl Dem {
 
     /// Makes clones and lists fit the positions.
     pub fn refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        if self.setup.collisions == CollisionModel::Held {
+            return Ok(());
+        }
         self.clock.start();
         if self.stale {
             self.rebuild(transport)?;
@@ -269,6 +272,9 @@ impl Dem {
 
     /// Adds the loads of all contacts at the present positions; hard contacts change velocities instead.
     pub fn add_forces(&mut self, transport: &impl Transport) {
+        if self.setup.collisions == CollisionModel::Held {
+            return;
+        }
         self.clock.start();
         if let CollisionModel::Hard(model) = self.setup.collisions {
             return self.collide(&model, transport);

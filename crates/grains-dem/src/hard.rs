@@ -47,6 +47,8 @@ pub enum CollisionModel {
     Soft,
     /// They do not deform: an instant impulse.
     Hard(HardModel),
+    /// They never do: all are held where they are, and no neighbours are looked for.
+    Held,
 }
 
 /// Parameters of collisions by impulses.

@@ -21,7 +21,7 @@ pub struct Rates {
 
 /// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
 #[inline]
-pub(crate) fn inertia(catalogue: &Catalogue, body: &crate::Body) -> Vec3 {
+pub fn inertia(catalogue: &Catalogue, body: &crate::Body) -> Vec3 {
     let shape = catalogue.shape(body.kind);
     let scale = body.radius / shape.bounding_radius;
     shape.inertia * (body.mass / shape.volume * (scale * scale))

@@ -58,7 +58,7 @@ pub use dem::{Dem, DemSetup, Failure, Ledger, Partner, StepReport, Touch};
 pub use error::StepError;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
-pub use integrate::{Rates, half_step_back};
+pub use integrate::{Rates, half_step_back, inertia};
 pub use measure::{FlowPlane, Totals};
 pub use neighbours::Skin;
 pub use record::ParticleRecord;

@@ -33,7 +33,7 @@ pub struct Load {
 }
 
 /// Numbers of a coupling that travel with a particle.
-pub const CARGO_LENGTH: usize = 10;
+pub const CARGO_LENGTH: usize = 18;
 
 /// What a coupling with something else, such as a fluid, lets a particle carry.
 pub type Cargo = [f64; CARGO_LENGTH];

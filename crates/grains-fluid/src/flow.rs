@@ -7,7 +7,9 @@ use crate::metrics::Local;
 use crate::mixture::{Mixture, MixtureModel};
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
-use crate::{Boundaries, Centre, Condition, Faces, Field, Grid, Halo, Location, Ownership, SetupError};
+use crate::{
+    Boundaries, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, Ownership, SetupError,
+};
 use grains_domain::Transport;
 
 /// What drives the flow along a periodic axis.
@@ -119,6 +121,24 @@ impl FlowSetup {
     }
 }
 
+/// Rigid bodies in the fluid, as its steps see them.
+#[derive(Clone, Debug)]
+pub struct Immersed {
+    /// What the bodies do to the fluid (N/m³), own faces; part of the momentum equation as it is.
+    pub force: Faces,
+    /// Places in the arrays of own cells within bodies, where ∇·u = 0 is waived.
+    pub solid: Vec<usize>,
+    /// Mean over the box (m/s) of what velocities inside bodies differ from those of the bodies, per axis.
+    pub excess: [f64; 3],
+}
+
+impl Immersed {
+    /// No bodies.
+    pub fn new(layout: Layout) -> Self {
+        Self { force: Faces::new(layout), solid: Vec::new(), excess: [0.0; 3] }
+    }
+}
+
 /// All that must be kept to continue a flow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlowState {
@@ -157,6 +177,8 @@ pub struct Flow {
     pub state: FlowState,
     /// Void fraction, drag and sources of the particles; none for a single phase.
     pub mixture: Option<Mixture>,
+    /// Rigid bodies that the fluid follows.
+    pub immersed: Option<Immersed>,
     /// Time spent per phase of the step.
     pub clock: Clock,
     pub(crate) local: Local,
@@ -205,6 +227,7 @@ impl Flow {
                 force: setup.drive.map(|d| if let Drive::PressureGradient(g) = d { -g } else { 0.0 }),
             },
             mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
+            immersed: None,
             clock: Clock::default(),
             tables,
             halo: Halo::new(&setup.grid, &setup.ownership, layout),
@@ -255,7 +278,7 @@ impl Flow {
     }
 
     /// Extent of the fields.
-    pub fn layout(&self) -> crate::Layout {
+    pub fn layout(&self) -> Layout {
         self.local.layout
     }
 

@@ -92,7 +92,7 @@ impl Flow {
         rate[0]
     }
 
-    /// Mean of ε u over the box along an axis (m/s).
+    /// Mean of ε u over the box along an axis (m/s), the superficial velocity; inside bodies u is theirs.
     pub fn mean_velocity(&self, axis: usize, transport: &dyn Transport) -> f64 {
         self.mean_and_response(axis, 0.0, transport)[0]
     }
@@ -111,7 +111,7 @@ impl Flow {
         sums[0] / sums[1]
     }
 
-    /// Mean of ε u (m/s) along a periodic axis, and its rise per force (m/s per Pa/m) in a step of `dt`.
+    /// Mean of ε u (m/s) along an axis, velocities inside bodies as those of the bodies, and its rise per force (m/s per Pa/m) in a step of `dt`.
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
         let u = self.state.velocity.component(axis);
@@ -128,7 +128,9 @@ impl Flow {
             sums[1] += eps * gain * volume;
         });
         transport.sum(&mut sums);
-        sums.map(|s| s / self.setup.grid.volume())
+        let [mean, response] = sums.map(|s| s / self.setup.grid.volume());
+        let excess = self.immersed.as_ref().map_or(0.0, |bodies| bodies.excess[axis]);
+        [mean - excess, response]
     }
 
     /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).

@@ -131,6 +131,10 @@ impl Flow {
             None => {
                 out.iter_mut().zip(viscous).for_each(|(out, sum)| *out = dt * *sum);
                 force.add(out, |_| dt / density);
+                if let Some(immersed) = &self.immersed {
+                    let force = &immersed.force.component(component)[start..][..n];
+                    out.iter_mut().zip(force).for_each(|(out, f)| *out += dt / density * f);
+                }
             }
             Some(mixture) => {
                 let inputs =
@@ -224,12 +228,29 @@ impl Flow {
         self.halo.fill(&mut [x, y, z], transport);
     }
 
+    /// Fills halos and ghosts of the velocity: to be called when it was changed inside; collective.
+    pub fn refresh_velocity(&mut self, transport: &dyn Transport) {
+        self.exchange_velocity(transport);
+        let ghosts = self.ghosts();
+        fill_velocity(&self.tables, &mut self.state.velocity, ghosts);
+    }
+
+    /// Layers of ghosts that the next step reads: central differences one, the bounded scheme two.
+    fn ghosts(&self) -> usize {
+        if self.setup.advection == Advection::Central { 1 } else { 2 }
+    }
+
     /// Right-hand side of the pressure equation.
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
-        let mut sums = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
+        let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
+        let solid: &[usize] = self.immersed.as_ref().map_or(&[], |bodies| &bodies.solid);
+        let within: f64 = solid.iter().map(|&p| self.rhs.data()[p]).sum();
+        let mut sums = [sum, scale, within, solid.len() as f64];
         transport.sum(&mut sums);
-        let ([sum, scale], step) = (sums, self.state.step);
+        let ([sum, scale, within, count], step) = (sums, self.state.step);
+        // Within bodies only their sum counts, which the pressure equation must be able to balance.
+        solid.iter().for_each(|&p| self.rhs.data_mut()[p] = within / count);
         if !scale.is_finite() {
             return Err(StepError::NotFinite { step, dt, cfl: self.courant_of_last(dt) });
         }
@@ -257,11 +278,10 @@ impl Flow {
         correction.outlets(&self.tables, &mut self.state.velocity);
         correction.pressure(&self.rhs, &mut self.state.pressure);
         self.clock.book(Phase::Correction);
+        let ghosts = self.ghosts();
         let state = &mut self.state;
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
-        // Central differences read one layer, the bounded scheme two.
-        let ghosts = if self.setup.advection == Advection::Central { 1 } else { 2 };
         fill_velocity(&self.tables, &mut state.velocity, ghosts);
         self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {

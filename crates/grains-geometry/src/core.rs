@@ -420,7 +420,7 @@ fn bounds_of(points: &[Vec3]) -> (Vec3, Vec3) {
 }
 
 /// Some unit vector normal to a unit vector.
-fn normal_to(axis: &Vec3) -> Vec3 {
+pub(crate) fn normal_to(axis: &Vec3) -> Vec3 {
     let least = Vec3::ith(axis.iamin(), 1.0);
     axis.cross(&least).normalize()
 }

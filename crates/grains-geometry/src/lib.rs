@@ -26,6 +26,7 @@ mod shapes;
 mod solid;
 pub mod superellipsoid;
 pub mod surface;
+mod way_out;
 
 /// Vector of three f64.
 pub type Vec3 = nalgebra::Vector3<f64>;
@@ -53,3 +54,4 @@ pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use superellipsoid::Superellipsoid;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};
+pub use way_out::WayOut;

@@ -99,7 +99,8 @@ fn step(dem: &mut Dem, fluid: &mut Option<FluidPhase>, transport: &MpiTransport)
         dem.resume_at(fluid.next_step);
         return Ok(());
     }
-    dem.advance(transport).map_err(failed)
+    dem.advance(transport).map_err(failed)?;
+    fluid.catch_up(dem, transport)
 }
 
 fn failed(failure: Failure) -> RunError {

@@ -218,7 +218,11 @@ impl<'a> Run<'a> {
                 return Ok(());
             }
         }
-        self.dem.advance(&self.transport).map_err(|e| self.failed(e))
+        self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
+        match &mut self.fluid {
+            Some(fluid) => fluid.catch_up(&mut self.dem, &self.transport),
+            None => Ok(()),
+        }
     }
 
     fn say(&self, text: &str) {

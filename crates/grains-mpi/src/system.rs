@@ -32,8 +32,9 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     let domain = &case.domain;
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
     let catalogue = catalogue(case)?;
-    let largest_radius = largest_radius(case, &catalogue)?;
-    let step = match case.inserts.is_empty() {
+    // Particles that are held meet nobody, however close or large they are.
+    let largest_radius = if case.holds_particles() { 0.0 } else { largest_radius(case, &catalogue)? };
+    let step = match case.inserts.is_empty() || case.holds_particles() {
         true => timestep::of_fluid(case),
         false => timestep::choose(case, &catalogue)?,
     };
@@ -135,6 +136,9 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
 
 fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
     let given = &case.collisions;
+    if case.holds_particles() {
+        return CollisionModel::Held;
+    }
     if !given.is_hard() {
         return CollisionModel::Soft;
     }
@@ -160,7 +164,7 @@ fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
 
 fn skin(case: &Case, largest_radius: f64) -> Skin {
     let mut skin = Skin::default();
-    if let Some(distance) = case.neighbours.skin {
+    if let Some(distance) = case.neighbours.skin.filter(|_| largest_radius > 0.0) {
         // The case gives the distance of two bodies; each may use up half of it.
         skin.most = 0.5 * distance / largest_radius;
         skin.least = skin.least.min(skin.most);

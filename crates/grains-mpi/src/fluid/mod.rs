@@ -14,6 +14,7 @@ mod exchange;
 mod files;
 mod observe;
 mod profile;
+mod resolved;
 mod restart;
 mod setup;
 
@@ -28,13 +29,16 @@ use grains_domain::Decomposition;
 use grains_fluid::{Flow, FlowLimits, FlowSetup, Halo, Phase, StepReport};
 pub use observe::{Sums, columns, progress};
 use profile::Sampler;
+use resolved::ResolvedBodies;
 
 /// The fluid of a run on this rank.
 pub struct FluidPhase {
     /// The flow.
     pub flow: Flow,
-    /// The exchange with particles, if there are any.
+    /// The exchange with particles smaller than the cells, if there are any.
     pub exchange: Option<Exchange>,
+    /// Particles that the grid resolves, if there are any.
+    pub resolved: Option<ResolvedBodies>,
     /// Particle step at which the fluid's state is.
     pub next_step: u64,
     /// What the last step did.
@@ -80,16 +84,19 @@ impl FluidPhase {
         let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case)?;
-        if exchange.is_some() {
+        let given = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
+        let resolved = given.map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
+        let resolved = agreed(transport, resolved.map_err(RunError::case))?;
+        if exchange.is_some() || resolved.as_ref().is_some_and(|r| !r.is_fixed) {
             dem.particles.carry();
         }
-        let longest = fluid.longest_step.unwrap_or(0.01 * case.time.end);
+        let longest = setup::longest_step(case, fluid, &flow.setup);
         let limits = FlowLimits { cfl: fluid.courant, growth: f64::INFINITY, ..FlowLimits::new(longest) };
-        let span = match (&fluid.coupling, case.time.dt) {
-            (Some(coupling), _) => coupling.particle_steps,
-            (None, TimeStep::Seconds(_)) => Some(1),
-            (None, TimeStep::Auto) => None,
+        let ticks = match case.time.dt {
+            TimeStep::Seconds(_) if case.inserts.is_empty() || case.holds_particles() => Some(1),
+            _ => None,
         };
+        let span = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
         let setup = &flow.setup;
         let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
         let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), exchange.is_some()));
@@ -97,6 +104,7 @@ impl FluidPhase {
         Ok(Some(Self {
             flow,
             exchange,
+            resolved,
             next_step: 0,
             report: StepReport::default(),
             steps: 0,
@@ -135,9 +143,9 @@ impl FluidPhase {
         Ok(())
     }
 
-    /// Whether there are no particles.
+    /// Whether nothing moves but the fluid.
     pub fn is_alone(&self) -> bool {
-        self.exchange.is_none()
+        self.exchange.is_none() && self.resolved.as_ref().is_none_or(|resolved| resolved.is_fixed)
     }
 
     /// Takes the particles as they are for the void fraction from which the first step begins; collective.
@@ -145,6 +153,9 @@ impl FluidPhase {
     /// # Errors
     /// A particle beyond the halo, a cell too full.
     pub fn begin(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        if let Some(resolved) = &mut self.resolved {
+            resolved.place(dem, &mut self.flow, transport);
+        }
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
             exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;
             mixture.begin();
@@ -159,18 +170,40 @@ impl FluidPhase {
     /// A state that cannot be trusted any longer.
     pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
         if dem.step >= self.next_step {
-            self.step(dem, event, transport)?;
+            self.last_span = self.choose_span(dem, event, transport);
+            self.next_step = dem.step + self.last_span;
+            // Resolved particles go through the step before the fluid does.
+            if self.is_alone() || self.exchange.is_some() {
+                self.step(dem, transport)?;
+            }
         }
         if let Some(exchange) = &mut self.exchange {
             add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.ledger);
         }
+        if let Some(resolved) = self.resolved.as_ref().filter(|resolved| !resolved.is_fixed) {
+            resolved.add_loads(dem);
+        }
         Ok(())
     }
 
-    fn step(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+    /// Steps the fluid over what resolved particles have just gone through, if it is its turn; collective.
+    ///
+    /// # Errors
+    /// A state that cannot be trusted any longer.
+    pub fn catch_up(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        if self.is_alone() || dem.step < self.next_step {
+            return Ok(());
+        }
+        if let Some(resolved) = &mut self.resolved {
+            resolved.place(dem, &mut self.flow, transport);
+            self.step(dem, transport)?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
         let begun = std::time::Instant::now();
-        let span = self.choose_span(dem, event, transport);
-        let dt = span as f64 * dem.setup.rates.dt;
+        let dt = self.last_span as f64 * dem.setup.rates.dt;
         if let Some(exchange) = &mut self.exchange {
             exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
         }
@@ -185,12 +218,13 @@ impl FluidPhase {
         if let Some(exchange) = &mut self.exchange {
             exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
         }
+        if let Some(resolved) = &mut self.resolved {
+            resolved.follow(dem, &mut self.flow, dt, transport);
+        }
         self.seconds[0] += stepped - exchanged;
         self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
         self.steps += 1;
         self.iterations += self.report.solve.iterations as u64;
-        self.next_step = dem.step + span;
-        self.last_span = span;
         Ok(())
     }
 
@@ -221,10 +255,15 @@ pub fn least_widths(case: &Case, catalogue: &Catalogue, wander: f64) -> Result<[
     let grid = setup::grid(case, fluid)?;
     let halo = match coupling(case, fluid, catalogue)? {
         Some(coupling) => halo(case, fluid, catalogue, &coupling, wander)?,
-        None => 2,
+        None => plain_halo(fluid),
     };
     // Cuts fall anywhere in a cell.
     Ok(std::array::from_fn(|a| (halo + 1) as f64 * setup::cell_widths(&grid, a).fold(0.0, f64::max)))
+}
+
+/// Width of the halo of all fields (cells) without kernels.
+fn plain_halo(fluid: &CaseFluid) -> usize {
+    if fluid.resolved.is_some() { resolved::HALO } else { 2 }
 }
 
 fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
@@ -261,7 +300,7 @@ impl Parts {
     ) -> Result<Self, String> {
         let catalogue = &dem.catalogue;
         let Some(coupling) = coupling(case, fluid, catalogue)? else {
-            let setup = setup::flow_setup(case, fluid, decomposition, 2)?;
+            let setup = setup::flow_setup(case, fluid, decomposition, plain_halo(fluid))?;
             return Ok(Self { setup, coupling: None });
         };
         let halo = halo(case, fluid, catalogue, &coupling, dem.skin.most * dem.largest_radius)?;

@@ -10,8 +10,9 @@ use grains_fluid::{Centre, Field, Grid, Layout};
 
 /// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
 /// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
-/// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something.
-const COLUMNS: [(&str, &str); 12] = [
+/// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
+/// superficial velocity is the mean of ε u over the domain.
+const COLUMNS: [(&str, &str); 15] = [
     ("fluid_dt", "s"),
     ("fluid_courant", "-"),
     ("fluid_kinetic", "J"),
@@ -24,6 +25,9 @@ const COLUMNS: [(&str, &str); 12] = [
     ("least_void_fraction", "-"),
     ("solid_volume", "m3"),
     ("momentum_imbalance", "N s"),
+    ("superficial_x", "m/s"),
+    ("superficial_y", "m/s"),
+    ("superficial_z", "m/s"),
 ];
 
 /// Names and units of the columns that the fluid of a case adds to the time series.
@@ -140,7 +144,7 @@ fn needs_particles(field: &FluidField) -> bool {
 impl FluidPhase {
     /// The fields that a case asks for and that there are.
     pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
-        wanted.iter().filter(|field| !self.is_alone() || !needs_particles(field)).map(name).collect()
+        wanted.iter().filter(|field| self.exchange.is_some() || !needs_particles(field)).map(name).collect()
     }
 
     /// Values of [`columns`]; collective.
@@ -159,12 +163,18 @@ impl FluidPhase {
             imbalance = exchange.imbalance(&dem.particles, transport).norm();
             drop += exchange.drop_at_boundaries(along, transport);
         }
+        if self.resolved.is_some() {
+            let own = &dem.particles.bodies[..dem.particles.owned];
+            let densities = &dem.setup.catalogue.densities;
+            solid[0] = own.iter().map(|body| body.mass / densities[body.kind.material as usize]).sum();
+        }
         transport.sum(&mut solid);
         transport.max(&mut least);
         let (energy, iterations) = (flow.kinetic_energy(transport), self.report.solve.iterations as f64);
         let mut row = vec![dt, rate * dt, energy, divergence, drop];
         row.extend(flow.state.force);
         row.extend([iterations, -least[0], solid[0], imbalance]);
+        row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {
                 let axis = axis as usize;

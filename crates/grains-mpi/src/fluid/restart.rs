@@ -10,6 +10,7 @@ use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, a
 
 const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 const ADVECTIVE: [&str; 3] = ["advective_x", "advective_y", "advective_z"];
+const FORCE: [&str; 3] = ["body_force_x", "body_force_y", "body_force_z"];
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
@@ -29,6 +30,9 @@ impl FluidPhase {
             add(VELOCITY[a], "m/s", faces(flow, a), flow.state.velocity.component(a));
             add(ADVECTIVE[a], "m/s2", faces(flow, a), flow.state.advective.component(a));
         }
+        for (immersed, a) in flow.immersed.iter().flat_map(|immersed| [0, 1, 2].map(|a| (immersed, a))) {
+            add(FORCE[a], "N/m3", faces(flow, a), immersed.force.component(a));
+        }
         add("pressure", "Pa", cells(flow), flow.state.pressure.data());
         add("correction", "Pa or m2/s", cells(flow), flow.state.correction.data());
         if let Some(mixture) = &flow.mixture {
@@ -42,7 +46,10 @@ impl FluidPhase {
         let exact = [state.time, state.last_dt, fx, fy, fz].map(|x| format!("{:x}", x.to_bits()));
         let samples = self.means.as_ref().map_or(0, |m| m.samples);
         let counts = [state.step, self.next_step, self.last_span, samples].map(|n| n.to_string());
-        (arrays, vec![(CLOCKS.into(), exact.into_iter().chain(counts).collect::<Vec<_>>().join(" "))])
+        let excess = flow.immersed.as_ref().map_or([0.0; 3], |immersed| immersed.excess);
+        let excess = excess.map(|x| format!("{:x}", x.to_bits()));
+        let words = exact.into_iter().chain(counts).chain(excess);
+        (arrays, vec![(CLOCKS.into(), words.collect::<Vec<_>>().join(" "))])
     }
 
     /// Takes the state of a checkpoint whose particles are back already; collective.
@@ -62,6 +69,10 @@ impl FluidPhase {
             exchange.ledger.given = owed(&dem.particles);
         }
         self.flow.synchronise(transport);
+        if let Some(resolved) = &mut self.resolved {
+            resolved.place(dem, &mut self.flow, transport);
+            resolved.bodies.resume(&self.flow);
+        }
         Ok(())
     }
 
@@ -75,10 +86,15 @@ impl FluidPhase {
             places(layout, block, first).zip(values).for_each(|(p, value)| data[p] = value);
             Ok(())
         };
-        for a in 0..3 {
-            let place = faces(&self.flow, a);
+        let faces_of = [0, 1, 2].map(|a| faces(&self.flow, a));
+        for (a, place) in faces_of.into_iter().enumerate() {
             take(VELOCITY[a], place, self.flow.state.velocity.component_mut(a))?;
             take(ADVECTIVE[a], place, self.flow.state.advective.component_mut(a))?;
+        }
+        if let Some(immersed) = &mut self.flow.immersed {
+            for a in 0..3 {
+                take(FORCE[a], faces_of[a], immersed.force.component_mut(a))?;
+            }
         }
         let place = cells(&self.flow);
         take("pressure", place, self.flow.state.pressure.data_mut())?;
@@ -99,6 +115,10 @@ impl FluidPhase {
         state.force = [real(2)?, real(3)?, real(4)?];
         state.step = count(5)?;
         (self.next_step, self.last_span) = (count(6)?, count(7)?);
+        let excess = [real(9)?, real(10)?, real(11)?];
+        if let Some(immersed) = &mut self.flow.immersed {
+            immersed.excess = excess;
+        }
         if let Some(means) = self.means.as_mut().filter(|_| file.has_grid(MEANS[0])) {
             means.samples = count(8)?;
             for (field, name) in means.fields.iter_mut().zip(MEANS) {

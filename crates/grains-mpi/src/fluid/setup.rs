@@ -4,7 +4,7 @@ use crate::population::for_each_kind;
 use grains_case::{
     BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
     Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,
-    MixtureModel as CaseModel, PressureMethod,
+    MixtureModel as CaseModel, PressureMethod, Resolved as CaseResolved,
 };
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
@@ -37,6 +37,20 @@ pub fn grid(case: &Case, fluid: &CaseFluid) -> Result<Grid, String> {
 /// Widths of the cells along an axis (m).
 pub fn cell_widths(grid: &Grid, axis: usize) -> impl Iterator<Item = f64> + '_ {
     grid.axis(axis).nodes().windows(2).map(|w| w[1] - w[0])
+}
+
+/// Longest step of the fluid (s): of bodies that the grid resolves also that in which momentum diffuses a cell or so.
+pub fn longest_step(case: &Case, fluid: &CaseFluid, setup: &FlowSetup) -> f64 {
+    let longest = fluid.longest_step.unwrap_or(0.01 * case.time.end);
+    let Some(resolved) = &fluid.resolved else { return longest };
+    let widths = (0..3).filter(|&a| setup.grid.is_active(a)).map(|a| setup.grid.axis(a).width(0));
+    let width = widths.fold(f64::INFINITY, f64::min);
+    longest.min(diffusion_step(fluid, resolved, width))
+}
+
+/// Step (s) in which momentum diffuses as far as the case allows, on cells of a width (m).
+pub fn diffusion_step(fluid: &CaseFluid, resolved: &CaseResolved, width: f64) -> f64 {
+    resolved.diffusion_number * width * width * fluid.density / fluid.viscosity
 }
 
 /// Everything that defines the flow; `halo` in cells.

@@ -91,7 +91,7 @@ pub(super) fn check(coupling: Option<&Coupling>, context: &Context<'_>, checker:
         (None, true) => checker.error(
             "fluid.coupling",
             "missing table: there are particles in the fluid; add [fluid.coupling] with drag = \"beetstra\" or \
-             another law"
+             another law if they are smaller than the cells, or [fluid.resolved] if the cells resolve them"
                 .into(),
         ),
         (Some(_), false) => checker

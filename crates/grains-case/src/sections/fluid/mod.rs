@@ -7,6 +7,7 @@ mod drive;
 mod formula;
 mod output;
 mod pressure;
+mod resolved;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,7 @@ pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
 pub use output::{Axis, FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
+pub use resolved::{Extrapolation, Motion as BodyMotion, Resolved};
 
 use crate::check::Checker;
 use crate::sections::domain::Domain;
@@ -98,9 +100,13 @@ pub struct Fluid {
     /// The solver of the pressure.
     #[serde(default)]
     pub pressure: Pressure,
-    /// How particles and fluid act on each other; needed if there are particles.
+    /// How particles smaller than the cells and the fluid act on each other; this or `resolved` is needed if there are
+    /// particles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coupling: Option<Coupling>,
+    /// Particles larger than the cells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<Resolved>,
     /// Lines and planes along which fields are written as tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub profile: Vec<Profile>,
@@ -139,6 +145,11 @@ pub(crate) struct Context<'a> {
 }
 
 impl Fluid {
+    /// Whether particles stay where they are inserted.
+    pub fn holds_particles(&self) -> bool {
+        self.resolved.as_ref().is_some_and(|resolved| resolved.motion == BodyMotion::Fixed)
+    }
+
     /// Fills in the defaults that depend on other keys and checks what the schema cannot express.
     pub(crate) fn check(mut self, context: &Context<'_>, checker: &mut Checker) -> Self {
         let domain = context.domain;
@@ -146,7 +157,10 @@ impl Fluid {
         self.advection.get_or_insert(usual);
         self.longest_step.get_or_insert(context.end / 100.0);
         self.output.check(context.interval, context.end, checker);
-        coupling::check(self.coupling.as_ref(), context, checker);
+        if self.resolved.is_none() {
+            coupling::check(self.coupling.as_ref(), context, checker);
+        }
+        resolved::check(&self, context, checker);
         cells::check(&self, domain, checker);
         boundary::check(&self, domain, checker);
         pressure::check(&self, domain, checker);

@@ -2,6 +2,7 @@
 
 mod imposed;
 mod kinds;
+mod resolved;
 
 use super::setup::drag_law;
 use crate::population::Population;
@@ -31,6 +32,11 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
     let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
     let mut lines = vec![cells(case, fluid), memory(case, fluid)];
     let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
+    if let Some(given) = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty()) {
+        lines.extend(resolved::lines(case, catalogue, fluid, given)?);
+        lines.push(step_limit(case, fluid, longest, 1.0).1);
+        return Ok(lines);
+    }
     let Some(coupling) = fluid.coupling.as_ref().filter(|_| !case.inserts.is_empty()) else {
         lines.push(match case.time.dt {
             TimeStep::Seconds(dt) => {
@@ -114,7 +120,7 @@ fn memory(case: &Case, fluid: &Fluid) -> String {
     let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * HALO) as f64).product();
     let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
     let by_petsc = fluid.pressure.method == PressureMethod::Petsc;
-    let taken = [true, has_particles, fluid.output.mean_from.is_some(), by_petsc];
+    let taken = [true, has_particles || fluid.resolved.is_some(), fluid.output.mean_from.is_some(), by_petsc];
     let bytes: f64 = BYTES.iter().zip(taken).filter(|(_, taken)| *taken).map(|(bytes, _)| bytes).sum();
     format!(
         "  memory       about {:.0} MB for the fluid, halos of one rank included",

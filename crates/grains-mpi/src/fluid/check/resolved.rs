@@ -1,0 +1,94 @@
+//! What `check` says of bodies that the grid resolves.
+
+use crate::population::for_each_kind;
+use grains_case::{BodyMotion, Case, Extrapolation, Fluid, Resolved};
+use grains_dem::Catalogue;
+
+/// Cells across a body below which its drag is off by ten percent and more.
+const COARSE: f64 = 8.0;
+/// Cells across the thinnest part of a body below which no flow is resolved around it.
+const THIN: f64 = 2.0;
+
+/// The bodies that are resolved the worst and the best.
+struct Extremes {
+    /// Diameters of the spheres of their volumes (m).
+    diameters: [f64; 2],
+    /// Twice the smallest inscribed radius (m).
+    thinnest: f64,
+}
+
+/// Lines about the bodies.
+///
+/// # Errors
+/// Particle files that cannot be read.
+pub fn lines(
+    case: &Case,
+    catalogue: &Catalogue,
+    fluid: &Fluid,
+    resolved: &Resolved,
+) -> Result<Vec<String>, String> {
+    let found = extremes(case, catalogue)?;
+    let width = narrowest(case, fluid);
+    let what = match resolved.motion {
+        BodyMotion::Free => "free bodies",
+        BodyMotion::Fixed => "bodies that stay where they are",
+    };
+    let how = match resolved.extrapolation {
+        Extrapolation::Quadratic => "parabolas",
+        Extrapolation::Linear => "straight lines",
+        Extrapolation::Rigid => "nothing",
+    };
+    let [smallest, largest] = found.diameters.map(|d| d / width);
+    let across = if largest > 1.001 * smallest {
+        format!("{smallest:.1} to {largest:.1}")
+    } else {
+        format!("{smallest:.1}")
+    };
+    let nodes = |cells: f64| 3.0 * std::f64::consts::PI / 6.0 * cells.powi(3);
+    let mut lines = vec![
+        format!("resolved       {what}; velocities next to surfaces by {how}"),
+        format!(
+            "  cells        {across} across the sphere of equal volume, {:.1} across the thinnest part; about {:.0} \
+             velocities imposed by the largest",
+            found.thinnest / width,
+            nodes(largest)
+        ),
+    ];
+    if found.thinnest < THIN * width {
+        lines.push(format!(
+            "  warning: parts thinner than {THIN} cells: the fluid hardly sees them; take cells of at most {:.3e} m",
+            found.thinnest / THIN
+        ));
+    } else if smallest < COARSE {
+        lines.push(format!(
+            "  warning: fewer than {COARSE} cells across the smallest: drag is off by ten percent and more"
+        ));
+    }
+    let by_diffusion = super::super::setup::diffusion_step(fluid, resolved, width);
+    lines.push(format!(
+        "  diffusion    at most {by_diffusion:.3e} s per step of the fluid (fluid.resolved.diffusion_number = {}), {:.0} \
+         steps to the end",
+        resolved.diffusion_number,
+        (case.time.end / by_diffusion).ceil()
+    ));
+    Ok(lines)
+}
+
+fn extremes(case: &Case, catalogue: &Catalogue) -> Result<Extremes, String> {
+    let mut found = Extremes { diameters: [f64::INFINITY, 0.0], thinnest: f64::INFINITY };
+    for_each_kind(case, catalogue, |kind, scale| {
+        let shape = catalogue.shape(kind);
+        let diameter = shape.sphere_equivalent_diameter();
+        found.diameters[0] = found.diameters[0].min(diameter * scale.smallest());
+        found.diameters[1] = found.diameters[1].max(diameter * scale.largest());
+        let inscribed = shape.parts.iter().map(|p| p.half_extents.min()).fold(f64::INFINITY, f64::min);
+        found.thinnest = found.thinnest.min(2.0 * inscribed * scale.smallest());
+    })?;
+    Ok(found)
+}
+
+/// Width of the narrowest cells along the axes of the flow (m).
+fn narrowest(case: &Case, fluid: &Fluid) -> f64 {
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
+    widths.fold(f64::INFINITY, f64::min)
+}

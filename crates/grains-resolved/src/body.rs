@@ -1,0 +1,59 @@
+//! A rigid body in the fluid.
+
+use grains_geometry::{Mat3, Shape, Vec3};
+
+/// Numbers of a body in a message between ranks.
+pub(crate) const RECORD: usize = 21;
+
+/// A rigid body, or a periodic image or copy of one that another rank owns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidBody {
+    /// Id of the particle; below 2⁵³.
+    pub id: u64,
+    /// Number of its shape.
+    pub shape: u16,
+    /// Factor on all lengths of the shape (-).
+    pub scale: f64,
+    /// Centre of mass (m); may lie beyond the box, as that of an image.
+    pub center: Vec3,
+    /// Rotation from the body frame to the world.
+    pub rotation: Mat3,
+    /// Velocity of the centre of mass (m/s).
+    pub velocity: Vec3,
+    /// Angular velocity (rad/s).
+    pub spin: Vec3,
+}
+
+impl RigidBody {
+    /// Velocity (m/s) of the body at an arm (m) from its centre: U + ω × r.
+    #[inline]
+    pub fn velocity_at(&self, arm: &Vec3) -> Vec3 {
+        self.velocity + self.spin.cross(arm)
+    }
+
+    /// Radius (m) of a ball about the centre that holds the body.
+    #[inline]
+    pub fn radius(&self, shapes: &[Shape]) -> f64 {
+        self.scale * shapes[self.shape as usize].bounding_radius
+    }
+
+    pub(crate) fn write(&self, to: &mut Vec<f64>) {
+        to.extend([self.id as f64, f64::from(self.shape), self.scale]);
+        to.extend_from_slice(self.center.as_slice());
+        to.extend_from_slice(self.rotation.as_slice());
+        to.extend_from_slice(self.velocity.as_slice());
+        to.extend_from_slice(self.spin.as_slice());
+    }
+
+    pub(crate) fn read(record: &[f64]) -> Self {
+        Self {
+            id: record[0] as u64,
+            shape: record[1] as u16,
+            scale: record[2],
+            center: Vec3::from_column_slice(&record[3..6]),
+            rotation: Mat3::from_column_slice(&record[6..15]),
+            velocity: Vec3::from_column_slice(&record[15..18]),
+            spin: Vec3::from_column_slice(&record[18..21]),
+        }
+    }
+}

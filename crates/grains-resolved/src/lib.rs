@@ -1,0 +1,121 @@
+//! Rigid bodies in a flow that the grid resolves (Rakotonirina 2016, ch. 7; Wachs et al. 2009; errata R16-42 to R16-47).
+//!
+//! ```text
+//!  ρ (∂u/∂t + u·∇u) = −∇p + μ ∇²u + f,   ∇·u = 0      in the whole box                     (7.1, 7.5)
+//!  u = U + ω × r                                      in the bodies                        (7.4)
+//!  (m − m_f) (dU/dt − g) = ΣF_c − ∫f                  and the like for ω                   (7.2, 7.3)
+//! ```
+//!
+//! f is the force of the bodies on the fluid, the multiplier of the constraint (−λ of the thesis); it acts inside them only.
+//!
+//! # Flow of one step
+//!
+//! ```text
+//! (particles)  the granular phase goes through the step with the flow's last force and torque ([`Surroundings::add_loads`])
+//! place        copies of bodies to all ranks they reach into ([`Spread`]); which velocities are inside, and where the surface
+//!              is from them ([`grains_geometry::Shape::way_out`])
+//! (fluid)      predictor with γ fⁿ, projection: u^{n+1/2}, pⁿ⁺¹                              (7.9 to 7.11)
+//! release      fⁿ is taken back where no body is any more
+//! move_bodies  new U, ω of every body: one system of 6 x 6 with all that its velocities impose
+//! follow       velocities inside get their values, fⁿ⁺¹ = γ fⁿ + ρ (uⁿ⁺¹ − u^{n+1/2})/Δt    (7.12, 7.13)
+//! correct      particles take over U, ω and the force that led to them ([`Surroundings::correct`])
+//! ```
+//!
+//! With γ = 1 a steady flow does not depend on Δt: f no longer changes, and u^{n+1/2} = uⁿ⁺¹ meets constraint and
+//! continuity alike.
+//!
+//! # The velocity inside
+//!
+//! Deep inside, velocities are those of the body. Those next to the surface *continue the flow*: along the normal through a
+//! velocity at depth d the one relative to the body is the parabola through 0 on the surface and the flow at s and 2 s,
+//! s = Σ|n_a| Δx_a, the least distance at which the cell of velocities about a point has no corner behind the tangent plane:
+//!
+//! ```text
+//!  body |  fluid                 w(−d) = −x (x + 2) w(s) + ½ x (x + 1) w(2 s),   x = d/s < 1
+//!   o---|--o----o----o           depends on the fluid linearly, on U and ω as β₀ (U + ω × r_s), β₀ = 1 + x (x + 2) − ½ x (x + 1)
+//!  −d   0  s   2 s
+//! ```
+//!
+//! Differences of velocities across the surface then are those of a smooth flow: drag converges with the square of the cell
+//! width, where imposing the body's velocity on all nodes inside is of first order. No radius is calibrated. Points in the
+//! fluid that lie in another body, or would make two bodies follow each other, fall back to the straight line or the rigid
+//! velocity.
+//!
+//! Continued velocities are not free of divergence to rounding. In cells all of whose faces are imposed nothing could mend
+//! that, so ∇·u = 0 is waived there but for the sum ([`grains_fluid::Immersed`]).
+//!
+//! # Bodies of any density
+//!
+//! ```text
+//! (m − m_f + C m_f)(Uⁿ⁺¹ − Uⁿ) − C m_f (Uⁿ − Uⁿ⁻¹) = −J + Eⁿ⁺¹ − Eⁿ + K
+//! ```
+//!
+//! J is the impulse on the fluid, linear in Uⁿ⁺¹ with about m_f for its slope, so that bodies as heavy as the fluid are as
+//! good as others. E is the momentum of the fluid inside beyond rigid motion: it jumps when nodes come and go, and f with it,
+//! but not their difference. C = 1 adds the displaced fluid's inertia and, explicitly, the force it takes: without it bodies
+//! lighter than half the fluid swing, since pressure answers a step later. What is left to the next step is *pending*
+//! ([`Action`]): fluid + (m − m_f) U − pending is kept to rounding.
+//!
+//! # Many ranks
+//!
+//! Every rank imposes its own velocities; sums over a body go back the way its copies came. Results on other numbers of ranks
+//! differ by rounding.
+
+mod body;
+mod direct;
+mod motion;
+mod nodes;
+mod spread;
+mod subgrid;
+
+pub use body::RigidBody;
+pub use direct::{Action, Forcing, Resolved};
+pub use motion::{FlowLink, Surroundings, bodies};
+pub use spread::Spread;
+pub use subgrid::Subgrid;
+
+use grains_geometry::Mat3;
+use thiserror::Error;
+
+/// How velocities just inside a body follow those in the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extrapolation {
+    /// They are those of the body.
+    Rigid,
+    /// Along a straight line through the surface.
+    Linear,
+    /// Along a parabola through the surface and two points in the fluid.
+    Quadratic,
+}
+
+/// What a body is moved by in a step; of six numbers the last three are those of rotation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Inertia in the world frame (kg m²).
+    pub inertia: Mat3,
+    /// Density of the fluid over that of the body (-).
+    pub density_ratio: f64,
+    /// Momentum before the step (N s, N m s).
+    pub momentum: [f64; 6],
+    /// Impulse of contacts, weight and buoyancy in the step (N s, N m s).
+    pub impulse: [f64; 6],
+    /// What the last step left to this one, [`Action::pending`].
+    pub pending: [f64; 6],
+    /// Components of velocity and angular velocity that stay 0.
+    pub held: [bool; 6],
+}
+
+/// Why bodies cannot be resolved.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SetupError {
+    /// Cells that differ in width.
+    #[error(
+        "the cells differ in width along {axis}, but bodies can be resolved on equal cells only: set fluid.refinement to 0"
+    )]
+    NotUniform {
+        /// Axis name.
+        axis: char,
+    },
+}

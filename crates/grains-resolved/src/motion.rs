@@ -1,0 +1,160 @@
+//! Between the particles of the granular phase and the bodies in the fluid (Wachs et al. 2009, steps 4 to 6).
+
+use crate::{Action, BodyMotion, RigidBody};
+use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles, inertia};
+use grains_geometry::{Mat3, Vec3};
+
+/// What a particle carries through a step of the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlowLink {
+    /// Force of the flow in the last step (N), buoyancy apart.
+    pub force: Vec3,
+    /// Torque of the flow in the last step (N m).
+    pub torque: Vec3,
+    /// Impulse of contacts, weight and buoyancy since then (N s).
+    pub impulse: Vec3,
+    /// Angular impulse of contacts since then (N m s).
+    pub angular_impulse: Vec3,
+    /// What the last step left to the next, [`Action::pending`] (N s, N m s).
+    pub pending: [Vec3; 2],
+}
+
+impl FlowLink {
+    /// The link as the cargo of its particle.
+    pub fn write(&self) -> Cargo {
+        let mut cargo = [0.0; CARGO_LENGTH];
+        let [linear, angular] = self.pending;
+        let parts = [self.force, self.torque, self.impulse, self.angular_impulse, linear, angular];
+        const { assert!(CARGO_LENGTH >= 18, "a link is eighteen numbers") };
+        cargo.chunks_exact_mut(3).zip(parts).for_each(|(to, from)| to.copy_from_slice(from.as_slice()));
+        cargo
+    }
+
+    /// Reads what [`FlowLink::write`] wrote.
+    pub fn read(cargo: &Cargo) -> Self {
+        let vector = |k: usize| Vec3::new(cargo[k], cargo[k + 1], cargo[k + 2]);
+        Self {
+            force: vector(0),
+            torque: vector(3),
+            impulse: vector(6),
+            angular_impulse: vector(9),
+            pending: [vector(12), vector(15)],
+        }
+    }
+}
+
+/// The fluid as free bodies feel it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// Density of the fluid (kg/m³).
+    pub density: f64,
+    /// Axes along which the flow varies; bodies neither move along the others nor turn out of their plane.
+    pub active: [bool; 3],
+}
+
+/// Own particles as bodies.
+pub fn bodies(particles: &Particles, catalogue: &Catalogue) -> Vec<RigidBody> {
+    let body = |i: usize| {
+        let body = &particles.bodies[i];
+        RigidBody {
+            id: particles.ids[i],
+            shape: body.kind.shape,
+            scale: body.radius / catalogue.shape(body.kind).bounding_radius,
+            center: body.position,
+            rotation: particles.frames.get(i).copied().unwrap_or_else(Mat3::identity),
+            velocity: body.velocity,
+            spin: body.angular_velocity,
+        }
+    };
+    (0..particles.owned).map(body).collect()
+}
+
+impl Surroundings {
+    /// Adds the flow's last force and torque and buoyancy to the loads of the own particles, between the contact forces
+    /// and the advance of each of their steps.
+    pub fn add_loads(&self, dem: &mut Dem) {
+        let (rates, catalogue) = (dem.setup.rates, &dem.setup.catalogue);
+        let Particles { bodies, loads, cargo, .. } = &mut dem.particles;
+        for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
+            let mut link = FlowLink::read(cargo);
+            let share = self.density / catalogue.densities[body.kind.material as usize];
+            for a in (0..3).filter(|&a| !self.active[a]) {
+                load.force[a] = -rates.gravity[a] * body.mass;
+                (0..3).filter(|&b| b != a).for_each(|b| load.torque[b] = 0.0);
+            }
+            load.force -= rates.gravity * (share * body.mass);
+            link.impulse += (load.force + rates.gravity * body.mass) * rates.dt;
+            link.angular_impulse += load.torque * rates.dt;
+            load.force += link.force;
+            load.torque += link.torque;
+            *cargo = link.write();
+        }
+    }
+
+    /// What the own bodies are moved by in a step of the fluid `dt` (s) that their particles have just gone through.
+    pub fn motions(&self, dem: &Dem, dt: f64) -> Vec<BodyMotion> {
+        let particles = &dem.particles;
+        let motion = |i: usize| {
+            let body = &particles.bodies[i];
+            let link = FlowLink::read(&particles.cargo[i]);
+            let inertia = world_inertia(particles, i, &dem.setup.catalogue);
+            let before = particles.half_velocity[i] * body.mass - link.impulse - link.force * dt;
+            let spun = angular_momentum(dem, i, &inertia) - link.angular_impulse - link.torque * dt;
+            let mut held = [false; 6];
+            for a in (0..3).filter(|&a| !self.active[a]) {
+                held[a] = true;
+                (0..3).filter(|&b| b != a).for_each(|b| held[3 + b] = true);
+            }
+            BodyMotion {
+                mass: body.mass,
+                inertia,
+                density_ratio: self.density / dem.setup.catalogue.densities[body.kind.material as usize],
+                momentum: six(&before, &spun),
+                impulse: six(&link.impulse, &link.angular_impulse),
+                pending: six(&link.pending[0], &link.pending[1]),
+                held,
+            }
+        };
+        (0..particles.owned).map(motion).collect()
+    }
+
+    /// Gives the own particles the velocities of their bodies, and the force of the flow that led to them.
+    pub fn correct(&self, dem: &mut Dem, bodies: &[RigidBody], actions: &[Action], dt: f64) {
+        let catalogue = &dem.setup.catalogue;
+        for (i, (body, action)) in bodies.iter().zip(actions).enumerate() {
+            let inertia = world_inertia(&dem.particles, i, catalogue);
+            let old = angular_momentum(dem, i, &inertia);
+            let new = inertia * body.spin;
+            let particles = &mut dem.particles;
+            let mut link = FlowLink::read(&particles.cargo[i]);
+            let kick = body.velocity - particles.half_velocity[i];
+            link.force += kick * (particles.bodies[i].mass / dt);
+            link.torque += (new - old) / dt;
+            (link.impulse, link.angular_impulse) = (Vec3::zeros(), Vec3::zeros());
+            link.pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
+            particles.cargo[i] = link.write();
+            particles.half_velocity[i] = body.velocity;
+            particles.bodies[i].velocity = body.velocity;
+            particles.bodies[i].angular_velocity = body.spin;
+            particles.half_spin[i] =
+                if catalogue.shape(particles.bodies[i].kind).is_sphere() { body.spin } else { new };
+        }
+    }
+}
+
+fn six(linear: &Vec3, angular: &Vec3) -> [f64; 6] {
+    [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+}
+
+/// Inertia of a particle in the world frame (kg m²).
+fn world_inertia(particles: &Particles, i: usize, catalogue: &Catalogue) -> Mat3 {
+    let principal = Mat3::from_diagonal(&inertia(catalogue, &particles.bodies[i]));
+    particles.frames.get(i).map_or(principal, |frame| frame * principal * frame.transpose())
+}
+
+/// Angular momentum (kg m²/s) half a step before the position.
+fn angular_momentum(dem: &Dem, i: usize, inertia: &Mat3) -> Vec3 {
+    let (spin, kind) = (dem.particles.half_spin[i], dem.particles.bodies[i].kind);
+    // Spheres keep their angular velocity.
+    if dem.setup.catalogue.shape(kind).is_sphere() { inertia * spin } else { spin }
+}

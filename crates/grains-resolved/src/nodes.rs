@@ -1,0 +1,253 @@
+//! The velocities of the fluid that bodies impose.
+
+use crate::subgrid::Stencil;
+use crate::{Extrapolation, RigidBody, Subgrid};
+use grains_geometry::{Shape, Vec3, WayOut};
+use std::ops::RangeInclusive;
+
+/// Marks of faces: outside all bodies, and inside one (for an own face, plus the number of its node).
+const OUTSIDE: u32 = 0;
+const INSIDE: u32 = 1;
+const FIRST: u32 = 2;
+/// What the weights of velocities inside bodies may sum to at the near and the far point in the fluid: such velocities
+/// are extrapolated themselves, and loops among close bodies must not feed themselves.
+const MOST_HIDDEN: [f64; 2] = [0.25, 0.5];
+
+/// A velocity of the fluid that a body imposes.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Place in the arrays.
+    pub place: usize,
+    /// Place of the body in the list.
+    pub body: u32,
+    /// From the centre of the body to the velocity (m).
+    pub arm: Vec3,
+    /// Squared distance from the body's centre over which bodies compete for the node (m²).
+    rank: f64,
+    /// Next to the surface: what is extrapolated from the fluid.
+    pub skin: Option<Skin>,
+}
+
+/// Extrapolation from the fluid through the surface to a velocity inside: u = b₀ (U + ω × r_s) + Σ b_k u(x_k).
+#[derive(Clone, Debug)]
+pub(crate) struct Skin {
+    way: WayOut,
+    /// From the centre of the body to the surface (m).
+    pub foot: Vec3,
+    /// b₀ (-).
+    pub surface: f64,
+    /// b_k and x_k in the fluid.
+    pub fluid: [(f64, Option<Stencil>); 2],
+}
+
+/// All velocities inside bodies.
+#[derive(Clone, Debug)]
+pub(crate) struct Nodes {
+    /// Own nodes per component.
+    pub of: [Vec<Node>; 3],
+    /// Places of own cells all of whose faces are imposed.
+    pub solid: Vec<usize>,
+    marks: [Vec<u32>; 3],
+}
+
+impl Nodes {
+    pub fn new(subgrid: &Subgrid) -> Self {
+        let marks = || vec![OUTSIDE; subgrid.layout.len()];
+        Self { of: Default::default(), solid: Vec::new(), marks: [marks(), marks(), marks()] }
+    }
+
+    /// Finds the velocities inside the bodies and how those next to a surface are extrapolated.
+    ///
+    /// Of several bodies that hold a node, the one with the nearest centre has it (Wachs et al. 2009).
+    pub fn find(
+        &mut self,
+        bodies: &[RigidBody],
+        shapes: &[Shape],
+        subgrid: &Subgrid,
+        extrapolation: Extrapolation,
+    ) {
+        self.marks.iter_mut().for_each(|marks| marks.fill(OUTSIDE));
+        for component in (0..3).filter(|&c| subgrid.active[c]) {
+            self.of[component].clear();
+            for number in 0..bodies.len() {
+                self.claim(component, number, bodies, shapes, subgrid);
+            }
+            let (nodes, marks) = (&mut self.of[component], &self.marks[component]);
+            for node in nodes.iter_mut() {
+                let center = &bodies[node.body as usize].center;
+                if let Some(skin) = &mut node.skin {
+                    let hidden = |stencil: &Stencil| {
+                        let corners = stencil.corners(subgrid.layout.strides());
+                        let hidden = corners.filter(|(place, _)| marks[*place] != OUTSIDE);
+                        hidden.map(|(_, weight)| weight).sum::<f64>()
+                    };
+                    let is_set = skin.set(extrapolation, (subgrid, component), center, hidden);
+                    if !is_set {
+                        node.skin = None;
+                    }
+                }
+            }
+        }
+        self.find_solid(subgrid);
+    }
+
+    /// Whether a body holds an own node.
+    #[inline]
+    pub fn holds(&self, component: usize, place: usize) -> bool {
+        self.marks[component][place] >= FIRST
+    }
+
+    /// Marks the nodes of one component inside a body, and keeps the own ones.
+    fn claim(
+        &mut self,
+        component: usize,
+        number: usize,
+        bodies: &[RigidBody],
+        shapes: &[Shape],
+        subgrid: &Subgrid,
+    ) {
+        let body = &bodies[number];
+        let shape = &shapes[body.shape as usize];
+        let radius = body.radius(shapes);
+        let layout = subgrid.layout;
+        let own = subgrid.unknowns(component);
+        let flat = (0..3).find(|&a| !subgrid.active[a]).map(|a| {
+            let mut axis = Vec3::zeros();
+            axis[a] = 1.0;
+            body.rotation.tr_mul(&axis)
+        });
+        let ranges: [RangeInclusive<isize>; 3] = std::array::from_fn(|a| {
+            let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
+            if !subgrid.active[a] {
+                return 0..=0;
+            }
+            let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
+            let low = place(body.center[a] - radius).ceil().max(-h as f64) as isize;
+            low..=(place(body.center[a] + radius).floor().min((n + h - 1) as f64) as isize)
+        });
+        let (nodes, marks) = (&mut self.of[component], &mut self.marks[component]);
+        for k in ranges[2].clone() {
+            for j in ranges[1].clone() {
+                for i in ranges[0].clone() {
+                    let arm =
+                        Vec3::from_fn(|a, _| subgrid.coordinate(component, a, [i, j, k][a])) - body.center;
+                    let rank = arm.norm_squared();
+                    if rank >= radius * radius {
+                        continue;
+                    }
+                    let place = layout.index(i, j, k);
+                    let held = marks[place].checked_sub(FIRST).map(|m| m as usize);
+                    if held.is_some_and(|m| {
+                        let id = |node: &Node| bodies[node.body as usize].id;
+                        (nodes[m].rank, id(&nodes[m])) <= (rank, body.id)
+                    }) {
+                        continue;
+                    }
+                    let local = body.rotation.tr_mul(&arm) / body.scale;
+                    let Some(way) = shape.way_out(&local, flat.as_ref()) else { continue };
+                    let is_own = [i, j, k].iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize);
+                    if !is_own {
+                        marks[place] = INSIDE;
+                        continue;
+                    }
+                    let skin = Skin::new(
+                        &arm,
+                        WayOut {
+                            distance: way.distance * body.scale,
+                            direction: body.rotation * way.direction,
+                        },
+                        subgrid,
+                    );
+                    let node = Node { place, body: number as u32, arm, rank, skin };
+                    match held {
+                        Some(m) => nodes[m] = node,
+                        None => {
+                            marks[place] = FIRST + nodes.len() as u32;
+                            nodes.push(node);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lists the own cells none of whose faces is free.
+    fn find_solid(&mut self, subgrid: &Subgrid) {
+        let (layout, strides) = (subgrid.layout, subgrid.layout.strides());
+        self.solid.clear();
+        let Some(first) = (0..3).find(|&c| subgrid.active[c]) else { return };
+        for k in 0..layout.cells[2] {
+            for j in 0..layout.cells[1] {
+                let row = layout.row(j, k);
+                for i in 0..layout.cells[0] {
+                    let place = row + i;
+                    if self.marks[first][place] == OUTSIDE {
+                        continue;
+                    }
+                    let is_imposed = |component: usize, side: usize| {
+                        let cell = [i, j, k][component];
+                        let at_end = if side == 0 { cell == 0 } else { cell + 1 == layout.cells[component] };
+                        let face = place - if side == 0 { strides[component] } else { 0 };
+                        self.marks[component][face] != OUTSIDE || (at_end && subgrid.closed[component][side])
+                    };
+                    let mut faces = (0..3).filter(|&c| subgrid.active[c]);
+                    if faces.all(|c| is_imposed(c, 0) && is_imposed(c, 1)) {
+                        self.solid.push(place);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Skin {
+    /// For a node at an arm from the centre of its body; none where the surface is further than a cell away.
+    ///
+    /// The first point in the fluid is so far out, Σ |n_a| Δx_a, that no corner of the cell about it lies behind the
+    /// tangent plane.
+    fn new(arm: &Vec3, way: WayOut, subgrid: &Subgrid) -> Option<Self> {
+        let foot = arm + way.direction * way.distance;
+        (way.distance < pitch(&way.direction, subgrid)).then_some(Self {
+            way,
+            foot,
+            surface: 1.0,
+            fluid: [(0.0, None); 2],
+        })
+    }
+
+    /// Chooses the points in the fluid; whether there are any.
+    fn set(
+        &mut self,
+        extrapolation: Extrapolation,
+        (subgrid, component): (&Subgrid, usize),
+        center: &Vec3,
+        hidden: impl Fn(&Stencil) -> f64,
+    ) -> bool {
+        let WayOut { distance: d, direction } = self.way;
+        let pitch = pitch(&direction, subgrid);
+        let at = |distance: f64| subgrid.stencil(component, &(center + self.foot + direction * distance));
+        let near = match extrapolation {
+            Extrapolation::Rigid => None,
+            Extrapolation::Linear | Extrapolation::Quadratic => at(pitch),
+        };
+        let Some(near) = near.filter(|s| hidden(s) <= MOST_HIDDEN[0]) else { return false };
+        let far = match extrapolation {
+            Extrapolation::Quadratic => at(2.0 * pitch).filter(|s| hidden(s) <= MOST_HIDDEN[1]),
+            _ => None,
+        };
+        let x = d / pitch;
+        // Lagrange's polynomial through 0, 1 and, if there is one, 2, at −x.
+        let weights = match far {
+            Some(_) => [-x * (x + 2.0), 0.5 * x * (x + 1.0)],
+            None => [-x, 0.0],
+        };
+        self.surface = 1.0 - weights[0] - weights[1];
+        self.fluid = [(weights[0], Some(near)), (weights[1], far)];
+        true
+    }
+}
+
+/// Distance (m) of two parallel planes between which a cell fits.
+fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
+    (0..3).filter(|&a| subgrid.active[a]).map(|a| normal[a].abs() * subgrid.spacing[a]).sum()
+}

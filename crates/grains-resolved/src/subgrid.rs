@@ -1,0 +1,185 @@
+//! The uniform cells of one rank: where velocities lie, and the ranks around.
+
+use crate::SetupError;
+use grains_domain::Transport;
+use grains_fluid::{BoxFace, Condition, FlowSetup, Layout, Side};
+use grains_geometry::Vec3;
+
+/// Where the velocities of one rank lie, halo included, and which ranks lie around it.
+#[derive(Clone, Debug)]
+pub struct Subgrid {
+    /// Extent of the arrays.
+    pub layout: Layout,
+    /// Widths of the cells (m).
+    pub spacing: Vec3,
+    /// Axes along which the flow varies.
+    pub active: [bool; 3],
+    /// Lower corner of own cell (0, 0, 0) (m).
+    pub lower: Vec3,
+    /// Places along each axis whose velocities mean something, for components along it and for others.
+    valid: [[[isize; 2]; 2]; 3],
+    /// Whether no fluid passes the lower and upper end of an axis, which this rank touches.
+    pub(crate) closed: [[bool; 2]; 3],
+    /// Whether this rank touches an end of the box that is not periodic.
+    pub(crate) ends: [[bool; 2]; 3],
+    /// Ranks below and above.
+    pub(crate) neighbours: [[Option<usize>; 2]; 3],
+    /// What brings a body into the frame of the rank below and above (m).
+    pub(crate) shifts: [[f64; 2]; 3],
+    rank: usize,
+}
+
+impl Subgrid {
+    /// The cells of a rank.
+    ///
+    /// # Errors
+    /// An axis whose cells differ in width.
+    pub fn new(setup: &FlowSetup) -> Result<Self, SetupError> {
+        let (grid, ownership) = (&setup.grid, &setup.ownership);
+        if let Some(axis) = (0..3).find(|&a| !grid.axis(a).is_uniform()) {
+            return Err(SetupError::NotUniform { axis: ['x', 'y', 'z'][axis] });
+        }
+        let layout = Layout { cells: ownership.cells(), halo: setup.halo };
+        let first = ownership.first();
+        let ends: [[bool; 2]; 3] =
+            std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic()));
+        let is_closed = |axis: usize, side: usize| {
+            let face = BoxFace { axis, side: [Side::Low, Side::High][side] };
+            !setup.boundaries.on(face).any(|c| matches!(c, Condition::Outlet { .. }))
+        };
+        let valid = |a: usize| {
+            let (n, h) = (layout.cells[a] as isize, layout.halo as isize);
+            [true, false].map(|is_normal| {
+                let low = if ends[a][0] { -1 } else { -h };
+                let high = match (ends[a][1], is_normal) {
+                    (false, _) => n + h - 1,
+                    (true, true) => n - 1,
+                    (true, false) => n,
+                };
+                [low, high]
+            })
+        };
+        let shifts = |a: usize| {
+            let length = grid.axis(a).length();
+            let wraps = ownership.touches(a).map(|t| t && grid.axis(a).is_periodic());
+            [if wraps[0] { length } else { 0.0 }, if wraps[1] { -length } else { 0.0 }]
+        };
+        Ok(Self {
+            layout,
+            spacing: Vec3::from_fn(|a, _| grid.axis(a).width(0)),
+            active: std::array::from_fn(|a| grid.is_active(a)),
+            lower: Vec3::from_fn(|a, _| grid.axis(a).node(first[a] as isize)),
+            valid: std::array::from_fn(valid),
+            closed: std::array::from_fn(|a| [0, 1].map(|side| ends[a][side] && is_closed(a, side))),
+            ends,
+            neighbours: std::array::from_fn(|a| ownership.neighbours(a, grid.axis(a).is_periodic())),
+            shifts: std::array::from_fn(shifts),
+            rank: ownership.rank_at(ownership.coordinates),
+        })
+    }
+
+    /// Coordinate (m) along an axis of component `component` in cell `i` along it, own cells from 0.
+    #[inline]
+    pub fn coordinate(&self, component: usize, axis: usize, i: isize) -> f64 {
+        let within = if axis == component { 1.0 } else { 0.5 };
+        self.lower[axis] + (i as f64 + within) * self.spacing[axis]
+    }
+
+    /// Volume (m³) of a cell.
+    pub fn cell_volume(&self) -> f64 {
+        self.spacing.product()
+    }
+
+    /// Own faces per axis that carry an unknown velocity along `component`.
+    pub(crate) fn unknowns(&self, component: usize) -> [usize; 3] {
+        let mut n = self.layout.cells;
+        n[component] -= usize::from(self.ends[component][1]);
+        n
+    }
+
+    /// Ends (m) between which bodies concern this rank alone.
+    pub(crate) fn reach(&self, axis: usize) -> [f64; 2] {
+        // The subdomain of the particles may end half a cell elsewhere.
+        let margin = (self.layout.halo as f64 + 1.0) * self.spacing[axis];
+        let high = self.lower[axis] + self.layout.cells[axis] as f64 * self.spacing[axis];
+        [self.lower[axis] + margin, high - margin]
+    }
+
+    /// Corner and weights of the cell of velocities about a point (m); none if one of them means nothing.
+    pub(crate) fn stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
+        let mut base = [0; 3];
+        let mut fractions = [0.0; 3];
+        for a in (0..3).filter(|&a| self.active[a]) {
+            let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
+            let floor = place.floor();
+            let [low, high] = self.valid[a][usize::from(a != component)];
+            if !(floor >= low as f64 && floor < high as f64) {
+                return None;
+            }
+            base[a] = floor as isize;
+            fractions[a] = place - floor;
+        }
+        Some(Stencil { base: self.layout.index(base[0], base[1], base[2]), fractions })
+    }
+
+    /// Sends a message to the rank below (0) and above (1); returns what came from below and above; collective.
+    pub(crate) fn pass(
+        &self,
+        axis: usize,
+        messages: [Vec<f64>; 2],
+        transport: &dyn Transport,
+    ) -> [Vec<f64>; 2] {
+        let neighbours = self.neighbours[axis];
+        let [down, up] = messages;
+        if neighbours.contains(&Some(self.rank)) {
+            return [up, down];
+        }
+        let sides: Vec<usize> = (0..2).filter(|&s| neighbours[s].is_some()).collect();
+        let peers: Vec<usize> = sides.iter().filter_map(|&s| neighbours[s]).collect();
+        let mut messages = [Some(down), Some(up)];
+        let sent: Vec<Vec<f64>> = sides.iter().filter_map(|&s| messages[s].take()).collect();
+        let mut received = vec![Vec::new(); peers.len()];
+        transport.exchange_unsized(&peers, &sent, &mut received);
+        let mut arrived = [Vec::new(), Vec::new()];
+        // One rank on both sides sends downwards first, which arrives from above.
+        let is_one = peers.len() == 2 && peers[0] == peers[1];
+        for (side, message) in sides.into_iter().zip(received) {
+            arrived[if is_one { 1 - side } else { side }] = message;
+        }
+        arrived
+    }
+}
+
+/// Weights of the corners of a cell of velocities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stencil {
+    /// Place in the arrays of the lowest corner.
+    pub base: usize,
+    /// Place of the point between the lower and the upper corners (-).
+    pub fractions: [f64; 3],
+}
+
+impl Stencil {
+    /// Places and weights of the corners that count.
+    #[inline]
+    pub fn corners(&self, strides: [usize; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
+        (0..8).filter_map(move |corner| {
+            let (mut place, mut weight) = (self.base, 1.0);
+            for (a, (stride, fraction)) in strides.iter().zip(self.fractions).enumerate() {
+                if corner >> a & 1 == 1 {
+                    place += stride;
+                    weight *= fraction;
+                } else {
+                    weight *= 1.0 - fraction;
+                }
+            }
+            (weight != 0.0).then_some((place, weight))
+        })
+    }
+
+    /// Multilinear interpolation.
+    #[inline]
+    pub fn interpolate(&self, values: &[f64], strides: [usize; 3]) -> f64 {
+        self.corners(strides).map(|(place, weight)| weight * values[place]).sum()
+    }
+}

@@ -1,0 +1,104 @@
+//! Flow past bodies that stay where they are.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{QUADRATIC, Scene, body, difference, joined, on_ranks, order, piece};
+use grains_domain::{SerialTransport, Transport};
+use grains_fluid::{Drive, FlowSetup, Grid};
+use grains_geometry::{Shape, Vec3};
+use grains_resolved::{Action, Extrapolation, Forcing};
+
+/// Friction coefficient K = F/(6π μ a U) of a simple cubic array of spheres in Stokes flow.
+fn friction_of_array(fraction: f64, cells: usize, offset: f64, forcing: Forcing) -> f64 {
+    let h = 1.0 / cells as f64;
+    let radius = (fraction * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [cells; 3], [true; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 1.0);
+    setup.drive[0] = Drive::PressureGradient(-1.0);
+    let sphere = Shape::sphere(radius).unwrap();
+    let center = Vec3::repeat(0.5) + Vec3::new(1.0, 0.7, 0.3) * (offset * h);
+    let mut scene = Scene::new(&setup, [1; 3], (&sphere, &[body(1, center)]), forcing, &SerialTransport);
+    let mut last = 0.0;
+    for step in 1..4000 {
+        scene.step(h * h, &SerialTransport);
+        if step % 20 == 0 {
+            let mean = scene.flow.mean_velocity(0, &SerialTransport);
+            if (mean - last).abs() < 1e-5 * mean {
+                // What drives the fluid is what holds the body.
+                assert!((scene.actions[0].force.x + 1.0).abs() < 1e-3, "{:?}", scene.actions);
+                return radius * radius / (4.5 * fraction * mean);
+            }
+            last = mean;
+        }
+    }
+    panic!("no steady flow");
+}
+
+#[test]
+fn an_array_of_spheres_resists_as_zick_and_homsy_found() {
+    let [coarse, fine] = [13, 26].map(|n| (friction_of_array(0.125, n, 0.3, QUADRATIC) / 4.292 - 1.0).abs());
+    assert!(coarse < 0.05 && fine < 0.01, "{coarse} {fine}");
+    assert!(order(coarse, fine, 2.0) > 1.7, "{coarse} {fine}");
+    let dense = friction_of_array(0.343, 18, 0.3, QUADRATIC);
+    assert!((dense / 15.4 - 1.0).abs() < 0.03, "{dense}");
+    // Where the body lies in its cells does not matter.
+    let elsewhere = friction_of_array(0.343, 18, 0.0, QUADRATIC);
+    assert!((elsewhere / dense - 1.0).abs() < 0.01, "{elsewhere} {dense}");
+}
+
+#[test]
+fn spheres_that_touch_their_images_let_fluid_pass() {
+    let touching = friction_of_array(std::f64::consts::PI / 6.0, 16, 0.0, QUADRATIC);
+    assert!((touching / 42.1 - 1.0).abs() < 0.1, "{touching}");
+}
+
+#[test]
+fn cruder_extrapolations_are_less_exact() {
+    let error = |extrapolation| {
+        let forcing = Forcing { extrapolation, ..QUADRATIC };
+        (friction_of_array(0.343, 18, 0.3, forcing) / 15.4 - 1.0).abs()
+    };
+    let [rigid, linear] = [Extrapolation::Rigid, Extrapolation::Linear].map(error);
+    assert!(linear < 0.1 && rigid > linear && rigid < 0.3, "{rigid} {linear}");
+}
+
+#[test]
+fn flow_past_bodies_is_the_same_on_any_ranks() {
+    let grid = Grid::uniform([0.0; 3], [1.0, 0.8, 1.2], [20, 16, 24], [true, false, true]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 0.1);
+    setup.drive[0] = Drive::PressureGradient(-1.0);
+    setup.drive[2] = Drive::MeanVelocity(0.2);
+    let box_ = Shape::cuboid(Vec3::new(0.35, 0.2, 0.3), 0.02).unwrap();
+    let mut bodies = vec![body(7, Vec3::new(0.5, 0.4, 0.6)), body(3, Vec3::new(0.98, 0.3, 0.03))];
+    bodies[0].rotation = nalgebra::Rotation3::from_euler_angles(0.3, 0.5, 0.7).into_inner();
+    bodies[1].spin = Vec3::new(0.0, 1.0, 2.0);
+    let run = |ranks: [usize; 3]| {
+        let results = on_ranks(ranks.iter().product(), |transport| {
+            let mut scene = Scene::new(&setup, ranks, (&box_, &bodies), QUADRATIC, &transport);
+            for _ in 0..5 {
+                scene.step(0.01, &transport);
+            }
+            let load = |a: &Action| [a.force.x, a.force.y, a.force.z, a.torque.x, a.torque.y, a.torque.z];
+            let own: Vec<_> = scene.own.iter().map(|b| b.id).zip(scene.actions.iter().map(load)).collect();
+            let (layout, first) = (scene.flow.layout(), scene.flow.first_cell());
+            assert!(transport.size() > 1 || own.len() == 2);
+            (scene.flow.state.velocity.components().map(|u| piece(u, layout, first)), own)
+        });
+        let velocity: Vec<f64> =
+            (0..3).flat_map(|c| joined(results.iter().map(|r| r.0[c].clone()).collect())).collect();
+        let mut loads: Vec<(u64, [f64; 6])> = results.into_iter().flat_map(|r| r.1).collect();
+        loads.sort_by_key(|(id, _)| *id);
+        (velocity, loads)
+    };
+    let (velocity, loads) = run([1; 3]);
+    assert!(loads[1].1[0] < -0.01, "{loads:?}");
+    for ranks in [[2, 1, 1], [1, 1, 3], [2, 2, 1]] {
+        let (others, other_loads) = run(ranks);
+        assert!(difference(&velocity, &others) < 1e-12, "{ranks:?}");
+        for (a, b) in loads.iter().zip(&other_loads) {
+            assert!(a.0 == b.0 && difference(&a.1, &b.1) < 1e-10, "{ranks:?} {a:?} {b:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Bodies that move with the flow.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{QUADRATIC, Scene, body};
+use grains_domain::SerialTransport;
+use grains_fluid::{FlowSetup, Grid};
+use grains_geometry::{Shape, Vec3};
+
+const RADIUS: f64 = 0.25;
+
+fn volume() -> f64 {
+    4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3)
+}
+
+fn sphere() -> Shape {
+    Shape::sphere(RADIUS).unwrap()
+}
+
+/// Mass, inertia and density of a sphere in a fluid of density 1.
+fn ball_of(density: f64) -> (f64, f64, f64) {
+    let mass = density * volume();
+    (mass, 0.4 * mass * RADIUS * RADIUS, density)
+}
+
+fn setup(periodic: bool) -> FlowSetup {
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [16; 3], [periodic; 3]).unwrap();
+    FlowSetup::new(grid, 1.0, 0.05)
+}
+
+#[test]
+fn a_neutrally_buoyant_body_in_uniform_flow_feels_nothing() {
+    let velocity = Vec3::new(0.3, -0.2, 0.1);
+    let mut ball = body(1, Vec3::new(0.45, 0.5, 0.62));
+    ball.velocity = velocity;
+    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &[ball]), QUADRATIC, &SerialTransport);
+    scene.flow.initialise(|_| velocity.into(), |_| 0.0, &SerialTransport);
+    for _ in 0..20 {
+        scene.move_freely(ball_of(1.0), Vec3::zeros(), 0.02, &SerialTransport);
+        let action = scene.actions[0];
+        assert!(action.force.norm() < 1e-12 && action.torque.norm() < 1e-12, "{action:?}");
+        assert!((scene.own[0].velocity - velocity).norm() < 1e-12 && scene.own[0].spin.norm() < 1e-11);
+    }
+}
+
+#[test]
+fn bodies_and_fluid_keep_their_momentum() {
+    let mut balls = [body(1, Vec3::new(0.3, 0.3, 0.3)), body(2, Vec3::new(0.72, 0.75, 0.74))];
+    balls[0].velocity = Vec3::new(0.5, 0.2, 0.0);
+    balls[1].velocity = Vec3::new(-0.3, 0.0, 0.4);
+    balls[1].spin = Vec3::new(0.0, 3.0, 0.0);
+    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &balls), QUADRATIC, &SerialTransport);
+    let ball = ball_of(2.5);
+    let total = |scene: &Scene| {
+        let state = &scene.flow.state;
+        let cell = 16f64.powi(-3);
+        let fluid =
+            [state.velocity.x.own().sum(), state.velocity.y.own().sum(), state.velocity.z.own().sum()];
+        let fluid: Vec3 = fluid.map(|u: f64| u * cell).into();
+        let pending: Vec3 = scene.actions.iter().map(|a| Vec3::from_column_slice(&a.pending[..3])).sum();
+        // The fluid is everywhere: of the bodies only what they weigh more.
+        fluid - pending + scene.own.iter().map(|b| b.velocity * (1.5 * volume())).sum::<Vec3>()
+    };
+    let start = total(&scene);
+    for _ in 0..30 {
+        scene.move_freely(ball, Vec3::zeros(), 0.01, &SerialTransport);
+        assert!((total(&scene) - start).norm() < 1e-13, "{:?}", total(&scene) - start);
+    }
+    assert!(scene.own[0].velocity.x < 0.4, "the fluid holds them back: {:?}", scene.own);
+}
+
+#[test]
+fn bodies_of_any_density_fall_or_rise_steadily() {
+    for density in [0.01, 0.5, 0.9, 1.1, 10.0, 1000.0] {
+        let ball = body(1, Vec3::new(0.5, 0.5, 0.5));
+        let mut scene = Scene::new(&setup(false), [1; 3], (&sphere(), &[ball]), QUADRATIC, &SerialTransport);
+        let mut last = 0.0;
+        for step in 0..100 {
+            // Chosen so that all come to about the same speed.
+            let weight = Vec3::new(0.0, 0.0, 0.05 * f64::signum(1.0 - density));
+            scene.move_freely(ball_of(density), weight, 0.01, &SerialTransport);
+            let speed = scene.own[0].velocity.z * weight.z.signum();
+            // The first steps find the pressure.
+            assert!(
+                step < 10 || speed > 0.98 * last && speed < 1.0,
+                "density {density}, step {step}: {last} to {speed}"
+            );
+            last = speed;
+        }
+        assert!(last > 1e-4 && scene.own[0].spin.norm() < 1e-6, "{density}: {last} {:?}", scene.own[0].spin);
+    }
+}
