@@ -48,6 +48,31 @@ fn an_array_of_spheres_resists_as_zick_and_homsy_found() {
     assert!((elsewhere / dense - 1.0).abs() < 0.01, "{elsewhere} {dense}");
 }
 
+/// Force per length over μ U of a square array of cylinders, in two dimensions.
+fn friction_of_cylinders(fraction: f64, cells: usize) -> f64 {
+    let h = 1.0 / cells as f64;
+    let grid = Grid::uniform([0.0; 3], [1.0, h, 1.0], [cells, 1, cells], [true; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 1.0);
+    setup.drive[0] = Drive::PressureGradient(-1.0);
+    let disc = Shape::cylinder((fraction / std::f64::consts::PI).sqrt(), h, 0.02).unwrap();
+    let mut upright = body(1, Vec3::new(0.5 + 0.3 * h, 0.5 * h, 0.5 + 0.1 * h));
+    upright.rotation = nalgebra::Rotation3::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0).into_inner();
+    let mut scene = Scene::new(&setup, [1; 3], (&disc, &[upright]), QUADRATIC, &SerialTransport);
+    for _ in 0..(0.5 / (h * h)) as usize {
+        scene.step(h * h, &SerialTransport);
+    }
+    1.0 / scene.flow.mean_velocity(0, &SerialTransport)
+}
+
+#[test]
+fn an_array_of_cylinders_resists_as_sangani_and_acrivos_found() {
+    for (fraction, found, error) in [(0.05, 15.56, 0.01), (0.2, 51.53, 0.02), (0.4, 217.89, 0.04)] {
+        let cells = (8.0 / (fraction / std::f64::consts::PI).sqrt()).round() as usize;
+        let here = friction_of_cylinders(fraction, cells);
+        assert!((here / found - 1.0).abs() < error, "{fraction}: {here} on {cells} cells");
+    }
+}
+
 #[test]
 fn spheres_that_touch_their_images_let_fluid_pass() {
     let touching = friction_of_array(std::f64::consts::PI / 6.0, 16, 0.0, QUADRATIC);

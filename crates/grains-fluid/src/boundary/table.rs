@@ -42,7 +42,10 @@ pub(crate) struct FaceTable {
 impl FaceTable {
     /// Tables of the faces the subdomain touches, at a time (s).
     pub fn all(grid: &Grid, local: &Local, boundaries: &Boundaries, time: f64) -> Vec<FaceTable> {
-        let touched = |face: &BoxFace| local.ends[face.axis][usize::from(face.side == Side::High)];
+        // Across an axis of one cell nothing is read.
+        let touched = |face: &BoxFace| {
+            local.active[face.axis] && local.ends[face.axis][usize::from(face.side == Side::High)]
+        };
         BoxFace::all()
             .filter(touched)
             .map(|face| {

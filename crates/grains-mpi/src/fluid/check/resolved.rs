@@ -11,9 +11,9 @@ const THIN: f64 = 2.0;
 
 /// The bodies that are resolved the worst and the best.
 struct Extremes {
-    /// Diameters of the spheres of their volumes (m).
+    /// Diameters of the spheres of their volumes, in two dimensions of the discs of their sections (m).
     diameters: [f64; 2],
-    /// Twice the smallest inscribed radius (m).
+    /// Smallest extent of any part, in two dimensions in the plane (m).
     thinnest: f64,
 }
 
@@ -27,7 +27,7 @@ pub fn lines(
     fluid: &Fluid,
     resolved: &Resolved,
 ) -> Result<Vec<String>, String> {
-    let found = extremes(case, catalogue)?;
+    let found = extremes(case, catalogue, fluid)?;
     let width = narrowest(case, fluid);
     let what = match resolved.motion {
         BodyMotion::Free => "free bodies",
@@ -44,12 +44,16 @@ pub fn lines(
     } else {
         format!("{smallest:.1}")
     };
-    let nodes = |cells: f64| 3.0 * std::f64::consts::PI / 6.0 * cells.powi(3);
+    let nodes = |cells: f64| match fluid.cells.contains(&1) {
+        true => 2.0 * std::f64::consts::PI / 4.0 * cells.powi(2),
+        false => 3.0 * std::f64::consts::PI / 6.0 * cells.powi(3),
+    };
     let mut lines = vec![
         format!("resolved       {what}; velocities next to surfaces by {how}"),
         format!(
-            "  cells        {across} across the sphere of equal volume, {:.1} across the thinnest part; about {:.0} \
+            "  cells        {across} across the {} of equal size, {:.1} across the thinnest part; about {:.0} \
              velocities imposed by the largest",
+            if fluid.cells.contains(&1) { "disc" } else { "sphere" },
             found.thinnest / width,
             nodes(largest)
         ),
@@ -74,15 +78,25 @@ pub fn lines(
     Ok(lines)
 }
 
-fn extremes(case: &Case, catalogue: &Catalogue) -> Result<Extremes, String> {
+fn extremes(case: &Case, catalogue: &Catalogue, fluid: &Fluid) -> Result<Extremes, String> {
+    let flat = (0..3).find(|&a| fluid.cells[a] == 1);
+    let depth = flat.map(|a| case.domain.upper[a] - case.domain.lower[a]);
     let mut found = Extremes { diameters: [f64::INFINITY, 0.0], thinnest: f64::INFINITY };
     for_each_kind(case, catalogue, |kind, scale| {
         let shape = catalogue.shape(kind);
-        let diameter = shape.sphere_equivalent_diameter();
+        let diameter = match depth {
+            Some(depth) => 2.0 * (shape.volume / (std::f64::consts::PI * depth)).sqrt(),
+            None => shape.sphere_equivalent_diameter(),
+        };
         found.diameters[0] = found.diameters[0].min(diameter * scale.smallest());
         found.diameters[1] = found.diameters[1].max(diameter * scale.largest());
-        let inscribed = shape.parts.iter().map(|p| p.half_extents.min()).fold(f64::INFINITY, f64::min);
-        found.thinnest = found.thinnest.min(2.0 * inscribed * scale.smallest());
+        for part in &shape.parts {
+            let mut halves: [f64; 3] = part.half_extents.into();
+            halves.sort_by(f64::total_cmp);
+            // Bodies of two dimensions lie with their thinnest side across the plane.
+            let half = halves[usize::from(depth.is_some())];
+            found.thinnest = found.thinnest.min(2.0 * half * scale.smallest());
+        }
     })?;
     Ok(found)
 }
