@@ -31,8 +31,8 @@ pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Face};
 pub use sections::fluid::{
     Advection, Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression,
-    Extrapolation, Fluid, FluidField, FluidOutput, Formula, FormulaError, Initial, Kernel, MixtureModel,
-    OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved,
+    Extrapolation, Fluid, FluidField, FluidOutput, Formula, FormulaError, Initial, Interpolation, Kernel,
+    MixtureModel, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved, ResolvedMethod,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

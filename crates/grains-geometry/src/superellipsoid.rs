@@ -156,7 +156,7 @@ impl Superellipsoid {
 
     /// Gauge of the body without inset or rounding, F^(ε₁/2): the factor by which it is to be magnified for `point` to
     /// lie on its surface (-); and its gradient (1/m), which is along the outward normal.
-    pub(crate) fn gauge(&self, point: &Vec3) -> (f64, Vec3) {
+    pub fn gauge(&self, point: &Vec3) -> (f64, Vec3) {
         let scaled = point.component_div(&self.sharp_axes);
         let largest = scaled.amax();
         if largest.is_nan() || largest <= 0.0 {

@@ -1,7 +1,8 @@
 //! Direct forcing: the bodies' velocities from the balance of their momentum, the fluid's from them.
 
+use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::{Node, Nodes};
-use crate::{BodyMotion, Extrapolation, RigidBody, SetupError, Spread, Subgrid};
+use crate::{BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Flow, Immersed};
 use grains_geometry::{Shape, Vec3};
@@ -13,9 +14,21 @@ const VIRTUAL_MASS: f64 = 1.0;
 
 /// How the constraint is imposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Velocities inside bodies are set.
+    Direct {
+        /// How they follow those outside.
+        extrapolation: Extrapolation,
+    },
+    /// Multipliers at points are solved for.
+    Multiplier(MultiplierMethod),
+}
+
+/// How the bodies act on the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forcing {
-    /// How velocities inside bodies follow those outside.
-    pub extrapolation: Extrapolation,
+    /// How the constraint is imposed.
+    pub method: Method,
     /// Share γ of the last force in the momentum equation (-), eq. 7.9.
     pub explicit: f64,
 }
@@ -30,10 +43,11 @@ pub struct Resolved {
     pub bodies: Vec<RigidBody>,
     /// Number of own bodies.
     pub owned: usize,
-    spread: Spread,
-    nodes: Nodes,
+    pub(crate) spread: Spread,
+    pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
-    forced: [Vec<usize>; 3],
+    pub(crate) forced: [Vec<usize>; 3],
+    pub(crate) multipliers: Multipliers,
 }
 
 impl Resolved {
@@ -45,6 +59,7 @@ impl Resolved {
         let subgrid = Subgrid::new(&flow.setup)?;
         flow.immersed = Some(Immersed::new(flow.layout()));
         Ok(Self {
+            multipliers: Multipliers::new(&flow.setup, flow.layout()),
             nodes: Nodes::new(&subgrid),
             subgrid,
             forcing,
@@ -66,10 +81,27 @@ impl Resolved {
         self.owned = own.len();
         self.bodies = own;
         self.spread = Spread::new(&mut self.bodies, shapes, &self.subgrid, transport);
-        self.nodes.find(&self.bodies, shapes, &self.subgrid, self.forcing.extrapolation);
+        let extrapolation = match self.forcing.method {
+            Method::Direct { extrapolation } => extrapolation,
+            Method::Multiplier(_) => Extrapolation::Rigid,
+        };
+        self.nodes.find(&self.bodies, shapes, &self.subgrid, extrapolation);
+        let solid = match self.forcing.method {
+            Method::Direct { .. } => self.nodes.solid.as_slice(),
+            Method::Multiplier(method) => {
+                self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
+                &[]
+            }
+        };
         if let Some(immersed) = &mut flow.immersed {
-            immersed.solid.clone_from(&self.nodes.solid);
+            immersed.solid.clear();
+            immersed.solid.extend_from_slice(solid);
         }
+    }
+
+    /// Iterations of the last solve for multipliers.
+    pub fn iterations(&self) -> usize {
+        self.multipliers.iterations
     }
 
     /// Goes on from the forces of a flow that was continued: they are released where no body is any more.
@@ -87,7 +119,31 @@ impl Resolved {
     ///
     /// Bodies of which `motions` tells the dynamics get new velocities; the others keep theirs. Returns what each own body
     /// does to the fluid.
+    ///
+    /// # Errors
+    /// Multipliers that were not found.
     pub fn follow(
+        &mut self,
+        motions: Option<&[BodyMotion]>,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &dyn Transport,
+    ) -> Result<Vec<Action>, FollowError> {
+        let mut actions = match self.forcing.method {
+            Method::Direct { .. } => self.set_velocities(motions, flow, dt, transport),
+            Method::Multiplier(method) => self.solve_multipliers(&method, motions, flow, dt, transport)?,
+        };
+        let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
+        for ((action, body), motion) in moved {
+            let after = motion.six_by_six() * velocities(body);
+            for (a, pending) in action.pending.iter_mut().enumerate() {
+                *pending -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
+            }
+        }
+        Ok(actions)
+    }
+
+    fn set_velocities(
         &mut self,
         motions: Option<&[BodyMotion]>,
         flow: &mut Flow,
@@ -139,15 +195,7 @@ impl Resolved {
         }
         flow.refresh_velocity(transport);
         self.spread.gather(&mut actions, &self.subgrid, transport);
-        let mut actions: Vec<Action> = actions.iter().take(self.owned).map(Action::read).collect();
-        let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
-        for ((action, body), motion) in moved {
-            let after = motion.six_by_six() * velocities(body);
-            for (a, pending) in action.pending.iter_mut().enumerate() {
-                *pending -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
-            }
-        }
-        actions
+        actions.iter().take(self.owned).map(Action::read).collect()
     }
 
     /// Takes back the explicit force where no body is any more.
@@ -197,19 +245,10 @@ impl Resolved {
         self.spread.gather(&mut sums, &self.subgrid, transport);
         let mut values = vec![[0.0; 6]; self.bodies.len()];
         for ((value, sum), motion) in values.iter_mut().zip(&sums).zip(motions) {
-            let share = 1.0 + (VIRTUAL_MASS - 1.0) * motion.density_ratio;
-            let mut matrix = motion.six_by_six() * share + Matrix6::from_row_slice(&sum[..36]);
-            let six = Vector6::from_column_slice;
-            let mut right =
-                six(&motion.momentum) * share + six(&motion.impulse) - six(&motion.pending) - six(&sum[36..]);
-            for a in (0..6).filter(|&a| motion.held[a]) {
-                matrix.row_mut(a).fill(0.0);
-                matrix[(a, a)] = 1.0;
-                right[a] = 0.0;
-            }
-            if let Some(solved) = matrix.lu().solve(&right) {
-                *value = solved.into();
-            }
+            let (matrix, right) = motion.balance();
+            let matrix = matrix + Matrix6::from_row_slice(&sum[..36]);
+            let right = right - Vector6::from_column_slice(&sum[36..]);
+            *value = motion.solved(matrix, right).into();
         }
         self.spread.scatter(&mut values, &self.subgrid, transport);
         for (body, value) in self.bodies.iter_mut().zip(&values) {
@@ -231,6 +270,24 @@ pub struct Action {
 }
 
 impl BodyMotion {
+    /// Inertia (m − m_f + C m_f, and of rotation), and the momentum after the step without the flow.
+    pub(crate) fn balance(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        let share = 1.0 + (VIRTUAL_MASS - 1.0) * self.density_ratio;
+        let six = Vector6::from_column_slice;
+        let right = six(&self.momentum) * share + six(&self.impulse) - six(&self.pending);
+        (self.six_by_six() * share, right)
+    }
+
+    /// Velocities of a momentum; those held are 0.
+    pub(crate) fn solved(&self, mut matrix: Matrix6<f64>, mut right: Vector6<f64>) -> Vector6<f64> {
+        for a in (0..6).filter(|&a| self.held[a]) {
+            matrix.row_mut(a).fill(0.0);
+            matrix[(a, a)] = 1.0;
+            right[a] = 0.0;
+        }
+        matrix.lu().solve(&right).unwrap_or_else(Vector6::zeros)
+    }
+
     /// Mass and inertia as one matrix.
     fn six_by_six(&self) -> Matrix6<f64> {
         let mut matrix = Matrix6::from_diagonal_element(self.mass);
@@ -246,7 +303,7 @@ fn velocities(body: &RigidBody) -> Vector6<f64> {
 }
 
 impl Action {
-    fn read(sums: &[f64; 12]) -> Self {
+    pub(crate) fn read(sums: &[f64; 12]) -> Self {
         let vector = |k: usize| Vec3::from_column_slice(&sums[k..k + 3]);
         Self { force: vector(0), torque: vector(3), pending: std::array::from_fn(|a| sums[6 + a]) }
     }
@@ -260,7 +317,7 @@ fn moment(arm: &Vec3, component: usize, force: f64) -> Vec3 {
 }
 
 /// (e, r × e) for the unit vector e of an axis: e·(U + ω × r) = row · (U, ω), and force and torque of a unit force.
-fn unit_row(arm: &Vec3, component: usize) -> Vector6<f64> {
+pub(crate) fn unit_row(arm: &Vec3, component: usize) -> Vector6<f64> {
     let torque = moment(arm, component, 1.0);
     let mut row = Vector6::new(0.0, 0.0, 0.0, torque.x, torque.y, torque.z);
     row[component] = 1.0;

@@ -24,6 +24,8 @@ pub(crate) struct Node {
     pub arm: Vec3,
     /// Squared distance from the body's centre over which bodies compete for the node (m²).
     rank: f64,
+    /// Whether it is not next to the surface.
+    pub is_deep: bool,
     /// Next to the surface: what is extrapolated from the fluid.
     pub skin: Option<Skin>,
 }
@@ -158,7 +160,7 @@ impl Nodes {
                         },
                         subgrid,
                     );
-                    let node = Node { place, body: number as u32, arm, rank, skin };
+                    let node = Node { place, body: number as u32, arm, rank, is_deep: skin.is_none(), skin };
                     match held {
                         Some(m) => nodes[m] = node,
                         None => {

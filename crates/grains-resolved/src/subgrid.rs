@@ -16,8 +16,12 @@ pub struct Subgrid {
     pub active: [bool; 3],
     /// Lower corner of own cell (0, 0, 0) (m).
     pub lower: Vec3,
+    /// Upper corner of the last own cell (m).
+    upper: Vec3,
     /// Places along each axis whose velocities mean something, for components along it and for others.
     valid: [[[isize; 2]; 2]; 3],
+    /// Those of them that are unknown.
+    unknown: [[[isize; 2]; 2]; 3],
     /// Whether no fluid passes the lower and upper end of an axis, which this rank touches.
     pub(crate) closed: [[bool; 2]; 3],
     /// Whether this rank touches an end of the box that is not periodic.
@@ -59,6 +63,14 @@ impl Subgrid {
                 [low, high]
             })
         };
+        let unknown = |a: usize| {
+            let (n, h) = (layout.cells[a] as isize, layout.halo as isize);
+            [true, false].map(|is_normal| {
+                let low = if ends[a][0] { 0 } else { -h };
+                let last = n - 1 - isize::from(is_normal);
+                [low, if ends[a][1] { last } else { n + h - 1 }]
+            })
+        };
         let shifts = |a: usize| {
             let length = grid.axis(a).length();
             let wraps = ownership.touches(a).map(|t| t && grid.axis(a).is_periodic());
@@ -69,7 +81,9 @@ impl Subgrid {
             spacing: Vec3::from_fn(|a, _| grid.axis(a).width(0)),
             active: std::array::from_fn(|a| grid.is_active(a)),
             lower: Vec3::from_fn(|a, _| grid.axis(a).node(first[a] as isize)),
+            upper: Vec3::from_fn(|a, _| grid.axis(a).node((first[a] + layout.cells[a]) as isize)),
             valid: std::array::from_fn(valid),
+            unknown: std::array::from_fn(unknown),
             closed: std::array::from_fn(|a| [0, 1].map(|side| ends[a][side] && is_closed(a, side))),
             ends,
             neighbours: std::array::from_fn(|a| ownership.neighbours(a, grid.axis(a).is_periodic())),
@@ -105,14 +119,59 @@ impl Subgrid {
         [self.lower[axis] + margin, high - margin]
     }
 
+    /// Whether a point (m) lies in the own cells.
+    pub(crate) fn owns(&self, point: &Vec3) -> bool {
+        (0..3).filter(|&a| self.active[a]).all(|a| point[a] >= self.lower[a] && point[a] < self.upper[a])
+    }
+
     /// Corner and weights of the cell of velocities about a point (m); none if one of them means nothing.
     pub(crate) fn stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
+        self.cell_about(component, point, &self.valid)
+    }
+
+    /// The same; none if one of them is imposed by a boundary.
+    pub(crate) fn unknown_stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
+        self.cell_about(component, point, &self.unknown)
+    }
+
+    /// Places and weights of 3 x 3 x 3 velocities about a point (m): the cell about it, and on from there the way the
+    /// normal points; parabolas along each axis. None if one of them is imposed by a boundary.
+    pub(crate) fn outward_block(
+        &self,
+        component: usize,
+        point: &Vec3,
+        normal: &Vec3,
+    ) -> Option<Vec<(usize, f64)>> {
+        let mut entries = vec![([0; 3], 1.0)];
+        for a in (0..3).filter(|&a| self.active[a]) {
+            let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
+            let (floor, is_up) = (place.floor(), normal[a] >= 0.0);
+            let (first, step, t) =
+                if is_up { (floor, 1, place - floor) } else { (floor + 1.0, -1, floor + 1.0 - place) };
+            let [low, high] = self.unknown[a][usize::from(a != component)];
+            let first = first as isize;
+            if [first, first + 2 * step].iter().any(|i| !(low..=high).contains(i)) {
+                return None;
+            }
+            let weights = [0.5 * (1.0 - t) * (2.0 - t), t * (2.0 - t), -0.5 * t * (1.0 - t)];
+            let all = std::mem::take(&mut entries);
+            for (m, weight) in weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0) {
+                entries.extend(all.iter().map(|&(mut at, product): &([isize; 3], f64)| {
+                    at[a] = first + step * m as isize;
+                    (at, product * weight)
+                }));
+            }
+        }
+        Some(entries.into_iter().map(|([i, j, k], w)| (self.layout.index(i, j, k), w)).collect())
+    }
+
+    fn cell_about(&self, component: usize, point: &Vec3, allowed: &[[[isize; 2]; 2]; 3]) -> Option<Stencil> {
         let mut base = [0; 3];
         let mut fractions = [0.0; 3];
         for a in (0..3).filter(|&a| self.active[a]) {
             let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
             let floor = place.floor();
-            let [low, high] = self.valid[a][usize::from(a != component)];
+            let [low, high] = allowed[a][usize::from(a != component)];
             if !(floor >= low as f64 && floor < high as f64) {
                 return None;
             }

@@ -4,10 +4,11 @@
 
 mod common;
 
-use common::{QUADRATIC, Scene, body};
+use common::{MULTIPLIERS, QUADRATIC, Scene, body};
 use grains_domain::SerialTransport;
 use grains_fluid::{FlowSetup, Grid};
 use grains_geometry::{Shape, Vec3};
+use grains_resolved::Forcing;
 
 const RADIUS: f64 = 0.25;
 
@@ -32,10 +33,14 @@ fn setup(periodic: bool) -> FlowSetup {
 
 #[test]
 fn a_neutrally_buoyant_body_in_uniform_flow_feels_nothing() {
+    [QUADRATIC, MULTIPLIERS].into_iter().for_each(assert_feels_nothing);
+}
+
+fn assert_feels_nothing(forcing: Forcing) {
     let velocity = Vec3::new(0.3, -0.2, 0.1);
     let mut ball = body(1, Vec3::new(0.45, 0.5, 0.62));
     ball.velocity = velocity;
-    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &[ball]), QUADRATIC, &SerialTransport);
+    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &[ball]), forcing, &SerialTransport);
     scene.flow.initialise(|_| velocity.into(), |_| 0.0, &SerialTransport);
     for _ in 0..20 {
         scene.move_freely(ball_of(1.0), Vec3::zeros(), 0.02, &SerialTransport);
@@ -47,11 +52,15 @@ fn a_neutrally_buoyant_body_in_uniform_flow_feels_nothing() {
 
 #[test]
 fn bodies_and_fluid_keep_their_momentum() {
+    [QUADRATIC, MULTIPLIERS].into_iter().for_each(assert_keep_momentum);
+}
+
+fn assert_keep_momentum(forcing: Forcing) {
     let mut balls = [body(1, Vec3::new(0.3, 0.3, 0.3)), body(2, Vec3::new(0.72, 0.75, 0.74))];
     balls[0].velocity = Vec3::new(0.5, 0.2, 0.0);
     balls[1].velocity = Vec3::new(-0.3, 0.0, 0.4);
     balls[1].spin = Vec3::new(0.0, 3.0, 0.0);
-    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &balls), QUADRATIC, &SerialTransport);
+    let mut scene = Scene::new(&setup(true), [1; 3], (&sphere(), &balls), forcing, &SerialTransport);
     let ball = ball_of(2.5);
     let total = |scene: &Scene| {
         let state = &scene.flow.state;

@@ -219,7 +219,7 @@ impl FluidPhase {
             exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
         }
         if let Some(resolved) = &mut self.resolved {
-            resolved.follow(dem, &mut self.flow, dt, transport);
+            resolved.follow(dem, &mut self.flow, dt, transport)?;
         }
         self.seconds[0] += stepped - exchanged;
         self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;

@@ -12,7 +12,7 @@ use grains_fluid::{Centre, Field, Grid, Layout};
 /// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
 /// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
 /// superficial velocity is the mean of ε u over the domain.
-const COLUMNS: [(&str, &str); 15] = [
+const COLUMNS: [(&str, &str); 16] = [
     ("fluid_dt", "s"),
     ("fluid_courant", "-"),
     ("fluid_kinetic", "J"),
@@ -28,6 +28,7 @@ const COLUMNS: [(&str, &str); 15] = [
     ("superficial_x", "m/s"),
     ("superficial_y", "m/s"),
     ("superficial_z", "m/s"),
+    ("multiplier_iterations", "-"),
 ];
 
 /// Names and units of the columns that the fluid of a case adds to the time series.
@@ -175,6 +176,7 @@ impl FluidPhase {
         row.extend(flow.state.force);
         row.extend([iterations, -least[0], solid[0], imbalance]);
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
+        row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {
                 let axis = axis as usize;

@@ -1,10 +1,17 @@
 //! Particles that the grid resolves, and the fluid of one rank.
 
-use grains_case::{Case, Extrapolation as CaseExtrapolation, Resolved as CaseResolved};
-use grains_comm::MpiTransport;
+use crate::error::{RunError, agreed};
+use grains_case::{
+    Case, Extrapolation as CaseExtrapolation, Interpolation as CaseInterpolation, Resolved as CaseResolved,
+    ResolvedMethod as CaseMethod,
+};
+use grains_comm::{MpiTransport, exit};
 use grains_dem::Dem;
 use grains_fluid::Flow;
-use grains_resolved::{Extrapolation, Forcing, Resolved, Surroundings, bodies};
+use grains_resolved::{
+    Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
+    bodies,
+};
 
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
 /// points in the fluid, √3 apart, and the cell about the farther one.
@@ -25,14 +32,25 @@ impl ResolvedBodies {
     /// # Errors
     /// A grid that bodies cannot be resolved on.
     pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
-        let forcing = Forcing {
-            extrapolation: match given.extrapolation {
-                CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
-                CaseExtrapolation::Linear => Extrapolation::Linear,
-                CaseExtrapolation::Rigid => Extrapolation::Rigid,
+        let method = match given.method {
+            CaseMethod::Direct => Method::Direct {
+                extrapolation: match given.extrapolation {
+                    CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
+                    CaseExtrapolation::Linear => Extrapolation::Linear,
+                    CaseExtrapolation::Rigid => Extrapolation::Rigid,
+                },
             },
-            explicit: given.explicit_forcing,
+            CaseMethod::Multiplier => Method::Multiplier(MultiplierMethod {
+                interpolation: match given.interpolation {
+                    CaseInterpolation::Quadratic => Interpolation::Quadratic,
+                    CaseInterpolation::Multilinear => Interpolation::Multilinear,
+                },
+                spacing: given.point_spacing,
+                tolerance: given.tolerance,
+                iterations: given.iterations as usize,
+            }),
         };
+        let forcing = Forcing { method, explicit: given.explicit_forcing };
         let bodies = Resolved::new(flow, forcing).map_err(|e| case.about("fluid.cells", e.to_string()))?;
         let surroundings = Surroundings { density: flow.setup.density, active: bodies.subgrid.active };
         Ok(Self { bodies, is_fixed: case.holds_particles(), surroundings })
@@ -50,13 +68,26 @@ impl ResolvedBodies {
     }
 
     /// Makes fluid and particles follow each other after a step of the fluid `dt` (s); collective.
-    pub fn follow(&mut self, dem: &mut Dem, flow: &mut Flow, dt: f64, transport: &MpiTransport) {
-        if self.is_fixed {
-            self.bodies.follow(None, flow, dt, transport);
-            return;
+    ///
+    /// # Errors
+    /// Multipliers that were not found.
+    pub fn follow(
+        &mut self,
+        dem: &mut Dem,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let motions = (!self.is_fixed).then(|| self.surroundings.motions(dem, dt));
+        let actions = self.bodies.follow(motions.as_deref(), flow, dt, transport);
+        let failed = |e: FollowError| RunError {
+            code: exit::UNSTABLE,
+            message: format!("t = {:.6e} s: {e}", dem.time()),
+        };
+        let actions = agreed(transport, actions.map_err(failed))?;
+        if motions.is_some() {
+            self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);
         }
-        let motions = self.surroundings.motions(dem, dt);
-        let actions = self.bodies.follow(Some(&motions), flow, dt, transport);
-        self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);
+        Ok(())
     }
 }

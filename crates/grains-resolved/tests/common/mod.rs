@@ -9,7 +9,9 @@ mod ranks;
 use grains_domain::Transport;
 use grains_fluid::{Flow, FlowSetup};
 use grains_geometry::{Mat3, Shape, Vec3};
-use grains_resolved::{Action, BodyMotion, Extrapolation, Forcing, Resolved, RigidBody};
+use grains_resolved::{
+    Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
+};
 #[allow(unused_imports)]
 pub use ranks::{difference, joined, on_ranks, order, ownership, piece};
 
@@ -35,7 +37,18 @@ pub struct Scene {
     pub actions: Vec<Action>,
 }
 
-pub const QUADRATIC: Forcing = Forcing { extrapolation: Extrapolation::Quadratic, explicit: 1.0 };
+pub const QUADRATIC: Forcing =
+    Forcing { method: Method::Direct { extrapolation: Extrapolation::Quadratic }, explicit: 1.0 };
+
+pub const MULTIPLIERS: Forcing = Forcing {
+    method: Method::Multiplier(MultiplierMethod {
+        interpolation: Interpolation::Quadratic,
+        spacing: 2.0,
+        tolerance: 1e-10,
+        iterations: 500,
+    }),
+    explicit: 1.0,
+};
 
 impl Scene {
     pub fn new(
@@ -71,7 +84,7 @@ impl Scene {
     /// One step past bodies that stay.
     pub fn step(&mut self, dt: f64, transport: &dyn Transport) {
         self.flow.step(dt, transport).unwrap();
-        self.actions = self.resolved.follow(None, &mut self.flow, dt, transport);
+        self.actions = self.resolved.follow(None, &mut self.flow, dt, transport).unwrap();
     }
 
     /// One step with spheres that move, of a mass, inertia, and density over that of the fluid, under a force.
@@ -98,7 +111,7 @@ impl Scene {
             }
         };
         let motions: Vec<BodyMotion> = self.own.iter().zip(&self.actions).map(motion).collect();
-        self.actions = self.resolved.follow(Some(&motions), &mut self.flow, dt, transport);
+        self.actions = self.resolved.follow(Some(&motions), &mut self.flow, dt, transport).unwrap();
         self.own.clone_from_slice(&self.resolved.bodies[..self.resolved.owned]);
     }
 }

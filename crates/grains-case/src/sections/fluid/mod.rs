@@ -19,7 +19,7 @@ pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
 pub use output::{Axis, FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
-pub use resolved::{Extrapolation, Motion as BodyMotion, Resolved};
+pub use resolved::{Extrapolation, Interpolation, Method as ResolvedMethod, Motion as BodyMotion, Resolved};
 
 use crate::check::Checker;
 use crate::sections::domain::Domain;

@@ -30,6 +30,28 @@ pub enum Extrapolation {
     Rigid,
 }
 
+/// How particles and fluid get one velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Velocities inside particles are set: fast, and of second order.
+    #[default]
+    Direct,
+    /// Multipliers at points inside and on the surface are solved for by conjugate gradients (DLM/FD).
+    Multiplier,
+}
+
+/// How velocities are found at surface points of multipliers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// By parabolas that reach outwards: 27 velocities.
+    #[default]
+    Quadratic,
+    /// From the eight velocities around.
+    Multilinear,
+}
+
 /// Particles whose surfaces the grid resolves: no drag law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -37,9 +59,27 @@ pub struct Resolved {
     /// "free" or "fixed".
     #[serde(default)]
     pub motion: Motion,
-    /// How velocities just inside a particle follow those in the fluid.
+    /// How particles and fluid get one velocity.
+    #[serde(default)]
+    pub method: Method,
+    /// How velocities just inside a particle follow those in the fluid; "direct" only.
     #[serde(default)]
     pub extrapolation: Extrapolation,
+    /// How velocities are found at points of the surface; "multiplier" only.
+    #[serde(default)]
+    pub interpolation: Interpolation,
+    /// Distance of the points on the surface (cells); "multiplier" only.
+    #[serde(default = "usual_spacing")]
+    #[schemars(extend("minimum" = 0.8, "maximum" = 3))]
+    pub point_spacing: f64,
+    /// Residual of the multipliers' solve, of the velocities to be imposed (-); "multiplier" only.
+    #[serde(default = "usual_tolerance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub tolerance: f64,
+    /// Most iterations of that solve (-); "multiplier" only.
+    #[serde(default = "usual_iterations")]
+    #[schemars(extend("minimum" = 1))]
+    pub iterations: u64,
     /// Share of the particles' last force on the fluid in its momentum equation (-).
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("minimum" = 0, "maximum" = 1))]
@@ -48,6 +88,18 @@ pub struct Resolved {
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub diffusion_number: f64,
+}
+
+fn usual_spacing() -> f64 {
+    2.0
+}
+
+fn usual_tolerance() -> f64 {
+    1e-5
+}
+
+fn usual_iterations() -> u64 {
+    500
 }
 
 /// Particles need cells of one width, and collisions that are soft.
