@@ -194,7 +194,7 @@ impl ParticleColumns {
             }
             for &other in &partners {
                 let is_first = other >= index || !used.contains_key(&other);
-                if is_first && case.contact(index, other).is_none() {
+                if is_first && !case.holds_particles() && case.contact(index, other).is_none() {
                     remarks.add(line, "material", name.clone(), missing_contact(case, index, other));
                 }
             }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use grains_case::{
     Advection, BoundaryKind, Case, Drag, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
-    ParticleColumns, Place, Precision, ShapeKind, Side, Tangential, TimeStep, WallKind, schema,
+    ParticleColumns, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep, WallKind,
+    schema,
 };
 use serde_json::Value;
 
@@ -16,8 +17,15 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 6] =
-    ["silo.toml", "mixture.toml", "composites.toml", "single.toml", "channel.toml", "bed.toml"];
+const GOOD: [&str; 7] = [
+    "silo.toml",
+    "mixture.toml",
+    "composites.toml",
+    "single.toml",
+    "channel.toml",
+    "bed.toml",
+    "bodies.toml",
+];
 
 #[test]
 fn the_silo_is_resolved_to_indices_units_and_defaults() {
@@ -276,6 +284,28 @@ fn the_schema_describes_every_key_with_its_unit() {
             [kind, &kind[0], &key["items"]["type"]].iter().any(|t| **t == "number" || **t == "integer");
         assert!(!is_number || description.contains('('), "{path}: no unit in `{description}`");
     }
+}
+
+#[test]
+fn bodies_that_are_held_need_no_contacts_and_may_be_longer_than_the_period() {
+    let case = load("bodies.toml");
+    assert!(case.warnings.is_empty() && case.holds_particles(), "{:?}", case.warnings);
+    let resolved = case.fluid.as_ref().and_then(|f| f.resolved.clone()).expect("resolved");
+    assert_eq!((resolved.method, resolved.iterations), (ResolvedMethod::Multiplier, 200));
+    let text = case.to_toml();
+    let refused = |old: &str, new: &str| {
+        let changed = text.replace(old, new);
+        assert_ne!(changed, text, "{old}");
+        Case::parse(&changed, "bodies.toml", Path::new("")).expect_err("refused").to_string()
+    };
+    let message = refused("motion = \"fixed\"", "motion = \"free\"");
+    assert!(message.contains("no contact law between \"nylon\" and \"nylon\""), "{message}");
+    let message = refused("refinement = [0.0, 0.0, 0.0]", "refinement = [0.0, 1.0, 0.0]");
+    assert!(message.contains("fluid.refinement") && message.contains("equal cells"), "{message}");
+    let message = refused("[fluid.resolved]", "[fluid.coupling]\ndrag = \"ganser\"\n[fluid.resolved]");
+    assert!(message.contains("either resolved or coupled"), "{message}");
+    let message = refused("point_spacing = 1.2", "point_spacing = 0.2");
+    assert!(message.contains("point_spacing"), "{message}");
 }
 
 /// The good files together use every key but the few that exclude each other.

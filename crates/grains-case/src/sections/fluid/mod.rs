@@ -155,7 +155,7 @@ impl Fluid {
         let domain = context.domain;
         let usual = if self.coupling.is_some() { Advection::VanLeer } else { Advection::Central };
         self.advection.get_or_insert(usual);
-        self.longest_step.get_or_insert(context.end / 100.0);
+        self.longest_step.get_or_insert((context.end / 100.0).max(f64::MIN_POSITIVE));
         self.output.check(context.interval, context.end, checker);
         if self.resolved.is_none() {
             coupling::check(self.coupling.as_ref(), context, checker);
