@@ -287,7 +287,7 @@ fn the_schema_describes_every_key_with_its_unit() {
 }
 
 #[test]
-fn bodies_that_are_held_need_no_contacts_and_may_be_longer_than_the_period() {
+fn bodies_that_are_held_need_no_contacts() {
     let case = load("bodies.toml");
     assert!(case.warnings.is_empty() && case.holds_particles(), "{:?}", case.warnings);
     let resolved = case.fluid.as_ref().and_then(|f| f.resolved.clone()).expect("resolved");
