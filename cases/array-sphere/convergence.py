@@ -1,8 +1,10 @@
 """K of simple cubic arrays of spheres at many solid fractions and resolutions: `python3 cases/array-sphere/convergence.py
-[--across 8 16 32] [--jobs N]` runs what is missing, prints the table, and draws errors over resolution into errors.png."""
+[--across 8 16 32] [--resolved KEYS] [--jobs N]` runs what is missing, prints the table, and draws errors over resolution
+into errors.png."""
 import argparse
 import math
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -18,7 +20,6 @@ import sweep
 # Solid fraction and K of Zick and Homsy (1982), table 2; the last is the array whose spheres touch.
 FOUND = {0.027: 2.008, 0.064: 2.810, 0.125: 4.292, 0.216: 7.442, 0.343: 15.40, 0.45: 28.1, math.pi / 6: 42.1}
 SPEED = 1e-3
-EXTRAPOLATIONS = ["quadratic", "linear", "rigid"]
 
 
 def radius(fraction):
@@ -26,12 +27,13 @@ def radius(fraction):
     return (3 * fraction / (4 * math.pi)) ** (1 / 3)
 
 
-def case(fraction, cells, extrapolation, folder):
-    """The array at another solid fraction, on other cells."""
+def case(fraction, cells, resolved, folder):
+    """The array at another solid fraction, on other cells, with further keys of fluid.resolved."""
     text = (HERE / "array.toml").read_text()
     text = text.replace("radius = 0.37221", f"radius = {radius(fraction)!r}")
     text = text.replace("[21, 21, 21]", f"[{cells}, {cells}, {cells}]")
-    text = text.replace('{ motion = "fixed" }', f'{{ motion = "fixed", extrapolation = "{extrapolation}" }}')
+    if resolved:
+        text = text.replace('{ motion = "fixed" }', f'{{ motion = "fixed", {resolved} }}')
     return text.replace('"results/array-sphere/array"', f'"{folder / "run"}"')
 
 
@@ -50,17 +52,19 @@ def order(coarse, fine, limit, ratio):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--across", nargs="+", type=int, default=[8, 16, 32], help="cells across the diameter, about")
-    parser.add_argument("--fractions", nargs="+", type=float, default=list(FOUND))
-    parser.add_argument("--extrapolation", choices=EXTRAPOLATIONS, default="quadratic")
+    nearest = lambda text: min(FOUND, key=lambda fraction: abs(fraction - float(text)))
+    parser.add_argument("--fractions", nargs="+", type=nearest, default=list(FOUND), help="solid fractions of the table")
+    parser.add_argument("--resolved", default="", help="keys of fluid.resolved, such as 'method = \"multiplier\"'")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
     points = {}
     for fraction in options.fractions:
         for across in options.across:
             cells = round(across / (2 * radius(fraction)))
-            folder = sweep.RESULTS / "array-sphere" / options.extrapolation / f"{fraction:.4f}-{cells}"
+            words = re.findall(r"[\w.]+", options.resolved)
+            folder = sweep.RESULTS / "array-sphere" / ("-".join(words) or "default") / f"{fraction:.4f}-{cells}"
             points[fraction, across] = (cells, folder)
-    runs = [(case(f, cells, options.extrapolation, folder), folder) for (f, _), (cells, folder) in points.items()]
+    runs = [(case(f, cells, options.resolved, folder), folder) for (f, _), (cells, folder) in points.items()]
     sweep.run_all(runs, options.jobs)
     figure, axis = plt.subplots(figsize=(6, 4), layout="constrained")
     print(f"{'phi':>6} {'K':>7}  cells across: K (error) ... order")
@@ -85,7 +89,8 @@ def main():
     axis.loglog([8, 32], [0.2, 0.2 / 4**2], "k--", label="order 2")
     axis.set(xlabel="cells across the diameter", ylabel="error of K")
     axis.legend(fontsize="small")
-    figure.savefig(HERE / "errors.png", dpi=110)
+    if not options.resolved:
+        figure.savefig(HERE / "errors.png", dpi=110)
 
 
 if __name__ == "__main__":

@@ -304,6 +304,8 @@ fn bodies_that_are_held_need_no_contacts() {
     assert!(message.contains("fluid.refinement") && message.contains("equal cells"), "{message}");
     let message = refused("[fluid.resolved]", "[fluid.coupling]\ndrag = \"ganser\"\n[fluid.resolved]");
     assert!(message.contains("either resolved or coupled"), "{message}");
+    let message = refused("cells = [64, 32, 32]", "cells = [64, 32, 128]");
+    assert!(message.contains("fluid.cells") && message.contains("do not resolve particles"), "{message}");
     let message = refused("point_spacing = 1.2", "point_spacing = 0.2");
     assert!(message.contains("point_spacing"), "{message}");
 }

@@ -6,7 +6,7 @@
 //!  (m − m_f) (dU/dt − g) = ΣF_c − ∫f                  and the like for ω                   (7.2, 7.3)
 //! ```
 //!
-//! f is the force of the bodies on the fluid, the multiplier of the constraint (−λ of the thesis); it acts inside them only.
+//! f is the force of the bodies on the fluid, the multiplier of the constraint (−λ of the thesis); set directly, it acts inside them only.
 //!
 //! # Flow of one step
 //!
@@ -48,7 +48,7 @@
 //!
 //! [`Method::Multiplier`] is the method of the thesis: multipliers at velocities deep inside and at points of the surface
 //! ([`surface_points`]), interpolated multilinearly or by parabolas that reach outwards, found by conjugate gradients in a
-//! number of iterations that does not grow with resolution. It is of order 1.3 and costs three times as much for the bodies;
+//! number of iterations that does not grow with resolution. It is of order 1.2 to 1.35 and costs three times as much for the bodies;
 //! cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
 //!
 //! # Bodies of any density
@@ -68,80 +68,25 @@
 //! Every rank imposes its own velocities; sums over a body go back the way its copies came. Results on other numbers of ranks
 //! differ by rounding.
 
+mod balance;
 mod body;
 mod direct;
+mod error;
 mod motion;
 mod multiplier;
 mod nodes;
 mod points;
+mod resolved;
 mod spread;
 mod subgrid;
 
+pub use balance::{Action, BodyMotion};
 pub use body::RigidBody;
-pub use direct::{Action, Forcing, Method, Resolved};
+pub use error::{FollowError, SetupError};
 pub use motion::{FlowLink, Surroundings, bodies};
 pub use multiplier::{Interpolation, MultiplierMethod};
+pub use nodes::Extrapolation;
 pub use points::{SurfacePoint, surface_points};
+pub use resolved::{Forcing, Method, Resolved};
 pub use spread::Spread;
 pub use subgrid::Subgrid;
-
-use grains_geometry::Mat3;
-use thiserror::Error;
-
-/// How velocities just inside a body follow those in the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extrapolation {
-    /// They are those of the body.
-    Rigid,
-    /// Along a straight line through the surface.
-    Linear,
-    /// Along a parabola through the surface and two points in the fluid.
-    Quadratic,
-}
-
-/// What a body is moved by in a step; of six numbers the last three are those of rotation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BodyMotion {
-    /// Mass (kg).
-    pub mass: f64,
-    /// Inertia in the world frame (kg m²).
-    pub inertia: Mat3,
-    /// Density of the fluid over that of the body (-).
-    pub density_ratio: f64,
-    /// Momentum before the step (N s, N m s).
-    pub momentum: [f64; 6],
-    /// Impulse of contacts, weight and buoyancy in the step (N s, N m s).
-    pub impulse: [f64; 6],
-    /// What the last step left to this one, [`Action::pending`].
-    pub pending: [f64; 6],
-    /// Components of velocity and angular velocity that stay 0.
-    pub held: [bool; 6],
-}
-
-/// Why bodies cannot be resolved.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum SetupError {
-    /// Cells that differ in width.
-    #[error(
-        "the cells differ in width along {axis}, but bodies can be resolved on equal cells only: set fluid.refinement to 0"
-    )]
-    NotUniform {
-        /// Axis name.
-        axis: char,
-    },
-}
-
-/// Why fluid and bodies cannot follow each other.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FollowError {
-    /// Multipliers that were not found.
-    #[error(
-        "the multipliers of the bodies are not found within {iterations} iterations: residual {residual:.2e} of the velocities to be imposed; raise fluid.resolved.iterations or its tolerance, or set the points further apart (point_spacing)"
-    )]
-    Stalled {
-        /// Iterations done.
-        iterations: usize,
-        /// Residual over that at the start (-).
-        residual: f64,
-    },
-}

@@ -78,11 +78,11 @@ impl Surroundings {
         for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
             let mut link = FlowLink::read(cargo);
             let share = self.density / catalogue.densities[body.kind.material as usize];
+            load.force -= rates.gravity * (share * body.mass);
             for a in (0..3).filter(|&a| !self.active[a]) {
                 load.force[a] = -rates.gravity[a] * body.mass;
                 (0..3).filter(|&b| b != a).for_each(|b| load.torque[b] = 0.0);
             }
-            load.force -= rates.gravity * (share * body.mass);
             link.impulse += (load.force + rates.gravity * body.mass) * rates.dt;
             link.angular_impulse += load.torque * rates.dt;
             load.force += link.force;

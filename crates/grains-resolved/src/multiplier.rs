@@ -8,10 +8,10 @@
 //!  u = û + Δt/(ρ V) Cᵀ Λ,   M X = b − Δt Rᵀ Λ,   C u = R X      →      (Δt/(ρ V) C Cᵀ + Δt R M⁻¹ Rᵀ) Λ = R M⁻¹ b − C û
 //! ```
 
-use crate::direct::unit_row;
+use crate::balance::unit_row;
 use crate::nodes::Nodes;
 use crate::points::{SurfacePoint, surface_points};
-use crate::{Action, BodyMotion, FollowError, Resolved, RigidBody, Subgrid};
+use crate::{Action, BodyMotion, FollowError, Method, Resolved, RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
@@ -40,13 +40,16 @@ pub struct MultiplierMethod {
     pub iterations: usize,
 }
 
+/// Shape, bits of the scale, and the axis of the section in the body frame (10⁻⁶).
+type SurfaceKey = (u16, u64, Option<[i64; 3]>);
+
 /// What is kept between steps: the points, the multipliers, and room to work in.
 pub(crate) struct Multipliers {
     constraints: Constraints,
     /// Multipliers of the last step (N), if its points are still these.
     values: Vec<f64>,
-    /// Surface points of the shapes at a scale.
-    surfaces: HashMap<(u16, u64), Vec<SurfacePoint>>,
+    /// Surface points of the shapes at a scale, in two dimensions of a section.
+    surfaces: HashMap<SurfaceKey, Vec<SurfacePoint>>,
     field: Faces,
     halo: Halo,
     /// Iterations of the last step.
@@ -54,7 +57,12 @@ pub(crate) struct Multipliers {
 }
 
 impl Multipliers {
-    pub fn new(setup: &FlowSetup, layout: Layout) -> Self {
+    /// Nothing yet; direct forcing needs no room.
+    pub fn new(setup: &FlowSetup, layout: Layout, method: Method) -> Self {
+        let layout = match method {
+            Method::Direct { .. } => Layout { cells: [0; 3], halo: 0 },
+            Method::Multiplier(_) => layout,
+        };
         Self {
             constraints: Constraints::default(),
             values: Vec::new(),
@@ -76,14 +84,14 @@ impl Multipliers {
     ) {
         let widest = (0..3).filter(|&a| subgrid.active[a]).map(|a| subgrid.spacing[a]).fold(0.0, f64::max);
         let flat = (0..3).find(|&a| !subgrid.active[a]);
-        let key = |body: &RigidBody| (body.shape, body.scale.to_bits());
+        let across = |body: &RigidBody| flat.map(|a| Vec3::from(body.rotation.row(a).transpose()));
+        let key = |body: &RigidBody| -> SurfaceKey {
+            let rounded = across(body).map(|axis| axis.map(|x| (1e6 * x).round() as i64).into());
+            (body.shape, body.scale.to_bits(), rounded)
+        };
         for body in bodies {
             self.surfaces.entry(key(body)).or_insert_with(|| {
-                let across = flat.map(|a| {
-                    let mut axis = Vec3::zeros();
-                    axis[a] = 1.0;
-                    body.rotation.tr_mul(&axis)
-                });
+                let across = across(body);
                 let spacing = method.spacing * widest / body.scale;
                 surface_points(&shapes[body.shape as usize], spacing, across.as_ref())
             });
@@ -137,8 +145,9 @@ impl Resolved {
         let mut squared = sum_of_squares(&residual, transport);
         let enough = method.tolerance * method.tolerance * wanted;
         let mut iterations = 0;
-        while squared > enough {
-            if iterations == method.iterations {
+        // A residual that is no number is never enough.
+        while squared.is_nan() || squared > enough {
+            if iterations == method.iterations || squared.is_nan() {
                 return Err(FollowError::Stalled { iterations, residual: (squared / wanted).sqrt() });
             }
             self.respond(&direction, &mut response, gain, dt, motions, transport);
@@ -341,12 +350,15 @@ impl Constraints {
                 && shapes[other.shape as usize].contains(&(other.rotation.tr_mul(&from) / other.scale))
         };
         for (number, (body, surface)) in bodies.iter().zip(surfaces).enumerate() {
+            let meets = |other: &&RigidBody| {
+                let reach = body.radius(shapes) + other.radius(shapes);
+                other.id != body.id && (other.center - body.center).norm() < reach
+            };
+            let near: Vec<&RigidBody> = bodies.iter().filter(meets).collect();
             for point in *surface {
                 let arm = body.rotation * point.place * body.scale;
                 let place = body.center + arm;
-                if !subgrid.owns(&place)
-                    || bodies.iter().any(|other| other.id != body.id && hides(other, &place))
-                {
+                if !subgrid.owns(&place) || near.iter().any(|other| hides(other, &place)) {
                     continue;
                 }
                 let normal = body.rotation * point.normal;

@@ -1,7 +1,7 @@
 //! The velocities of the fluid that bodies impose.
 
 use crate::subgrid::Stencil;
-use crate::{Extrapolation, RigidBody, Subgrid};
+use crate::{RigidBody, Subgrid};
 use grains_geometry::{Shape, Vec3, WayOut};
 use std::ops::RangeInclusive;
 
@@ -12,6 +12,17 @@ const FIRST: u32 = 2;
 /// What the weights of velocities inside bodies may sum to at the near and the far point in the fluid: such velocities
 /// are extrapolated themselves, and loops among close bodies must not feed themselves.
 const MOST_HIDDEN: [f64; 2] = [0.25, 0.5];
+
+/// How velocities just inside a body follow those in the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extrapolation {
+    /// They are those of the body.
+    Rigid,
+    /// Along a straight line through the surface.
+    Linear,
+    /// Along a parabola through the surface and two points in the fluid.
+    Quadratic,
+}
 
 /// A velocity of the fluid that a body imposes.
 #[derive(Clone, Debug)]

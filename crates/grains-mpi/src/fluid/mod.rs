@@ -5,6 +5,14 @@
 //! every particle step                  contact forces + drag, pressure gradient, buoyancy → advance
 //! ```
 //!
+//! Of particles that the grid resolves the order is the other way round: they go through the n steps with the flow's last force,
+//! then the fluid through its own, and both get one velocity.
+//!
+//! ```text
+//! every particle step                  contact forces + force and torque of the flow, buoyancy → advance
+//! particle step s = end of the span    bodies placed → fluid step of n particle steps → fluid and bodies follow each other
+//! ```
+//!
 //! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
 //! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
 //! ticks in small fractions of the output interval, and the particles' part of the step is left out.

@@ -11,7 +11,7 @@ use grains_fluid::{Centre, Field, Grid, Layout};
 /// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
 /// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
 /// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
-/// superficial velocity is the mean of ε u over the domain.
+/// superficial velocity is the mean of ε u over the domain. NaN where something is not measured.
 const COLUMNS: [(&str, &str); 16] = [
     ("fluid_dt", "s"),
     ("fluid_courant", "-"),
@@ -168,9 +168,13 @@ impl FluidPhase {
             let own = &dem.particles.bodies[..dem.particles.owned];
             let densities = &dem.setup.catalogue.densities;
             solid[0] = own.iter().map(|body| body.mass / densities[body.kind.material as usize]).sum();
+            // Neither is measured of bodies that the grid resolves.
+            (least[0], imbalance) = (f64::NAN, f64::NAN);
         }
         transport.sum(&mut solid);
-        transport.max(&mut least);
+        if self.resolved.is_none() {
+            transport.max(&mut least);
+        }
         let (energy, iterations) = (flow.kinetic_energy(transport), self.report.solve.iterations as f64);
         let mut row = vec![dt, rate * dt, energy, divergence, drop];
         row.extend(flow.state.force);

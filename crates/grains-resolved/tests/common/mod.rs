@@ -12,7 +12,7 @@ use grains_geometry::{Mat3, Shape, Vec3};
 use grains_resolved::{
     Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
 };
-#[allow(unused_imports)]
+#[allow(unused_imports)] // each test program uses its part
 pub use ranks::{difference, joined, on_ranks, order, ownership, piece};
 
 /// A body at rest that is not turned.

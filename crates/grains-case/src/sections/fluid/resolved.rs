@@ -5,6 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{Context, Fluid};
 use crate::check::Checker;
+use crate::diagnostic::rounded;
+
+/// Most that widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
+/// further than the halo reaches.
+const MOST_STRETCHED: f64 = 2.0;
 
 /// What particles do in the flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -117,6 +122,19 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
     }
     if context.is_hard {
         checker.error("collisions.model", "resolved particles collide softly only; take \"soft\"".into());
+    }
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(context.domain, a)[1]);
+    let [least, most] = widths.fold([f64::INFINITY, 0.0], |[least, most], w| [w.min(least), w.max(most)]);
+    if most > MOST_STRETCHED * least {
+        checker.error(
+            "fluid.cells",
+            format!(
+                "cells of {} to {} m, more than {MOST_STRETCHED} times as long as wide, do not resolve particles; take \
+                 about as many per metre along all axes",
+                rounded(least),
+                rounded(most)
+            ),
+        );
     }
     if fluid.refinement.iter().any(|&r| r > 0.0) {
         let message =

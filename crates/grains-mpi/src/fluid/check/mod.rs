@@ -17,12 +17,9 @@ use kinds::{Settling, kinds};
 /// Void fraction of a settled bed, at which beds are judged.
 const SETTLED: f64 = 0.4;
 
-/// Width of the halo of the fields (cells).
-const HALO: u64 = 2;
-
 /// Bytes per cell of the fields of one phase, of those that particles add, of the means over time, and of PETSc's
-/// matrices and vectors.
-const BYTES: [f64; 4] = [110.0, 240.0, 100.0, 250.0];
+/// matrices and vectors, and of what resolved bodies add.
+const BYTES: [f64; 5] = [110.0, 240.0, 100.0, 250.0, 60.0];
 
 /// Lines of `check` on the fluid; none without one.
 ///
@@ -73,9 +70,12 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
 pub fn bytes_on_disk(case: &Case) -> f64 {
     /// Numbers per cell of a checkpoint: velocities and explicit terms on faces, pressure, correction, void fraction.
     const STATE: f64 = 9.0;
+    /// Those of resolved bodies: their force on the faces.
+    const FORCE: f64 = 3.0;
     let Some(fluid) = &case.fluid else { return 0.0 };
     let cells = fluid.cells.iter().product::<u64>() as f64;
-    let has_particles = !case.inserts.is_empty();
+    let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
+    let state = STATE + if fluid.resolved.is_some() { FORCE } else { 0.0 };
     let components = |field: &FluidField| match (field, has_particles) {
         (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
         (FluidField::Pressure, _) | (FluidField::VoidFraction, true) => 1.0,
@@ -86,7 +86,7 @@ pub fn bytes_on_disk(case: &Case) -> f64 {
     let interval = fluid.output.interval.unwrap_or(case.output.particles);
     let times = |from: f64| if interval > 0.0 { (case.time.end - from).max(0.0) / interval } else { 0.0 };
     let snapshots = times(0.0) + fluid.output.mean_from.map_or(0.0, times);
-    cells * (snapshots * numbers * real + case.output.keep_checkpoints as f64 * STATE * 8.0)
+    cells * (snapshots * numbers * real + case.output.keep_checkpoints as f64 * state * 8.0)
 }
 
 fn describe(coupling: &Coupling) -> String {
@@ -117,10 +117,11 @@ fn cells(case: &Case, fluid: &Fluid) -> String {
 }
 
 fn memory(case: &Case, fluid: &Fluid) -> String {
-    let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * HALO) as f64).product();
+    let halo = super::plain_halo(fluid) as u64;
+    let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * halo) as f64).product();
     let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
     let by_petsc = fluid.pressure.method == PressureMethod::Petsc;
-    let taken = [true, has_particles || fluid.resolved.is_some(), fluid.output.mean_from.is_some(), by_petsc];
+    let taken = [true, has_particles, fluid.output.mean_from.is_some(), by_petsc, fluid.resolved.is_some()];
     let bytes: f64 = BYTES.iter().zip(taken).filter(|(_, taken)| *taken).map(|(bytes, _)| bytes).sum();
     format!(
         "  memory       about {:.0} MB for the fluid, halos of one rank included",

@@ -1,0 +1,95 @@
+//! The balance of momentum of one body in a step: what it is moved by, and what it does to the fluid.
+
+use crate::RigidBody;
+use grains_geometry::{Mat3, Vec3};
+use nalgebra::{Matrix6, Vector6};
+
+/// Part of the displaced fluid's inertia that a body is given besides, with its acceleration in the last step for a force:
+/// no body is so light that what the fluid answers a step later makes it swing.
+pub(crate) const VIRTUAL_MASS: f64 = 1.0;
+
+/// What a body is moved by in a step; of six numbers the last three are those of rotation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Inertia in the world frame (kg m²).
+    pub inertia: Mat3,
+    /// Density of the fluid over that of the body (-).
+    pub density_ratio: f64,
+    /// Momentum before the step (N s, N m s).
+    pub momentum: [f64; 6],
+    /// Impulse of contacts, weight and buoyancy in the step (N s, N m s).
+    pub impulse: [f64; 6],
+    /// What the last step left to this one, [`Action::pending`].
+    pub pending: [f64; 6],
+    /// Components of velocity and angular velocity that stay 0.
+    pub held: [bool; 6],
+}
+
+/// What a body does to the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Action {
+    /// Force (N).
+    pub force: Vec3,
+    /// Torque about the body's centre (N m).
+    pub torque: Vec3,
+    /// Momentum and angular momentum that the balance of this step leaves to the next (N s, N m s): E − C m_f (U − Uⁿ).
+    pub pending: [f64; 6],
+}
+
+impl BodyMotion {
+    /// Inertia (m − m_f + C m_f, and of rotation), and the momentum after the step without the flow.
+    pub(crate) fn balance(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        let share = 1.0 + (VIRTUAL_MASS - 1.0) * self.density_ratio;
+        let six = Vector6::from_column_slice;
+        let right = six(&self.momentum) * share + six(&self.impulse) - six(&self.pending);
+        (self.six_by_six() * share, right)
+    }
+
+    /// Velocities of a momentum; those held are 0. NaN, which the next step reports, if the matrix has no inverse: inertia is
+    /// positive, so only NaN can make one such.
+    pub(crate) fn solved(&self, mut matrix: Matrix6<f64>, mut right: Vector6<f64>) -> Vector6<f64> {
+        for a in (0..6).filter(|&a| self.held[a]) {
+            matrix.row_mut(a).fill(0.0);
+            matrix[(a, a)] = 1.0;
+            right[a] = 0.0;
+        }
+        matrix.lu().solve(&right).unwrap_or_else(|| Vector6::repeat(f64::NAN))
+    }
+
+    /// Mass and inertia as one matrix.
+    pub(crate) fn six_by_six(&self) -> Matrix6<f64> {
+        let mut matrix = Matrix6::from_diagonal_element(self.mass);
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.inertia);
+        matrix
+    }
+}
+
+/// Velocity and angular velocity of a body.
+pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
+    let (u, w) = (&body.velocity, &body.spin);
+    Vector6::new(u.x, u.y, u.z, w.x, w.y, w.z)
+}
+
+impl Action {
+    pub(crate) fn read(sums: &[f64; 12]) -> Self {
+        let vector = |k: usize| Vec3::from_column_slice(&sums[k..k + 3]);
+        Self { force: vector(0), torque: vector(3), pending: std::array::from_fn(|a| sums[6 + a]) }
+    }
+}
+
+/// Torque about the centre of a force f along axis `component` at an arm.
+fn moment(arm: &Vec3, component: usize, force: f64) -> Vec3 {
+    let mut along = Vec3::zeros();
+    along[component] = force;
+    arm.cross(&along)
+}
+
+/// (e, r × e) for the unit vector e of an axis: e·(U + ω × r) = row · (U, ω), and force and torque of a unit force.
+pub(crate) fn unit_row(arm: &Vec3, component: usize) -> Vector6<f64> {
+    let torque = moment(arm, component, 1.0);
+    let mut row = Vector6::new(0.0, 0.0, 0.0, torque.x, torque.y, torque.z);
+    row[component] = 1.0;
+    row
+}

@@ -1,0 +1,141 @@
+//! The bodies of a rank and the fluid, and how they come to follow each other.
+
+use crate::balance::{VIRTUAL_MASS, velocities};
+use crate::multiplier::{MultiplierMethod, Multipliers};
+use crate::nodes::Nodes;
+use crate::{Action, BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
+use grains_domain::Transport;
+use grains_fluid::{Flow, Immersed};
+use grains_geometry::Shape;
+
+/// How the constraint is imposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Velocities inside bodies are set.
+    Direct {
+        /// How they follow those outside.
+        extrapolation: Extrapolation,
+    },
+    /// Multipliers at points are solved for.
+    Multiplier(MultiplierMethod),
+}
+
+/// How the bodies act on the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forcing {
+    /// How the constraint is imposed.
+    pub method: Method,
+    /// Share γ of the last force in the momentum equation (-), eq. 7.9.
+    pub explicit: f64,
+}
+
+/// The bodies of a rank and the fluid that follows them.
+pub struct Resolved {
+    /// Where velocities lie.
+    pub subgrid: Subgrid,
+    /// How the constraint is imposed.
+    pub forcing: Forcing,
+    /// Own bodies, then copies.
+    pub bodies: Vec<RigidBody>,
+    /// Number of own bodies.
+    pub owned: usize,
+    pub(crate) spread: Spread,
+    pub(crate) nodes: Nodes,
+    /// Places of the last step's forces per component.
+    pub(crate) forced: [Vec<usize>; 3],
+    pub(crate) multipliers: Multipliers,
+}
+
+impl Resolved {
+    /// No bodies yet.
+    ///
+    /// # Errors
+    /// A grid that bodies cannot be resolved on.
+    pub fn new(flow: &mut Flow, forcing: Forcing) -> Result<Self, SetupError> {
+        let subgrid = Subgrid::new(&flow.setup)?;
+        flow.immersed = Some(Immersed::new(flow.layout()));
+        Ok(Self {
+            multipliers: Multipliers::new(&flow.setup, flow.layout(), forcing.method),
+            nodes: Nodes::new(&subgrid),
+            subgrid,
+            forcing,
+            bodies: Vec::new(),
+            owned: 0,
+            spread: Spread::default(),
+            forced: Default::default(),
+        })
+    }
+
+    /// Takes the own bodies where they are now; collective. The next step of the flow is for these places.
+    pub fn place(
+        &mut self,
+        own: Vec<RigidBody>,
+        shapes: &[Shape],
+        flow: &mut Flow,
+        transport: &dyn Transport,
+    ) {
+        self.owned = own.len();
+        self.bodies = own;
+        self.spread = Spread::new(&mut self.bodies, shapes, &self.subgrid, transport);
+        let extrapolation = match self.forcing.method {
+            Method::Direct { extrapolation } => extrapolation,
+            Method::Multiplier(_) => Extrapolation::Rigid,
+        };
+        self.nodes.find(&self.bodies, shapes, &self.subgrid, extrapolation);
+        let solid = match self.forcing.method {
+            Method::Direct { .. } => self.nodes.solid.as_slice(),
+            Method::Multiplier(method) => {
+                self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
+                &[]
+            }
+        };
+        if let Some(immersed) = &mut flow.immersed {
+            immersed.solid.clear();
+            immersed.solid.extend_from_slice(solid);
+        }
+    }
+
+    /// Iterations of the last solve for multipliers.
+    pub fn iterations(&self) -> usize {
+        self.multipliers.iterations
+    }
+
+    /// Goes on from the forces of a flow that was continued: they are released where no body is any more.
+    pub fn resume(&mut self, flow: &Flow) {
+        let Some(immersed) = &flow.immersed else { return };
+        for (component, forced) in self.forced.iter_mut().enumerate() {
+            let force = immersed.force.component(component);
+            let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
+            forced.clear();
+            forced.extend(rows.filter(|&place| force[place] != 0.0));
+        }
+    }
+
+    /// Makes the fluid follow the bodies after a step of it of `dt` (s); collective.
+    ///
+    /// Bodies of which `motions` tells the dynamics get new velocities; the others keep theirs. Returns what each own body
+    /// does to the fluid.
+    ///
+    /// # Errors
+    /// Multipliers that were not found.
+    pub fn follow(
+        &mut self,
+        motions: Option<&[BodyMotion]>,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &dyn Transport,
+    ) -> Result<Vec<Action>, FollowError> {
+        let mut actions = match self.forcing.method {
+            Method::Direct { .. } => self.set_velocities(motions, flow, dt, transport),
+            Method::Multiplier(method) => self.solve_multipliers(&method, motions, flow, dt, transport)?,
+        };
+        let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
+        for ((action, body), motion) in moved {
+            let after = motion.six_by_six() * velocities(body);
+            for (a, pending) in action.pending.iter_mut().enumerate() {
+                *pending -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
+            }
+        }
+        Ok(actions)
+    }
+}
