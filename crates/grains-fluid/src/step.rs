@@ -244,13 +244,13 @@ impl Flow {
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        let solid: &[usize] = self.immersed.as_ref().map_or(&[], |bodies| &bodies.solid);
-        let within: f64 = solid.iter().map(|&p| self.rhs.data()[p]).sum();
-        let mut sums = [sum, scale, within, solid.len() as f64];
+        // No fluid comes out of a body; how it flows within does not matter.
+        if let Some(solid) = self.immersed.as_ref().and_then(|bodies| bodies.solid.as_ref()) {
+            solid.level(self.rhs.data_mut(), transport);
+        }
+        let mut sums = [sum, scale];
         transport.sum(&mut sums);
-        let ([sum, scale, within, count], step) = (sums, self.state.step);
-        // Within bodies only their sum counts, which the pressure equation must be able to balance.
-        solid.iter().for_each(|&p| self.rhs.data_mut()[p] = within / count);
+        let ([sum, scale], step) = (sums, self.state.step);
         if !scale.is_finite() {
             return Err(StepError::NotFinite { step, dt, cfl: self.courant_of_last(dt) });
         }

@@ -169,6 +169,14 @@ impl Shape {
         self.parts.iter().any(|part| part.contains(&part.rotation.tr_mul(&(point - part.center))))
     }
 
+    /// Whether a point of the body frame (m) at scale 1 lies in the box about a part, or within a distance (m) of its faces.
+    pub fn is_near(&self, point: &Vec3, distance: f64) -> bool {
+        self.parts.iter().any(|part| {
+            let local = part.rotation.tr_mul(&(point - part.center));
+            (0..3).all(|a| local[a].abs() <= part.half_extents[a] + distance)
+        })
+    }
+
     /// Whether the shape is a single sphere.
     pub fn is_sphere(&self) -> bool {
         matches!(self.parts.as_slice(), [Part { core: Core::Point, .. }])

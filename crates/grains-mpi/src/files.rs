@@ -14,10 +14,11 @@ use grains_output::{
     Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old, utc_now,
     write_checkpoint, write_shape,
 };
+use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
 
 /// Fields of a particle snapshot when none is left out.
-const PARTICLE_FIELDS: [FieldSpec; 12] = [
+const PARTICLE_FIELDS: [FieldSpec; 14] = [
     FieldSpec::integer("id"),
     FieldSpec::integer("shape"),
     FieldSpec::integer("material"),
@@ -30,10 +31,13 @@ const PARTICLE_FIELDS: [FieldSpec; 12] = [
     FieldSpec::real("angular_velocity", "rad/s", 3),
     FieldSpec::real("force", "N", 3),
     FieldSpec::real("torque", "N m", 3),
+    FieldSpec::real("fluid_force", "N", 3),
+    FieldSpec::real("fluid_torque", "N m", 3),
 ];
 
 /// Fields of the particle snapshots of a case.
 pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
+    let is_resolved = case.fluid.as_ref().is_some_and(|fluid| fluid.resolved.is_some());
     let is_kept = |spec: &FieldSpec| {
         let optional = match spec.name {
             "material" => Field::Material,
@@ -43,9 +47,12 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
             "angular_velocity" => Field::AngularVelocity,
             "force" => Field::Force,
             "torque" => Field::Torque,
+            "fluid_force" => Field::FluidForce,
+            "fluid_torque" => Field::FluidTorque,
             _ => return true,
         };
-        case.output.fields.contains(&optional)
+        let is_of_flow = matches!(optional, Field::FluidForce | Field::FluidTorque);
+        case.output.fields.contains(&optional) && (is_resolved || !is_of_flow)
     };
     PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
 }
@@ -109,6 +116,8 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "angular_velocity" => vectors(&|i| body(i).angular_velocity),
         "force" => vectors(&|i| particles.loads[i].force),
         "torque" => vectors(&|i| particles.loads[i].torque),
+        "fluid_force" => vectors(&|i| FlowLink::read(&particles.cargo[i]).force),
+        "fluid_torque" => vectors(&|i| FlowLink::read(&particles.cargo[i]).torque),
         "orientation_wxyz" => {
             let turns = owned.clone().map(|i| particles.record(i).orientation.into_inner());
             Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())

@@ -42,7 +42,7 @@
 //! velocity.
 //!
 //! Continued velocities are not free of divergence to rounding. In cells all of whose faces are imposed nothing could mend
-//! that, so ∇·u = 0 is waived there but for the sum ([`grains_fluid::Immersed`]).
+//! that, so ∇·u = 0 is waived there but for the sum over each body: no fluid comes out of one ([`grains_fluid::SolidCells`]).
 //!
 //! # Multipliers
 //!
@@ -77,6 +77,7 @@ mod multiplier;
 mod nodes;
 mod points;
 mod resolved;
+mod solid;
 mod spread;
 mod subgrid;
 

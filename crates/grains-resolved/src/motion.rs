@@ -118,6 +118,13 @@ impl Surroundings {
         (0..particles.owned).map(motion).collect()
     }
 
+    /// Lets particles that stay where they are know what the flow does to them.
+    pub fn note(dem: &mut Dem, actions: &[Action]) {
+        for (cargo, action) in dem.particles.cargo.iter_mut().zip(actions) {
+            *cargo = FlowLink { force: -action.force, torque: -action.torque, ..FlowLink::default() }.write();
+        }
+    }
+
     /// Gives the own particles the velocities of their bodies, and the force of the flow that led to them.
     pub fn correct(&self, dem: &mut Dem, bodies: &[RigidBody], actions: &[Action], dt: f64) {
         let catalogue = &dem.setup.catalogue;

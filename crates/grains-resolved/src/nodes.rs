@@ -58,15 +58,13 @@ pub(crate) struct Skin {
 pub(crate) struct Nodes {
     /// Own nodes per component.
     pub of: [Vec<Node>; 3],
-    /// Places of own cells all of whose faces are imposed.
-    pub solid: Vec<usize>,
     marks: [Vec<u32>; 3],
 }
 
 impl Nodes {
     pub fn new(subgrid: &Subgrid) -> Self {
         let marks = || vec![OUTSIDE; subgrid.layout.len()];
-        Self { of: Default::default(), solid: Vec::new(), marks: [marks(), marks(), marks()] }
+        Self { of: Default::default(), marks: [marks(), marks(), marks()] }
     }
 
     /// Finds the velocities inside the bodies and how those next to a surface are extrapolated.
@@ -101,7 +99,6 @@ impl Nodes {
                 }
             }
         }
-        self.find_solid(subgrid);
     }
 
     /// Whether a body holds an own node.
@@ -184,11 +181,11 @@ impl Nodes {
         }
     }
 
-    /// Lists the own cells none of whose faces is free.
-    fn find_solid(&mut self, subgrid: &Subgrid) {
+    /// The own cells none of whose faces is free, and the body of each: that of a face above or below.
+    pub fn solid_cells(&self, subgrid: &Subgrid) -> Vec<(usize, u32)> {
         let (layout, strides) = (subgrid.layout, subgrid.layout.strides());
-        self.solid.clear();
-        let Some(first) = (0..3).find(|&c| subgrid.active[c]) else { return };
+        let mut solid = Vec::new();
+        let Some(first) = (0..3).find(|&c| subgrid.active[c]) else { return solid };
         for k in 0..layout.cells[2] {
             for j in 0..layout.cells[1] {
                 let row = layout.row(j, k);
@@ -203,13 +200,20 @@ impl Nodes {
                         let face = place - if side == 0 { strides[component] } else { 0 };
                         self.marks[component][face] != OUTSIDE || (at_end && subgrid.closed[component][side])
                     };
-                    let mut faces = (0..3).filter(|&c| subgrid.active[c]);
-                    if faces.all(|c| is_imposed(c, 0) && is_imposed(c, 1)) {
-                        self.solid.push(place);
+                    let mut axes = (0..3).filter(|&c| subgrid.active[c]);
+                    if !axes.clone().all(|c| is_imposed(c, 0) && is_imposed(c, 1)) {
+                        continue;
                     }
+                    let body = |component: usize, face: usize| {
+                        let node = self.marks[component][face].checked_sub(FIRST)?;
+                        Some(self.of[component][node as usize].body)
+                    };
+                    let found = axes.find_map(|c| body(c, place).or_else(|| body(c, place - strides[c])));
+                    solid.extend(found.map(|body| (place, body)));
                 }
             }
         }
+        solid
     }
 }
 

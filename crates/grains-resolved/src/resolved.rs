@@ -3,10 +3,12 @@
 use crate::balance::{VIRTUAL_MASS, velocities};
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
+use crate::solid::SolidCellsOfBodies;
 use crate::{Action, BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
 use grains_domain::Transport;
-use grains_fluid::{Flow, Immersed};
+use grains_fluid::{Flow, Immersed, SolidCells};
 use grains_geometry::Shape;
+use std::sync::Arc;
 
 /// How the constraint is imposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,16 +84,20 @@ impl Resolved {
             Method::Multiplier(_) => Extrapolation::Rigid,
         };
         self.nodes.find(&self.bodies, shapes, &self.subgrid, extrapolation);
-        let solid = match self.forcing.method {
-            Method::Direct { .. } => self.nodes.solid.as_slice(),
+        let solid: Option<Arc<dyn SolidCells>> = match self.forcing.method {
+            Method::Direct { .. } => Some(Arc::new(SolidCellsOfBodies {
+                cells: self.nodes.solid_cells(&self.subgrid),
+                bodies: self.bodies.len(),
+                spread: self.spread.clone(),
+                subgrid: self.subgrid.clone(),
+            })),
             Method::Multiplier(method) => {
                 self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
-                &[]
+                None
             }
         };
         if let Some(immersed) = &mut flow.immersed {
-            immersed.solid.clear();
-            immersed.solid.extend_from_slice(solid);
+            immersed.solid = solid;
         }
     }
 

@@ -36,11 +36,15 @@ pub enum Field {
     Force,
     /// Torque of the contacts (N m).
     Torque,
+    /// Force of the flow around a resolved particle (N), without buoyancy.
+    FluidForce,
+    /// Torque of that flow (N m).
+    FluidTorque,
 }
 
 impl Field {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Material,
         Self::Coordination,
         Self::WallContacts,
@@ -48,6 +52,8 @@ impl Field {
         Self::AngularVelocity,
         Self::Force,
         Self::Torque,
+        Self::FluidForce,
+        Self::FluidTorque,
     ];
 }
 

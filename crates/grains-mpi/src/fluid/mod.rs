@@ -95,7 +95,7 @@ impl FluidPhase {
         let given = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
         let resolved = given.map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
-        if exchange.is_some() || resolved.as_ref().is_some_and(|r| !r.is_fixed) {
+        if exchange.is_some() || resolved.is_some() {
             dem.particles.carry();
         }
         let longest = setup::longest_step(case, fluid, &flow.setup);
@@ -107,7 +107,8 @@ impl FluidPhase {
         let span = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
         let setup = &flow.setup;
         let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
-        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), exchange.is_some()));
+        let has_particles = exchange.is_some() || resolved.is_some();
+        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), has_particles));
         let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
         Ok(Some(Self {
             flow,

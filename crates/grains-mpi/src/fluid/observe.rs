@@ -145,7 +145,8 @@ fn needs_particles(field: &FluidField) -> bool {
 impl FluidPhase {
     /// The fields that a case asks for and that there are.
     pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
-        wanted.iter().filter(|field| self.exchange.is_some() || !needs_particles(field)).map(name).collect()
+        let has_particles = self.exchange.is_some() || self.resolved.is_some();
+        wanted.iter().filter(|field| has_particles || !needs_particles(field)).map(name).collect()
     }
 
     /// Values of [`columns`]; collective.
@@ -209,6 +210,9 @@ impl FluidPhase {
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &self.flow.mixture) {
             fields.push(mixture.void_fraction.clone());
             fields.extend(exchange.solid_flux(&dem.particles, layout, transport)?);
+        }
+        if let Some(resolved) = &self.resolved {
+            fields.extend(resolved.void_and_flux(dem));
         }
         let mut all: Vec<&mut [f64]> = fields.iter_mut().map(Field::data_mut).collect();
         self.halo.fill(&mut all, transport);

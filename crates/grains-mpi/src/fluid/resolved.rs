@@ -7,7 +7,7 @@ use grains_case::{
 };
 use grains_comm::{MpiTransport, exit};
 use grains_dem::Dem;
-use grains_fluid::Flow;
+use grains_fluid::{Centre, Field, Flow};
 use grains_resolved::{
     Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
     bodies,
@@ -87,7 +87,24 @@ impl ResolvedBodies {
         let actions = agreed(transport, actions.map_err(failed))?;
         if motions.is_some() {
             self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);
+        } else {
+            Surroundings::note(dem, &actions);
         }
         Ok(())
+    }
+
+    /// Void fraction (-), flux of solid volume along x, y, z (m⁴/s per cell) and solid volume (m³) of the own cells.
+    pub fn void_and_flux(&self, dem: &Dem) -> [Field<Centre>; 5] {
+        let (layout, cell) = (self.bodies.subgrid.layout, self.bodies.subgrid.cell_volume());
+        let mut fields: [Field<Centre>; 5] = std::array::from_fn(|_| Field::new(layout));
+        self.bodies.for_each_solid(&dem.setup.catalogue.shapes, |place, volume, velocity| {
+            (0..3).for_each(|a| fields[1 + a].data_mut()[place] += volume * velocity[a]);
+            fields[4].data_mut()[place] += volume;
+        });
+        let [void, .., solid] = &mut fields;
+        // Where bodies overlap there is no less than nothing.
+        let pairs = void.data_mut().iter_mut().zip(solid.data());
+        pairs.for_each(|(void, solid)| *void = (1.0 - solid / cell).max(0.0));
+        fields
     }
 }
