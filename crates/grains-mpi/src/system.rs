@@ -164,6 +164,13 @@ fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
 
 fn skin(case: &Case, largest_radius: f64) -> Skin {
     let mut skin = Skin::default();
+    // A narrow periodic box leaves less room: images of a particle must be out of each other's neighbours' reach.
+    let periodic = (0..3).filter(|&a| case.domain.periodic[a]);
+    let room = periodic.map(|a| (case.domain.upper[a] - case.domain.lower[a]) / (4.0 * largest_radius) - 1.0);
+    let room = 0.999 * room.fold(f64::INFINITY, f64::min);
+    if room > skin.least {
+        skin.most = skin.most.min(room);
+    }
     if let Some(distance) = case.neighbours.skin.filter(|_| largest_radius > 0.0) {
         // The case gives the distance of two bodies; each may use up half of it.
         skin.most = 0.5 * distance / largest_radius;

@@ -31,6 +31,13 @@ impl RigidBody {
         self.velocity + self.spin.cross(arm)
     }
 
+    /// Component of that velocity (m/s).
+    #[inline]
+    pub(crate) fn component_at(&self, a: usize, arm: &Vec3) -> f64 {
+        let [b, c] = [(a + 1) % 3, (a + 2) % 3];
+        self.velocity[a] + self.spin[b] * arm[c] - self.spin[c] * arm[b]
+    }
+
     /// Radius (m) of a ball about the centre that holds the body.
     #[inline]
     pub fn radius(&self, shapes: &[Shape]) -> f64 {

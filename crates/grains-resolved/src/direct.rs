@@ -1,9 +1,7 @@
 //! Direct forcing: the bodies' velocities from the balance of their momentum, the fluid's from them.
 
-use crate::balance::unit_row;
 use crate::nodes::Node;
-use crate::subgrid::Stencil;
-use crate::{Action, BodyMotion, Resolved, RigidBody};
+use crate::{Action, BodyMotion, Resolved};
 use grains_domain::Transport;
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
@@ -33,29 +31,34 @@ impl Resolved {
                 let force = immersed.force.component_mut(component);
                 let nodes = &self.nodes.of[component];
                 // All are found before any is set: extrapolations may read each other's places.
-                let wanted: Vec<f64> = nodes
-                    .iter()
-                    .map(|node| {
-                        let body = &self.bodies[node.body as usize];
-                        node.wanted(body, component, velocity, strides)
-                    })
-                    .collect();
-                for (node, wanted) in nodes.iter().zip(wanted) {
-                    let place = node.place;
-                    let whole = force[place] + density / dt * (wanted - velocity[place]);
-                    force[place] = self.forcing.explicit * whole;
-                    velocity[place] = wanted;
-                    let beyond = wanted - self.bodies[node.body as usize].velocity_at(&node.arm)[component];
-                    excess[component] += beyond;
-                    let action = &mut actions[node.body as usize];
-                    let row = unit_row(&node.arm, component) * volume;
-                    for a in 0..6 {
-                        action[a] += row[a] * whole;
-                        action[6 + a] += row[a] * density * beyond;
+                let wanted = nodes.iter().map(|node| self.wanted(component, node, velocity, strides));
+                let wanted: Vec<f64> = wanted.collect();
+                let [b, c] = others(component);
+                for (group, wanted) in of_bodies(nodes, &wanted) {
+                    let (body, number) = (&self.bodies[group[0].body as usize], group[0].body as usize);
+                    // Force and momentum beyond rigid motion: along the component, and about the two other axes.
+                    let (mut whole, mut beyond) = ([0.0; 3], [0.0; 3]);
+                    for (node, &wanted) in group.iter().zip(wanted) {
+                        let place = node.place as usize;
+                        let f = force[place] + density / dt * (wanted - velocity[place]);
+                        force[place] = self.forcing.explicit * f;
+                        velocity[place] = wanted;
+                        let differs = wanted - body.component_at(component, &node.arm);
+                        let row = [1.0, node.arm[c], -node.arm[b]];
+                        for a in 0..3 {
+                            whole[a] += row[a] * f;
+                            beyond[a] += row[a] * differs;
+                        }
+                    }
+                    excess[component] += beyond[0];
+                    let action = &mut actions[number];
+                    for (a, k) in [component, 3 + b, 3 + c].into_iter().enumerate() {
+                        action[k] += volume * whole[a];
+                        action[6 + k] += volume * density * beyond[a];
                     }
                 }
                 self.forced[component].clear();
-                self.forced[component].extend(nodes.iter().map(|node| node.place));
+                self.forced[component].extend(nodes.iter().map(|node| node.place as usize));
             }
             transport.sum(&mut excess);
             let whole = flow.setup.grid.volume();
@@ -64,6 +67,18 @@ impl Resolved {
         flow.refresh_velocity(transport);
         self.spread.gather(&mut actions, &self.subgrid, transport);
         actions.iter().take(self.owned).map(Action::read).collect()
+    }
+
+    /// The velocity that a body imposes on a node: that of its surface and the fluid's, or its own.
+    #[inline]
+    fn wanted(&self, component: usize, node: &Node, velocity: &[f64], strides: [usize; 3]) -> f64 {
+        let body = &self.bodies[node.body as usize];
+        match self.nodes.skin(component, node) {
+            None => body.component_at(component, &node.arm),
+            Some(skin) => {
+                skin.surface * body.component_at(component, &skin.foot) + skin.fluid_part(velocity, strides)
+            }
+        }
     }
 
     /// Takes back the explicit force where no body is any more.
@@ -96,18 +111,30 @@ impl Resolved {
         for component in (0..3).filter(|&c| self.subgrid.active[c]) {
             let velocity = flow.state.velocity.component(component);
             let force = immersed.force.component(component);
-            for node in &self.nodes.of[component] {
-                let sum = &mut sums[node.body as usize];
-                // Impulse on the fluid along e: V (f Δt + ρ (e·(U + ω × r) − u)).
-                let row = unit_row(&node.arm, component);
-                let mass = density * volume;
-                let at_rest = volume * dt * force[node.place] - mass * velocity[node.place];
-                for a in 0..6 {
-                    for b in 0..6 {
-                        sum[6 * a + b] += mass * row[a] * row[b];
+            let [b, c] = others(component);
+            let mass = density * volume;
+            let nodes = &self.nodes.of[component];
+            for group in nodes.chunk_by(|n, m| n.body == m.body) {
+                // Impulse on the fluid along e: V (f Δt + ρ (e·(U + ω × r) − u)), with e·(ω × r) = ω_b r_c − ω_c r_b.
+                let (mut squares, mut at_rest) = ([0.0; 6], [0.0; 3]);
+                for node in group {
+                    let place = node.place as usize;
+                    let (p, q) = (node.arm[c], -node.arm[b]);
+                    let impulse = dt * force[place] - density * velocity[place];
+                    for (sum, x) in squares.iter_mut().zip([1.0, p, q, p * p, p * q, q * q]) {
+                        *sum += x;
                     }
-                    sum[36 + a] += row[a] * at_rest;
+                    for (sum, x) in at_rest.iter_mut().zip([1.0, p, q]) {
+                        *sum += x * impulse;
+                    }
                 }
+                let sum = &mut sums[group[0].body as usize];
+                let axes = [component, 3 + b, 3 + c];
+                let matrix = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+                for (row, &k) in matrix.iter().zip(&axes) {
+                    row.iter().zip(&axes).for_each(|(&s, l)| sum[6 * k + l] += mass * squares[s]);
+                }
+                axes.iter().zip(at_rest).for_each(|(k, x)| sum[36 + k] += volume * x);
             }
         }
         self.spread.gather(&mut sums, &self.subgrid, transport);
@@ -126,24 +153,17 @@ impl Resolved {
     }
 }
 
-impl Node {
-    /// Share s of the body's velocity at an arm r_s, and the fluid's part g, of the velocity here: s e·(U + ω × r_s) + g.
-    #[inline]
-    fn terms(&self, velocity: &[f64], strides: [usize; 3]) -> (f64, Vec3, f64) {
-        match &self.skin {
-            None => (1.0, self.arm, 0.0),
-            Some(skin) => {
-                let of_point = |(weight, stencil): &(f64, Option<Stencil>)| {
-                    stencil.as_ref().map_or(0.0, |s| weight * s.interpolate(velocity, strides))
-                };
-                (skin.surface, skin.foot, skin.fluid.iter().map(of_point).sum())
-            }
-        }
-    }
+/// The axes b, c for which e_a · (ω × r) = ω_b r_c − ω_c r_b.
+fn others(a: usize) -> [usize; 2] {
+    [(a + 1) % 3, (a + 2) % 3]
+}
 
-    #[inline]
-    fn wanted(&self, body: &RigidBody, component: usize, velocity: &[f64], strides: [usize; 3]) -> f64 {
-        let (share, arm, fluid) = self.terms(velocity, strides);
-        share * body.velocity_at(&arm)[component] + fluid
-    }
+/// Nodes body by body, with their values.
+fn of_bodies<'a>(nodes: &'a [Node], values: &'a [f64]) -> impl Iterator<Item = (&'a [Node], &'a [f64])> {
+    let mut start = 0;
+    nodes.chunk_by(|n, m| n.body == m.body).map(move |group| {
+        let own = start..start + group.len();
+        start = own.end;
+        (group, &values[own])
+    })
 }

@@ -287,7 +287,7 @@ impl Resolved {
                 }
                 for node in &self.nodes.of[component] {
                     let body = &self.bodies[node.body as usize];
-                    excess[component] += velocity[node.place] - body.velocity_at(&node.arm)[component];
+                    excess[component] += velocity[node.place as usize] - body.component_at(component, &node.arm);
                 }
             }
             transport.sum(&mut excess);
@@ -340,8 +340,8 @@ impl Constraints {
     ) -> Self {
         let mut constraints = Self::default();
         for component in (0..3).filter(|&c| subgrid.active[c]) {
-            for node in nodes.of[component].iter().filter(|node| node.is_deep) {
-                constraints.push(component, node.body, node.arm, [(node.place, 1.0)].into_iter());
+            for node in nodes.of[component].iter().filter(|node| node.is_deep()) {
+                constraints.push(component, node.body, node.arm, [(node.place as usize, 1.0)].into_iter());
             }
         }
         let hides = |other: &RigidBody, place: &Vec3| {

@@ -28,29 +28,31 @@ pub enum Extrapolation {
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     /// Place in the arrays.
-    pub place: usize,
+    pub place: u32,
     /// Place of the body in the list.
     pub body: u32,
     /// From the centre of the body to the velocity (m).
     pub arm: Vec3,
-    /// Squared distance from the body's centre over which bodies compete for the node (m²).
-    rank: f64,
-    /// Whether it is not next to the surface.
-    pub is_deep: bool,
-    /// Next to the surface: what is extrapolated from the fluid.
-    pub skin: Option<Skin>,
+    /// Number of its [`Skin`], or one of the two below.
+    skin: u32,
 }
+
+/// A node that is not next to the surface.
+const DEEP: u32 = u32::MAX;
+/// A node next to the surface that has the velocity of the body all the same.
+const RIGID: u32 = u32::MAX - 1;
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u = b₀ (U + ω × r_s) + Σ b_k u(x_k).
 #[derive(Clone, Debug)]
 pub(crate) struct Skin {
-    way: WayOut,
     /// From the centre of the body to the surface (m).
     pub foot: Vec3,
     /// b₀ (-).
     pub surface: f64,
-    /// b_k and x_k in the fluid.
-    pub fluid: [(f64, Option<Stencil>); 2],
+    /// b_k (-).
+    pub weights: [f64; 2],
+    /// x_k in the fluid; where there is no second one, its weight is 0.
+    pub fluid: [Stencil; 2],
 }
 
 /// All velocities inside bodies.
@@ -58,13 +60,16 @@ pub(crate) struct Skin {
 pub(crate) struct Nodes {
     /// Own nodes per component.
     pub of: [Vec<Node>; 3],
+    skins: [Vec<Skin>; 3],
+    /// Scratch: the ways out that the skins of a component are made of.
+    ways: Vec<WayOut>,
     marks: [Vec<u32>; 3],
 }
 
 impl Nodes {
     pub fn new(subgrid: &Subgrid) -> Self {
         let marks = || vec![OUTSIDE; subgrid.layout.len()];
-        Self { of: Default::default(), marks: [marks(), marks(), marks()] }
+        Self { of: Default::default(), skins: Default::default(), ways: Vec::new(), marks: [marks(), marks(), marks()] }
     }
 
     /// Finds the velocities inside the bodies and how those next to a surface are extrapolated.
@@ -80,23 +85,23 @@ impl Nodes {
         self.marks.iter_mut().for_each(|marks| marks.fill(OUTSIDE));
         for component in (0..3).filter(|&c| subgrid.active[c]) {
             self.of[component].clear();
+            self.ways.clear();
             for number in 0..bodies.len() {
                 self.claim(component, number, bodies, shapes, subgrid);
             }
-            let (nodes, marks) = (&mut self.of[component], &self.marks[component]);
-            for node in nodes.iter_mut() {
-                let center = &bodies[node.body as usize].center;
-                if let Some(skin) = &mut node.skin {
-                    let hidden = |stencil: &Stencil| {
-                        let corners = stencil.corners(subgrid.layout.strides());
-                        let hidden = corners.filter(|(place, _)| marks[*place] != OUTSIDE);
-                        hidden.map(|(_, weight)| weight).sum::<f64>()
-                    };
-                    let is_set = skin.set(extrapolation, (subgrid, component), center, hidden);
-                    if !is_set {
-                        node.skin = None;
-                    }
-                }
+            let (marks, skins, strides) =
+                (&self.marks[component], &mut self.skins[component], subgrid.layout.strides());
+            let hidden = |stencil: &Stencil| {
+                stencil.mean(strides, |place| if marks[place] == OUTSIDE { 0.0 } else { 1.0 })
+            };
+            skins.clear();
+            for node in self.of[component].iter_mut().filter(|node| node.skin != DEEP) {
+                let (way, center) = (&self.ways[node.skin as usize], &bodies[node.body as usize].center);
+                let skin = Skin::new((&node.arm, way), extrapolation, (subgrid, component), center, hidden);
+                node.skin = skin.map_or(RIGID, |skin| {
+                    skins.push(skin);
+                    skins.len() as u32 - 1
+                });
             }
         }
     }
@@ -105,6 +110,12 @@ impl Nodes {
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
         self.marks[component][place] >= FIRST
+    }
+
+    /// What is extrapolated at a node of a component; none if it has the velocity of the body.
+    #[inline]
+    pub fn skin(&self, component: usize, node: &Node) -> Option<&Skin> {
+        self.skins[component].get(node.skin as usize)
     }
 
     /// Marks the nodes of one component inside a body, and keeps the own ones.
@@ -135,7 +146,7 @@ impl Nodes {
             let low = place(body.center[a] - radius).ceil().max(-h as f64) as isize;
             low..=(place(body.center[a] + radius).floor().min((n + h - 1) as f64) as isize)
         });
-        let (nodes, marks) = (&mut self.of[component], &mut self.marks[component]);
+        let (nodes, marks, ways) = (&mut self.of[component], &mut self.marks[component], &mut self.ways);
         for k in ranges[2].clone() {
             for j in ranges[1].clone() {
                 for i in ranges[0].clone() {
@@ -148,8 +159,8 @@ impl Nodes {
                     let place = layout.index(i, j, k);
                     let held = marks[place].checked_sub(FIRST).map(|m| m as usize);
                     if held.is_some_and(|m| {
-                        let id = |node: &Node| bodies[node.body as usize].id;
-                        (nodes[m].rank, id(&nodes[m])) <= (rank, body.id)
+                        let id = bodies[nodes[m].body as usize].id;
+                        (nodes[m].arm.norm_squared(), id) <= (rank, body.id)
                     }) {
                         continue;
                     }
@@ -160,15 +171,15 @@ impl Nodes {
                         marks[place] = INSIDE;
                         continue;
                     }
-                    let skin = Skin::new(
-                        &arm,
-                        WayOut {
-                            distance: way.distance * body.scale,
-                            direction: body.rotation * way.direction,
-                        },
-                        subgrid,
-                    );
-                    let node = Node { place, body: number as u32, arm, rank, is_deep: skin.is_none(), skin };
+                    let distance = way.distance * body.scale;
+                    let direction = body.rotation * way.direction;
+                    let skin = if distance < pitch(&direction, subgrid) {
+                        ways.push(WayOut { distance, direction });
+                        ways.len() as u32 - 1
+                    } else {
+                        DEEP
+                    };
+                    let node = Node { place: place as u32, body: number as u32, arm, skin };
                     match held {
                         Some(m) => nodes[m] = node,
                         None => {
@@ -217,37 +228,35 @@ impl Nodes {
     }
 }
 
+impl Node {
+    /// Whether it is not next to the surface.
+    pub fn is_deep(&self) -> bool {
+        self.skin == DEEP
+    }
+}
+
 impl Skin {
-    /// For a node at an arm from the centre of its body; none where the surface is further than a cell away.
+    /// For a node at an arm from the centre of its body with a way out; none where there is no point in the fluid to
+    /// extrapolate from.
     ///
     /// The first point in the fluid is so far out, Σ |n_a| Δx_a, that no corner of the cell about it lies behind the
     /// tangent plane.
-    fn new(arm: &Vec3, way: WayOut, subgrid: &Subgrid) -> Option<Self> {
-        let foot = arm + way.direction * way.distance;
-        (way.distance < pitch(&way.direction, subgrid)).then_some(Self {
-            way,
-            foot,
-            surface: 1.0,
-            fluid: [(0.0, None); 2],
-        })
-    }
-
-    /// Chooses the points in the fluid; whether there are any.
-    fn set(
-        &mut self,
+    fn new(
+        (arm, way): (&Vec3, &WayOut),
         extrapolation: Extrapolation,
         (subgrid, component): (&Subgrid, usize),
         center: &Vec3,
         hidden: impl Fn(&Stencil) -> f64,
-    ) -> bool {
-        let WayOut { distance: d, direction } = self.way;
+    ) -> Option<Self> {
+        let WayOut { distance: d, direction } = *way;
+        let foot = arm + direction * d;
         let pitch = pitch(&direction, subgrid);
-        let at = |distance: f64| subgrid.stencil(component, &(center + self.foot + direction * distance));
+        let at = |distance: f64| subgrid.stencil(component, &(center + foot + direction * distance));
         let near = match extrapolation {
             Extrapolation::Rigid => None,
             Extrapolation::Linear | Extrapolation::Quadratic => at(pitch),
         };
-        let Some(near) = near.filter(|s| hidden(s) <= MOST_HIDDEN[0]) else { return false };
+        let near = near.filter(|s| hidden(s) <= MOST_HIDDEN[0])?;
         let far = match extrapolation {
             Extrapolation::Quadratic => at(2.0 * pitch).filter(|s| hidden(s) <= MOST_HIDDEN[1]),
             _ => None,
@@ -258,9 +267,15 @@ impl Skin {
             Some(_) => [-x * (x + 2.0), 0.5 * x * (x + 1.0)],
             None => [-x, 0.0],
         };
-        self.surface = 1.0 - weights[0] - weights[1];
-        self.fluid = [(weights[0], Some(near)), (weights[1], far)];
-        true
+        let surface = 1.0 - weights[0] - weights[1];
+        Some(Self { foot, surface, weights, fluid: [near, far.unwrap_or(near)] })
+    }
+
+    /// The fluid's part Σ b_k u(x_k) (m/s).
+    #[inline]
+    pub fn fluid_part(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
+        let [near, far] = self.fluid.map(|stencil| stencil.mean(strides, |place| velocity[place]));
+        self.weights[0] * near + self.weights[1] * far
     }
 }
 

@@ -236,9 +236,13 @@ impl Stencil {
         })
     }
 
-    /// Multilinear interpolation.
-    #[inline]
-    pub fn interpolate(&self, values: &[f64], strides: [usize; 3]) -> f64 {
-        self.corners(strides).map(|(place, weight)| weight * values[place]).sum()
+    /// Multilinear interpolation of the values at the corners.
+    #[inline(always)]
+    pub fn mean(&self, [sx, sy, sz]: [usize; 3], value: impl Fn(usize) -> f64) -> f64 {
+        let [x, y, z] = self.fractions;
+        let between = |low: f64, high: f64, t: f64| low + t * (high - low);
+        let along_x = |place: usize| between(value(place), value(place + sx), x);
+        let along_y = |place: usize| between(along_x(place), along_x(place + sy), y);
+        between(along_y(self.base), along_y(self.base + sz), z)
     }
 }
