@@ -1,5 +1,6 @@
-"""Pressure drop of a packed bed of spheres against Carman's: `python3 cases/packed-bed/packed_bed.py [--across 16 24]
-[--seeds 1 2]` packs, lets water through, and prints void fraction and Blake-Kozeny-Carman coefficient of the middle."""
+"""Pressure drop of packed beds of spheres and lobes: `python3 cases/packed-bed/packed_bed.py [--beds spheres trilobes-40
+trilobes quadralobes] [--across 16 24] [--seeds 1 2] [--reynolds 1]` packs, lets water through, and prints what `grains-mpi
+analyse bed` finds in the middle of each bed."""
 import argparse
 import os
 import sys
@@ -9,55 +10,73 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 import sweep
 
-DIAMETER, WIDTH, SPEED, VISCOSITY = 2e-3, 8e-3, 5e-5, 1e-3
-LOWER, UPPER = 0.008, 0.019
+VISCOSITY, DENSITY = 1e-3, 1000
+# Particles in beds that are lobes; the diameter (m) about one, the floor, top and width of the box with the fluid (m), the
+# Reynolds number of the diameter and the inlet, and how long until the flow is steady (s).
+SPHERES = {"diameter": 2e-3, "floor": 4e-3, "top": 0.03, "width": 8e-3, "reynolds": 0.1, "end": 0.5, "count": 192}
+LOBES = {"diameter": 1.6e-3, "floor": 4e-3, "top": 0.038, "width": 8e-3, "reynolds": 1, "end": 0.3, "count": 250, "lobes": 3}
+BEDS = {
+    "spheres": SPHERES,
+    "wide-spheres": SPHERES | {"width": 0.012, "count": 432},
+    "trilobes-40": LOBES | {"count": 40, "floor": 4.8e-3, "top": 0.016, "reynolds": 0.1},
+    "trilobes": LOBES,
+    "quadralobes": LOBES | {"lobes": 4},
+}
 
 
-def packing(seed, folder):
-    """The case of the packing with another seed."""
-    text = (HERE / "packing.toml").read_text().replace("seed = 1", f"seed = {seed}")
-    return text.replace('"results/packed-bed/packing"', f'"{folder / "run"}"')
+def packing(bed, seed, folder):
+    """The case of a packing."""
+    lobes = bed.get("lobes")
+    text = (HERE / ("lobes-packing.toml" if lobes else "spheres-packing.toml")).read_text()
+    text = text.replace("seed = 1", f"seed = {seed}").replace("0.008", f"{bed['width']}")
+    text = text.replace("[0, 0, 0.004]", f"[0, 0, {bed['floor']}]")
+    text = text.replace(f"count = {250 if lobes else 192}", f"count = {bed['count']}")
+    if lobes == 4:
+        text = text.replace("lobes = 3", "lobes = 4").replace("area_fraction = 0.69", "area_fraction = 0.74")
+    start = text.index('directory = "') + len('directory = "')
+    return text[:start] + str(folder / "run") + text[text.index('"', start) :]
 
 
-def flow(across, bed, folder):
-    """The case of the flow through a packing, on other cells."""
-    text = (HERE / "spheres.toml").read_text()
+def flow(bed, across, reynolds, packed, folder):
+    """The case of the flow through a packing, on cells of which as many go across a particle."""
+    text = (HERE / "flow.toml").read_text()
+    if bed.get("lobes"):
+        body = (HERE / "lobes-packing.toml").read_text() if bed["lobes"] == 3 else packing(bed, 1, folder)
+        shape = body[body.index("[[shape]]") : body.index("[[insert]]")]
+        text = text[: text.index("[[shape]]")] + shape + text[text.index("[[insert]]") :]
+        text = text.replace('"bead"', '"catalyst"').replace('"glass"', '"catalyst"')
     start, end = text.index("count = 192\n"), text.index("\n[fluid]")
-    text = text[:start] + f'place = {{ kind = "file", path = "{bed / "run/particles.vtkhdf"}" }}\n' + text[end:]
-    text = text.replace("[64, 64, 240]", str([4 * across, 4 * across, 15 * across]))
+    text = text[:start] + f'place = {{ kind = "file", path = "{packed / "run/particles.vtkhdf"}" }}\n' + text[end:]
+    cell = bed["diameter"] / across
+    text = text.replace("[0.008, 0.008, 0.03]", str([bed["width"], bed["width"], bed["top"]]))
+    text = text.replace("[64, 64, 240]", str([round(bed[k] / cell) for k in ("width", "width", "top")]))
+    text = text.replace("5e-5", repr(reynolds * VISCOSITY / DENSITY / bed["diameter"]))
+    text = text.replace("end = 0.5", f"end = {bed['end']}").replace("particles = 0.5", f"particles = {bed['end']}")
     return text.replace('"results/packed-bed/spheres"', f'"{folder / "run"}"')
-
-
-def coefficient(rows, void):
-    """alpha = (dp/H) eps^3 d^2 / ((1 - eps)^2 mu u), errata R16-51, and the last change of the drop."""
-    drops = [float(row["lower_pressure"]) - float(row["upper_pressure"]) for row in rows]
-    gradient = drops[-1] / (UPPER - LOWER)
-    alpha = gradient * void**3 * DIAMETER**2 / ((1 - void) ** 2 * VISCOSITY * SPEED)
-    return gradient, alpha, abs(drops[-1] / drops[-2] - 1)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--across", nargs="+", type=int, default=[16], help="cells across a sphere")
+    parser.add_argument("--beds", nargs="+", default=["spheres"], choices=list(BEDS))
+    parser.add_argument("--across", nargs="+", type=int, default=[16], help="cells across a sphere or lobed particle")
     parser.add_argument("--seeds", nargs="+", type=int, default=[1])
+    parser.add_argument("--reynolds", nargs="+", type=float, help="Reynolds numbers; those of BEDS by default")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
     home = sweep.RESULTS / "packed-bed"
-    bed = lambda seed: home / f"packing-{seed}"
-    folder = lambda seed, across: home / f"spheres-{seed}-{across}"
-    points = [(seed, across) for seed in options.seeds for across in options.across]
-    sweep.run_all([(packing(seed, bed(seed)), bed(seed)) for seed in options.seeds], options.jobs)
-    sweep.run_all([(flow(a, bed(s), folder(s, a)), folder(s, a)) for s, a in points], options.jobs)
-    for seed, across in points:
-        run = folder(seed, across)
-        if not (run / "done").exists():
-            continue
-        lower, upper = f"0,0,{LOWER}", f"{WIDTH},{WIDTH},{UPPER}"
-        row = sweep.analyse("void-fraction", bed(seed), "--lower", lower, "--upper", upper, "--crop", "0")[0]
-        void = float(row["void_fraction"])
-        gradient, alpha, change = coefficient(sweep.table(run / "run/series.csv"), void)
-        print(f"seed {seed}, {across} cells across: void fraction {void:.4f}, {gradient:.4f} Pa/m, alpha {alpha:.1f}"
-              f" ({100 * (alpha / 180 - 1):+.1f} % of Carman's 180), last change {change:.0e}")
+    packed = lambda bed, seed: home / f"packing-{bed}-{seed}"
+    points = [
+        (bed, seed, across, reynolds)
+        for bed in options.beds
+        for seed in options.seeds
+        for across in options.across
+        for reynolds in options.reynolds or [BEDS[bed]["reynolds"]]
+    ]
+    folder = lambda bed, seed, across, reynolds: home / f"{bed}-{seed}-{across}-{reynolds:g}"
+    packings = {(bed, seed) for bed, seed, *_ in points}
+    sweep.run_all([(packing(BEDS[b], s, packed(b, s)), packed(b, s)) for b, s in sorted(packings)], options.jobs)
+    flows = [(flow(BEDS[b], a, r, packed(b, s), folder(b, s, a, r)), folder(b, s, a, r)) for b, s, a, r in points]
+    sweep.run_all(flows, options.jobs)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
 use crate::sections::output::{Field, Output, RawOutput};
 use crate::sections::run::{self, FlowPlane, Limits, Neighbours, Stop};
-use crate::sections::shape::{self, Shape};
+use crate::sections::shape::{self, Shape, ShapeKind};
 use crate::sections::time::Time;
 use crate::sections::wall::{self, Wall};
 use crate::source::Source;
@@ -288,6 +288,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let fluid_context = fluid::Context {
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
+        all_spheres: raw.shape.iter().all(|shape| matches!(shape.kind, ShapeKind::Sphere { .. })),
         is_hard: raw.collisions.is_hard(),
         interval: output.particles,
         end,

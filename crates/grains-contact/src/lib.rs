@@ -16,9 +16,11 @@
 mod collision;
 mod impulse;
 mod law;
+mod lubrication;
 mod spread;
 
 pub use collision::CollisionEstimate;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, Contact, ContactLaw, Tangential, reduced_mass};
+pub use lubrication::Lubrication;
 pub use spread::{Sharing, Spread};

@@ -504,6 +504,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         largest_radius: 0.5 * diameter,
         overlap_limit: 0.5,
         skin: Skin::default(),
+        lubrication: None,
         collisions: CollisionModel::Soft,
     };
     let mut dem = Dem::new(setup, 0).unwrap();

@@ -8,12 +8,14 @@ use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
 use crate::hard::{CollisionModel, Collisions, HardModel, Site};
 use crate::integrate::{self, Rates};
+use crate::lubrication;
 use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
 use crate::neighbours::{Neighbours, Skin, Surroundings};
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
+use grains_contact::Lubrication;
 use grains_domain::{CellGrid, Decomposition, DecompositionError, GlobalBox, Transport};
 use grains_geometry::Vec3;
 pub use observe::{Partner, Touch};
@@ -43,6 +45,20 @@ pub struct DemSetup {
     pub skin: Skin,
     /// What happens when bodies meet.
     pub collisions: CollisionModel,
+    /// Films of fluid between spheres.
+    pub lubrication: Option<Lubrication>,
+}
+
+impl DemSetup {
+    /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
+    pub fn interaction_range(&self) -> f64 {
+        2.0 * self.largest_radius * (1.0 + self.skin.most) + self.film()
+    }
+
+    /// Thickness (m) of the films that act.
+    fn film(&self) -> f64 {
+        self.lubrication.map_or(0.0, |film| film.range)
+    }
 }
 
 /// Why a step could not be done; the same kind of answer on every rank.
@@ -134,7 +150,7 @@ pub struct Dem {
 impl Dem {
     /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
     pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
-        let range = 2.0 * setup.largest_radius * (1.0 + setup.skin.most);
+        let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
         // Without particles, as beside a fluid alone, there is nothing to sort and there are no loads.
         let (cell, radius) = if range > 0.0 { (range, setup.largest_radius) } else { (f64::INFINITY, 1.0) };
@@ -287,8 +303,20 @@ impl Dem {
         bodies::add_forces(particles, &mut neighbours.bodies, &setup.catalogue, lattice, dt, &mut tally);
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut tally);
+        self.add_films(&mut tally);
         self.clock.charge(Phase::Walls);
         self.note(tally);
+    }
+
+    fn add_films(&mut self, tally: &mut Tally) {
+        let time = self.time();
+        let Self { particles, neighbours, setup, lattice, states, wall_loads, .. } = self;
+        let Some(film) = &setup.lubrication else { return };
+        lubrication::add_between_spheres(particles, &neighbours.spheres, film, lattice, setup.rates.dt);
+        let scene = WallScene::new(setup, states, time);
+        let (walls, catalogue) = (&neighbours.walls, &setup.catalogue);
+        let found = lubrication::add_at_walls(particles, walls, &scene, catalogue, film, lattice, wall_loads);
+        tally.error = tally.error.take().or(found.err());
     }
 
     fn note(&mut self, tally: Tally) {
@@ -456,6 +484,7 @@ impl Dem {
             walls: &setup.walls,
             states: &self.states,
             skin: setup.skin,
+            film: setup.film(),
             dt: setup.rates.dt,
             time: self.step as f64 * setup.rates.dt,
         };

@@ -43,6 +43,7 @@ mod hard;
 mod images;
 mod insertion;
 mod integrate;
+mod lubrication;
 mod measure;
 mod memory;
 mod neighbours;

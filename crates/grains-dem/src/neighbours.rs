@@ -70,6 +70,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) walls: &'a [Wall],
     pub(crate) states: &'a [WallState],
     pub(crate) skin: Skin,
+    /// Thickness of the films of fluid that act between spheres (m).
+    pub(crate) film: f64,
     pub(crate) dt: f64,
     /// Time of the positions (s).
     pub(crate) time: f64,
@@ -167,7 +169,7 @@ impl Neighbours {
         self.bodies.reserve();
     }
 
-    /// Fills `probes` with position and radius plus reach of owned particles and clones.
+    /// Fills `probes` with position and radius plus reach and half a film of owned particles and clones.
     ///
     /// Faces may have shortened the reach of a clone for its owner; that only makes this list longer.
     fn probe(&mut self, particles: &Particles, around: &Surroundings) {
@@ -180,7 +182,7 @@ impl Neighbours {
             };
             self.reaches.push(reach);
             let p = body.position;
-            self.probes.push([p.x, p.y, p.z, body.radius + reach]);
+            self.probes.push([p.x, p.y, p.z, body.radius + reach + 0.5 * around.film]);
         }
     }
 
@@ -398,7 +400,7 @@ impl WallSearch<'_> {
         let body = &particles.bodies[i];
         let shape = self.around.catalogue.shape(body.kind);
         let global = &self.around.decomposition.global;
-        let range = body.radius + reach + self.wall_reach;
+        let range = body.radius + reach + self.around.film + self.wall_reach;
         for (w, wall) in self.around.walls.iter().enumerate().filter(|(_, w)| self.around.time < w.until) {
             let state = &self.around.states[w];
             for (s, surface) in wall.surfaces.iter().enumerate() {

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
-use grains_contact::{ImpulseScheme, Sharing};
+use grains_contact::{ImpulseScheme, Lubrication, Sharing};
 use grains_dem::{CollisionModel, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
@@ -182,6 +182,19 @@ fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
 }
 
 /// The scene with composites and superellipsoids in place of its shapes.
+#[test]
+fn films_between_spheres_are_the_same_on_any_ranks_skin_and_restart() {
+    let mut scene = silo();
+    scene.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 8e-4, least_gap: 1e-3 });
+    let alone = scene.run([1; 3], 300);
+    assert_same(&alone, &scene.run([2, 2, 1], 300), "2 x 2 x 1 ranks");
+    assert_same(&alone, &scene.run_with_restart([1, 2, 1], 140, [2, 1, 1], 160), "restart");
+    let dry = silo().run([1; 3], 300);
+    assert!(alone.iter().zip(&dry).any(|(a, b)| a != b), "films do something");
+    scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 20.0 };
+    assert_same(&alone, &scene.run([1; 3], 300), "another skin");
+}
+
 fn knobbly(mut scene: Scene, faces: FaceContact, sharing: Sharing) -> Scene {
     let shapes = knobbly_shapes(1.4e-3);
     for (k, particle) in scene.particles.iter_mut().enumerate() {

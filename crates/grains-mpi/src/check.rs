@@ -42,7 +42,7 @@ fn bytes_per_snapshot(case: &Case) -> f64 {
 pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     let System { setup, step } = system::build(case, ranks)?;
     let population = Population::new(case)?;
-    let range = 2.0 * setup.largest_radius * (1.0 + setup.skin.most);
+    let range = setup.interaction_range();
     let size: usize = setup.ranks.iter().product();
     if size != ranks && case.domain.ranks.is_none() {
         return Err(format!("no decomposition for {ranks} ranks"));

@@ -40,7 +40,9 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     };
     let gravity = Vec3::from(case.gravity);
     let skin = skin(case, largest_radius);
-    let range = 2.0 * largest_radius * (1.0 + skin.most);
+    let lubrication = fluid::lubrication(case);
+    let film = lubrication.map_or(0.0, |film| film.range);
+    let range = 2.0 * largest_radius * (1.0 + skin.most) + film;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
         None => {
@@ -70,6 +72,7 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         catalogue,
         largest_radius,
         skin,
+        lubrication,
     };
     Ok(System { setup, step })
 }

@@ -287,7 +287,8 @@ impl Resolved {
                 }
                 for node in &self.nodes.of[component] {
                     let body = &self.bodies[node.body as usize];
-                    excess[component] += velocity[node.place as usize] - body.component_at(component, &node.arm);
+                    excess[component] +=
+                        velocity[node.place as usize] - body.component_at(component, &node.arm);
                 }
             }
             transport.sum(&mut excess);

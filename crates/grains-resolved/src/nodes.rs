@@ -69,7 +69,12 @@ pub(crate) struct Nodes {
 impl Nodes {
     pub fn new(subgrid: &Subgrid) -> Self {
         let marks = || vec![OUTSIDE; subgrid.layout.len()];
-        Self { of: Default::default(), skins: Default::default(), ways: Vec::new(), marks: [marks(), marks(), marks()] }
+        Self {
+            of: Default::default(),
+            skins: Default::default(),
+            ways: Vec::new(),
+            marks: [marks(), marks(), marks()],
+        }
     }
 
     /// Finds the velocities inside the bodies and how those next to a surface are extrapolated.

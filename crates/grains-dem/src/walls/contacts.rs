@@ -90,7 +90,7 @@ impl<'a> WallScene<'a> {
     /// Along axes on which a surface has no end it is its own image: it is met at the wrapped position, so
     /// that the answer does not depend on when the particle was last wrapped.
     #[inline]
-    fn center(&self, pair: &WallPair, position: &Vec3, shifts: &[Vec3]) -> Vec3 {
+    pub(crate) fn center(&self, pair: &WallPair, position: &Vec3, shifts: &[Vec3]) -> Vec3 {
         let mut center = position + shifts[pair.image as usize];
         if self.global.periodic != [false; 3] {
             let wall = &self.walls[pair.wall as usize];
@@ -179,7 +179,12 @@ pub(crate) fn meet(
     Ok(())
 }
 
-fn not_found(particles: &Particles, pair: &WallPair, scene: &WallScene, reason: &GjkError) -> StepError {
+pub(crate) fn not_found(
+    particles: &Particles,
+    pair: &WallPair,
+    scene: &WallScene,
+    reason: &GjkError,
+) -> StepError {
     StepError::Distance {
         id: particles.ids[pair.particle as usize],
         other: format!("wall `{}`", scene.walls[pair.wall as usize].name),

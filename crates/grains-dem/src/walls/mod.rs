@@ -7,7 +7,9 @@ mod surface;
 pub use motion::{Motion, WallState};
 pub use surface::Surface;
 
-pub(crate) use contacts::{WallList, WallMeeting, WallPair, WallScene, add_forces, for_each_contact, meet};
+pub(crate) use contacts::{
+    WallList, WallMeeting, WallPair, WallScene, add_forces, for_each_contact, meet, not_found,
+};
 pub(crate) use surface::SurfaceContact;
 
 use grains_geometry::Vec3;

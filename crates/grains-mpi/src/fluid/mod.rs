@@ -38,6 +38,7 @@ use grains_fluid::{Flow, FlowLimits, FlowSetup, Halo, Phase, StepReport};
 pub use observe::{Sums, columns, progress};
 use profile::Sampler;
 use resolved::ResolvedBodies;
+pub use resolved::lubrication;
 
 /// The fluid of a run on this rank.
 pub struct FluidPhase {

@@ -6,6 +6,7 @@ use grains_case::{
     ResolvedMethod as CaseMethod,
 };
 use grains_comm::{MpiTransport, exit};
+use grains_contact::Lubrication;
 use grains_dem::Dem;
 use grains_fluid::{Centre, Field, Flow};
 use grains_resolved::{
@@ -16,6 +17,15 @@ use grains_resolved::{
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
 /// points in the fluid, √3 apart, and the cell about the farther one.
 pub const HALO: usize = 7;
+
+/// The films between spheres that the grid of a case does not resolve, if it asks for them.
+pub fn lubrication(case: &Case) -> Option<Lubrication> {
+    let fluid = case.fluid.as_ref()?;
+    let given = fluid.resolved.as_ref()?.lubrication?;
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[1]);
+    let range = given.range * widths.fold(0.0, f64::max);
+    Some(Lubrication { viscosity: fluid.viscosity, range, least_gap: given.least_gap })
+}
 
 /// The particles of one rank as bodies in the fluid.
 pub struct ResolvedBodies {

@@ -136,6 +136,8 @@ fn three_refinements(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub has_particles: bool,
+    /// Whether all shapes are spheres.
+    pub all_spheres: bool,
     /// Whether collisions are impulses.
     pub is_hard: bool,
     /// Time between snapshots of the particles (s).

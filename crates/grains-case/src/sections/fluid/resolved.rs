@@ -57,6 +57,24 @@ pub enum Interpolation {
     Multilinear,
 }
 
+/// What films of fluid between spheres, and between spheres and walls, do that the grid does not resolve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lubrication {
+    /// Thickness of the thickest such film (cells).
+    #[serde(default = "crate::sections::one")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 4))]
+    pub range: f64,
+    /// Thickness of the thinnest film over the radius, by the roughness of the surfaces (-).
+    #[serde(default = "usual_gap")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    pub least_gap: f64,
+}
+
+fn usual_gap() -> f64 {
+    1e-3
+}
+
 /// Particles whose surfaces the grid resolves: no drag law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -89,6 +107,9 @@ pub struct Resolved {
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("minimum" = 0, "maximum" = 1))]
     pub explicit_forcing: f64,
+    /// Films of fluid too thin for the grid, between spheres and at walls; none if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lubrication: Option<Lubrication>,
     /// Largest ν Δt/Δx² of a step of the fluid (-).
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
@@ -122,6 +143,11 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
     }
     if context.is_hard {
         checker.error("collisions.model", "resolved particles collide softly only; take \"soft\"".into());
+    }
+    let has_films = fluid.resolved.as_ref().is_some_and(|resolved| resolved.lubrication.is_some());
+    if has_films && !context.all_spheres {
+        let message = "films are known between spheres only; remove it, or insert spheres only";
+        checker.error("fluid.resolved.lubrication", message.into());
     }
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(context.domain, a)[1]);
     let [least, most] = widths.fold([f64::INFINITY, 0.0], |[least, most], w| [w.min(least), w.max(most)]);
