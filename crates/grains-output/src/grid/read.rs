@@ -71,5 +71,8 @@ impl GridSnapshotFile {
 fn refuse(path: &Path, error: &hdf5::Error) -> FileError {
     let reason = error.to_string();
     let first = reason.lines().next().unwrap_or_default();
-    FileError::new(path, format!("cannot be read as fields of cells: {first}; give the directory of a finished run"))
+    FileError::new(
+        path,
+        format!("cannot be read as fields of cells: {first}; give the directory of a finished run"),
+    )
 }
