@@ -27,7 +27,11 @@ impl Shape {
             return area_of(&self.surface);
         }
         let off = OFF_SURFACE * self.bounding_radius;
-        let number = (POINTS / self.parts.len()).max(LEAST_POINTS);
+        let number = match &self.parts[..] {
+            // Nothing is hidden, and one point stands for all of a piece of even density.
+            [Part { core: Core::Point | Core::Box(_) | Core::Cylinder { .. }, .. }] => 1,
+            parts => (POINTS / parts.len()).max(LEAST_POINTS),
+        };
         let mut sum = 0.0;
         for (k, part) in self.parts.iter().enumerate() {
             for_each_point(part, number, |point, normal, area| {

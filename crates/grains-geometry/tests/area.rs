@@ -9,14 +9,14 @@ use support::close;
 
 #[test]
 fn convex_bodies_have_the_areas_of_their_closed_forms() {
-    close(Shape::sphere(2e-3).unwrap().area(), 16e-6 * PI, 1e-9);
-    close(Shape::cuboid(Vec3::new(1.0, 2.0, 3.0), 0.1).unwrap().area(), 22.0, 1e-9);
-    close(Shape::cylinder(0.5, 3.0, 0.02).unwrap().area(), TAU * 0.5 * 3.5, 1e-9);
+    close(Shape::sphere(2e-3).unwrap().area(), 16e-6 * PI, 1e-14);
+    close(Shape::cuboid(Vec3::new(1.0, 2.0, 3.0), 0.1).unwrap().area(), 22.0, 1e-14);
+    close(Shape::cylinder(0.5, 3.0, 0.02).unwrap().area(), TAU * 0.5 * 3.5, 1e-14);
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vec3::from);
     let tetrahedron = Shape::hull(&corners, 0.02).unwrap();
-    close(tetrahedron.area(), 1.5 + 3f64.sqrt() / 2.0, 1e-9);
+    close(tetrahedron.area(), 1.5 + 3f64.sqrt() / 2.0, 1e-14);
     let cube = Shape::regular(RegularSolid::Cube, 0.01, 0.02).unwrap();
-    close(cube.area(), 6.0 * cube.volume.powf(2.0 / 3.0), 1e-9);
+    close(cube.area(), 6.0 * cube.volume.powf(2.0 / 3.0), 1e-14);
 }
 
 #[test]
