@@ -87,6 +87,18 @@ impl Coefficients {
     }
 }
 
+/// The bed of the last of the chosen states of a run, and where it comes from.
+fn last_bed(
+    stock: &Stock,
+    states: &[usize],
+    volume: &ControlVolume,
+    transport: &MpiTransport,
+) -> Result<Vec<(String, Bed)>, RunError> {
+    let last = &states[states.len().saturating_sub(1)..];
+    let beds = bed::of_run(stock, last, volume, ("ergun", transport))?;
+    Ok(beds.into_iter().map(|bed| (stock.path.display().to_string(), bed)).collect())
+}
+
 /// The last of the chosen states of each run, and the coefficients that fit them.
 ///
 /// # Errors
@@ -96,22 +108,12 @@ pub fn analyse(
     options: &Options,
     (job, transport): (&Job, &MpiTransport),
 ) -> Result<Report, RunError> {
-    let last = |stock: &Stock, states: &[usize]| {
-        let state = &states[states.len().saturating_sub(1)..];
-        Ok::<_, RunError>((
-            stock.path.display().to_string(),
-            bed::of_run(stock, state, &options.volume, ("ergun", transport))?,
-        ))
-    };
-    let mut runs = vec![last(first, states)?];
+    let mut beds = last_bed(first, states, &options.volume, transport)?;
     for run in &options.others {
         let stock = Stock::open(run, options.common.case.as_deref(), job, transport)?;
-        runs.push(last(&stock, &stock.select(options.common.time)?)?);
+        let states = stock.select(options.common.time)?;
+        beds.extend(last_bed(&stock, &states, &options.volume, transport)?);
     }
-    let beds: Vec<(String, Bed)> = runs
-        .into_iter()
-        .flat_map(|(path, beds)| beds.into_iter().map(move |bed| (path.clone(), bed)))
-        .collect();
     Ok(report(&beds))
 }
 
