@@ -5,7 +5,8 @@
 //! ```
 //!
 //! ε and Δp/H are those of one control volume, the bed less what is cropped. By continuity the superficial velocity u is the
-//! same in all layers; layers free of particles, where there are, give it without the error of cells that bodies cut.
+//! same in all layers; layers free of particles, where there are, give it without the error of cells that bodies cut
+//! (of ⟨ε u⟩ in a bed of spheres at ε = 0.384: +9 % on 16 cells across each, +4 % on 24).
 
 use super::layers::{FlowFile, Layer, between};
 use super::picture::{Curve, Picture};
