@@ -139,3 +139,76 @@ fn what_cannot_be_analysed_is_said_with_the_key_or_option() {
     }
     assert!(!home.join("results/analysis").exists());
 }
+
+#[test]
+fn resolved_flows_are_analysed_alike_on_any_number_of_ranks() {
+    let (array, packed) = (folder("analyse_array"), folder("analyse_packed"));
+    run_case(2, &array, &case("array.toml"), &[]).succeeded();
+    run_case(2, &packed, &case("packed.toml"), &[]).succeeded();
+    let analyses: [(&Path, &[&str]); 3] = [
+        (&array, &["friction", "results"]),
+        (&packed, &["bed", "results", "--crop", "0.5,0.6m", "--time", "0.1:"]),
+        (&packed, &["ergun", "results", "results", "--crop", "0"]),
+    ];
+    for (home, words) in analyses {
+        let said = [1, 2, 3].map(|ranks| {
+            let place = format!("{}-on-{ranks}", words[0]);
+            let output = run(ranks, home, &[&["analyse"], words, &["--output", &place]].concat()).succeeded();
+            output.stdout.replace(&place, "")
+        });
+        let [one, two, three] = [1, 2, 3].map(|ranks| files(&home.join(format!("{}-on-{ranks}", words[0]))));
+        assert!(
+            one == two && one == three && said[0] == said[1] && said[0] == said[2],
+            "{words:?}: {said:?}"
+        );
+    }
+    let table = |home: &Path, path: &str| fs::read_to_string(home.join(path)).unwrap();
+    let friction = table(&array, "friction-on-1/friction.csv");
+    let last = |name: &str| *column(&friction, name).last().unwrap();
+    // Six rows, of a solid fraction of an eighth: the drag is some times that of one sphere alone.
+    assert_eq!(column(&friction, "time").len(), 6);
+    assert!(
+        (last("solid_fraction") - 0.125).abs() < 1e-12 && (4.0..5.0).contains(&last("friction")),
+        "{friction}"
+    );
+    let bed = table(&packed, "bed-on-1/bed.csv");
+    let [first, second] = ["alpha", "tortuosity"].map(|name| column(&bed, name));
+    assert!(first.len() == 2 && first.iter().all(|alpha| (100.0..300.0).contains(alpha)), "{bed}");
+    assert!(second.iter().all(|tortuosity| (1.0..1.3).contains(tortuosity)), "{bed}");
+    // By continuity that of the inlet, though the flow goes down.
+    assert!((column(&bed, "superficial_velocity")[1] / 0.01 - 1.0).abs() < 1e-9, "{bed}");
+    assert_eq!(column(&table(&packed, "bed-on-1/bed-axial.csv"), "void_fraction").len(), 2 * 48);
+    let ergun = table(&packed, "ergun-on-1/ergun-fit.csv");
+    assert!(column(&ergun, "runs") == [2.0] && column(&ergun, "beta")[0].is_nan(), "{ergun}");
+}
+
+#[test]
+fn what_resolved_flows_need_is_said_with_the_remedy() {
+    let (array, packed) = (folder("analyse_no_drive"), folder("analyse_no_field"));
+    run_case(1, &array, &case("array.toml"), &[]).succeeded();
+    let without =
+        replaced(&case("packed.toml"), "[output]", "[fluid.output]\nfields = [\"velocity\"]\n\n[output]");
+    run_case(1, &packed, &replaced(&without, "end = 0.2", "end = 0.1"), &[]).succeeded();
+    let dry = folder("analyse_dry");
+    run_case(1, &dry, &replaced(&case("drum.toml"), "end = 0.24", "end = 0.02"), &[]).succeeded();
+    let refusals: [(&Path, &[&str], i32, &str); 6] = [
+        (&dry, &["bed", "results"], 2, "give a run of one with `fluid.resolved`"),
+        (&dry, &["friction", "results"], 2, "which `analyse friction` needs"),
+        (&packed, &["bed", "results"], 2, "add \"pressure\" to fluid.output.fields"),
+        (&packed, &["friction", "results"], 2, "`fluid.drive` along a periodic axis"),
+        (&array, &["bed", "results"], 2, "periodic along x"),
+        (&array, &["ergun", "results", "nowhere"], 2, "periodic along x"),
+    ];
+    for (home, words, code, part) in refusals {
+        for ranks in [1, 2] {
+            let refused = run(ranks, home, &[&["analyse"], words].concat());
+            assert!(refused.only_error(code).contains(part), "{words:?}: {}", refused.text());
+        }
+    }
+    fs::remove_file(packed.join("results/fluid.vtkhdf")).unwrap();
+    fs::remove_file(array.join("results/series.csv")).unwrap();
+    let refused = run(2, &packed, &["analyse", "bed", "results"]);
+    assert!(refused.only_error(4).contains("fluid.output.interval above 0"), "{}", refused.text());
+    let refused = run(2, &array, &["analyse", "friction", "results"]);
+    assert!(refused.only_error(4).contains("output.series > 0"), "{}", refused.text());
+}

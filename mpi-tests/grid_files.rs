@@ -6,7 +6,9 @@ mod grids;
 mod ranks;
 
 use grains_comm::Job;
-use grains_output::{Data, FieldSpec, FileError, GridBlock, GridFile, GridGeometry, Metadata, Precision};
+use grains_output::{
+    Data, FieldSpec, FileError, GridBlock, GridFile, GridGeometry, GridSnapshotFile, Metadata, Precision,
+};
 use grids::{DEEP, RANKS, block, folder, places, rank, reals, text};
 use mpi::traits::CommunicatorCollectives;
 use ranks::on_ranks;
@@ -142,6 +144,21 @@ fn assert_image(path: &Path, nodes: &[f64], precision: Precision, tolerance: f64
     }
 }
 
+/// What is read back: each rank a block that others wrote.
+fn assert_read_back(job: &Job, path: &Path, grid: &GridGeometry, tolerance: f64) {
+    let file = GridSnapshotFile::open(path, &job.world()).unwrap();
+    assert_eq!((file.times(), file.nodes()), (&[0.0, 0.5, 1.0][..], &grid.nodes));
+    assert!(["pressure", "velocity", "count"].iter().all(|name| file.fields().contains(&name.to_string())));
+    let all = grid.cells();
+    let wanted = GridBlock { all, first: [2, 1, 0], own: [all[0] - 2, all[1] - 1 - rank(job) % 2, all[2]] };
+    for (name, width) in [("pressure", 1), ("velocity", 3)] {
+        let (found, stored) = (file.block(2, name, &wanted).unwrap(), reals(&wanted, 2, width));
+        assert_eq!(found.len(), stored.len());
+        assert!(found.iter().zip(stored).all(|(a, b)| (a - b).abs() <= tolerance), "{name}");
+    }
+    assert!(file.block(3, "pressure", &wanted).is_err() && file.block(0, "density", &wanted).is_err());
+}
+
 #[test]
 fn equal_cells_are_image_data() {
     on_ranks(&RANKS, "equal_cells_are_image_data", |job| {
@@ -158,6 +175,7 @@ fn equal_cells_are_image_data() {
             (0..3).for_each(|step| append(&mut file, &grid, step));
             drop(file);
             world.barrier();
+            assert_read_back(job, &path, &grid, tolerance);
             if rank(job) == 0 {
                 assert_image(&path, &grid.nodes[0], precision, tolerance);
                 let file = hdf5::File::open(&path).unwrap();

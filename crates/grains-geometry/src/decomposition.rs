@@ -4,6 +4,7 @@
 mod cache;
 mod pieces;
 
+use crate::area::area_of;
 use crate::glued::{Component, glue};
 use crate::report::{DecompositionReport, MassSource};
 use crate::shape::check_length;
@@ -62,7 +63,7 @@ impl Shape {
             vertices: mesh.vertices.iter().map(|v| v * scale).collect(),
             triangles: mesh.triangles.clone(),
         };
-        let mass = solid_mass(&scaled)?;
+        let (mass, area) = (solid_mass(&scaled)?, area_of(&scaled));
         // The decomposition has absolute tolerances, made for bodies of unit size.
         let (lower, upper) = scaled.extents();
         let (middle, size) = ((lower + upper) / 2.0, (upper - lower).max());
@@ -79,6 +80,7 @@ impl Shape {
         let mut shape = glue(&components, crust_fraction, Some((mass, MassSource::ClosedMesh)))?;
         shape.report.decomposition = Some(DecompositionReport {
             triangles: mesh.triangles.len(),
+            area,
             pieces: pieces.found,
             merged: pieces.merged,
             dropped: pieces.dropped,

@@ -6,6 +6,7 @@
 //! have separate cores and the distance of the cores gives overlap, contact point and normal
 //! (eqs 3.14-3.16). No tolerance in this crate is absolute: bodies may measure a micrometre or a metre.
 
+mod area;
 pub mod bvh;
 pub mod core;
 mod decomposition;

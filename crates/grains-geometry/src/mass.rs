@@ -4,6 +4,7 @@ mod chord;
 mod pixels;
 
 use crate::{Mat3, Rotation, TriMesh, Vec3};
+pub(crate) use chord::sharp_corners;
 pub use pixels::PIXELS;
 use std::f64::consts::PI;
 

@@ -33,6 +33,8 @@ pub struct ShapeReport {
 pub struct DecompositionReport {
     /// Triangles of the mesh (-).
     pub triangles: usize,
+    /// Area of the mesh (m²).
+    pub area: f64,
     /// Convex pieces the decomposition found (-).
     pub pieces: usize,
     /// Unions of two pieces made to keep to the largest number of parts (-).

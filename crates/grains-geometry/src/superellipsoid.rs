@@ -120,6 +120,11 @@ impl Superellipsoid {
         &self.semi_axes
     }
 
+    /// Semi-axes of the body without inset or rounding (m).
+    pub(crate) fn sharp_axes(&self) -> &Vec3 {
+        &self.sharp_axes
+    }
+
     /// Exponents ε₁ (meridian) and ε₂ (x-y section) (-).
     pub fn eps(&self) -> [f64; 2] {
         self.eps

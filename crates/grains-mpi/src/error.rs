@@ -3,6 +3,7 @@
 use grains_comm::exit;
 use grains_domain::Transport;
 use grains_output::FileError;
+use std::path::Path;
 
 /// An error that ends all ranks with one message.
 #[derive(Clone, Debug)]
@@ -22,6 +23,14 @@ impl RunError {
     /// Error of a file.
     pub fn files(message: impl Into<String>) -> Self {
         Self { code: exit::FILES, message: message.into() }
+    }
+
+    /// The same error, naming the file it is about; ranks that have no text get none.
+    pub fn of(self, path: &Path) -> Self {
+        if self.message.is_empty() {
+            return self;
+        }
+        Self { message: format!("{}: {}", path.display(), self.message), ..self }
     }
 }
 

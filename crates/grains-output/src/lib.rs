@@ -37,7 +37,7 @@ pub use checkpoint::{Array, CheckpointFile, GridArray, Values, latest_valid, rem
 pub use columns::read_columns_as_csv;
 pub use error::{FileError, agree};
 pub use fields::{Data, FieldSpec, Kind, Precision};
-pub use grid::{GridBlock, GridFile, GridGeometry};
+pub use grid::{GridBlock, GridFile, GridGeometry, GridSnapshotFile};
 pub use metadata::{Metadata, utc_now};
 pub use polydata::{PolyDataFile, Step};
 pub use series::{Series, write_table};

@@ -105,7 +105,7 @@ fn points_extents(part: &Part, points: &[Vec3]) -> (Vec3, Vec3) {
 }
 
 /// Corners of a polyhedral part with sharp edges, in its frame (m); none for other parts.
-fn sharp_corners(part: &Part) -> Vec<Vec3> {
+pub(crate) fn sharp_corners(part: &Part) -> Vec<Vec3> {
     let Core::Polyhedron(core) = &part.core else { return Vec::new() };
     let vertices = core.vertices().to_vec();
     let centre = vertices.iter().sum::<Vec3>() / vertices.len() as f64;

@@ -14,3 +14,4 @@ pub use lobes::Lobes;
 pub(crate) use polyhedron::polyhedron_part_of;
 pub use regular::RegularSolid;
 pub use sphere_cylinder::SphereArrangement;
+pub(crate) use tessellation::cuboid_surface;

@@ -33,7 +33,7 @@ pub(super) fn sphere_surface(radius: f64) -> TriMesh {
 }
 
 /// The twelve triangles of a box.
-pub(super) fn cuboid_surface(half: &Vec3) -> TriMesh {
+pub(crate) fn cuboid_surface(half: &Vec3) -> TriMesh {
     let sign = |i: usize, bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
     let vertices =
         (0..8).map(|i| half.component_mul(&Vec3::new(sign(i, 1), sign(i, 2), sign(i, 4)))).collect();

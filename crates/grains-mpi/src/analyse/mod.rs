@@ -1,12 +1,16 @@
 //! `grains-mpi analyse`: what the stored states of a run say.
 //!
-//! Each rank reads its share of the particles ([`snapshots`]) and the ranks work together on each state; all
-//! sums are exact ([`sums`]), so the results have the same bits on any number of ranks.
+//! Each rank reads its share of the particles ([`snapshots`]) and of the cells of a resolved flow ([`layers`]), and the ranks
+//! work together on each state; all sums are exact ([`sums`]), so the results have the same bits on any number of ranks.
 
+mod bed;
 mod coordination;
 mod drum;
+mod ergun;
 mod fit;
+mod friction;
 mod granular_temperature;
+mod layers;
 mod orientation;
 mod picture;
 mod pixels;
@@ -15,12 +19,13 @@ mod ranking;
 mod region;
 mod report;
 mod run_out;
+mod series;
 mod snapshots;
 mod sums;
 mod void_fraction;
 
 use crate::error::{RunError, agreed};
-use grains_case::Case;
+use grains_case::{Case, Fluid};
 use grains_comm::{Job, MpiTransport};
 use grains_domain::Transport;
 use region::Axis;
@@ -62,6 +67,12 @@ pub enum Analysis {
     Drum(drum::Options),
     /// Granular temperature in the cells of a coarse grid.
     GranularTemperature(granular_temperature::Options),
+    /// Friction coefficient of a periodic array of resolved particles, over time.
+    Friction(friction::Options),
+    /// Flow through a fixed bed of resolved particles: pressure gradient, Ergun's alpha, tortuosity, axial profiles.
+    Bed(bed::Options),
+    /// Coefficients of Ergun's equation from the beds of several runs.
+    Ergun(ergun::Options),
 }
 
 impl Analysis {
@@ -75,6 +86,9 @@ impl Analysis {
             Self::RunOut(options) => &options.common,
             Self::Drum(options) => &options.common,
             Self::GranularTemperature(options) => &options.common,
+            Self::Friction(options) => &options.common,
+            Self::Bed(options) => &options.common,
+            Self::Ergun(options) => &options.common,
         }
     }
 }
@@ -98,6 +112,9 @@ pub fn run(analysis: &Analysis, job: &Job, transport: &MpiTransport) -> Result<(
         Analysis::GranularTemperature(options) => {
             granular_temperature::analyse(&stock, &states, options, transport)
         }
+        Analysis::Friction(options) => friction::analyse(&stock, &states, options, transport),
+        Analysis::Bed(options) => bed::analyse(&stock, &states, options, transport),
+        Analysis::Ergun(options) => ergun::analyse((&stock, &states), options, (job, transport)),
     }?;
     let directory = stock.path.parent().map_or_else(PathBuf::new, PathBuf::from);
     let folder = common.output.clone().unwrap_or_else(|| directory.join("analysis"));
@@ -132,6 +149,19 @@ const MOST_LINES: usize = 6;
 /// Name of an axis, by default that of gravity.
 fn axis_name(case: &Case, axis: Option<Axis>) -> &'static str {
     ["x", "y", "z"][axis.map_or_else(|| region::vertical(case), |a| a as usize)]
+}
+
+/// The fluid of a run whose particles the grid resolves; `what` is the analysis that wants one.
+///
+/// # Errors
+/// A run of another kind.
+fn resolved_fluid<'a>(stock: &'a Stock, what: &str) -> Result<&'a Fluid, RunError> {
+    stock.case.fluid.as_ref().filter(|fluid| fluid.resolved.is_some()).ok_or_else(|| {
+        RunError::case(format!(
+            "{}: the case has no flow that resolves its particles, which `analyse {what}` needs: give a run of one with `fluid.resolved`",
+            stock.path.display()
+        ))
+    })
 }
 
 #[cfg(test)]

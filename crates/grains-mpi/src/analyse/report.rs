@@ -66,7 +66,7 @@ pub fn seconds(time: f64) -> String {
     format!("{short} s")
 }
 
-/// What an analysis found, the same on all ranks.
+/// What an analysis found, on all ranks or at least on the first.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Main numbers, a line each.

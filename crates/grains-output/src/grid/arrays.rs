@@ -7,12 +7,13 @@ use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize,
 use hdf5::{Dataset, File, Group, H5Type};
 
 /// Group of the fields.
-const DATA: &str = "CellData";
+pub(super) const DATA: &str = "CellData";
 /// Group of the coordinates of the nodes, beside `/VTKHDF`.
 const GRID: &str = "grid";
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Names of the coordinates of nodes of stretched grids.
 const COORDINATES: [&str; 3] = ["XCoordinates", "YCoordinates", "ZCoordinates"];
+const TOO_FEW: &str = "it has fewer entries than steps";
 /// Cells of a chunk: three components of 8 bytes stay below the megabyte that readers cache.
 const CELLS_PER_CHUNK: usize = 1 << 15;
 
@@ -98,13 +99,10 @@ impl Arrays {
 
     /// Times (s) of the steps.
     pub fn times(&self) -> hdf5::Result<Vec<f64>> {
-        let mut times = self.times.read_raw::<f64>()?;
-        let steps = self.steps.attr("NSteps")?.read_scalar::<i64>()? as usize;
-        let rows = self.fields.iter().map(|(field, _)| field.shape()[0]).min().unwrap_or(steps);
-        if times.len().min(rows) < steps {
-            return Err("it has fewer entries than steps".into());
+        let times = read_times(&self.steps)?;
+        if self.fields.iter().any(|(field, _)| field.shape()[0] < times.len()) {
+            return Err(TOO_FEW.into());
         }
-        times.truncate(steps);
         Ok(times)
     }
 
@@ -182,6 +180,17 @@ pub(super) fn write_nodes(file: &File, grid: &GridGeometry, is_first: bool) -> h
         let own = if is_first { &nodes[..] } else { &[] };
         write_rows(&dataset, 0, 1, own, Participants::ThisRank)
     })
+}
+
+/// Times (s) of the steps of a file, from their group.
+pub(super) fn read_times(steps: &Group) -> hdf5::Result<Vec<f64>> {
+    let mut times = steps.dataset("Values")?.read_raw::<f64>()?;
+    let count = steps.attr("NSteps")?.read_scalar::<i64>()? as usize;
+    if times.len() < count {
+        return Err(TOO_FEW.into());
+    }
+    times.truncate(count);
+    Ok(times)
 }
 
 /// The coordinates of the nodes of a file.

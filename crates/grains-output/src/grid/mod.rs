@@ -2,9 +2,11 @@
 
 mod arrays;
 mod file;
+mod read;
 mod xdmf;
 
 pub use file::GridFile;
+pub use read::GridSnapshotFile;
 
 use crate::collective::Part;
 use crate::error::{FileError, agree};
