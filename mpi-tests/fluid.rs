@@ -123,6 +123,26 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
 }
 
 #[test]
+fn resolved_bodies_may_leave_through_an_outlet() {
+    let (home, text) = (folder("fluid_leaving"), case("leaving.toml"));
+    let result = |ranks: usize| {
+        let own = home.join(ranks.to_string());
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result(1);
+    let table = series(&one);
+    let (left, energy) = (table.column("left"), table.column("fluid_kinetic"));
+    let gone = left.iter().position(|&n| n == 2.0).unwrap();
+    assert_eq!(left.last(), Some(&2.0));
+    // Nothing drives the flow any more: it comes to rest.
+    assert!(energy[gone..].windows(2).all(|pair| pair[1] < pair[0]), "{:?}", &energy[gone..]);
+    assert!(table.column("fluid_divergence")[gone + 1..].iter().all(|&d| d < 1e-12));
+    assert_same_fluid(&one, &result(4), 1e-9);
+}
+
+#[test]
 fn flow_between_plates_is_exact_and_stays() {
     let home = folder("fluid_plates");
     let text = r#"

@@ -60,6 +60,10 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     if case.inserts.is_empty() {
         let _ = writeln!(out, "{}", of_fluid.join("\n"));
         let _ = writeln!(out, "decomposition  {}", subdomains(&decomposition));
+        if let Some(seconds) = fluid::check::least_seconds(case) {
+            let seconds = duration(seconds / size as f64);
+            let _ = writeln!(out, "time needed    at least {seconds} on {size} rank(s)");
+        }
         let _ = writeln!(
             out,
             "disk           about {:.0} MB in {}",
@@ -136,6 +140,9 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         duration(seconds),
         1e6 * COST[kind]
     );
+    if let Some(seconds) = fluid::check::least_seconds(case) {
+        let _ = writeln!(out, "               at least {} for the fluid", duration(seconds / size as f64));
+    }
     let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
     let _ = writeln!(
         out,

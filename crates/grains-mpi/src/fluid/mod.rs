@@ -205,7 +205,9 @@ impl FluidPhase {
             return Ok(());
         }
         if let Some(resolved) = &mut self.resolved {
+            let begun = std::time::Instant::now();
             resolved.place(dem, &mut self.flow, transport);
+            self.seconds[1] += begun.elapsed().as_secs_f64();
             self.step(dem, transport)?;
         }
         Ok(())

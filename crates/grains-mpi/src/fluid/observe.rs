@@ -11,7 +11,8 @@ use grains_fluid::{Centre, Field, Grid, Layout};
 /// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
 /// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
 /// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
-/// superficial velocity is the mean of ε u over the domain. NaN where something is not measured.
+/// superficial velocity is the mean of ε u over the domain. NaN where something is not measured. At the surfaces of resolved
+/// bodies, where velocities are imposed after the projection, the divergence is not zero.
 const COLUMNS: [(&str, &str); 16] = [
     ("fluid_dt", "s"),
     ("fluid_courant", "-"),

@@ -69,6 +69,12 @@ pub fn lines(
         ));
     }
     let by_diffusion = super::super::setup::diffusion_step(fluid, resolved, width);
+    if let Some(films) = super::super::lubrication(case) {
+        lines.push(format!(
+            "  lubrication  films thinner than {:.3e} m between spheres and at walls, down to {} of the radius",
+            films.range, films.least_gap
+        ));
+    }
     lines.push(format!(
         "  diffusion    at most {by_diffusion:.3e} s per step of the fluid (fluid.resolved.diffusion_number = {}), {:.0} \
          steps to the end",
