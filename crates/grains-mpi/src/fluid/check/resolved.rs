@@ -1,8 +1,10 @@
 //! What `check` says of bodies that the grid resolves.
 
 use crate::population::for_each_kind;
-use grains_case::{BodyMotion, Case, Extrapolation, Fluid, Resolved};
+use grains_case::{BodyMotion, Case, Extrapolation, Fluid, Resolved, ResolvedMethod};
 use grains_dem::Catalogue;
+use grains_geometry::Vec3;
+use grains_resolved::surface_points;
 
 /// Cells across a body below which its drag is off by ten percent and more.
 const COARSE: f64 = 8.0;
@@ -15,6 +17,8 @@ struct Extremes {
     diameters: [f64; 2],
     /// Smallest extent of any part, in two dimensions in the plane (m).
     thinnest: f64,
+    /// Most points of multipliers on the surface of one.
+    points: usize,
 }
 
 /// Lines about the bodies.
@@ -27,16 +31,18 @@ pub fn lines(
     fluid: &Fluid,
     resolved: &Resolved,
 ) -> Result<Vec<String>, String> {
-    let found = extremes(case, catalogue, fluid)?;
     let width = narrowest(case, fluid);
+    let spacing = (resolved.method == ResolvedMethod::Multiplier).then_some(resolved.point_spacing * width);
+    let found = extremes(case, catalogue, fluid, spacing)?;
     let what = match resolved.motion {
         BodyMotion::Free => "free bodies",
         BodyMotion::Fixed => "bodies that stay where they are",
     };
-    let how = match resolved.extrapolation {
-        Extrapolation::Quadratic => "parabolas",
-        Extrapolation::Linear => "straight lines",
-        Extrapolation::Rigid => "nothing",
+    let how = match (resolved.method, resolved.extrapolation) {
+        (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", resolved.point_spacing),
+        (_, Extrapolation::Quadratic) => "parabolas".into(),
+        (_, Extrapolation::Linear) => "straight lines".into(),
+        (_, Extrapolation::Rigid) => "nothing".into(),
     };
     let [smallest, largest] = found.diameters.map(|d| d / width);
     let across = if largest > 1.001 * smallest {
@@ -44,9 +50,10 @@ pub fn lines(
     } else {
         format!("{smallest:.1}")
     };
+    let components = if fluid.cells.contains(&1) { 2.0 } else { 3.0 };
     let nodes = |cells: f64| match fluid.cells.contains(&1) {
-        true => 2.0 * std::f64::consts::PI / 4.0 * cells.powi(2),
-        false => 3.0 * std::f64::consts::PI / 6.0 * cells.powi(3),
+        true => components * std::f64::consts::PI / 4.0 * cells.powi(2),
+        false => components * std::f64::consts::PI / 6.0 * cells.powi(3),
     };
     let mut lines = vec![
         format!("resolved       {what}; velocities next to surfaces by {how}"),
@@ -58,6 +65,13 @@ pub fn lines(
             nodes(largest)
         ),
     ];
+    if resolved.method == ResolvedMethod::Multiplier {
+        lines.push(format!(
+            "  multipliers  about {:.0} on the surface and {:.0} inside the largest",
+            components * found.points as f64,
+            nodes((largest - 2.0).max(0.0))
+        ));
+    }
     if found.thinnest < THIN * width {
         lines.push(format!(
             "  warning: parts thinner than {THIN} cells: the fluid hardly sees them; take cells of at most {:.3e} m",
@@ -84,10 +98,16 @@ pub fn lines(
     Ok(lines)
 }
 
-fn extremes(case: &Case, catalogue: &Catalogue, fluid: &Fluid) -> Result<Extremes, String> {
+/// Extremes of all bodies, with points on their surfaces a spacing (m) apart if there is one.
+fn extremes(
+    case: &Case,
+    catalogue: &Catalogue,
+    fluid: &Fluid,
+    spacing: Option<f64>,
+) -> Result<Extremes, String> {
     let flat = (0..3).find(|&a| fluid.cells[a] == 1);
     let depth = flat.map(|a| case.domain.upper[a] - case.domain.lower[a]);
-    let mut found = Extremes { diameters: [f64::INFINITY, 0.0], thinnest: f64::INFINITY };
+    let mut found = Extremes { diameters: [f64::INFINITY, 0.0], thinnest: f64::INFINITY, points: 0 };
     for_each_kind(case, catalogue, |kind, scale| {
         let shape = catalogue.shape(kind);
         let diameter = match depth {
@@ -96,6 +116,12 @@ fn extremes(case: &Case, catalogue: &Catalogue, fluid: &Fluid) -> Result<Extreme
         };
         found.diameters[0] = found.diameters[0].min(diameter * scale.smallest());
         found.diameters[1] = found.diameters[1].max(diameter * scale.largest());
+        if let Some(spacing) = spacing {
+            // In two dimensions the outline of a section, here across the axis of a prism.
+            let across = flat.map(|_| Vec3::z());
+            let points = surface_points(shape, spacing / scale.largest(), across.as_ref());
+            found.points = found.points.max(points.len());
+        }
         for part in &shape.parts {
             let mut halves: [f64; 3] = part.half_extents.into();
             halves.sort_by(f64::total_cmp);
