@@ -198,6 +198,14 @@ impl Faces {
         }
     }
 
+    /// Adds a multiple of other values, halo included.
+    pub(crate) fn add(&mut self, share: f64, other: &Self) {
+        for axis in 0..3 {
+            let pairs = self.component_mut(axis).iter_mut().zip(other.component(axis));
+            pairs.for_each(|(to, from)| *to += share * from);
+        }
+    }
+
     /// Values of axis `a` to change and of another axis `b` to read, halo included.
     pub(crate) fn two_components(&mut self, a: usize, b: usize) -> (&mut [f64], &[f64]) {
         debug_assert_ne!(a, b);

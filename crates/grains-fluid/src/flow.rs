@@ -11,7 +11,6 @@ use crate::{
     Boundaries, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, Ownership, SetupError,
 };
 use grains_domain::Transport;
-use std::sync::Arc;
 
 /// What drives the flow along a periodic axis.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -122,27 +121,20 @@ impl FlowSetup {
     }
 }
 
-/// The cells within bodies all of whose velocities are imposed.
-pub trait SolidCells: std::fmt::Debug {
-    /// Gives the cells of every body the mean of their values, of one entry per place in the arrays; collective.
-    fn level(&self, values: &mut [f64], transport: &dyn Transport);
-}
-
 /// Rigid bodies in the fluid, as its steps see them.
 #[derive(Clone, Debug)]
 pub struct Immersed {
     /// What the bodies do to the fluid (N/m³), own faces; part of the momentum equation as it is.
     pub force: Faces,
-    /// Cells within bodies, where ∇·u = 0 is waived but for the sum over a body.
-    pub solid: Option<Arc<dyn SolidCells>>,
-    /// Mean over the box (m/s) of what velocities inside bodies differ from those of the bodies, per axis.
-    pub excess: [f64; 3],
+    /// Velocities inside bodies beyond those of the bodies (m/s), halo included: they continue the flow, but nothing flows by
+    /// them.
+    pub beyond: Faces,
 }
 
 impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
-        Self { force: Faces::new(layout), solid: None, excess: [0.0; 3] }
+        Self { force: Faces::new(layout), beyond: Faces::new(layout) }
     }
 }
 

@@ -81,7 +81,7 @@ pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, Velocit
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};
 pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location};
-pub use flow::{Drive, Flow, FlowSetup, FlowState, Immersed, SolidCells, StepReport};
+pub use flow::{Drive, Flow, FlowSetup, FlowState, Immersed, StepReport};
 pub use grid::{Axis, Grid};
 pub use halo::Halo;
 pub use limits::FlowLimits;

@@ -115,6 +115,7 @@ impl Flow {
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
         let u = self.state.velocity.component(axis);
+        let beyond = self.immersed.as_ref().map(|bodies| bodies.beyond.component(axis));
         self.for_cells(|cell, p| {
             let m = &self.local.axes[axis];
             let e = self.local.entry(cell[axis]);
@@ -124,13 +125,11 @@ impl Flow {
                 Some(m) => (m.faces.component(axis)[p], m.gain.component(axis)[p]),
                 None => (1.0, dt / self.setup.density),
             };
-            sums[0] += eps * u[p] * volume;
+            sums[0] += eps * (u[p] - beyond.map_or(0.0, |b| b[p])) * volume;
             sums[1] += eps * gain * volume;
         });
         transport.sum(&mut sums);
-        let [mean, response] = sums.map(|s| s / self.setup.grid.volume());
-        let excess = self.immersed.as_ref().map_or(0.0, |bodies| bodies.excess[axis]);
-        [mean - excess, response]
+        sums.map(|s| s / self.setup.grid.volume())
     }
 
     /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).

@@ -228,9 +228,14 @@ impl Flow {
         self.halo.fill(&mut [x, y, z], transport);
     }
 
-    /// Fills halos and ghosts of the velocity: to be called when it was changed inside; collective.
+    /// Fills halos and ghosts of the velocity, and the halo of what nothing flows by: to be called when they were changed
+    /// inside; collective.
     pub fn refresh_velocity(&mut self, transport: &dyn Transport) {
         self.exchange_velocity(transport);
+        if let Some(bodies) = &mut self.immersed {
+            let [x, y, z] = bodies.beyond.components_mut();
+            self.halo.fill(&mut [x, y, z], transport);
+        }
         let ghosts = self.ghosts();
         fill_velocity(&self.tables, &mut self.state.velocity, ghosts);
     }
@@ -243,10 +248,13 @@ impl Flow {
     /// Right-hand side of the pressure equation.
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
+        // What fluid passes, fluid must bring: none goes through bodies, whatever continues the flow inside.
+        if let Some(bodies) = &self.immersed {
+            self.state.velocity.add(-1.0, &bodies.beyond);
+        }
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        // No fluid comes out of a body; how it flows within does not matter.
-        if let Some(solid) = self.immersed.as_ref().and_then(|bodies| bodies.solid.as_ref()) {
-            solid.level(self.rhs.data_mut(), transport);
+        if let Some(bodies) = &self.immersed {
+            self.state.velocity.add(1.0, &bodies.beyond);
         }
         let mut sums = [sum, scale];
         transport.sum(&mut sums);

@@ -24,11 +24,11 @@ impl Resolved {
         let mut actions = vec![[0.0; 12]; self.bodies.len()];
         let (density, volume) = (flow.setup.density, self.subgrid.cell_volume());
         let strides = self.subgrid.layout.strides();
-        let mut excess = [0.0; 3];
         if let Some(immersed) = &mut flow.immersed {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
                 let velocity = flow.state.velocity.component_mut(component);
                 let force = immersed.force.component_mut(component);
+                let beyond_body = immersed.beyond.component_mut(component);
                 let nodes = &self.nodes.of[component];
                 // All are found before any is set: extrapolations may read each other's places.
                 let wanted = nodes.iter().map(|node| self.wanted(component, node, velocity, strides));
@@ -44,13 +44,13 @@ impl Resolved {
                         force[place] = self.forcing.explicit * f;
                         velocity[place] = wanted;
                         let differs = wanted - body.component_at(component, &node.arm);
+                        beyond_body[place] = differs;
                         let row = [1.0, node.arm[c], -node.arm[b]];
                         for a in 0..3 {
                             whole[a] += row[a] * f;
                             beyond[a] += row[a] * differs;
                         }
                     }
-                    excess[component] += beyond[0];
                     let action = &mut actions[number];
                     for (a, k) in [component, 3 + b, 3 + c].into_iter().enumerate() {
                         action[k] += volume * whole[a];
@@ -60,9 +60,6 @@ impl Resolved {
                 self.forced[component].clear();
                 self.forced[component].extend(nodes.iter().map(|node| node.place as usize));
             }
-            transport.sum(&mut excess);
-            let whole = flow.setup.grid.volume();
-            immersed.excess = excess.map(|e| e * volume / whole);
         }
         flow.refresh_velocity(transport);
         self.spread.gather(&mut actions, &self.subgrid, transport);

@@ -41,8 +41,9 @@
 //! fluid that lie in another body, or would make two bodies follow each other, fall back to the straight line or the rigid
 //! velocity.
 //!
-//! Continued velocities are not free of divergence to rounding. In cells all of whose faces are imposed nothing could mend
-//! that, so ∇·u = 0 is waived there but for the sum over each body: no fluid comes out of one ([`grains_fluid::SolidCells`]).
+//! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In
+//! ∇·u = 0 velocities inside are those of the body ([`grains_fluid::Immersed::beyond`]), so that the fluid between bodies
+//! carries what enters, however narrow the gaps, and none comes out of a body.
 //!
 //! # Multipliers
 //!

@@ -269,7 +269,6 @@ impl Resolved {
         self.multipliers.values = values;
         let (layout, volume) = (self.subgrid.layout, self.subgrid.cell_volume());
         let density = flow.setup.density;
-        let mut excess = [0.0; 3];
         if let Some(immersed) = &mut flow.immersed {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
                 let own = self.multipliers.field.component(component);
@@ -285,15 +284,7 @@ impl Resolved {
                         forced.push(place);
                     }
                 }
-                for node in &self.nodes.of[component] {
-                    let body = &self.bodies[node.body as usize];
-                    excess[component] +=
-                        velocity[node.place as usize] - body.component_at(component, &node.arm);
-                }
             }
-            transport.sum(&mut excess);
-            let whole = flow.setup.grid.volume();
-            immersed.excess = excess.map(|e| e * volume / whole);
         }
         let action = |load: &[f64; 6]| {
             let mut sums = [0.0; 12];

@@ -52,7 +52,7 @@ pub(crate) struct Skin {
     /// b_k (-).
     pub weights: [f64; 2],
     /// x_k in the fluid; where there is no second one, its weight is 0.
-    pub fluid: [Stencil; 2],
+    fluid: [Stencil; 2],
 }
 
 /// All velocities inside bodies.
@@ -195,41 +195,6 @@ impl Nodes {
                 }
             }
         }
-    }
-
-    /// The own cells none of whose faces is free, and the body of each: that of a face above or below.
-    pub fn solid_cells(&self, subgrid: &Subgrid) -> Vec<(usize, u32)> {
-        let (layout, strides) = (subgrid.layout, subgrid.layout.strides());
-        let mut solid = Vec::new();
-        let Some(first) = (0..3).find(|&c| subgrid.active[c]) else { return solid };
-        for k in 0..layout.cells[2] {
-            for j in 0..layout.cells[1] {
-                let row = layout.row(j, k);
-                for i in 0..layout.cells[0] {
-                    let place = row + i;
-                    if self.marks[first][place] == OUTSIDE {
-                        continue;
-                    }
-                    let is_imposed = |component: usize, side: usize| {
-                        let cell = [i, j, k][component];
-                        let at_end = if side == 0 { cell == 0 } else { cell + 1 == layout.cells[component] };
-                        let face = place - if side == 0 { strides[component] } else { 0 };
-                        self.marks[component][face] != OUTSIDE || (at_end && subgrid.closed[component][side])
-                    };
-                    let mut axes = (0..3).filter(|&c| subgrid.active[c]);
-                    if !axes.clone().all(|c| is_imposed(c, 0) && is_imposed(c, 1)) {
-                        continue;
-                    }
-                    let body = |component: usize, face: usize| {
-                        let node = self.marks[component][face].checked_sub(FIRST)?;
-                        Some(self.of[component][node as usize].body)
-                    };
-                    let found = axes.find_map(|c| body(c, place).or_else(|| body(c, place - strides[c])));
-                    solid.extend(found.map(|body| (place, body)));
-                }
-            }
-        }
-        solid
     }
 }
 

@@ -3,12 +3,10 @@
 use crate::balance::{VIRTUAL_MASS, velocities};
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
-use crate::solid::SolidCellsOfBodies;
 use crate::{Action, BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
 use grains_domain::Transport;
-use grains_fluid::{Flow, Immersed, SolidCells};
+use grains_fluid::{Flow, Immersed};
 use grains_geometry::Shape;
-use std::sync::Arc;
 
 /// How the constraint is imposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,21 +82,17 @@ impl Resolved {
             Method::Multiplier(_) => Extrapolation::Rigid,
         };
         self.nodes.find(&self.bodies, shapes, &self.subgrid, extrapolation);
-        let solid: Option<Arc<dyn SolidCells>> = match self.forcing.method {
-            Method::Direct { .. } => Some(Arc::new(SolidCellsOfBodies {
-                cells: self.nodes.solid_cells(&self.subgrid),
-                bodies: self.bodies.len(),
-                spread: self.spread.clone(),
-                subgrid: self.subgrid.clone(),
-            })),
-            Method::Multiplier(method) => {
-                self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
-                None
-            }
-        };
-        if let Some(immersed) = &mut flow.immersed {
-            immersed.solid = solid;
+        if let Method::Multiplier(method) = self.forcing.method {
+            self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
         }
+        if let Some(immersed) = &mut flow.immersed {
+            for (component, forced) in self.forced.iter().enumerate() {
+                let beyond = immersed.beyond.component_mut(component);
+                let left = forced.iter().filter(|&&place| !self.nodes.holds(component, place));
+                left.for_each(|&place| beyond[place] = 0.0);
+            }
+        }
+        flow.refresh_velocity(transport);
     }
 
     /// Iterations of the last solve for multipliers.
@@ -106,15 +100,26 @@ impl Resolved {
         self.multipliers.iterations
     }
 
-    /// Goes on from the forces of a flow that was continued: they are released where no body is any more.
-    pub fn resume(&mut self, flow: &Flow) {
-        let Some(immersed) = &flow.immersed else { return };
+    /// Goes on from the forces and velocities of a flow that was continued; collective.
+    pub fn resume(&mut self, flow: &mut Flow, transport: &dyn Transport) {
+        let Some(immersed) = &mut flow.immersed else { return };
+        if let Method::Direct { .. } = self.forcing.method {
+            for (component, nodes) in self.nodes.of.iter().enumerate() {
+                let velocity = flow.state.velocity.component(component);
+                let beyond = immersed.beyond.component_mut(component);
+                for node in nodes {
+                    let (body, place) = (&self.bodies[node.body as usize], node.place as usize);
+                    beyond[place] = velocity[place] - body.component_at(component, &node.arm);
+                }
+            }
+        }
         for (component, forced) in self.forced.iter_mut().enumerate() {
             let force = immersed.force.component(component);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
             forced.extend(rows.filter(|&place| force[place] != 0.0));
         }
+        flow.refresh_velocity(transport);
     }
 
     /// Makes the fluid follow the bodies after a step of it of `dt` (s); collective.

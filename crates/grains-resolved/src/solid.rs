@@ -1,37 +1,7 @@
 //! What cells hold of bodies.
 
-use crate::{Resolved, Spread, Subgrid};
-use grains_domain::Transport;
-use grains_fluid::SolidCells;
+use crate::{Resolved, Subgrid};
 use grains_geometry::{Shape, Vec3};
-
-/// The cells within each body all of whose velocities are imposed.
-#[derive(Debug)]
-pub(crate) struct SolidCellsOfBodies {
-    /// Places of own cells, and that of their body in the list.
-    pub cells: Vec<(usize, u32)>,
-    /// Number of bodies, copies included.
-    pub bodies: usize,
-    pub spread: Spread,
-    pub subgrid: Subgrid,
-}
-
-impl SolidCells for SolidCellsOfBodies {
-    fn level(&self, values: &mut [f64], transport: &dyn Transport) {
-        let mut sums = vec![[0.0; 2]; self.bodies];
-        for &(place, body) in &self.cells {
-            let sum = &mut sums[body as usize];
-            sum[0] += values[place];
-            sum[1] += 1.0;
-        }
-        self.spread.gather(&mut sums, &self.subgrid, transport);
-        self.spread.scatter(&mut sums, &self.subgrid, transport);
-        for &(place, body) in &self.cells {
-            let [sum, count] = sums[body as usize];
-            values[place] = sum / count;
-        }
-    }
-}
 
 /// Points along each axis of a cell by which the part of it inside a body is counted.
 const SAMPLES: usize = 4;

@@ -2,7 +2,7 @@
 
 use crate::SetupError;
 use grains_domain::Transport;
-use grains_fluid::{BoxFace, Condition, FlowSetup, Layout, Side};
+use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
 
 /// Where the velocities of one rank lie, halo included, and which ranks lie around it.
@@ -22,8 +22,6 @@ pub struct Subgrid {
     valid: [[[isize; 2]; 2]; 3],
     /// Those of them that are unknown.
     unknown: [[[isize; 2]; 2]; 3],
-    /// Whether no fluid passes the lower and upper end of an axis, which this rank touches.
-    pub(crate) closed: [[bool; 2]; 3],
     /// Whether this rank touches an end of the box that is not periodic.
     pub(crate) ends: [[bool; 2]; 3],
     /// Ranks below and above.
@@ -47,10 +45,6 @@ impl Subgrid {
         let first = ownership.first();
         let ends: [[bool; 2]; 3] =
             std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic()));
-        let is_closed = |axis: usize, side: usize| {
-            let face = BoxFace { axis, side: [Side::Low, Side::High][side] };
-            !setup.boundaries.on(face).any(|c| matches!(c, Condition::Outlet { .. }))
-        };
         let valid = |a: usize| {
             let (n, h) = (layout.cells[a] as isize, layout.halo as isize);
             [true, false].map(|is_normal| {
@@ -84,7 +78,6 @@ impl Subgrid {
             upper: Vec3::from_fn(|a, _| grid.axis(a).node((first[a] + layout.cells[a]) as isize)),
             valid: std::array::from_fn(valid),
             unknown: std::array::from_fn(unknown),
-            closed: std::array::from_fn(|a| [0, 1].map(|side| ends[a][side] && is_closed(a, side))),
             ends,
             neighbours: std::array::from_fn(|a| ownership.neighbours(a, grid.axis(a).is_periodic())),
             shifts: std::array::from_fn(shifts),

@@ -46,9 +46,7 @@ impl FluidPhase {
         let exact = [state.time, state.last_dt, fx, fy, fz].map(|x| format!("{:x}", x.to_bits()));
         let samples = self.means.as_ref().map_or(0, |m| m.samples);
         let counts = [state.step, self.next_step, self.last_span, samples].map(|n| n.to_string());
-        let excess = flow.immersed.as_ref().map_or([0.0; 3], |immersed| immersed.excess);
-        let excess = excess.map(|x| format!("{:x}", x.to_bits()));
-        let words = exact.into_iter().chain(counts).chain(excess);
+        let words = exact.into_iter().chain(counts);
         (arrays, vec![(CLOCKS.into(), words.collect::<Vec<_>>().join(" "))])
     }
 
@@ -71,7 +69,7 @@ impl FluidPhase {
         self.flow.synchronise(transport);
         if let Some(resolved) = &mut self.resolved {
             resolved.place(dem, &mut self.flow, transport);
-            resolved.bodies.resume(&self.flow);
+            resolved.bodies.resume(&mut self.flow, transport);
         }
         Ok(())
     }
@@ -115,10 +113,6 @@ impl FluidPhase {
         state.force = [real(2)?, real(3)?, real(4)?];
         state.step = count(5)?;
         (self.next_step, self.last_span) = (count(6)?, count(7)?);
-        let excess = [real(9)?, real(10)?, real(11)?];
-        if let Some(immersed) = &mut self.flow.immersed {
-            immersed.excess = excess;
-        }
         if let Some(means) = self.means.as_mut().filter(|_| file.has_grid(MEANS[0])) {
             means.samples = count(8)?;
             for (field, name) in means.fields.iter_mut().zip(MEANS) {
