@@ -342,6 +342,10 @@ impl Block {
                 lower[a] + (place[a] as f64 + 0.5 + noise * (2.0 * draw.next() - 1.0)) * spacing
             });
         }
+        if case.holds_particles() {
+            // A packing brings the velocities of its last moments.
+            (new.velocity, new.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
+        }
         // The user's orientation is that of the shape as given; ours is that of its principal frame.
         let (to_user, center) = &catalogue.shapes[kind.shape as usize].user_to_body;
         if self.columns.is_some() {
