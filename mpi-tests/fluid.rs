@@ -120,6 +120,8 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     assert_same_fluid(&one, &result("fixed-4", 4, &fixed), 1e-9);
     assert_same_fluid(&one, &continued(&home, "fixed-4", 2, &fixed), 1e-9);
     assert!(series(&one).column("drive_x").last().unwrap() > &0.0);
+    // Bodies that stay do not bring the velocities they were inserted with.
+    assert!(series(&one).column("momentum_x").iter().all(|&p| p == 0.0));
 }
 
 #[test]

@@ -34,7 +34,7 @@ impl RigidBody {
     /// Component of that velocity (m/s).
     #[inline]
     pub(crate) fn component_at(&self, a: usize, arm: &Vec3) -> f64 {
-        let [b, c] = [(a + 1) % 3, (a + 2) % 3];
+        let [b, c] = others(a);
         self.velocity[a] + self.spin[b] * arm[c] - self.spin[c] * arm[b]
     }
 
@@ -63,4 +63,9 @@ impl RigidBody {
             spin: Vec3::from_column_slice(&record[18..21]),
         }
     }
+}
+
+/// The axes b, c for which e_a · (ω × r) = ω_b r_c − ω_c r_b.
+pub(crate) fn others(a: usize) -> [usize; 2] {
+    [(a + 1) % 3, (a + 2) % 3]
 }

@@ -1,5 +1,6 @@
 //! Direct forcing: the bodies' velocities from the balance of their momentum, the fluid's from them.
 
+use crate::body::others;
 use crate::nodes::Node;
 use crate::{Action, BodyMotion, Resolved};
 use grains_domain::Transport;
@@ -148,11 +149,6 @@ impl Resolved {
             body.spin = Vec3::from_column_slice(&value[3..]);
         }
     }
-}
-
-/// The axes b, c for which e_a · (ω × r) = ω_b r_c − ω_c r_b.
-fn others(a: usize) -> [usize; 2] {
-    [(a + 1) % 3, (a + 2) % 3]
 }
 
 /// Nodes body by body, with their values.
