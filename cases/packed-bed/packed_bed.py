@@ -3,6 +3,7 @@ trilobes quadralobes] [--across 16 24] [--seeds 1 2] [--reynolds 1]` packs, lets
 analyse bed` finds in the middle of each bed."""
 import argparse
 import os
+import statistics
 import sys
 from pathlib import Path
 
@@ -77,6 +78,27 @@ def main():
     sweep.run_all([(packing(BEDS[b], s, packed(b, s)), packed(b, s)) for b, s in sorted(packings)], options.jobs)
     flows = [(flow(BEDS[b], a, r, packed(b, s), folder(b, s, a, r)), folder(b, s, a, r)) for b, s, a, r in points]
     sweep.run_all(flows, options.jobs)
+    alphas = {}
+    for point in points:
+        run = folder(*point)
+        if not (run / "done").exists():
+            continue
+        bed, seed, across, reynolds = point
+        # Forty particles are too few to leave any out.
+        row = sweep.analyse("bed", run, *(["--crop", "0"] if bed == "trilobes-40" else []))[0]
+        layers = sweep.table(run / "analysis/bed-axial.csv")
+        energy = [float(row["fluid_kinetic"]) for row in sweep.table(run / "run/series.csv")]
+        print(
+            f"{bed}, seed {seed}, {across} cells across, Reynolds number {reynolds:g}: void fraction"
+            f" {float(row['void_fraction']):.4f}, {float(row['pressure_gradient']):.5g} Pa/m, alpha {float(row['alpha']):.1f},"
+            f" tortuosity {float(row['tortuosity']):.3f}; inlet to outlet"
+            f" {float(layers[0]['pressure']) - float(layers[-1]['pressure']):.5g} Pa; last change {energy[-1] / energy[-2] - 1:.0e}"
+        )
+        alphas.setdefault((bed, across, reynolds), []).append(float(row["alpha"]))
+    for (bed, across, reynolds), found in alphas.items():
+        if len(found) > 1:
+            error = statistics.stdev(found) / len(found) ** 0.5
+            print(f"{bed}, {across} cells, {reynolds:g}: alpha {statistics.mean(found):.1f} +- {error:.1f}")
 
 
 if __name__ == "__main__":

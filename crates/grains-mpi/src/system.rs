@@ -39,9 +39,9 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         false => timestep::choose(case, &catalogue)?,
     };
     let gravity = Vec3::from(case.gravity);
-    let skin = skin(case, largest_radius);
     let lubrication = fluid::lubrication(case);
     let film = lubrication.map_or(0.0, |film| film.range);
+    let skin = skin(case, largest_radius, film);
     let range = 2.0 * largest_radius * (1.0 + skin.most) + film;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
@@ -165,11 +165,13 @@ fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
     Ok(largest)
 }
 
-fn skin(case: &Case, largest_radius: f64) -> Skin {
+/// How far particles may go before lists are rebuilt, where films of fluid (m) act between them.
+fn skin(case: &Case, largest_radius: f64, film: f64) -> Skin {
     let mut skin = Skin::default();
     // A narrow periodic box leaves less room: images of a particle must be out of each other's neighbours' reach.
     let periodic = (0..3).filter(|&a| case.domain.periodic[a]);
-    let room = periodic.map(|a| (case.domain.upper[a] - case.domain.lower[a]) / (4.0 * largest_radius) - 1.0);
+    let half = |a: usize| 0.5 * (case.domain.upper[a] - case.domain.lower[a]);
+    let room = periodic.map(|a| (half(a) - film) / (2.0 * largest_radius) - 1.0);
     let room = 0.999 * room.fold(f64::INFINITY, f64::min);
     if room > skin.least {
         skin.most = skin.most.min(room);

@@ -43,13 +43,14 @@
 //!
 //! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In
 //! ∇·u = 0 velocities inside are those of the body ([`grains_fluid::Immersed::beyond`]), so that the fluid between bodies
-//! carries what enters, however narrow the gaps, and none comes out of a body.
+//! carries what enters, however narrow the gaps, and none comes out of a body. (With them drag is off half as much, but in
+//! pockets between touching bodies continuity and constraint contradict each other, and pressure and f grow without end.)
 //!
 //! # Multipliers
 //!
 //! [`Method::Multiplier`] is the method of the thesis: multipliers at velocities deep inside and at points of the surface
 //! ([`surface_points`]), interpolated multilinearly or by parabolas that reach outwards, found by conjugate gradients in a
-//! number of iterations that does not grow with resolution. It is of order 1.2 to 1.35 and costs three times as much for the bodies;
+//! number of iterations that does not grow with resolution. It is of order 1.3 and costs three times as much for fixed bodies, ten for free ones;
 //! cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
 //!
 //! # Bodies of any density
