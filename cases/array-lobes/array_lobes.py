@@ -20,7 +20,7 @@ import sweep
 # Diameters over the length of particles of one volume, table 7.1; a trilobe's box holds them all.
 DIAMETERS = {"trilobe": 0.414, "quadralobe": 0.405, "cylinder": 0.349}
 LOBES = {"trilobe": 3, "quadralobe": 4}
-FRACTIONS = [0.1, 0.2, 0.34, 0.45, 0.545]
+FRACTIONS = [0.2, 0.34, 0.45, 0.545]
 GRIDS = [16, 24, 36]
 
 
@@ -67,7 +67,7 @@ def main():
             (shape, ratio, fraction, along, across)
             for shape in LOBES
             for ratio in (1, 5)
-            for fraction in (0.1, 0.34, 0.5)
+            for fraction in (0.2, 0.45)
             for along in (False, True)
             for across in GRIDS
         ]

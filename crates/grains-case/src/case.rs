@@ -277,10 +277,18 @@ fn in_file_order(remarks: &mut Vec<Diagnostic>) {
 }
 
 /// Resolves names and defaults and checks what the schema cannot express.
+/// Names of the shapes that are inserted and no spheres.
+fn names_of_other_shapes(raw: &RawCase) -> Vec<String> {
+    let others = raw.shape.iter().filter(|shape| !matches!(shape.kind, ShapeKind::Sphere { .. }));
+    let inserted = |name: &String| raw.insert.iter().flat_map(|i| &i.particles).any(|p| p.shape == *name);
+    others.map(|shape| shape.name.clone()).filter(inserted).collect()
+}
+
 fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let stem = Path::new(file).file_stem().map_or("case".into(), |s| s.to_string_lossy());
     let names = check_names(&raw, checker);
     let end = raw.time.end;
+    let not_spheres = names_of_other_shapes(&raw);
     raw.domain.check(checker);
     raw.time.check(checker);
     check_gravity(raw.gravity, checker);
@@ -288,7 +296,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let fluid_context = fluid::Context {
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
-        all_spheres: raw.shape.iter().all(|shape| matches!(shape.kind, ShapeKind::Sphere { .. })),
+        not_spheres,
         is_hard: raw.collisions.is_hard(),
         interval: output.particles,
         end,

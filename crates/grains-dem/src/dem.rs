@@ -153,7 +153,8 @@ impl Dem {
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
         // Without particles, as beside a fluid alone, there is nothing to sort and there are no loads.
-        let (cell, radius) = if range > 0.0 { (range, setup.largest_radius) } else { (f64::INFINITY, 1.0) };
+        let has_particles = setup.largest_radius > 0.0;
+        let (cell, radius) = if has_particles { (range, setup.largest_radius) } else { (f64::INFINITY, 1.0) };
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,

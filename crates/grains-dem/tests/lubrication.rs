@@ -89,3 +89,31 @@ fn a_thick_film_stops_two_spheres_before_they_touch() {
     assert!((reached / wanted - 1.0).abs() < 5e-3, "{reached} for {wanted}");
     assert!(low.velocity.norm() < 1e-6, "{}", low.velocity);
 }
+
+#[test]
+fn films_of_any_thickness_are_stable_however_many_act_on_a_sphere() {
+    // A row of spheres between two walls, all but touching, in a fluid that would stop them in a twentieth of a step.
+    let gap = 2.0 * LEAST * RADIUS;
+    let place = |k: usize| Vec3::new(0.025, 0.025, 0.02 + (2 * k + 1) as f64 * RADIUS + (k + 1) as f64 * gap);
+    let row = [0, 1, 2].map(|k| (place(k), Vec3::z() * [0.02, -0.02, 0.01][k]));
+    let mut dem = scene(1.0, &row);
+    let rate = 6.0 * PI * RADIUS / LEAST / MASS * dem.setup.rates.dt;
+    dem.setup.lubrication = dem.setup.lubrication.map(|film| Lubrication { viscosity: 20.0 / rate, ..film });
+    let top = 0.02 + 6.0 * RADIUS + 4.0 * gap;
+    for (z, normal) in [(0.02, Vec3::z()), (top, -Vec3::z())] {
+        let surface = Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal };
+        dem.setup.catalogue.contacts.set(
+            0,
+            1,
+            ContactLaw::new(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 }),
+        );
+        dem.setup.walls.push(wall("plate", surface, Motion::Fixed));
+    }
+    let mut dem = with_particles(dem.setup.clone(), &row);
+    for step in 0..400 {
+        dem.step(&SerialTransport).unwrap();
+        let fastest = dem.particles.bodies.iter().map(|b| b.velocity.norm()).fold(0.0, f64::max);
+        assert!(fastest <= 0.03, "step {step}: {fastest}");
+        assert!(step < 100 || fastest < 1e-6, "step {step}: {fastest}");
+    }
+}

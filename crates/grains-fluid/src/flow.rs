@@ -126,15 +126,15 @@ impl FlowSetup {
 pub struct Immersed {
     /// What the bodies do to the fluid (N/m³), own faces; part of the momentum equation as it is.
     pub force: Faces,
-    /// Velocities inside bodies beyond those of the bodies (m/s), halo included: they continue the flow, but nothing flows by
+    /// Velocities inside bodies beyond those of the bodies (m/s), halo included, if they continue the flow: nothing flows by
     /// them.
-    pub beyond: Faces,
+    pub beyond: Option<Faces>,
 }
 
 impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
-        Self { force: Faces::new(layout), beyond: Faces::new(layout) }
+        Self { force: Faces::new(layout), beyond: None }
     }
 }
 

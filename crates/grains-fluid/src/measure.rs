@@ -6,11 +6,21 @@ use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
 
 impl Flow {
+    /// Velocities inside bodies by which nothing flows.
+    fn beyond(&self) -> Option<&Faces> {
+        self.immersed.as_ref()?.beyond.as_ref()
+    }
+
     /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
     pub fn divergence(&self, transport: &dyn Transport) -> [f64; 2] {
         let mut rhs = Field::<Centre>::new(self.local.layout);
         let porous = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         divergence(&self.local, &self.state.velocity, porous, &mut rhs);
+        if let Some(beyond) = self.beyond() {
+            let mut unreal = Field::<Centre>::new(self.local.layout);
+            divergence(&self.local, beyond, None, &mut unreal);
+            rhs.data_mut().iter_mut().zip(unreal.data()).for_each(|(f, g)| *f -= g);
+        }
         let mut largest = [0.0, self.rates_of_own_cells()];
         self.for_cells(|cell, p| {
             largest[0] = f64::max(largest[0], (rhs.data()[p] / self.local.volume(cell)).abs());
@@ -73,6 +83,7 @@ impl Flow {
         let mut rate = [0.0];
         let stride = self.local.layout.strides()[axis];
         let u = self.state.velocity.component(axis);
+        let beyond = self.beyond().map(|beyond| beyond.component(axis));
         self.for_cells(|cell, p| {
             let global = cell[axis] + self.local.first[axis];
             // Every node belongs to the cell below it; node 0 to the first cell.
@@ -86,7 +97,7 @@ impl Flow {
             let area =
                 self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
             let eps = self.mixture.as_ref().map_or(1.0, |m| m.faces.component(axis)[face]);
-            rate[0] += eps * u[face] * area;
+            rate[0] += eps * (u[face] - beyond.map_or(0.0, |b| b[face])) * area;
         });
         transport.sum(&mut rate);
         rate[0]
@@ -115,7 +126,7 @@ impl Flow {
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
         let u = self.state.velocity.component(axis);
-        let beyond = self.immersed.as_ref().map(|bodies| bodies.beyond.component(axis));
+        let beyond = self.beyond().map(|beyond| beyond.component(axis));
         self.for_cells(|cell, p| {
             let m = &self.local.axes[axis];
             let e = self.local.entry(cell[axis]);

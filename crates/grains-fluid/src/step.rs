@@ -228,16 +228,19 @@ impl Flow {
         self.halo.fill(&mut [x, y, z], transport);
     }
 
-    /// Fills halos and ghosts of the velocity, and the halo of what nothing flows by: to be called when they were changed
-    /// inside; collective.
+    /// Fills halos and ghosts of the velocity: to be called when it was changed inside; collective.
     pub fn refresh_velocity(&mut self, transport: &dyn Transport) {
         self.exchange_velocity(transport);
-        if let Some(bodies) = &mut self.immersed {
-            let [x, y, z] = bodies.beyond.components_mut();
-            self.halo.fill(&mut [x, y, z], transport);
-        }
         let ghosts = self.ghosts();
         fill_velocity(&self.tables, &mut self.state.velocity, ghosts);
+    }
+
+    /// Fills the halo of the velocities that continue the flow inside bodies; collective.
+    pub fn refresh_beyond(&mut self, transport: &dyn Transport) {
+        if let Some(beyond) = self.immersed.as_mut().and_then(|bodies| bodies.beyond.as_mut()) {
+            let [x, y, z] = beyond.components_mut();
+            self.halo.fill(&mut [x, y, z], transport);
+        }
     }
 
     /// Layers of ghosts that the next step reads: central differences one, the bounded scheme two.
@@ -249,12 +252,13 @@ impl Flow {
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         // What fluid passes, fluid must bring: none goes through bodies, whatever continues the flow inside.
-        if let Some(bodies) = &self.immersed {
-            self.state.velocity.add(-1.0, &bodies.beyond);
+        let beyond = self.immersed.as_ref().and_then(|bodies| bodies.beyond.as_ref());
+        if let Some(beyond) = beyond {
+            self.state.velocity.add(-1.0, beyond);
         }
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        if let Some(bodies) = &self.immersed {
-            self.state.velocity.add(1.0, &bodies.beyond);
+        if let Some(beyond) = beyond {
+            self.state.velocity.add(1.0, beyond);
         }
         let mut sums = [sum, scale];
         transport.sum(&mut sums);

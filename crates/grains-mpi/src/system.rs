@@ -39,7 +39,8 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         false => timestep::choose(case, &catalogue)?,
     };
     let gravity = Vec3::from(case.gravity);
-    let lubrication = fluid::lubrication(case);
+    // Particles that are held have no films.
+    let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
     let film = lubrication.map_or(0.0, |film| film.range);
     let skin = skin(case, largest_radius, film);
     let range = 2.0 * largest_radius * (1.0 + skin.most) + film;

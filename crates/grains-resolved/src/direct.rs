@@ -29,7 +29,7 @@ impl Resolved {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
                 let velocity = flow.state.velocity.component_mut(component);
                 let force = immersed.force.component_mut(component);
-                let beyond_body = immersed.beyond.component_mut(component);
+                let mut beyond_body = immersed.beyond.as_mut().map(|beyond| beyond.component_mut(component));
                 let nodes = &self.nodes.of[component];
                 // All are found before any is set: extrapolations may read each other's places.
                 let wanted = nodes.iter().map(|node| self.wanted(component, node, velocity, strides));
@@ -45,7 +45,9 @@ impl Resolved {
                         force[place] = self.forcing.explicit * f;
                         velocity[place] = wanted;
                         let differs = wanted - body.component_at(component, &node.arm);
-                        beyond_body[place] = differs;
+                        if let Some(beyond) = &mut beyond_body {
+                            beyond[place] = differs;
+                        }
                         let row = [1.0, node.arm[c], -node.arm[b]];
                         for a in 0..3 {
                             whole[a] += row[a] * f;
@@ -63,6 +65,7 @@ impl Resolved {
             }
         }
         flow.refresh_velocity(transport);
+        flow.refresh_beyond(transport);
         self.spread.gather(&mut actions, &self.subgrid, transport);
         actions.iter().take(self.owned).map(Action::read).collect()
     }

@@ -5,7 +5,7 @@ use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
 use crate::{Action, BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
 use grains_domain::Transport;
-use grains_fluid::{Flow, Immersed};
+use grains_fluid::{Faces, Flow, Immersed};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -53,7 +53,9 @@ impl Resolved {
     /// A grid that bodies cannot be resolved on.
     pub fn new(flow: &mut Flow, forcing: Forcing) -> Result<Self, SetupError> {
         let subgrid = Subgrid::new(&flow.setup)?;
-        flow.immersed = Some(Immersed::new(flow.layout()));
+        let mut immersed = Immersed::new(flow.layout());
+        immersed.beyond = matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
+        flow.immersed = Some(immersed);
         Ok(Self {
             multipliers: Multipliers::new(&flow.setup, flow.layout(), forcing.method),
             nodes: Nodes::new(&subgrid),
@@ -85,14 +87,14 @@ impl Resolved {
         if let Method::Multiplier(method) = self.forcing.method {
             self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
         }
-        if let Some(immersed) = &mut flow.immersed {
+        if let Some(beyond) = flow.immersed.as_mut().and_then(|immersed| immersed.beyond.as_mut()) {
             for (component, forced) in self.forced.iter().enumerate() {
-                let beyond = immersed.beyond.component_mut(component);
+                let beyond = beyond.component_mut(component);
                 let left = forced.iter().filter(|&&place| !self.nodes.holds(component, place));
                 left.for_each(|&place| beyond[place] = 0.0);
             }
         }
-        flow.refresh_velocity(transport);
+        flow.refresh_beyond(transport);
     }
 
     /// Iterations of the last solve for multipliers.
@@ -102,24 +104,16 @@ impl Resolved {
 
     /// Goes on from the forces and velocities of a flow that was continued; collective.
     pub fn resume(&mut self, flow: &mut Flow, transport: &dyn Transport) {
-        let Some(immersed) = &mut flow.immersed else { return };
-        if let Method::Direct { .. } = self.forcing.method {
-            for (component, nodes) in self.nodes.of.iter().enumerate() {
-                let velocity = flow.state.velocity.component(component);
-                let beyond = immersed.beyond.component_mut(component);
-                for node in nodes {
-                    let (body, place) = (&self.bodies[node.body as usize], node.place as usize);
-                    beyond[place] = velocity[place] - body.component_at(component, &node.arm);
-                }
-            }
-        }
+        let Some(immersed) = &flow.immersed else { return };
         for (component, forced) in self.forced.iter_mut().enumerate() {
             let force = immersed.force.component(component);
+            let beyond = immersed.beyond.as_ref().map(|beyond| beyond.component(component));
+            let is_left = |&place: &usize| force[place] != 0.0 || beyond.is_some_and(|b| b[place] != 0.0);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
-            forced.extend(rows.filter(|&place| force[place] != 0.0));
+            forced.extend(rows.filter(is_left));
         }
-        flow.refresh_velocity(transport);
+        flow.refresh_beyond(transport);
     }
 
     /// Makes the fluid follow the bodies after a step of it of `dt` (s); collective.

@@ -107,6 +107,9 @@ fn pressure_at(layers: &[Layer], at: f64) -> f64 {
     p.mean_pressure() + share * (q.mean_pressure() - p.mean_pressure())
 }
 
+const AT_REST: &str =
+    "the fluid is at rest along the axis: give a state with flow by --time, or another --axis";
+
 /// Superficial velocity along an axis (m/s): that of the layers free of particles, else that of the control volume.
 fn superficial_velocity(layers: &[Layer], whole: &Layer, axis: usize) -> f64 {
     let mut free = Layer::default();
@@ -136,8 +139,7 @@ pub fn measure(
     let (lower, upper) = (Vec3::from(case.domain.lower), Vec3::from(case.domain.upper));
     let axis = match options.axis {
         Some(axis) => axis as usize,
-        None => main_axis(&between(&sums, [lower.z, upper.z]).flux)
-            .ok_or_else(|| RunError::case("the fluid is at rest: give a state with flow by --time"))?,
+        None => main_axis(&between(&sums, [lower.z, upper.z]).flux).ok_or_else(|| RunError::case(AT_REST))?,
     };
     if case.domain.periodic[axis] {
         return Err(RunError::case(format!(
@@ -156,6 +158,9 @@ pub fn measure(
     let ends = [region.lower[axis], region.upper[axis]];
     let whole = between(&sums, ends);
     let velocity = superficial_velocity(&sums, &whole, axis);
+    if velocity == 0.0 || velocity.is_nan() {
+        return Err(RunError::case(AT_REST));
+    }
     let [diameter, sphericity] = size_and_sphericity(snapshot, (shapes, areas), transport);
     let drop = (pressure_at(&sums, ends[0]) - pressure_at(&sums, ends[1])) * velocity.signum();
     let (void, gradient, speed) = (whole.void_fraction(), drop / region.height(), velocity.abs());

@@ -11,6 +11,7 @@ use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, a
 const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 const ADVECTIVE: [&str; 3] = ["advective_x", "advective_y", "advective_z"];
 const FORCE: [&str; 3] = ["body_force_x", "body_force_y", "body_force_z"];
+const BEYOND: [&str; 3] = ["beyond_x", "beyond_y", "beyond_z"];
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
@@ -32,6 +33,9 @@ impl FluidPhase {
         }
         for (immersed, a) in flow.immersed.iter().flat_map(|immersed| [0, 1, 2].map(|a| (immersed, a))) {
             add(FORCE[a], "N/m3", faces(flow, a), immersed.force.component(a));
+            if let Some(beyond) = &immersed.beyond {
+                add(BEYOND[a], "m/s", faces(flow, a), beyond.component(a));
+            }
         }
         add("pressure", "Pa", cells(flow), flow.state.pressure.data());
         add("correction", "Pa or m2/s", cells(flow), flow.state.correction.data());
@@ -68,8 +72,8 @@ impl FluidPhase {
         }
         self.flow.synchronise(transport);
         if let Some(resolved) = &mut self.resolved {
-            resolved.place(dem, &mut self.flow, transport);
             resolved.bodies.resume(&mut self.flow, transport);
+            resolved.place(dem, &mut self.flow, transport);
         }
         Ok(())
     }
@@ -92,6 +96,9 @@ impl FluidPhase {
         if let Some(immersed) = &mut self.flow.immersed {
             for a in 0..3 {
                 take(FORCE[a], faces_of[a], immersed.force.component_mut(a))?;
+                if let Some(beyond) = &mut immersed.beyond {
+                    take(BEYOND[a], faces_of[a], beyond.component_mut(a))?;
+                }
             }
         }
         let place = cells(&self.flow);

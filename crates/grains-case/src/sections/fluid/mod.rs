@@ -136,8 +136,8 @@ fn three_refinements(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub has_particles: bool,
-    /// Whether all shapes are spheres.
-    pub all_spheres: bool,
+    /// Names of the shapes that are inserted and no spheres.
+    pub not_spheres: Vec<String>,
     /// Whether collisions are impulses.
     pub is_hard: bool,
     /// Time between snapshots of the particles (s).

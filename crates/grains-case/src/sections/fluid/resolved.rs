@@ -65,7 +65,8 @@ pub struct Lubrication {
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 4))]
     pub range: f64,
-    /// Thickness of the thinnest film over the radius, by the roughness of the surfaces (-).
+    /// Thickness of the thinnest film, by the roughness of the surfaces, over the radius of a sphere at a wall, between two
+    /// over a₁ a₂/(a₁ + a₂) (-).
     #[serde(default = "usual_gap")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub least_gap: f64,
@@ -145,9 +146,14 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
         checker.error("collisions.model", "resolved particles collide softly only; take \"soft\"".into());
     }
     let has_films = fluid.resolved.as_ref().is_some_and(|resolved| resolved.lubrication.is_some());
-    if has_films && !context.all_spheres {
-        let message = "films are known between spheres only; remove it, or insert spheres only";
-        checker.error("fluid.resolved.lubrication", message.into());
+    if let Some(shape) = context.not_spheres.first().filter(|_| has_films) {
+        let message = format!("films are known between spheres only; remove it, or do not insert `{shape}`");
+        checker.error("fluid.resolved.lubrication", message);
+    } else if has_films && fluid.holds_particles() {
+        checker.warn(
+            "fluid.resolved.lubrication",
+            "without effect: the particles stay where they are; remove it".into(),
+        );
     }
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(context.domain, a)[1]);
     let [least, most] = widths.fold([f64::INFINITY, 0.0], |[least, most], w| [w.min(least), w.max(most)]);

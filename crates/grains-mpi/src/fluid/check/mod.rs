@@ -92,12 +92,12 @@ pub fn least_seconds(case: &Case) -> Option<f64> {
 pub fn bytes_on_disk(case: &Case) -> f64 {
     /// Numbers per cell of a checkpoint: velocities and explicit terms on faces, pressure, correction, void fraction.
     const STATE: f64 = 9.0;
-    /// Those of resolved bodies: their force on the faces.
-    const FORCE: f64 = 3.0;
+    /// Those of resolved bodies: their force, and the velocities that continue the flow inside, on the faces.
+    const BODIES: f64 = 6.0;
     let Some(fluid) = &case.fluid else { return 0.0 };
     let cells = fluid.cells.iter().product::<u64>() as f64;
     let has_particles = (fluid.coupling.is_some() || fluid.resolved.is_some()) && !case.inserts.is_empty();
-    let state = STATE + if fluid.resolved.is_some() { FORCE } else { 0.0 };
+    let state = STATE + if fluid.resolved.is_some() { BODIES } else { 0.0 };
     let components = |field: &FluidField| match (field, has_particles) {
         (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
         (FluidField::Pressure, _) | (FluidField::VoidFraction, true) => 1.0,
