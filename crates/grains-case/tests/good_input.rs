@@ -17,7 +17,7 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 7] = [
+const GOOD: [&str; 8] = [
     "silo.toml",
     "mixture.toml",
     "composites.toml",
@@ -25,6 +25,7 @@ const GOOD: [&str; 7] = [
     "channel.toml",
     "bed.toml",
     "bodies.toml",
+    "suspension.toml",
 ];
 
 #[test]
@@ -336,4 +337,18 @@ fn collect_keys(schema: &Value, path: &str, keys: &mut Vec<(String, Value)>) {
         Value::Array(list) => list.iter().for_each(|value| collect_keys(value, path, keys)),
         _ => {}
     }
+}
+
+#[test]
+fn films_are_between_spheres_only() {
+    let text = load("suspension.toml").to_toml();
+    let parse = |text: &str| Case::parse(text, "suspension.toml", Path::new(""));
+    let rods =
+        text.replace("kind = \"sphere\"\nradius = 0.02", "kind = \"cylinder\"\nradius = 0.02\nheight = 0.04");
+    assert_ne!(rods, text);
+    let error = parse(&rods).expect_err("refused").to_string();
+    assert!(error.contains("fluid.resolved.lubrication") && error.contains("`ball`"), "{error}");
+    let held = text.replace("motion = \"free\"", "motion = \"fixed\"");
+    let warnings = parse(&held).expect("held spheres").warnings;
+    assert!(warnings.iter().any(|w| w.key == "fluid.resolved.lubrication"), "{warnings:?}");
 }
