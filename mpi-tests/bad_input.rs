@@ -166,7 +166,7 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         "a periodic axis that is too short",
         &[
             ("[domain]\n", "[domain]\nperiodic = [false, false, true]\n"),
-            ("upper = [0.08, 0.06, 0.06]", "upper = [0.08, 0.06, 0.0599]"),
+            ("upper = [0.08, 0.06, 0.06]", "upper = [0.08, 0.06, 0.0530]"),
             ("radius = 5e-3", "radius = 0.013"),
             ("count = 16", "count = 1"),
         ],

@@ -40,6 +40,9 @@ def case(shape, ratio, fraction, along, across, folder):
     end = 0.35 * sides[0] ** 2
     text = (HERE / "lobes.toml").read_text()
     keys = f'kind = "lobes"\nlobes = {LOBES.get(shape)}\ndiameter = {diameter!r}\nlength = 1\narea_fraction = {section(shape)!r}'
+    if shape == "quadralobe":
+        # Its lobes lie on the diagonals of the box, as the areas that the thesis states.
+        text = text.replace('orientation = "aligned"', "orientation = [0.92388, 0, 0, 0.38268]")
     if shape == "cylinder":
         keys = f'kind = "cylinder"\nradius = {diameter / 2!r}\nheight = 1'
     for old, new in (
