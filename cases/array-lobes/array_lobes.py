@@ -70,7 +70,7 @@ def main():
             (shape, ratio, fraction, along, across)
             for shape in LOBES
             for ratio in (1, 5)
-            for fraction in (0.2, 0.45)
+            for fraction in (0.45,)
             for along in (False, True)
             for across in GRIDS
         ]

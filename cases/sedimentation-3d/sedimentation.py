@@ -26,7 +26,7 @@ def case(shape, share, folder):
     text = (HERE / "spheres.toml").read_text().replace('"results/sedimentation-3d/spheres"', f'"{folder / "run"}"')
     if shape == "cubes":
         text = text.replace(SPHERE, f'kind = "box"\nedges = [{EDGE!r}, {EDGE!r}, {EDGE!r}]')
-        text = text.replace("lower = [0.5, 0.5, 0.5], upper = [13.5, 13.5, 19.9]", "lower = [0.7, 0.7, 0.7], upper = [13.3, 13.3, 19.7]")
+        text = text.replace("lower = [0.5, 0.5, 0.5], upper = [13.5, 13.5, 19.9] }", "lower = [0.7, 0.7, 0.7], upper = [13.3, 13.3, 19.7] }, attempts = 100000")
     side = round(14 * share**0.5)
     for old, new in (("[14, 14,", f"[{side}, {side},"), ("[140, 140,", f"[{10 * side}, {10 * side},"),
                      ("13.5, 13.5", f"{side - 0.5}, {side - 0.5}"), ("13.3, 13.3", f"{side - 0.7}, {side - 0.7}")):
@@ -55,7 +55,7 @@ def main():
     options = parser.parse_args()
     folder = lambda shape: sweep.RESULTS / "sedimentation-3d" / f"{shape}-{options.share:g}"
     sweep.run_all([(case(s, options.share, folder(s)), folder(s)) for s in options.shapes], options.jobs)
-    shown = [s for s in options.shapes if (folder(s) / "run/fluid.vtkhdf").exists()]
+    shown = [s for s in options.shapes if (folder(s) / "done").exists()]
     figure, axes = plt.subplots(1, 1 + 2 * len(shown), figsize=(4 + 5 * len(shown), 4.4), layout="constrained", squeeze=False)
     for k, shape in enumerate(shown):
         run = folder(shape) / "run"
