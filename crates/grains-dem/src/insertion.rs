@@ -145,6 +145,10 @@ impl Occupancy {
     pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
         let global = &dem.setup.global;
         let mut found: Option<(u64, f64)> = None;
+        // Particles that are held meet nobody, and have no width here.
+        if self.width == 0.0 {
+            return None;
+        }
         for code in 0..27 {
             let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
             if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
