@@ -10,7 +10,7 @@ impl Resolved {
     /// Calls `add` with the place of every own cell that a body reaches into, the volume (m³) it has there and its velocity
     /// (m/s) at the centre of the cell.
     ///
-    /// Cells on the surface are counted by [`SAMPLES`] points along each axis, eq. 7.30.
+    /// Cells on the surface are counted by four points along each axis, eq. 7.30.
     pub fn for_each_solid(&self, shapes: &[Shape], mut add: impl FnMut(usize, f64, Vec3)) {
         let Subgrid { layout, spacing, active, .. } = &self.subgrid;
         let (cell, reach) = (self.subgrid.cell_volume(), 0.5 * spacing.norm());
