@@ -276,7 +276,6 @@ fn in_file_order(remarks: &mut Vec<Diagnostic>) {
     remarks.dedup();
 }
 
-/// Resolves names and defaults and checks what the schema cannot express.
 /// Names of the shapes that are inserted and no spheres.
 fn names_of_other_shapes(raw: &RawCase) -> Vec<String> {
     let others = raw.shape.iter().filter(|shape| !matches!(shape.kind, ShapeKind::Sphere { .. }));
@@ -284,6 +283,7 @@ fn names_of_other_shapes(raw: &RawCase) -> Vec<String> {
     others.map(|shape| shape.name.clone()).filter(inserted).collect()
 }
 
+/// Resolves names and defaults and checks what the schema cannot express.
 fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let stem = Path::new(file).file_stem().map_or("case".into(), |s| s.to_string_lossy());
     let names = check_names(&raw, checker);

@@ -95,9 +95,11 @@ fn bodies_of_any_density_fall_or_rise_steadily() {
             let weight = Vec3::new(0.0, 0.0, 0.05 * f64::signum(1.0 - density));
             scene.move_freely(ball_of(density), weight, 0.01, &SerialTransport);
             let speed = scene.own[0].velocity.z * weight.z.signum();
+            // A velocity that comes or goes jerks a body of next to no mass.
+            let least = if density < 0.1 { 0.95 } else { 0.98 };
             // The first steps find the pressure.
             assert!(
-                step < 10 || speed > 0.95 * last && speed < 1.0,
+                step < 10 || speed > least * last && speed < 1.0,
                 "density {density}, step {step}: {last} to {speed}"
             );
             last = speed;
