@@ -27,19 +27,20 @@
 //! # The velocity inside
 //!
 //! Deep inside, velocities are those of the body. Those next to the surface *continue the flow*: along the normal through a
-//! velocity at depth d the one relative to the body is the parabola through 0 on the surface and the flow at s and 2 s,
-//! s = Σ|n_a| Δx_a, the least distance at which the cell of velocities about a point has no corner behind the tangent plane:
+//! velocity at depth d the one relative to the body is a polynomial that is 0 on the surface and takes the flow at three points
+//! t = ⅔ s, 2 t, 3 t, s = Σ|n_a| Δx_a being the distance of the planes between which a cell fits:
 //!
 //! ```text
-//!  body |  fluid                 w(−d) = −x (x + 2) w(s) + ½ x (x + 1) w(2 s),   x = d/s < 1
-//!   o---|--o----o----o           depends on the fluid linearly, on U and ω as β₀ (U + ω × r_s), β₀ = 1 + x (x + 2) − ½ x (x + 1)
-//!  −d   0  s   2 s
+//!  body |  fluid                  w(−d) = Σ b_k w(k t),   with b_k such that w = y, y², y³ come out exactly when w(k t) is
+//!   o---|--o---o---o              interpolated multilinearly from the grid (so that this is no error either);
+//!  −d   0  t  2 t 3 t             depends on the fluid linearly, on U and ω as β₀ (U + ω × r_s), β₀ = 1 − Σ b_k
 //! ```
 //!
-//! Differences of velocities across the surface then are those of a smooth flow: drag converges with the square of the cell
-//! width, where imposing the body's velocity on all nodes inside is of first order. No radius is calibrated. Points in the
-//! fluid that lie in another body, or would make two bodies follow each other, fall back to the straight line or the rigid
-//! velocity.
+//! Where another surface hides the last point, that surface takes its place: a passage has a profile through both its walls.
+//! Otherwise the polynomial is of a lower degree. Differences of velocities across the surface then are those of a smooth flow:
+//! drag converges with the third power of the cell width, where imposing the body's velocity on all nodes inside is of first
+//! order. No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
+//! bodies cannot feed each other.
 //!
 //! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In
 //! ∇·u = 0 velocities inside are those of the body ([`grains_fluid::Immersed::beyond`]), so that the fluid between bodies
@@ -79,6 +80,7 @@ mod multiplier;
 mod nodes;
 mod points;
 mod resolved;
+mod skin;
 mod solid;
 mod spread;
 mod subgrid;
@@ -88,8 +90,8 @@ pub use body::RigidBody;
 pub use error::{FollowError, SetupError};
 pub use motion::{FlowLink, Surroundings, bodies};
 pub use multiplier::{Interpolation, MultiplierMethod};
-pub use nodes::Extrapolation;
 pub use points::{SurfacePoint, surface_points};
 pub use resolved::{Forcing, Method, Resolved};
+pub use skin::Extrapolation;
 pub use spread::Spread;
 pub use subgrid::Subgrid;

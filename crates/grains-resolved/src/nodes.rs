@@ -1,28 +1,14 @@
 //! The velocities of the fluid that bodies impose.
 
-use crate::subgrid::Stencil;
-use crate::{RigidBody, Subgrid};
+use crate::skin::{Profile, Skin, most_weight, pitch};
+use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_geometry::{Shape, Vec3, WayOut};
 use std::ops::RangeInclusive;
 
-/// Marks of faces: outside all bodies, and inside one (for an own face, plus the number of its node).
+/// Marks of faces: outside all bodies; for an own face inside one, 1 plus the number of its node; for others [`HALO`] plus
+/// the place of the body in the list.
 const OUTSIDE: u32 = 0;
-const INSIDE: u32 = 1;
-const FIRST: u32 = 2;
-/// What the weights of velocities inside bodies may sum to at the near and the far point in the fluid: such velocities
-/// are extrapolated themselves, and loops among close bodies must not feed themselves.
-const MOST_HIDDEN: [f64; 2] = [0.25, 0.5];
-
-/// How velocities just inside a body follow those in the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extrapolation {
-    /// They are those of the body.
-    Rigid,
-    /// Along a straight line through the surface.
-    Linear,
-    /// Along a parabola through the surface and two points in the fluid.
-    Quadratic,
-}
+const HALO: u32 = 1 << 31;
 
 /// A velocity of the fluid that a body imposes.
 #[derive(Clone, Debug)]
@@ -41,19 +27,6 @@ pub(crate) struct Node {
 const DEEP: u32 = u32::MAX;
 /// A node next to the surface that has the velocity of the body all the same.
 const RIGID: u32 = u32::MAX - 1;
-
-/// Extrapolation from the fluid through the surface to a velocity inside: u = b₀ (U + ω × r_s) + Σ b_k u(x_k).
-#[derive(Clone, Debug)]
-pub(crate) struct Skin {
-    /// From the centre of the body to the surface (m).
-    pub foot: Vec3,
-    /// b₀ (-).
-    pub surface: f64,
-    /// b_k (-).
-    pub weights: [f64; 2],
-    /// x_k in the fluid; where there is no second one, its weight is 0.
-    fluid: [Stencil; 2],
-}
 
 /// All velocities inside bodies.
 #[derive(Clone, Debug)]
@@ -94,15 +67,24 @@ impl Nodes {
             for number in 0..bodies.len() {
                 self.claim(component, number, bodies, shapes, subgrid);
             }
-            let (marks, skins, strides) =
-                (&self.marks[component], &mut self.skins[component], subgrid.layout.strides());
-            let hidden = |stencil: &Stencil| {
-                stencil.mean(strides, |place| if marks[place] == OUTSIDE { 0.0 } else { 1.0 })
-            };
+            let (marks, skins) = (&self.marks[component], &mut self.skins[component]);
             skins.clear();
-            for node in self.of[component].iter_mut().filter(|node| node.skin != DEEP) {
-                let (way, center) = (&self.ways[node.skin as usize], &bodies[node.body as usize].center);
-                let skin = Skin::new((&node.arm, way), extrapolation, (subgrid, component), center, hidden);
+            let made: Vec<Option<Skin>> = {
+                let nodes = &self.of[component];
+                let next_to_surface = nodes.iter().filter(|node| node.skin != DEEP);
+                let make = |node: &Node| {
+                    let way = self.ways[node.skin as usize];
+                    let center = bodies[node.body as usize].center;
+                    let start = center + node.arm + way.direction * way.distance;
+                    let holder = |place: usize| holder(marks[place], nodes);
+                    let most_weight = most_weight(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
+                    Profile { most_weight, subgrid, component, bodies, shapes, holder, center, start, way }
+                        .skin(extrapolation.samples())
+                };
+                next_to_surface.map(make).collect()
+            };
+            let next_to_surface = self.of[component].iter_mut().filter(|node| node.skin != DEEP);
+            for (node, skin) in next_to_surface.zip(made) {
                 node.skin = skin.map_or(RIGID, |skin| {
                     skins.push(skin);
                     skins.len() as u32 - 1
@@ -114,7 +96,7 @@ impl Nodes {
     /// Whether a body holds an own node.
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
-        self.marks[component][place] >= FIRST
+        matches!(self.marks[component][place], 1..HALO)
     }
 
     /// What is extrapolated at a node of a component; none if it has the velocity of the body.
@@ -162,10 +144,9 @@ impl Nodes {
                         continue;
                     }
                     let place = layout.index(i, j, k);
-                    let held = marks[place].checked_sub(FIRST).map(|m| m as usize);
-                    if held.is_some_and(|m| {
-                        let id = bodies[nodes[m].body as usize].id;
-                        (nodes[m].arm.norm_squared(), id) <= (rank, body.id)
+                    let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
+                    if held.is_some_and(|other| {
+                        ((body.center + arm - other.center).norm_squared(), other.id) <= (rank, body.id)
                     }) {
                         continue;
                     }
@@ -173,7 +154,7 @@ impl Nodes {
                     let Some(way) = shape.way_out(&local, flat.as_ref()) else { continue };
                     let is_own = [i, j, k].iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize);
                     if !is_own {
-                        marks[place] = INSIDE;
+                        marks[place] = HALO | number as u32;
                         continue;
                     }
                     let distance = way.distance * body.scale;
@@ -185,12 +166,12 @@ impl Nodes {
                         DEEP
                     };
                     let node = Node { place: place as u32, body: number as u32, arm, skin };
-                    match held {
-                        Some(m) => nodes[m] = node,
-                        None => {
-                            marks[place] = FIRST + nodes.len() as u32;
+                    match marks[place] {
+                        OUTSIDE => {
                             nodes.push(node);
+                            marks[place] = nodes.len() as u32;
                         }
+                        mark => nodes[mark as usize - 1] = node,
                     }
                 }
             }
@@ -205,51 +186,12 @@ impl Node {
     }
 }
 
-impl Skin {
-    /// For a node at an arm from the centre of its body with a way out; none where there is no point in the fluid to
-    /// extrapolate from.
-    ///
-    /// The first point in the fluid is so far out, Σ |n_a| Δx_a, that no corner of the cell about it lies behind the
-    /// tangent plane.
-    fn new(
-        (arm, way): (&Vec3, &WayOut),
-        extrapolation: Extrapolation,
-        (subgrid, component): (&Subgrid, usize),
-        center: &Vec3,
-        hidden: impl Fn(&Stencil) -> f64,
-    ) -> Option<Self> {
-        let WayOut { distance: d, direction } = *way;
-        let foot = arm + direction * d;
-        let pitch = pitch(&direction, subgrid);
-        let at = |distance: f64| subgrid.stencil(component, &(center + foot + direction * distance));
-        let near = match extrapolation {
-            Extrapolation::Rigid => None,
-            Extrapolation::Linear | Extrapolation::Quadratic => at(pitch),
-        };
-        let near = near.filter(|s| hidden(s) <= MOST_HIDDEN[0])?;
-        let far = match extrapolation {
-            Extrapolation::Quadratic => at(2.0 * pitch).filter(|s| hidden(s) <= MOST_HIDDEN[1]),
-            _ => None,
-        };
-        let x = d / pitch;
-        // Lagrange's polynomial through 0, 1 and, if there is one, 2, at −x.
-        let weights = match far {
-            Some(_) => [-x * (x + 2.0), 0.5 * x * (x + 1.0)],
-            None => [-x, 0.0],
-        };
-        let surface = 1.0 - weights[0] - weights[1];
-        Some(Self { foot, surface, weights, fluid: [near, far.unwrap_or(near)] })
+/// The body that holds a face with a mark.
+#[inline]
+fn holder(mark: u32, nodes: &[Node]) -> Option<u32> {
+    match mark {
+        OUTSIDE => None,
+        HALO.. => Some(mark - HALO),
+        own => Some(nodes[own as usize - 1].body),
     }
-
-    /// The fluid's part Σ b_k u(x_k) (m/s).
-    #[inline]
-    pub fn fluid_part(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
-        let [near, far] = self.fluid.map(|stencil| stencil.mean(strides, |place| velocity[place]));
-        self.weights[0] * near + self.weights[1] * far
-    }
-}
-
-/// Distance (m) of two parallel planes between which a cell fits.
-fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
-    (0..3).filter(|&a| subgrid.active[a]).map(|a| normal[a].abs() * subgrid.spacing[a]).sum()
 }

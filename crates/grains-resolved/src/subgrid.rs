@@ -5,6 +5,9 @@ use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
 
+/// What rounding may make of a place (cells): points on nodes have the same cell on any rank.
+const ROUNDING: f64 = 1e-9;
+
 /// Where the velocities of one rank lie, halo included, and which ranks lie around it.
 #[derive(Clone, Debug)]
 pub struct Subgrid {
@@ -92,6 +95,13 @@ impl Subgrid {
         self.lower[axis] + (i as f64 + within) * self.spacing[axis]
     }
 
+    /// Where the velocity along `component` at a place in the arrays lies (m).
+    pub(crate) fn position(&self, component: usize, place: usize) -> Vec3 {
+        let ([_, sy, sz], h) = (self.layout.strides(), self.layout.halo as isize);
+        let at = [place % sy, place % sz / sy, place / sz];
+        Vec3::from_fn(|a, _| self.coordinate(component, a, at[a] as isize - h))
+    }
+
     /// Volume (m³) of a cell.
     pub fn cell_volume(&self) -> f64 {
         self.spacing.product()
@@ -163,13 +173,13 @@ impl Subgrid {
         let mut fractions = [0.0; 3];
         for a in (0..3).filter(|&a| self.active[a]) {
             let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
-            let floor = place.floor();
             let [low, high] = allowed[a][usize::from(a != component)];
-            if !(floor >= low as f64 && floor < high as f64) {
+            if !(place > low as f64 - ROUNDING && place < high as f64 + ROUNDING) {
                 return None;
             }
+            let floor = (place + ROUNDING).floor().min(high as f64 - 1.0);
             base[a] = floor as isize;
-            fractions[a] = place - floor;
+            fractions[a] = (place - floor).clamp(0.0, 1.0);
         }
         Some(Stencil { base: self.layout.index(base[0], base[1], base[2]), fractions })
     }

@@ -45,6 +45,7 @@ impl ResolvedBodies {
         let method = match given.method {
             CaseMethod::Direct => Method::Direct {
                 extrapolation: match given.extrapolation {
+                    CaseExtrapolation::Cubic => Extrapolation::Cubic,
                     CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
                     CaseExtrapolation::Linear => Extrapolation::Linear,
                     CaseExtrapolation::Rigid => Extrapolation::Rigid,

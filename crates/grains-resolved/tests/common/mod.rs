@@ -37,8 +37,8 @@ pub struct Scene {
     pub actions: Vec<Action>,
 }
 
-pub const QUADRATIC: Forcing =
-    Forcing { method: Method::Direct { extrapolation: Extrapolation::Quadratic }, explicit: 1.0 };
+pub const CUBIC: Forcing =
+    Forcing { method: Method::Direct { extrapolation: Extrapolation::Cubic }, explicit: 1.0 };
 
 pub const MULTIPLIERS: Forcing = Forcing {
     method: Method::Multiplier(MultiplierMethod {

@@ -26,10 +26,12 @@ pub enum Motion {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Extrapolation {
-    /// By a parabola through the surface: second order.
+    /// Along a cubic through the surface and three points in the fluid: third order.
     #[default]
+    Cubic,
+    /// Along a parabola through the surface and two points.
     Quadratic,
-    /// By a straight line through the surface.
+    /// Along a straight line through the surface and one point.
     Linear,
     /// Not at all: they are those of the particle.
     Rigid,

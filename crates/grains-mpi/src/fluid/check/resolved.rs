@@ -40,6 +40,7 @@ pub fn lines(
     };
     let how = match (resolved.method, resolved.extrapolation) {
         (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", resolved.point_spacing),
+        (_, Extrapolation::Cubic) => "cubics".into(),
         (_, Extrapolation::Quadratic) => "parabolas".into(),
         (_, Extrapolation::Linear) => "straight lines".into(),
         (_, Extrapolation::Rigid) => "nothing".into(),

@@ -1,0 +1,230 @@
+//! Velocities next to a surface, which continue the flow outside.
+
+use crate::subgrid::Stencil;
+use crate::{RigidBody, Subgrid};
+use grains_geometry::{Mat3, Shape, Vec3, WayOut};
+
+/// What a velocity may take from others that are continued themselves: loops among close bodies must not feed themselves (-).
+const MOST_FED_BACK: f64 = 0.5;
+/// What the weights of the samples may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
+const MOST_WEIGHT: f64 = 12.0;
+/// Distance of the samples, in those of the planes between which a cell fits (-).
+const SPACING: f64 = 2.0 / 3.0;
+/// Least cosine between the normal and that of the surface opposite, reversed.
+const FACING: f64 = 0.3;
+
+/// How velocities just inside a body follow those in the fluid: along a polynomial that is the body's on the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extrapolation {
+    /// They are those of the body.
+    Rigid,
+    /// Along a straight line to a point in the fluid.
+    Linear,
+    /// Along a parabola through two.
+    Quadratic,
+    /// Along a cubic through three.
+    Cubic,
+}
+
+impl Extrapolation {
+    /// Number of points in the fluid.
+    pub(crate) fn samples(self) -> usize {
+        match self {
+            Self::Rigid => 0,
+            Self::Linear => 1,
+            Self::Quadratic => 2,
+            Self::Cubic => 3,
+        }
+    }
+}
+
+/// Extrapolation from the fluid through the surface to a velocity inside: u = b₀ (U + ω × r_s) + Σ b_k u(x_k).
+#[derive(Clone, Debug)]
+pub(crate) struct Skin {
+    /// From the centre of the body to the surface (m).
+    pub foot: Vec3,
+    /// b₀ (-).
+    pub surface: f64,
+    /// b_k (-), and x_k in the fluid; of those that there are not, b_k is 0.
+    fluid: [(f64, Stencil); 3],
+    /// The surface opposite, if the profile ends there.
+    pub opposite: Option<Opposite>,
+}
+
+/// A point of the surface on the other side of a passage.
+#[derive(Clone, Debug)]
+pub(crate) struct Opposite {
+    /// Place of its body in the list.
+    pub body: u32,
+    /// From the centre of that body (m).
+    pub foot: Vec3,
+    /// Weight of its velocity (-).
+    pub weight: f64,
+}
+
+/// A value that the profile along a normal takes.
+#[derive(Clone, Copy)]
+enum Sample {
+    /// Of the flow, interpolated.
+    Flow(Stencil),
+    /// Of the surface of a body opposite, so far away (m).
+    Opposite(f64, u32),
+}
+
+/// The profiles along the normal at a point of a surface.
+pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
+    pub subgrid: &'a Subgrid,
+    pub component: usize,
+    pub bodies: &'a [RigidBody],
+    pub shapes: &'a [Shape],
+    /// The body that holds a place.
+    pub holder: H,
+    /// The centre of the body (m).
+    pub center: Vec3,
+    /// The point of the surface (m).
+    pub start: Vec3,
+    /// The way to it.
+    pub way: WayOut,
+    /// What the weights of samples may sum to in magnitude (-), see [`most_weight`].
+    pub most_weight: f64,
+}
+
+impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
+    /// What continues the flow to the start of the way, along a polynomial that is 0 on the surface and takes a number of
+    /// samples; none where there is nothing to continue.
+    ///
+    /// Samples lie ⅔ s apart, s = Σ |n_a| Δx_a: about the first only the lowest corner of its cell may be behind the surface.
+    /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
+    /// there are fewer points.
+    pub fn skin(&self, samples: usize) -> Option<Skin> {
+        let step = SPACING * pitch(&self.way.direction, self.subgrid);
+        let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
+        let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
+        let across = || {
+            let (width, body) = flow.iter().find_map(|sample| self.opposite(sample))?;
+            let end = Sample::Opposite(width, body);
+            let before =
+                flow.iter().enumerate().take(samples - 1).take_while(|(n, _)| (*n + 1) as f64 * step < width);
+            let mut samples: Vec<Sample> = before.map(|(_, sample)| *sample).collect();
+            samples.push(end);
+            self.fit(&samples).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
+        };
+        let fewer = || (1..samples).rev().find_map(|n| self.fit(flow.get(..n)?));
+        whole().or_else(|| if samples > 1 { across() } else { None }).or_else(fewer)
+    }
+
+    /// The flow at a distance (m) from the surface.
+    fn flow(&self, distance: f64) -> Option<Sample> {
+        let point = self.start + self.way.direction * distance;
+        self.subgrid.stencil(self.component, &point).map(Sample::Flow)
+    }
+
+    /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
+    /// there are samples, is continued exactly, interpolation included; none if they are too large.
+    fn fit(&self, samples: &[Sample]) -> Option<Skin> {
+        let unit = pitch(&self.way.direction, self.subgrid);
+        let mut values = Mat3::identity();
+        let (mut wanted, mut hidden) = (Vec3::zeros(), Vec3::zeros());
+        for (n, sample) in samples.iter().enumerate() {
+            wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
+            values[(n, n)] = 0.0;
+            let mut take = |weight: f64, distance: f64| {
+                let mut power = weight;
+                for k in 0..samples.len() {
+                    power *= distance / unit;
+                    values[(k, n)] += power;
+                }
+            };
+            match sample {
+                Sample::Opposite(width, _) => take(1.0, *width),
+                Sample::Flow(stencil) => {
+                    for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
+                        let corner = self.subgrid.position(self.component, place);
+                        take(weight, (corner - self.start).dot(&self.way.direction));
+                        if (self.holder)(place).is_some() {
+                            hidden[n] += weight;
+                        }
+                    }
+                }
+            }
+        }
+        let weights = values.lu().solve(&wanted)?;
+        if weights.abs().dot(&hidden) > MOST_FED_BACK || weights.abs().sum() > self.most_weight {
+            return None;
+        }
+        let first = samples.iter().find_map(|sample| match sample {
+            Sample::Flow(stencil) => Some(*stencil),
+            Sample::Opposite(..) => None,
+        })?;
+        let foot = self.start - self.center;
+        let mut skin = Skin { foot, surface: 1.0 - weights.sum(), fluid: [(0.0, first); 3], opposite: None };
+        for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
+            match *sample {
+                Sample::Flow(stencil) => skin.fluid[n] = (weight, stencil),
+                Sample::Opposite(width, body) => {
+                    let foot = self.start + self.way.direction * width - self.bodies[body as usize].center;
+                    skin.opposite = Some(Opposite { body, foot, weight });
+                }
+            }
+        }
+        Some(skin)
+    }
+
+    /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and its body.
+    ///
+    /// It is the tangent plane where the way out of a corner of the sample's cell ends: of the corner that counts most.
+    fn opposite(&self, sample: &Sample) -> Option<(f64, u32)> {
+        let Sample::Flow(stencil) = *sample else { return None };
+        let flat = (0..3).find(|&a| !self.subgrid.active[a]);
+        let mut best: Option<(f64, f64, u32)> = None;
+        for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
+            if best.is_some_and(|(most, _, _)| most >= weight) {
+                continue;
+            }
+            let Some(number) = (self.holder)(place) else { continue };
+            let body = &self.bodies[number as usize];
+            let corner = self.subgrid.position(self.component, place);
+            let local = body.rotation.tr_mul(&(corner - body.center)) / body.scale;
+            let across = flat.map(|a| body.rotation.row(a).transpose());
+            let Some(way) = self.shapes[body.shape as usize].way_out(&local, across.as_ref()) else {
+                continue;
+            };
+            let outward = body.rotation * way.direction;
+            let facing = -outward.dot(&self.way.direction);
+            let end = corner + outward * (way.distance * body.scale);
+            let width = (self.start - end).dot(&outward) / facing;
+            if facing > FACING && width > 0.0 {
+                best = Some((weight, width, number));
+            }
+        }
+        best.map(|(_, width, number)| (width, number))
+    }
+}
+
+impl Skin {
+    /// The fluid's part Σ b_k u(x_k) (m/s).
+    #[inline]
+    pub fn fluid_part(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
+        let counting = self.fluid.iter().filter(|(weight, _)| *weight != 0.0);
+        counting.map(|(weight, stencil)| weight * stencil.mean(strides, |place| velocity[place])).sum()
+    }
+}
+
+/// What the weights may sum to for the velocity at a place.
+///
+/// A velocity in the fluid of whose neighbours n are continued from it with weights −w answers to them a step later, stably if
+/// n w is below 6 + 2 Δx²/(ν Δt).
+pub(crate) fn most_weight(place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> f64 {
+    let strides = subgrid.layout.strides();
+    let around = |place: usize| {
+        (0..3).filter(|&a| subgrid.active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
+    };
+    let hidden = |place: usize| around(place).filter(|&p| is_hidden(p)).count();
+    let most = around(place).filter(|&p| !is_hidden(p)).map(hidden).max();
+    MOST_WEIGHT / most.unwrap_or(1).max(1) as f64
+}
+
+/// Distance (m) of two parallel planes between which a cell fits.
+pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
+    (0..3).filter(|&a| subgrid.active[a]).map(|a| normal[a].abs() * subgrid.spacing[a]).sum()
+}
