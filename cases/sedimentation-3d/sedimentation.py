@@ -26,10 +26,10 @@ def case(shape, share, folder):
     text = (HERE / "spheres.toml").read_text().replace('"results/sedimentation-3d/spheres"', f'"{folder / "run"}"')
     if shape == "cubes":
         text = text.replace(SPHERE, f'kind = "box"\nedges = [{EDGE!r}, {EDGE!r}, {EDGE!r}]')
-        text = text.replace("lower = [0.5, 0.5, 0.5], upper = [13.5, 13.5, 19.9] }", "lower = [0.7, 0.7, 0.7], upper = [13.3, 13.3, 19.7] }, attempts = 100000")
+        # As they come they would find no room for the last ones.
+        text = text.replace("count = 1528", 'count = 1528\norientation = "aligned"')
     side = round(14 * share**0.5)
-    for old, new in (("[14, 14,", f"[{side}, {side},"), ("[140, 140,", f"[{10 * side}, {10 * side},"),
-                     ("13.5, 13.5", f"{side - 0.5}, {side - 0.5}"), ("13.3, 13.3", f"{side - 0.7}, {side - 0.7}")):
+    for old, new in (("[14, 14,", f"[{side}, {side},"), ("[140, 140,", f"[{10 * side}, {10 * side},"), ("13.5, 13.5", f"{side - 0.5}, {side - 0.5}")):
         text = text.replace(old, new)
     return text.replace("count = 1528", f"count = {round(1528 * side**2 / 14**2)}")
 

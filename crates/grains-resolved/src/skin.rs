@@ -5,9 +5,9 @@ use crate::{RigidBody, Subgrid};
 use grains_geometry::{Mat3, Shape, Vec3, WayOut};
 
 /// What a velocity may take from others that are continued themselves: loops among close bodies must not feed themselves (-).
-const MOST_FED_BACK: f64 = 0.5;
+const MOST_FED_BACK: f64 = 0.35;
 /// What the weights of the samples may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
-const MOST_WEIGHT: f64 = 12.0;
+const MOST_WEIGHT: f64 = 8.0;
 /// Distance of the samples, in those of the planes between which a cell fits (-).
 const SPACING: f64 = 2.0 / 3.0;
 /// Least cosine between the normal and that of the surface opposite, reversed.
