@@ -505,6 +505,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         overlap_limit: 0.5,
         skin: Skin::default(),
         lubrication: None,
+        balance: None,
         collisions: CollisionModel::Soft,
     };
     let mut dem = Dem::new(setup, 0).unwrap();

@@ -16,7 +16,9 @@ use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_contact::Lubrication;
-use grains_domain::{CellGrid, Decomposition, DecompositionError, GlobalBox, Transport};
+use grains_domain::{
+    Balance, CellGrid, Decomposition, DecompositionError, GlobalBox, Transport, WorkProfile,
+};
 use grains_geometry::Vec3;
 pub use observe::{Partner, Touch};
 
@@ -47,6 +49,8 @@ pub struct DemSetup {
     pub collisions: CollisionModel,
     /// Films of fluid between spheres.
     pub lubrication: Option<Lubrication>,
+    /// When borders between subdomains move; they stay if there is none.
+    pub balance: Option<Balance>,
 }
 
 impl DemSetup {
@@ -81,6 +85,10 @@ pub struct StepReport {
     pub cores_met: u64,
     /// Rebuilds of the lists since the start.
     pub rebuilds: u64,
+    /// Those of them before which borders between subdomains moved.
+    pub moves: u64,
+    /// Work until the last rebuild, in pairs of spheres.
+    pub work: u64,
     /// Hard collisions since the start, each counted on one rank.
     pub collisions: u64,
     /// Those of them whose restitution was taken as 0: the bodies rest on each other.
@@ -140,6 +148,9 @@ pub struct Dem {
     gathered: bool,
     stale: bool,
     steps_since_build: u64,
+    work: WorkProfile,
+    /// First step at which the work is looked at again.
+    next_balance: u64,
     /// Steps from a build after which walls may have used up their allowance.
     wall_steps: u64,
     stays: Vec<u32>,
@@ -174,6 +185,8 @@ impl Dem {
             gathered: true,
             stale: true,
             steps_since_build: 0,
+            work: WorkProfile::default(),
+            next_balance: 0,
             wall_steps: u64::MAX,
             stays: Vec::new(),
             order: Vec::new(),
@@ -446,6 +459,11 @@ impl Dem {
         (speed * dt * steps, steps as u64)
     }
 
+    /// What this rank has worked since the start, in units of a pair of spheres in a step.
+    pub fn work(&self) -> u64 {
+        self.report.work + self.steps_since_build * self.neighbours.work(self.particles.owned)
+    }
+
     fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         measure::count_crossings(
             &mut self.particles,
@@ -454,6 +472,8 @@ impl Dem {
             &mut self.crossings,
         );
         self.check_jumps();
+        self.report.work = self.work();
+        self.balance(transport);
         self.gather();
         let Self { particles, memories, stays, exchange, .. } = self;
         match exchange.migrate(particles, memories, stays, transport) {
@@ -467,6 +487,32 @@ impl Dem {
         self.steps_since_build = 0;
         self.report.rebuilds += 1;
         Ok(())
+    }
+
+    /// Moves borders between subdomains, if that is due and worth it.
+    fn balance(&mut self, transport: &impl Transport) {
+        let Some(balance) = self.setup.balance.filter(|_| transport.size() > 1) else { return };
+        if self.step < self.next_balance {
+            return;
+        }
+        let Self { particles, neighbours, setup, work, .. } = self;
+        work.clear();
+        let own = particles.bodies.iter().take(particles.owned);
+        for (body, work_here) in own.zip(neighbours.work_of_each(particles.owned)) {
+            work.add(&setup.global, body.position.into(), work_here);
+        }
+        work.sum(transport);
+        let range = self.setup.interaction_range();
+        match self.decomposition.rebalanced(&self.work, range, balance.threshold) {
+            None => self.next_balance = self.step + balance.interval,
+            Some(cuts) => {
+                // Borders that went as far as they may go on at the next occasion.
+                self.decomposition.cuts = cuts;
+                self.grid = CellGrid::new(&self.decomposition, range);
+                self.exchange.divide(&self.decomposition);
+                self.report.moves += 1;
+            }
+        }
     }
 
     fn sort_and_list(&mut self, transport: &impl Transport) {

@@ -76,6 +76,11 @@ impl Exchange {
         }
     }
 
+    /// Takes over borders that moved; neighbours stay who they are.
+    pub(crate) fn divide(&mut self, decomposition: &Decomposition) {
+        self.decomposition.cuts.clone_from(&decomposition.cuts);
+    }
+
     /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
     /// crossed a border, and appends arrivals. `stays` gets the indices of particles now owned here.
     ///

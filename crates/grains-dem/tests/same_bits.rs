@@ -4,10 +4,10 @@
 
 mod common;
 
-use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
+use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, on_ranks, setup, wall};
 use grains_contact::{ImpulseScheme, Lubrication, Sharing};
 use grains_dem::{CollisionModel, FaceContact, HardModel, Motion, Skin, Surface};
-use grains_domain::SerialTransport;
+use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::sync::Arc;
 
@@ -155,6 +155,44 @@ fn a_periodic_shear_of_mixed_shapes_is_the_same_on_any_ranks() {
             assert_same(&reference, &scene.run(grid, 800), &format!("spring {spring}, grid {grid:?}"));
         }
     }
+}
+
+/// A column of mixed shapes in a corner of a long box, which collapses.
+fn dam() -> Scene {
+    let mut setup = setup([0.06, 0.02, 0.05], [false, true, false], mixed_shapes(1.4e-3), law(true));
+    setup.rates.gravity = Vec3::new(0.0, 0.0, -30.0);
+    let plane = |point, normal| wall("wall", Surface::Plane { point, normal }, Motion::Fixed);
+    setup.walls = vec![
+        plane(Vec3::new(0.0, 0.0, 0.001), Vec3::z()),
+        plane(Vec3::new(0.001, 0.0, 0.0), Vec3::x()),
+        plane(Vec3::new(0.059, 0.0, 0.0), -Vec3::x()),
+    ];
+    let particles = lattice([0.001, 0.0, 0.001], [0.016, 0.02, 0.025], 3.0e-3, 4, 0.5);
+    Scene { setup, particles }
+}
+
+#[test]
+fn borders_that_move_to_the_work_change_no_bit() {
+    const STEPS: u64 = 2000;
+    let mut scene = dam();
+    let reference = scene.run([1; 3], STEPS);
+    scene.setup.balance = Some(Balance { interval: 20, threshold: 1.05 });
+    for grid in [[2, 1, 1], [4, 1, 1], [3, 1, 2], [2, 2, 2]] {
+        assert_same(&reference, &scene.run(grid, STEPS), &format!("grid {grid:?}"));
+    }
+    assert_same(&reference, &scene.run_with_restart([4, 1, 1], 907, [2, 1, 2], STEPS - 907), "restart");
+    // All stand in one subdomain of four at first, and never again.
+    let counts = on_ranks(4, |transport| {
+        let mut dem = scene.start([4, 1, 1], transport.rank());
+        let first = dem.particles.owned;
+        for _ in 0..STEPS {
+            dem.step(&transport).unwrap();
+        }
+        (first, dem.particles.owned, dem.report.moves)
+    });
+    assert!(counts[1..].iter().all(|c| c.0 <= counts[0].0 / 10), "{counts:?}");
+    let mean = scene.particles.len() / 4;
+    assert!(counts.iter().all(|c| (mean / 2..2 * mean).contains(&c.1) && c.2 > 2), "{counts:?}");
 }
 
 #[test]

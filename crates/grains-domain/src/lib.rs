@@ -7,12 +7,14 @@
 //! periodic image. The same rounding applied to forces makes their sums exact and so independent of
 //! their order: this is what makes a state the same on any number of ranks.
 
+mod balance;
 mod cells;
 mod decomposition;
 mod direction;
 mod lattice;
 mod transport;
 
+pub use balance::{Balance, WorkProfile};
 pub use cells::{CellGrid, CellTag};
 pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
 pub use direction::Direction;

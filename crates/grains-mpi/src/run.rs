@@ -370,11 +370,12 @@ impl<'a> Run<'a> {
             self.dem.report.cores_met,
             self.dem.report.collisions,
             self.dem.report.resting_collisions,
+            self.dem.work(),
         ];
-        let own = counts[0];
+        let (own, own_work) = (counts[0], counts[6]);
         self.transport.sum_counts(&mut counts);
         let ranks = self.transport.size();
-        let mut extremes = [own as f64, -(own as f64), self.dem.report.worst_overlap];
+        let mut extremes = [own as f64, -(own as f64), self.dem.report.worst_overlap, own_work as f64];
         self.transport.max(&mut extremes);
         if self.transport.rank() != 0 {
             return;
@@ -387,7 +388,7 @@ impl<'a> Run<'a> {
                 of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
-        let [inside, inserted, left, cores_met, collisions, resting] = counts;
+        let [inside, inserted, left, cores_met, collisions, resting, work] = counts;
         if let Some(fluid) = &self.fluid {
             say!(
                 "fluid: {} steps, {:.1} iterations for the pressure each, {:.0} nanoseconds per cell and step",
@@ -407,8 +408,13 @@ impl<'a> Run<'a> {
             }
         }
         say!("particles: {inserted} inserted = {inside} inside + {left} left through outlets");
-        let [most, least, overlap] = extremes;
-        say!("particles per rank: {} to {most}", -least);
+        let [most, least, overlap, most_work] = extremes;
+        let of_mean = most_work * ranks as f64 / (work as f64).max(1.0);
+        say!(
+            "particles per rank: {} to {most}; the busiest rank worked {of_mean:.2} times the mean; borders moved {} times",
+            -least,
+            self.dem.report.moves
+        );
         for (name, lacking) in self.population.missing() {
             say!(
                 "warning: {lacking} particles of insert `{name}` were not inserted: not yet due, or no room"

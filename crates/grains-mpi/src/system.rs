@@ -13,8 +13,11 @@ use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, HardModel, Motion, Rates,
     Skin, Wall,
 };
-use grains_domain::{GlobalBox, choose_ranks};
+use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
+
+/// When borders between subdomains move.
+const BALANCE: Balance = Balance { interval: 200, threshold: 1.1 };
 
 /// A system ready to be filled, and how its time step was chosen.
 pub struct System {
@@ -61,6 +64,8 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         normal: Vec3::from(p.normal),
     });
     let rates = Rates { gravity, dt: step.dt };
+    // Cells of a fluid stay where they are, and particles with them.
+    let balance = (domain.balance && case.fluid.is_none()).then_some(BALANCE);
     let setup = DemSetup {
         walls: walls(case, &global)?,
         planes: planes.collect(),
@@ -74,6 +79,7 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         largest_radius,
         skin,
         lubrication,
+        balance,
     };
     Ok(System { setup, step })
 }

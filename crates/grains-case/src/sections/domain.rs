@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::yes;
 use crate::check::Checker;
 
 /// A face of the domain, named by its outward direction.
@@ -67,6 +68,9 @@ pub struct Domain {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(schema_with = "ranks_per_axis")]
     pub ranks: Option<[u64; 3]>,
+    /// Whether borders between ranks move to where the particles are; beside a fluid they stay.
+    #[serde(default = "yes")]
+    pub balance: bool,
 }
 
 fn ranks_per_axis(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
