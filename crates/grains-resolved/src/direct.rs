@@ -77,12 +77,12 @@ impl Resolved {
         match self.nodes.skin(component, node) {
             None => body.component_at(component, &node.arm),
             Some(skin) => {
-                let opposite = skin.opposite.as_ref().map_or(0.0, |opposite| {
+                let surface = body.component_at(component, &skin.foot);
+                let opposite = skin.opposite.as_ref().map(|opposite| {
                     let body = &self.bodies[opposite.body as usize];
-                    opposite.weight * body.component_at(component, &opposite.foot)
+                    (opposite.weight, body.component_at(component, &opposite.foot))
                 });
-                let surface = skin.surface * body.component_at(component, &skin.foot);
-                surface + opposite + skin.fluid_part(velocity, strides)
+                skin.continued(surface, opposite, velocity, strides)
             }
         }
     }

@@ -33,7 +33,7 @@
 //! ```text
 //!  body |  fluid                  w(−d) = Σ b_k w(k t),   with b_k such that w = y, y², y³ come out exactly when w(k t) is
 //!   o---|--o---o---o              interpolated multilinearly from the grid (so that this is no error either);
-//!  −d   0  t  2 t 3 t             depends on the fluid linearly, on U and ω as β₀ (U + ω × r_s), β₀ = 1 − Σ b_k
+//!  −d   0  t  2 t 3 t             |w| is at most 1.5 times the largest of the samples
 //! ```
 //!
 //! Where another surface hides the last point, that surface takes its place: a passage has a profile through both its walls.

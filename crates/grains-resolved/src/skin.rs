@@ -5,11 +5,13 @@ use crate::{RigidBody, Subgrid};
 use grains_geometry::{Mat3, Shape, Vec3, WayOut};
 
 /// What a velocity may take from others that are continued themselves: loops among close bodies must not feed themselves (-).
-const MOST_FED_BACK: f64 = 0.35;
+const MOST_FED_BACK: f64 = 0.5;
 /// What the weights of the samples may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
-const MOST_WEIGHT: f64 = 8.0;
+const MOST_WEIGHT: f64 = 12.0;
 /// Distance of the samples, in those of the planes between which a cell fits (-).
 const SPACING: f64 = 2.0 / 3.0;
+/// How much further from the velocity of the surface a continued one may be than that of any sample (-).
+const MOST_BEYOND: f64 = 1.5;
 /// Least cosine between the normal and that of the surface opposite, reversed.
 const FACING: f64 = 0.3;
 
@@ -38,13 +40,11 @@ impl Extrapolation {
     }
 }
 
-/// Extrapolation from the fluid through the surface to a velocity inside: u = b₀ (U + ω × r_s) + Σ b_k u(x_k).
+/// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
 #[derive(Clone, Debug)]
 pub(crate) struct Skin {
     /// From the centre of the body to the surface (m).
     pub foot: Vec3,
-    /// b₀ (-).
-    pub surface: f64,
     /// b_k (-), and x_k in the fluid; of those that there are not, b_k is 0.
     fluid: [(f64, Stencil); 3],
     /// The surface opposite, if the profile ends there.
@@ -157,7 +157,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             Sample::Opposite(..) => None,
         })?;
         let foot = self.start - self.center;
-        let mut skin = Skin { foot, surface: 1.0 - weights.sum(), fluid: [(0.0, first); 3], opposite: None };
+        let mut skin = Skin { foot, fluid: [(0.0, first); 3], opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
                 Sample::Flow(stencil) => skin.fluid[n] = (weight, stencil),
@@ -202,11 +202,29 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
 }
 
 impl Skin {
-    /// The fluid's part Σ b_k u(x_k) (m/s).
+    /// The velocity (m/s) inside, of that of the surface, of the surface opposite with its weight, and of the fluid.
+    ///
+    /// It differs from that of the surface by little more than a sample does: boundary layers thinner than a cell are not
+    /// continued to the other side with several times their velocity.
     #[inline]
-    pub fn fluid_part(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
-        let counting = self.fluid.iter().filter(|(weight, _)| *weight != 0.0);
-        counting.map(|(weight, stencil)| weight * stencil.mean(strides, |place| velocity[place])).sum()
+    pub fn continued(
+        &self,
+        surface: f64,
+        opposite: Option<(f64, f64)>,
+        velocity: &[f64],
+        strides: [usize; 3],
+    ) -> f64 {
+        let (mut sum, mut most) = (0.0, 0.0_f64);
+        let mut add = |weight: f64, sample: f64| {
+            let relative = sample - surface;
+            sum += weight * relative;
+            most = most.max(relative.abs());
+        };
+        for (weight, stencil) in self.fluid.iter().filter(|(weight, _)| *weight != 0.0) {
+            add(*weight, stencil.mean(strides, |place| velocity[place]));
+        }
+        opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
+        surface + sum.clamp(-MOST_BEYOND * most, MOST_BEYOND * most)
     }
 }
 

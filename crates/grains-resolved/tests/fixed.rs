@@ -87,7 +87,8 @@ fn cruder_extrapolations_are_less_exact() {
         (friction_of_array(0.343, 18, 0.3, forcing) / 15.4 - 1.0).abs()
     };
     let [rigid, linear, quadratic, cubic] =
-        [Extrapolation::Rigid, Extrapolation::Linear, Extrapolation::Quadratic, Extrapolation::Cubic].map(error);
+        [Extrapolation::Rigid, Extrapolation::Linear, Extrapolation::Quadratic, Extrapolation::Cubic]
+            .map(error);
     assert!(cubic < quadratic && quadratic < linear && linear < rigid && rigid < 0.3);
 }
 
