@@ -27,8 +27,9 @@
 //! # The velocity inside
 //!
 //! Deep inside, velocities are those of the body. Those next to the surface *continue the flow*: along the normal through a
-//! velocity at depth d the one relative to the body is a polynomial that is 0 on the surface and takes the flow at three points
-//! t = ⅔ s, 2 t, 3 t, s = Σ|n_a| Δx_a being the distance of the planes between which a cell fits:
+//! velocity at depth d the one relative to the body is a polynomial that is 0 on the surface and takes the flow at the points t,
+//! 2 t and, in a cubic, 3 t; s = Σ|n_a| Δx_a is the distance of the planes between which a cell fits, t = ⅔ s for a cubic and s for
+//! a parabola ([`Extrapolation`]):
 //!
 //! ```text
 //!  body |  fluid                  w(−d) = Σ b_k w(k t),   with b_k such that w = y, y², y³ come out exactly when w(k t) is
@@ -38,8 +39,9 @@
 //!
 //! Where another surface hides the last point, that surface takes its place: a passage has a profile through both its walls.
 //! Otherwise the polynomial is of a lower degree. Differences of velocities across the surface then are those of a smooth flow:
-//! drag converges with the third power of the cell width, where imposing the body's velocity on all nodes inside is of first
-//! order. No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
+//! drag converges with the third power of the cell width along cubics and the second along parabolas, where imposing the body's
+//! velocity on all nodes inside is of first order. Cubics need boundary layers of several cells; parabolas are steadier, and what
+//! free bodies use by default. No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
 //! bodies cannot feed each other.
 //!
 //! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In

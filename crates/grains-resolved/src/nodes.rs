@@ -1,6 +1,6 @@
 //! The velocities of the fluid that bodies impose.
 
-use crate::skin::{Profile, Skin, most_weight, pitch};
+use crate::skin::{Profile, Skin, pitch};
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_geometry::{Shape, Vec3, WayOut};
 use std::ops::RangeInclusive;
@@ -77,9 +77,9 @@ impl Nodes {
                     let center = bodies[node.body as usize].center;
                     let start = center + node.arm + way.direction * way.distance;
                     let holder = |place: usize| holder(marks[place], nodes);
-                    let most_weight = most_weight(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
-                    Profile { most_weight, subgrid, component, bodies, shapes, holder, center, start, way }
-                        .skin(extrapolation.samples())
+                    let rule =
+                        extrapolation.rule()?.at(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
+                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }.skin()
                 };
                 next_to_surface.map(make).collect()
             };

@@ -4,12 +4,6 @@ use crate::subgrid::Stencil;
 use crate::{RigidBody, Subgrid};
 use grains_geometry::{Mat3, Shape, Vec3, WayOut};
 
-/// What a velocity may take from others that are continued themselves: loops among close bodies must not feed themselves (-).
-const MOST_FED_BACK: f64 = 0.5;
-/// What the weights of the samples may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
-const MOST_WEIGHT: f64 = 12.0;
-/// Distance of the samples, in those of the planes between which a cell fits (-).
-const SPACING: f64 = 2.0 / 3.0;
 /// How much further from the velocity of the surface a continued one may be than that of any sample (-).
 const MOST_BEYOND: f64 = 1.5;
 /// Least cosine between the normal and that of the surface opposite, reversed.
@@ -22,21 +16,55 @@ pub enum Extrapolation {
     Rigid,
     /// Along a straight line to a point in the fluid.
     Linear,
-    /// Along a parabola through two.
+    /// Along a parabola through two: for moving bodies, whose boundary layers may be thin.
     Quadratic,
-    /// Along a cubic through three.
+    /// Along a cubic through three: for flows that are smooth on the grid; others it makes noisier.
     Cubic,
 }
 
-impl Extrapolation {
+/// How a polynomial is chosen.
+#[derive(Clone, Copy)]
+pub(crate) struct Rule {
     /// Number of points in the fluid.
-    pub(crate) fn samples(self) -> usize {
+    samples: usize,
+    /// Their distance, in those of the planes between which a cell fits (-).
+    spacing: f64,
+    /// What the weights may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
+    most_weight: f64,
+    /// What may come of velocities that are continued themselves: loops among close bodies must not feed themselves (-).
+    most_fed_back: f64,
+}
+
+impl Extrapolation {
+    /// How its polynomials are chosen; none if velocities are those of the body.
+    ///
+    /// Far or few samples are less exact; near and many of them amplify what the grid does not resolve.
+    pub(crate) fn rule(self) -> Option<Rule> {
+        let rule = |samples, spacing, most_weight, most_fed_back| {
+            Some(Rule { samples, spacing, most_weight, most_fed_back })
+        };
         match self {
-            Self::Rigid => 0,
-            Self::Linear => 1,
-            Self::Quadratic => 2,
-            Self::Cubic => 3,
+            Self::Rigid => None,
+            Self::Linear => rule(1, 1.0, 5.0, 0.25),
+            Self::Quadratic => rule(2, 1.0, 5.0, 0.25),
+            Self::Cubic => rule(3, 2.0 / 3.0, 12.0, 0.5),
         }
+    }
+}
+
+impl Rule {
+    /// The same for the velocity at a place.
+    ///
+    /// A velocity in the fluid of whose neighbours n are continued from it with weights −w answers to them a step later, stably
+    /// if n w is below 6 + 2 Δx²/(ν Δt).
+    pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
+        let strides = subgrid.layout.strides();
+        let around = |place: usize| {
+            (0..3).filter(|&a| subgrid.active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
+        };
+        let hidden = |place: usize| around(place).filter(|&p| is_hidden(p)).count();
+        let most = around(place).filter(|&p| !is_hidden(p)).map(hidden).max();
+        Self { most_weight: self.most_weight / most.unwrap_or(1).max(1) as f64, ..self }
     }
 }
 
@@ -85,19 +113,19 @@ pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
     pub start: Vec3,
     /// The way to it.
     pub way: WayOut,
-    /// What the weights of samples may sum to in magnitude (-), see [`most_weight`].
-    pub most_weight: f64,
+    /// How it is chosen.
+    pub rule: Rule,
 }
 
 impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
-    /// What continues the flow to the start of the way, along a polynomial that is 0 on the surface and takes a number of
-    /// samples; none where there is nothing to continue.
+    /// What continues the flow to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
+    /// none where there is nothing to continue.
     ///
-    /// Samples lie ⅔ s apart, s = Σ |n_a| Δx_a: about the first only the lowest corner of its cell may be behind the surface.
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
-    pub fn skin(&self, samples: usize) -> Option<Skin> {
-        let step = SPACING * pitch(&self.way.direction, self.subgrid);
+    pub fn skin(&self) -> Option<Skin> {
+        let Rule { samples, spacing, .. } = self.rule;
+        let step = spacing * pitch(&self.way.direction, self.subgrid);
         let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
         let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
         let across = || {
@@ -149,7 +177,8 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             }
         }
         let weights = values.lu().solve(&wanted)?;
-        if weights.abs().dot(&hidden) > MOST_FED_BACK || weights.abs().sum() > self.most_weight {
+        if weights.abs().dot(&hidden) > self.rule.most_fed_back || weights.abs().sum() > self.rule.most_weight
+        {
             return None;
         }
         let first = samples.iter().find_map(|sample| match sample {
@@ -226,20 +255,6 @@ impl Skin {
         opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
         surface + sum.clamp(-MOST_BEYOND * most, MOST_BEYOND * most)
     }
-}
-
-/// What the weights may sum to for the velocity at a place.
-///
-/// A velocity in the fluid of whose neighbours n are continued from it with weights −w answers to them a step later, stably if
-/// n w is below 6 + 2 Δx²/(ν Δt).
-pub(crate) fn most_weight(place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> f64 {
-    let strides = subgrid.layout.strides();
-    let around = |place: usize| {
-        (0..3).filter(|&a| subgrid.active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
-    };
-    let hidden = |place: usize| around(place).filter(|&p| is_hidden(p)).count();
-    let most = around(place).filter(|&p| !is_hidden(p)).map(hidden).max();
-    MOST_WEIGHT / most.unwrap_or(1).max(1) as f64
 }
 
 /// Distance (m) of two parallel planes between which a cell fits.

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{CUBIC, MULTIPLIERS, Scene, body};
+use common::{MULTIPLIERS, QUADRATIC, Scene, body};
 use grains_domain::SerialTransport;
 use grains_fluid::{FlowSetup, Grid};
 use grains_geometry::{Shape, Vec3};
@@ -33,7 +33,7 @@ fn setup(periodic: bool) -> FlowSetup {
 
 #[test]
 fn a_neutrally_buoyant_body_in_uniform_flow_feels_nothing() {
-    [CUBIC, MULTIPLIERS].into_iter().for_each(assert_feels_nothing);
+    [QUADRATIC, MULTIPLIERS].into_iter().for_each(assert_feels_nothing);
 }
 
 fn assert_feels_nothing(forcing: Forcing) {
@@ -52,7 +52,7 @@ fn assert_feels_nothing(forcing: Forcing) {
 
 #[test]
 fn bodies_and_fluid_keep_their_momentum() {
-    for forcing in [CUBIC, MULTIPLIERS] {
+    for forcing in [QUADRATIC, MULTIPLIERS] {
         assert_keep_momentum(forcing, Vec3::new(0.72, 0.75, 0.74));
         // Velocities and points in both of two bodies that overlap belong to one of them.
         assert_keep_momentum(forcing, Vec3::new(0.5, 0.55, 0.5));
@@ -88,7 +88,7 @@ fn assert_keep_momentum(forcing: Forcing, other: Vec3) {
 fn bodies_of_any_density_fall_or_rise_steadily() {
     for density in [0.01, 0.5, 0.9, 1.1, 10.0, 1000.0] {
         let ball = body(1, Vec3::new(0.5, 0.5, 0.5));
-        let mut scene = Scene::new(&setup(false), [1; 3], (&sphere(), &[ball]), CUBIC, &SerialTransport);
+        let mut scene = Scene::new(&setup(false), [1; 3], (&sphere(), &[ball]), QUADRATIC, &SerialTransport);
         let mut last = 0.0;
         for step in 0..100 {
             // Chosen so that all come to about the same speed.
@@ -114,7 +114,7 @@ fn no_fluid_comes_out_of_either_of_two_bodies() {
     balls[0].velocity = Vec3::new(0.1, 0.0, 0.2);
     let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 2.0], [16, 16, 32], [false; 3]).unwrap();
     let setup = FlowSetup::new(grid, 1.0, 0.05);
-    let mut scene = Scene::new(&setup, [1; 3], (&sphere(), &balls), CUBIC, &SerialTransport);
+    let mut scene = Scene::new(&setup, [1; 3], (&sphere(), &balls), QUADRATIC, &SerialTransport);
     for _ in 0..20 {
         scene.move_freely(ball_of(2.0), Vec3::new(0.0, 0.0, -0.05), 0.01, &SerialTransport);
         // What comes from one to the other passes the plane between them.

@@ -39,6 +39,9 @@ pub struct Scene {
 
 pub const CUBIC: Forcing =
     Forcing { method: Method::Direct { extrapolation: Extrapolation::Cubic }, explicit: 1.0 };
+/// What free bodies use.
+pub const QUADRATIC: Forcing =
+    Forcing { method: Method::Direct { extrapolation: Extrapolation::Quadratic }, explicit: 1.0 };
 
 pub const MULTIPLIERS: Forcing = Forcing {
     method: Method::Multiplier(MultiplierMethod {

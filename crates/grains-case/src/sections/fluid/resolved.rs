@@ -23,13 +23,13 @@ pub enum Motion {
 }
 
 /// How velocities just inside a particle follow those in the fluid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Extrapolation {
-    /// Along a cubic through the surface and three points in the fluid: third order.
-    #[default]
+    /// Along a cubic through the surface and three points in the fluid: third order, where boundary layers are several cells
+    /// thick; the default for fixed particles.
     Cubic,
-    /// Along a parabola through the surface and two points.
+    /// Along a parabola through the surface and two points: steadier; the default for free particles.
     Quadratic,
     /// Along a straight line through the surface and one point.
     Linear,
@@ -89,8 +89,8 @@ pub struct Resolved {
     #[serde(default)]
     pub method: Method,
     /// How velocities just inside a particle follow those in the fluid; "direct" only.
-    #[serde(default)]
-    pub extrapolation: Extrapolation,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extrapolation: Option<Extrapolation>,
     /// How velocities are found at points of the surface; "multiplier" only.
     #[serde(default)]
     pub interpolation: Interpolation,
@@ -117,6 +117,16 @@ pub struct Resolved {
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub diffusion_number: f64,
+}
+
+impl Resolved {
+    /// The extrapolation given, or the default for the motion.
+    pub fn extrapolation(&self) -> Extrapolation {
+        self.extrapolation.unwrap_or(match self.motion {
+            Motion::Free => Extrapolation::Quadratic,
+            Motion::Fixed => Extrapolation::Cubic,
+        })
+    }
 }
 
 fn usual_spacing() -> f64 {

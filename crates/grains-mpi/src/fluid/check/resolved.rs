@@ -38,7 +38,7 @@ pub fn lines(
         BodyMotion::Free => "free bodies",
         BodyMotion::Fixed => "bodies that stay where they are",
     };
-    let how = match (resolved.method, resolved.extrapolation) {
+    let how = match (resolved.method, resolved.extrapolation()) {
         (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", resolved.point_spacing),
         (_, Extrapolation::Cubic) => "cubics".into(),
         (_, Extrapolation::Quadratic) => "parabolas".into(),
