@@ -93,8 +93,8 @@ pub(crate) struct Opposite {
 /// A value that the profile along a normal takes.
 #[derive(Clone, Copy)]
 enum Sample {
-    /// Of the flow, interpolated.
-    Flow(Stencil),
+    /// Of the flow, interpolated, so far away (m).
+    Flow(f64, Stencil),
     /// Of the surface of a body opposite, so far away (m).
     Opposite(f64, u32),
 }
@@ -144,7 +144,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     /// The flow at a distance (m) from the surface.
     fn flow(&self, distance: f64) -> Option<Sample> {
         let point = self.start + self.way.direction * distance;
-        self.subgrid.stencil(self.component, &point).map(Sample::Flow)
+        Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
     }
 
     /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
@@ -156,25 +156,15 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         for (n, sample) in samples.iter().enumerate() {
             wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
             values[(n, n)] = 0.0;
-            let mut take = |weight: f64, distance: f64| {
-                let mut power = weight;
-                for k in 0..samples.len() {
-                    power *= distance / unit;
-                    values[(k, n)] += power;
+            let powers = match sample {
+                Sample::Opposite(width, _) => [1, 2, 3].map(|k| (width / unit).powi(k)),
+                Sample::Flow(distance, stencil) => {
+                    let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
+                    hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
+                    self.powers(distance / unit, stencil, unit)
                 }
             };
-            match sample {
-                Sample::Opposite(width, _) => take(1.0, *width),
-                Sample::Flow(stencil) => {
-                    for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
-                        let corner = self.subgrid.position(self.component, place);
-                        take(weight, (corner - self.start).dot(&self.way.direction));
-                        if (self.holder)(place).is_some() {
-                            hidden[n] += weight;
-                        }
-                    }
-                }
-            }
+            (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
         }
         let weights = values.lu().solve(&wanted)?;
         if weights.abs().dot(&hidden) > self.rule.most_fed_back || weights.abs().sum() > self.rule.most_weight
@@ -182,14 +172,14 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             return None;
         }
         let first = samples.iter().find_map(|sample| match sample {
-            Sample::Flow(stencil) => Some(*stencil),
+            Sample::Flow(_, stencil) => Some(*stencil),
             Sample::Opposite(..) => None,
         })?;
         let foot = self.start - self.center;
         let mut skin = Skin { foot, fluid: [(0.0, first); 3], opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
-                Sample::Flow(stencil) => skin.fluid[n] = (weight, stencil),
+                Sample::Flow(_, stencil) => skin.fluid[n] = (weight, stencil),
                 Sample::Opposite(width, body) => {
                     let foot = self.start + self.way.direction * width - self.bodies[body as usize].center;
                     skin.opposite = Some(Opposite { body, foot, weight });
@@ -199,11 +189,24 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         Some(skin)
     }
 
+    /// What multilinear interpolation makes of y, y², y³ at y, the distance along the normal in a unit (m): their means over
+    /// corners whose coordinates are independent of each other.
+    fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> [f64; 3] {
+        let (mut variance, mut third) = (0.0, 0.0);
+        for a in (0..3).filter(|&a| self.subgrid.active[a]) {
+            let (t, step) = (stencil.fractions[a], self.way.direction[a] * self.subgrid.spacing[a] / unit);
+            let spread = t * (1.0 - t) * step * step;
+            variance += spread;
+            third += spread * (1.0 - 2.0 * t) * step;
+        }
+        [y, y * y + variance, y * y * y + 3.0 * y * variance + third]
+    }
+
     /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and its body.
     ///
     /// It is the tangent plane where the way out of a corner of the sample's cell ends: of the corner that counts most.
     fn opposite(&self, sample: &Sample) -> Option<(f64, u32)> {
-        let Sample::Flow(stencil) = *sample else { return None };
+        let Sample::Flow(_, stencil) = *sample else { return None };
         let flat = (0..3).find(|&a| !self.subgrid.active[a]);
         let mut best: Option<(f64, f64, u32)> = None;
         for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
