@@ -5,7 +5,7 @@
 mod common;
 
 use common::results::{
-    Series, assert_same_series, assert_same_state, checkpoints, last_step, series, snapshots, state, step_of,
+    assert_same_series, assert_same_state, checkpoints, last_step, series, snapshots, state, step_of,
 };
 use common::{case, folder, python, replaced, run, run_case, signal, skipped, start};
 use std::fs;
@@ -22,6 +22,7 @@ fn silo(end: f64) -> String {
 fn a_restart_continues_the_files_and_a_new_run_moves_them_aside() {
     let home = folder("files_continue");
     let results = home.join("results");
+    let silo = |end: f64| replaced(&silo(end), "[domain]\n", "[domain]\nbalance = false\n");
     run_case(2, &home, &silo(0.06), &[]).succeeded();
     let first = series(&results);
     // Longer than before, on other ranks, from the end and from the middle.
@@ -30,10 +31,8 @@ fn a_restart_continues_the_files_and_a_new_run_moves_them_aside() {
     run_case(2, &home, &silo(0.12), &["--restart", middle]).succeeded();
     let continued = series(&results);
     assert_eq!(continued.column("step"), (0..=30).map(|k| 100.0 * f64::from(k)).collect::<Vec<_>>());
-    // Borders between the ranks lie elsewhere after a restart, and sums over particles are taken in another order.
-    let rows = continued.rows[..first.rows.len()].to_vec();
-    assert_same_series(&first, &Series { columns: first.columns.clone(), rows });
-    assert_eq!(first.rows[..10], continued.rows[..10], "rows before the restart");
+    // Borders that moved lie elsewhere after a restart, and sums over particles are taken in another order: here they stay.
+    assert_eq!(first.rows[..], continued.rows[..first.rows.len()], "rows of the first run");
     let header = |text: &str| text.lines().filter(|l| l.starts_with("step,")).count();
     assert_eq!(header(&fs::read_to_string(results.join("series.csv")).unwrap()), 1);
     let (times, _) = snapshots(&results.join("particles.vtkhdf"));
