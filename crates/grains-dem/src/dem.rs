@@ -16,9 +16,7 @@ use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_contact::Lubrication;
-use grains_domain::{
-    Balance, CellGrid, Decomposition, DecompositionError, GlobalBox, Transport, WorkProfile,
-};
+use grains_domain::{Balance, Cells, Decomposition, DecompositionError, GlobalBox, Transport, WorkProfile};
 use grains_geometry::Vec3;
 pub use observe::{Partner, Touch};
 
@@ -136,7 +134,6 @@ pub struct Dem {
     pub interrupt: bool,
     /// Result of the last force evaluation.
     pub report: StepReport,
-    grid: CellGrid,
     lattice: LoadLattice,
     exchange: Exchange,
     neighbours: Neighbours,
@@ -163,9 +160,9 @@ impl Dem {
     pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
-        // Without particles, as beside a fluid alone, there is nothing to sort and there are no loads.
+        // Without particles, as beside a fluid alone, there are no loads.
         let has_particles = setup.largest_radius > 0.0;
-        let (cell, radius) = if has_particles { (range, setup.largest_radius) } else { (f64::INFINITY, 1.0) };
+        let radius = if has_particles { setup.largest_radius } else { 1.0 };
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,
@@ -174,7 +171,6 @@ impl Dem {
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
             interrupt: false,
             report: StepReport::default(),
-            grid: CellGrid::new(&decomposition, cell),
             lattice: LoadLattice::new(&setup.catalogue.contacts, radius, setup.overlap_limit),
             exchange: Exchange::new(&decomposition, setup.outlets),
             neighbours: Neighbours::default(),
@@ -508,7 +504,6 @@ impl Dem {
             Some(cuts) => {
                 // Borders that went as far as they may go on at the next occasion.
                 self.decomposition.cuts = cuts;
-                self.grid = CellGrid::new(&self.decomposition, range);
                 self.exchange.divide(&self.decomposition);
                 self.report.moves += 1;
             }
@@ -518,25 +513,29 @@ impl Dem {
     fn sort_and_list(&mut self, transport: &impl Transport) {
         let (wall_reach, wall_steps) = self.wall_allowance();
         self.wall_steps = wall_steps;
-        let Self {
-            particles, memories, decomposition, setup, stays, order, exchange, neighbours, grid, ..
-        } = self;
-        neighbours.sort_by_cell(particles, stays, grid, order);
-        particles.reorder(order);
-        exchange.create_clones(particles, grid, transport);
+        let Self { particles, memories, decomposition, setup, stays, order, exchange, neighbours, .. } = self;
         let around = Surroundings {
             decomposition,
-            grid,
             catalogue: &setup.catalogue,
             walls: &setup.walls,
             states: &self.states,
             skin: setup.skin,
+            largest_radius: setup.largest_radius,
             film: setup.film(),
             dt: setup.rates.dt,
             time: self.step as f64 * setup.rates.dt,
         };
+        let (mut widest, counts) = Neighbours::widest(particles, stays, &around);
+        transport.max(&mut widest);
+        let cells = Cells::new(decomposition, setup.largest_radius, &widest, &counts);
+        neighbours.sort_by_cell(particles, stays, cells, order);
+        particles.reorder(order);
         neighbours.wall_reach = wall_reach;
         neighbours.choose_reaches(particles, &around);
+        let widest = widest.iter().fold(0.0, |w: f64, &x| w.max(x));
+        let range = |i: usize| neighbours.range_of(particles, i, around.film) + widest;
+        let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
+        exchange.create_clones(particles, &ranges, transport);
         neighbours.build(particles, order, memories, &around);
     }
 

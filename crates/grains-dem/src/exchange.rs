@@ -1,7 +1,7 @@
 //! Migration and clones: the three kinds of message between subdomains.
 //!
 //! *migrate* when lists are rebuilt, particles that crossed a border move with all their contacts
-//! remember; *create clones* right after, every particle in a buffer cell is copied to the neighbours of
+//! remember; *create clones* right after, every particle in the buffer along a border is copied to the neighbours of
 //! its GEOLOC; *update clones* in every step between rebuilds, only positions, velocities and orientations.
 //! Hard collisions *tell clones* what each of their rounds changed.
 //! All messages to one neighbour are packed into one.
@@ -12,7 +12,7 @@ use crate::record::{
     CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation,
 };
 use crate::{CARGO_LENGTH, ParticleRecord, Particles, StepError};
-use grains_domain::{CellGrid, CellTag, Decomposition, Direction, Transport};
+use grains_domain::{Decomposition, Direction, Transport};
 use grains_geometry::{Rotation, Vec3};
 use std::ops::Range;
 
@@ -161,13 +161,15 @@ impl Exchange {
     }
 
     /// Creates the clones of this rank after particles were sorted by cell.
+    ///
+    /// `ranges` (m) are how far from an owned particle's centre another's may be that it acts on until then.
     pub(crate) fn create_clones(
         &mut self,
         particles: &mut Particles,
-        grid: &CellGrid,
+        ranges: &[f64],
         transport: &impl Transport,
     ) {
-        self.choose_sent(particles, grid);
+        self.choose_sent(particles, ranges);
         let identity = Rotation::identity();
         self.sent.iter_mut().for_each(Vec::clear);
         for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
@@ -206,12 +208,16 @@ impl Exchange {
         }
     }
 
-    /// Lists the owned particles of each direction from the tags of their cells.
-    fn choose_sent(&mut self, particles: &Particles, grid: &CellGrid) {
+    /// Lists the owned particles of each direction: those nearer to the border than what can act across it.
+    fn choose_sent(&mut self, particles: &Particles, ranges: &[f64]) {
+        let (lower, upper) = (self.decomposition.lower(), self.decomposition.upper());
         self.links.iter_mut().for_each(|l| l.sent.clear());
-        for i in 0..particles.owned {
-            let place = grid.own_place(particles.bodies[i].position.into());
-            let CellTag::Buffer { low, high } = grid.tag(place) else { continue };
+        for (i, (body, &range)) in particles.bodies[..particles.owned].iter().zip(ranges).enumerate() {
+            let low = std::array::from_fn(|a| body.position[a] - lower[a] < range);
+            let high = std::array::from_fn(|a| upper[a] - body.position[a] < range);
+            if low == [false; 3] && high == [false; 3] {
+                continue;
+            }
             for link in self.links.iter_mut().filter(|l| l.direction.needs_clone(low, high)) {
                 link.sent.push(i as u32);
             }

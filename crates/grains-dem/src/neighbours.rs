@@ -10,9 +10,10 @@ use crate::memory::{BodyMemory, ContactMemory, Memories, SphereMemory, WallMemor
 use crate::spheres::SpherePair;
 use crate::walls::{Wall, WallList, WallPair, WallState};
 use crate::{Body, Catalogue, Particles, Surface};
-use grains_domain::{CellGrid, Decomposition, GlobalBox};
+use grains_domain::{CellGrid, Cells, Decomposition, GlobalBox, SIZE_CLASSES, size_class};
 use grains_geometry::obb::boxes_apart;
 use grains_geometry::{Rotation, Vec3};
+use std::ops::Range;
 
 /// Time that a particle, a pair of parts of bodies and a pair with a wall take in a step, over that of a pair of spheres.
 const WORK_OF_PARTICLE: u64 = 4;
@@ -54,6 +55,8 @@ pub(crate) struct Neighbours {
     pub(crate) spheres: Vec<SpherePair>,
     pub(crate) bodies: BodyList,
     pub(crate) walls: WallList,
+    /// How many pairs, at the beginning of the lists, are of two owned particles.
+    pub(crate) inner: Inner,
     /// Distance any wall may move before the lists are rebuilt (m).
     pub(crate) wall_reach: f64,
     // scratch
@@ -62,7 +65,8 @@ pub(crate) struct Neighbours {
     owned_start: Vec<u32>,
     clone_start: Vec<u32>,
     clone_order: Vec<u32>,
-    cells: Vec<u32>,
+    cells: Cells,
+    cell_of_each: Vec<u32>,
     elements: Vec<u32>,
     near_parts: [Vec<u16>; 2],
 }
@@ -70,11 +74,12 @@ pub(crate) struct Neighbours {
 /// What list building needs to know besides the particles.
 pub(crate) struct Surroundings<'a> {
     pub(crate) decomposition: &'a Decomposition,
-    pub(crate) grid: &'a CellGrid,
     pub(crate) catalogue: &'a Catalogue,
     pub(crate) walls: &'a [Wall],
     pub(crate) states: &'a [WallState],
     pub(crate) skin: Skin,
+    /// Largest bounding radius of any particle (m).
+    pub(crate) largest_radius: f64,
     /// Thickness of the films of fluid that act between spheres (m).
     pub(crate) film: f64,
     pub(crate) dt: f64,
@@ -82,20 +87,59 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) time: f64,
 }
 
+/// Numbers of pairs of spheres, and of parts of bodies.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inner {
+    pub(crate) spheres: usize,
+    pub(crate) bodies: usize,
+}
+
+/// What a search for pairs reads.
+struct Search<'a> {
+    particles: &'a Particles,
+    /// Rows of the owned particles in `memories`.
+    origins: &'a [u32],
+    memories: &'a Memories,
+    around: &'a Surroundings<'a>,
+    all_spheres: bool,
+}
+
 impl Neighbours {
+    /// How far from its centre (m) a particle among `stays` may act before the lists are rebuilt, at most, per class of
+    /// sizes; and how many there are of each.
+    pub(crate) fn widest(
+        particles: &Particles,
+        stays: &[u32],
+        around: &Surroundings,
+    ) -> ([f64; SIZE_CLASSES], [usize; SIZE_CLASSES]) {
+        let (mut widest, mut counts) = ([0.0; SIZE_CLASSES], [0; SIZE_CLASSES]);
+        for &i in stays {
+            let body = &particles.bodies[i as usize];
+            let class = size_class(body.radius, around.largest_radius);
+            widest[class] =
+                f64::max(widest[class], body.radius + nominal_reach(body, around) + 0.5 * around.film);
+            counts[class] += 1;
+        }
+        (widest, counts)
+    }
+
     /// Order of the particles in `stays` by cell, into `order`.
     pub(crate) fn sort_by_cell(
         &mut self,
         particles: &Particles,
         stays: &[u32],
-        grid: &CellGrid,
+        cells: Cells,
         order: &mut Vec<u32>,
     ) {
-        let cell_of =
-            |i: u32| grid.index(grid.own_place(particles.bodies[i as usize].position.into())) as u32;
-        self.cells.clear();
-        self.cells.extend(stays.iter().map(|&i| cell_of(i)));
-        bin(&self.cells, grid.len(), &mut self.owned_start, order);
+        self.cells = cells;
+        let cell_of = |&i: &u32| {
+            let body = &particles.bodies[i as usize];
+            let grid = &self.cells.grids()[self.cells.grid_of(body.radius)];
+            grid.index(grid.own_place(body.position.into())) as u32
+        };
+        self.cell_of_each.clear();
+        self.cell_of_each.extend(stays.iter().map(cell_of));
+        bin(&self.cell_of_each, self.cells.len(), &mut self.owned_start, order);
         for slot in order.iter_mut() {
             *slot = stays[*slot as usize];
         }
@@ -128,50 +172,111 @@ impl Neighbours {
     ) {
         particles.travelled.fill(0.0);
         self.probe(particles, around);
-        self.bin_clones(particles, around.grid);
+        self.bin_clones(particles);
         self.spheres.clear();
         self.bodies.clear();
-        self.walls.pairs.clear();
-        self.walls.simplexes.clear();
-        let all_spheres = around.catalogue.all_spheres();
-        let grid = around.grid;
-        let mut near_walls =
-            WallSearch { around, wall_reach: self.wall_reach, elements: std::mem::take(&mut self.elements) };
-        self.walls.shifts = images::shifts(&around.decomposition.global);
-        for (i, &origin) in origins.iter().enumerate() {
-            let [x, y, z] = grid.own_place(particles.bodies[i].position.into());
-            for (dy, dz) in [(0, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
-                let (row_y, row_z) = (y as isize + dy, z as isize + dz);
-                let row = (row_z as usize * grid.counts[1] + row_y as usize) * grid.counts[0] + x;
-                let own_row = dy == 0 && dz == 0;
-                let start = if own_row { i + 1 } else { self.owned_start[row - 1] as usize };
-                let end = self.owned_start[row + 2] as usize;
-                self.pair_up(i, start..end, particles, origin, memories, around, all_spheres);
+        let search =
+            Search { particles, origins, memories, around, all_spheres: around.catalogue.all_spheres() };
+        // Cells and their contents are lent to the search, which adds to the lists.
+        let cells = std::mem::take(&mut self.cells);
+        let (owned, clones) = (std::mem::take(&mut self.owned_start), std::mem::take(&mut self.clone_start));
+        for (k, grid) in cells.grids().iter().enumerate() {
+            self.pair_owned(&search, grid, &cells.grids()[..k], &owned);
+        }
+        self.inner = Inner { spheres: self.spheres.len(), bodies: self.bodies.pairs.len() };
+        if particles.len() > particles.owned {
+            for (k, grid) in cells.grids().iter().enumerate() {
+                self.pair_with_clones(&search, &cells.grids()[..=k], grid, &owned, &clones);
+                self.pair_small_clones(&search, &cells.grids()[..k], grid, &owned, &clones);
             }
-            if !self.clone_order.is_empty() && near_border([x, y, z], grid) {
-                for dz in -1..=1 {
-                    for dy in -1..=1 {
-                        let row = ((z as isize + dz) as usize * grid.counts[1] + (y as isize + dy) as usize)
-                            * grid.counts[0]
-                            + x;
-                        let range = self.clone_start[row - 1] as usize..self.clone_start[row + 2] as usize;
-                        for k in range {
-                            let j = self.clone_order[k] as usize;
-                            self.pair_up(i, j..j + 1, particles, origin, memories, around, all_spheres);
-                        }
+        }
+        (self.cells, self.owned_start, self.clone_start) = (cells, owned, clones);
+        self.bodies.reserve();
+        self.find_walls(&search);
+    }
+
+    /// Pairs of owned particles, those of one grid with each other and with larger ones.
+    fn pair_owned(&mut self, search: &Search, grid: &CellGrid, coarser: &[CellGrid], start: &[u32]) {
+        for i in held(start, &grid.cells()) {
+            let position = search.particles.bodies[i].position.into();
+            for (k, run) in grid.half_around(grid.own_place(position)).iter().enumerate() {
+                let first = if k == 0 { i + 1 } else { start[run.start] as usize };
+                self.pair_up(search, i, first..start[run.end] as usize);
+            }
+            for grid in coarser.iter().filter(|grid| !held(start, &grid.cells()).is_empty()) {
+                for run in grid.around(grid.own_place(position)) {
+                    self.pair_up(search, i, held(start, &run));
+                }
+            }
+        }
+    }
+
+    /// Pairs of the owned particles of one grid with clones of their size and larger ones.
+    fn pair_with_clones(
+        &mut self,
+        search: &Search,
+        coarser: &[CellGrid],
+        grid: &CellGrid,
+        owned: &[u32],
+        clones: &[u32],
+    ) {
+        for i in held(owned, &grid.cells()) {
+            let position = search.particles.bodies[i].position.into();
+            for grid in coarser {
+                let place = grid.own_place(position);
+                if !grid.is_near_border(place) {
+                    continue;
+                }
+                for run in grid.around(place) {
+                    for slot in held(clones, &run) {
+                        let clone = self.clone_order[slot] as usize;
+                        self.pair_up(search, i, clone..clone + 1);
                     }
                 }
             }
-            near_walls.search(
-                &mut self.walls,
-                particles,
-                i,
-                self.references[i].reach,
-                memories.walls.row(origin as usize),
-            );
+        }
+    }
+
+    /// Pairs of the clones of one grid with larger owned particles.
+    fn pair_small_clones(
+        &mut self,
+        search: &Search,
+        coarser: &[CellGrid],
+        grid: &CellGrid,
+        owned: &[u32],
+        clones: &[u32],
+    ) {
+        for slot in held(clones, &grid.cells()) {
+            let clone = self.clone_order[slot] as usize;
+            let position = search.particles.bodies[clone].position.into();
+            for grid in coarser.iter().filter(|grid| !held(owned, &grid.cells()).is_empty()) {
+                for run in grid.around(grid.place(position)) {
+                    for i in held(owned, &run) {
+                        self.pair_up(search, i, clone..clone + 1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pairs of owned particles with walls.
+    fn find_walls(&mut self, search: &Search) {
+        let &Search { particles, origins, memories, around, .. } = search;
+        self.walls.pairs.clear();
+        self.walls.simplexes.clear();
+        self.walls.shifts = images::shifts(&around.decomposition.global);
+        let elements = std::mem::take(&mut self.elements);
+        let mut near_walls = WallSearch { around, wall_reach: self.wall_reach, elements };
+        for (i, &origin) in origins.iter().enumerate() {
+            let known = memories.walls.row(origin as usize);
+            near_walls.search(&mut self.walls, particles, i, self.references[i].reach, known);
         }
         self.elements = near_walls.elements;
-        self.bodies.reserve();
+    }
+
+    /// Distance (m) from the centre within which owned particle `i` may act before the lists are rebuilt.
+    pub(crate) fn range_of(&self, particles: &Particles, i: usize, film: f64) -> f64 {
+        particles.bodies[i].radius + self.references[i].reach + 0.5 * film
     }
 
     /// Fills `probes` with position and radius plus reach and half a film of owned particles and clones.
@@ -191,29 +296,23 @@ impl Neighbours {
         }
     }
 
-    fn bin_clones(&mut self, particles: &Particles, grid: &CellGrid) {
-        self.cells.clear();
+    fn bin_clones(&mut self, particles: &Particles) {
         let clones = &particles.bodies[particles.owned..];
-        self.cells.extend(clones.iter().map(|b| grid.index(grid.place(b.position.into())) as u32));
-        bin(&self.cells, grid.len(), &mut self.clone_start, &mut self.clone_order);
+        let cell_of = |body: &Body| {
+            let grid = &self.cells.grids()[self.cells.grid_of(body.radius)];
+            grid.index(grid.place(body.position.into())) as u32
+        };
+        self.cell_of_each.clear();
+        self.cell_of_each.extend(clones.iter().map(cell_of));
+        bin(&self.cell_of_each, self.cells.len(), &mut self.clone_start, &mut self.clone_order);
         for slot in &mut self.clone_order {
             *slot += particles.owned as u32;
         }
     }
 
-    /// Adds the pairs of particle `i` with the candidates within range.
-    #[allow(clippy::too_many_arguments)] // inner loop: a struct built per particle would cost time
+    /// Adds the pairs of owned particle `i` with the candidates within range.
     #[inline]
-    fn pair_up(
-        &mut self,
-        i: usize,
-        candidates: std::ops::Range<usize>,
-        particles: &Particles,
-        origin: u32,
-        memories: &Memories,
-        around: &Surroundings,
-        all_spheres: bool,
-    ) {
+    fn pair_up(&mut self, search: &Search, i: usize, candidates: Range<usize>) {
         let [x, y, z, r] = self.probes[i];
         for j in candidates {
             let [xj, yj, zj, rj] = self.probes[j];
@@ -221,29 +320,23 @@ impl Neighbours {
             if dx * dx + dy * dy + dz * dz >= range * range {
                 continue;
             }
+            let &Search { particles, origins, memories, around, all_spheres } = search;
             let both_spheres = all_spheres
                 || [i, j].iter().all(|&k| around.catalogue.shape(particles.bodies[k].kind).is_sphere());
             if both_spheres {
                 let id = particles.ids[j];
-                let known = memories.spheres.row(origin as usize).iter().find(|m| m.partner == id);
+                let known = memories.spheres.row(origins[i] as usize).iter().find(|m| m.partner == id);
                 let spring = known.map_or(Vec3::zeros(), |m| m.spring);
                 self.spheres.push(SpherePair { a: i as u32, b: j as u32, spring });
             } else {
-                self.pair_parts(i, j, particles, origin, memories, around);
+                self.pair_parts(i, j, search);
             }
         }
     }
 
     /// Adds the pairs of parts of two bodies whose boxes come within reach.
-    fn pair_parts(
-        &mut self,
-        i: usize,
-        j: usize,
-        particles: &Particles,
-        origin: u32,
-        memories: &Memories,
-        around: &Surroundings,
-    ) {
+    fn pair_parts(&mut self, i: usize, j: usize, search: &Search) {
+        let &Search { particles, origins, memories, around, .. } = search;
         let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
         let margin = self.reaches[a] + self.reaches[b];
         let separation = particles.bodies[b].position - particles.bodies[a].position;
@@ -266,7 +359,7 @@ impl Neighbours {
                     continue;
                 }
                 let (partner, parts) = (particles.ids[j], [part, other]);
-                let known = memories.bodies.row(origin as usize).iter();
+                let known = memories.bodies.row(origins[i] as usize).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
                 self.bodies.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
             }
@@ -383,8 +476,9 @@ fn parts_near(
     }));
 }
 
-fn near_border(place: [usize; 3], grid: &CellGrid) -> bool {
-    (0..3).any(|a| place[a] == 1 || place[a] == grid.counts[a] - 2)
+/// The slots of a run of cells.
+fn held(start: &[u32], cells: &Range<usize>) -> Range<usize> {
+    start[cells.start] as usize..start[cells.end] as usize
 }
 
 /// Counting sort: `order` lists the items cell by cell, those of cell c at `start[c]..start[c + 1]`.

@@ -1,4 +1,4 @@
-//! The global box, its Cartesian decomposition over ranks, the cell grid of one subdomain, and the
+//! The global box, its Cartesian decomposition over ranks, the cells of one subdomain, and the
 //! routing of particles to the 26 neighbours (Rakotonirina 2016, ch. 5, section 3).
 //!
 //! **Exact positions.** Every coordinate is a multiple of a power of two, the [`Lattice`] spacing, about
@@ -15,7 +15,7 @@ mod lattice;
 mod transport;
 
 pub use balance::{Balance, WorkProfile};
-pub use cells::{CellGrid, CellTag};
+pub use cells::{CellGrid, Cells, SIZE_CLASSES, size_class};
 pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
 pub use direction::Direction;
 pub use lattice::{GlobalBox, Lattice};
