@@ -28,7 +28,7 @@ pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as Im
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::{Contact, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
-pub use sections::domain::{Domain, Face};
+pub use sections::domain::{Domain, Exchange, Face};
 pub use sections::fluid::{
     Advection, Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression,
     Extrapolation, Fluid, FluidField, FluidOutput, Formula, FormulaError, Initial, Interpolation, Kernel,

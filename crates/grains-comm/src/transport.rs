@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
-use grains_domain::Transport;
+use grains_domain::{Channel, Transport};
 use mpi::collective::SystemOperation;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
@@ -12,17 +12,132 @@ use std::mem::MaybeUninit;
 
 const TAG_SIZED: i32 = 1;
 const TAG_UNSIZED: i32 = 2;
+const TAG_CHANNEL: i32 = 3;
 
 /// [`Transport`] over an MPI communicator.
 pub struct MpiTransport {
     communicator: SimpleCommunicator,
     requests: RefCell<Vec<ffi::MPI_Request>>,
+    /// The graph of [`Transport::gather_near`].
+    near: RefCell<Option<Graph>>,
+}
+
+/// Persistent requests for the buffers of a channel.
+struct Persistent {
+    requests: Vec<ffi::MPI_Request>,
+    is_running: bool,
+}
+
+impl Persistent {
+    fn new(
+        peers: &[usize],
+        sent: &[Vec<f64>],
+        received: &mut [Vec<f64>],
+        communicator: &SimpleCommunicator,
+    ) -> Self {
+        let mut requests = Vec::new();
+        for (&peer, buffer) in peers.iter().zip(received).filter(|(_, buffer)| !buffer.is_empty()) {
+            let mut request = MaybeUninit::uninit();
+            // SAFETY: the channel owns the buffer, keeps it in place, and drops this request first.
+            unsafe {
+                ffi::MPI_Recv_init(
+                    buffer.as_mut_ptr().cast(),
+                    buffer.len() as i32,
+                    ffi::RSMPI_DOUBLE,
+                    peer as i32,
+                    TAG_CHANNEL,
+                    communicator.as_raw(),
+                    request.as_mut_ptr(),
+                );
+                requests.push(request.assume_init());
+            }
+        }
+        for (&peer, buffer) in peers.iter().zip(sent).filter(|(_, buffer)| !buffer.is_empty()) {
+            let mut request = MaybeUninit::uninit();
+            // SAFETY: as above.
+            unsafe {
+                ffi::MPI_Send_init(
+                    buffer.as_ptr().cast(),
+                    buffer.len() as i32,
+                    ffi::RSMPI_DOUBLE,
+                    peer as i32,
+                    TAG_CHANNEL,
+                    communicator.as_raw(),
+                    request.as_mut_ptr(),
+                );
+                requests.push(request.assume_init());
+            }
+        }
+        Self { requests, is_running: false }
+    }
+
+    fn start(&mut self) {
+        // SAFETY: the requests are persistent and not active.
+        unsafe {
+            ffi::MPI_Startall(self.requests.len() as i32, self.requests.as_mut_ptr());
+        }
+        self.is_running = true;
+    }
+
+    fn finish(&mut self) {
+        // SAFETY: the requests are active; persistent ones stay valid.
+        unsafe {
+            let (count, requests) = (self.requests.len() as i32, self.requests.as_mut_ptr());
+            ffi::MPI_Waitall(count, requests, ffi::RSMPI_STATUSES_IGNORE);
+        }
+        self.is_running = false;
+    }
+}
+
+impl Drop for Persistent {
+    fn drop(&mut self) {
+        if self.is_running {
+            self.finish();
+        }
+        for request in &mut self.requests {
+            // SAFETY: each request was made once and is freed once.
+            unsafe {
+                ffi::MPI_Request_free(request);
+            }
+        }
+    }
+}
+
+/// A communicator that knows whose neighbour this rank is, for neighbourhood collectives.
+struct Graph {
+    peers: Vec<usize>,
+    communicator: ffi::MPI_Comm,
+}
+
+impl Graph {
+    fn new(peers: &[usize], communicator: &SimpleCommunicator) -> Self {
+        let list: Vec<i32> = peers.iter().map(|&peer| peer as i32).collect();
+        let (count, weights) = (list.len() as i32, vec![1; list.len()]);
+        let mut graph = MaybeUninit::uninit();
+        // SAFETY: the arrays have `count` entries and are only read; MPI fills the communicator.
+        let communicator = unsafe {
+            ffi::MPI_Dist_graph_create_adjacent(
+                communicator.as_raw(),
+                count,
+                list.as_ptr(),
+                weights.as_ptr(),
+                count,
+                list.as_ptr(),
+                weights.as_ptr(),
+                ffi::RSMPI_INFO_NULL,
+                0,
+                graph.as_mut_ptr(),
+            );
+            graph.assume_init()
+        };
+        Self { peers: peers.to_vec(), communicator }
+    }
 }
 
 impl MpiTransport {
     /// Transport among the ranks of a communicator.
     pub fn new(communicator: SimpleCommunicator) -> Self {
-        Self { communicator, requests: RefCell::new(Vec::new()) }
+        Self { communicator, requests: RefCell::default(), near: RefCell::default() }
     }
 
     /// The communicator.
@@ -88,6 +203,69 @@ impl Transport for MpiTransport {
             self.post_send(peer, TAG_SIZED, message, &mut requests);
         }
         Self::wait(&mut requests);
+    }
+
+    fn start(&self, channel: &mut Channel) {
+        channel.set_open(true);
+        let (peers, sent, received, prepared) = channel.parts();
+        let prepared = prepared
+            .get_or_insert_with(|| Box::new(Persistent::new(peers, sent, received, &self.communicator)));
+        if let Some(persistent) = prepared.downcast_mut::<Persistent>() {
+            persistent.start();
+        }
+    }
+
+    fn finish(&self, channel: &mut Channel) {
+        if let Some(persistent) = channel.parts().3.as_mut().and_then(|p| p.downcast_mut::<Persistent>()) {
+            persistent.finish();
+        }
+        channel.set_open(false);
+    }
+
+    fn gather_near(&self, peers: &[usize], own: &[f64], received: &mut [Vec<f64>]) {
+        let mut near = self.near.borrow_mut();
+        let graph = match near.take() {
+            Some(graph) if graph.peers == peers => graph,
+            _ => Graph::new(peers, &self.communicator),
+        };
+        let length = own.len() as i32;
+        let (mut lengths, mut starts) = (vec![0_i32; peers.len()], vec![0_i32; peers.len()]);
+        // SAFETY: one length comes from each peer.
+        unsafe {
+            ffi::MPI_Neighbor_allgather(
+                (&raw const length).cast(),
+                1,
+                ffi::RSMPI_INT32_T,
+                lengths.as_mut_ptr().cast(),
+                1,
+                ffi::RSMPI_INT32_T,
+                graph.communicator,
+            );
+        }
+        let mut all = 0;
+        for (start, length) in starts.iter_mut().zip(&lengths) {
+            *start = all;
+            all += length;
+        }
+        let mut gathered = vec![0.0_f64; all as usize];
+        // SAFETY: `gathered` has room for all messages at their starts.
+        unsafe {
+            ffi::MPI_Neighbor_allgatherv(
+                own.as_ptr().cast(),
+                length,
+                ffi::RSMPI_DOUBLE,
+                gathered.as_mut_ptr().cast(),
+                lengths.as_ptr(),
+                starts.as_ptr(),
+                ffi::RSMPI_DOUBLE,
+                graph.communicator,
+            );
+        }
+        for ((message, &start), &length) in received.iter_mut().zip(&starts).zip(&lengths) {
+            message.clear();
+            message.extend_from_slice(&gathered[start as usize..(start + length) as usize]);
+        }
+        *near = Some(graph);
     }
 
     fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {

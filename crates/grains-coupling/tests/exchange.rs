@@ -506,6 +506,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         skin: Skin::default(),
         lubrication: None,
         balance: None,
+        exchange: Default::default(),
         collisions: CollisionModel::Soft,
     };
     let mut dem = Dem::new(setup, 0).unwrap();

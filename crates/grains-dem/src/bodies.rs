@@ -22,18 +22,19 @@ pub(crate) use list::{BodyList, BodyPair};
 use list::{Contacts, Found, Memories};
 pub(crate) use parts::{Meeting, PartContact, PlacedPart, Pose, spread, touch};
 use parts::{gap_across, meet_parts};
+use std::ops::Range;
 
-/// Adds the loads of all contacts between bodies that are not both spheres.
+/// Adds the loads of the contacts between bodies that are not both spheres, of a range of the list.
 pub(crate) fn add_forces(
     particles: &mut Particles,
-    list: &mut BodyList,
+    (list, range): (&mut BodyList, Range<usize>),
     catalogue: &Catalogue,
     lattice: &LoadLattice,
     dt: f64,
     tally: &mut Tally,
 ) {
     let BodyList { pairs, memories, found } = list;
-    for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
+    for group in pairs[range].chunk_by_mut(BodyPair::is_of_same_bodies) {
         let (a, b) = (group[0].a as usize, group[0].b as usize);
         if let Err(error) = find_contacts(particles, group, memories, catalogue, found) {
             tally.error = Some(error);

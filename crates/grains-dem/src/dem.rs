@@ -11,14 +11,15 @@ use crate::integrate::{self, Rates};
 use crate::lubrication;
 use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
-use crate::neighbours::{Neighbours, Skin, Surroundings};
+use crate::neighbours::{Inner, Neighbours, Skin, Surroundings};
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
-use crate::{Catalogue, Clock, Load, ParticleRecord, Particles, Phase, StepError};
+use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_contact::Lubrication;
 use grains_domain::{Balance, Cells, Decomposition, DecompositionError, GlobalBox, Transport, WorkProfile};
 use grains_geometry::Vec3;
-pub use observe::{Partner, Touch};
+pub(crate) use observe::bytes;
+pub use observe::{MemoryUse, Partner, Touch};
 
 /// Everything that defines a granular system, apart from its particles.
 #[derive(Clone, Debug)]
@@ -47,6 +48,8 @@ pub struct DemSetup {
     pub collisions: CollisionModel,
     /// Films of fluid between spheres.
     pub lubrication: Option<Lubrication>,
+    /// How clones are brought up to date.
+    pub exchange: ExchangeStrategy,
     /// When borders between subdomains move; they stay if there is none.
     pub balance: Option<Balance>,
 }
@@ -104,6 +107,13 @@ enum Level {
     Failed,
 }
 
+/// Whom contacts are with.
+#[derive(Clone, Copy)]
+enum With {
+    Owned,
+    Clones,
+}
+
 /// Particles in and out, summed over this rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ledger {
@@ -114,7 +124,7 @@ pub struct Ledger {
 }
 
 /// The granular phase of one rank.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Dem {
     /// Definition of the system.
     pub setup: DemSetup,
@@ -172,7 +182,7 @@ impl Dem {
             interrupt: false,
             report: StepReport::default(),
             lattice: LoadLattice::new(&setup.catalogue.contacts, radius, setup.overlap_limit),
-            exchange: Exchange::new(&decomposition, setup.outlets),
+            exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
             neighbours: Neighbours::default(),
             memories: Memories::default(),
             collisions: Collisions::default(),
@@ -275,13 +285,20 @@ impl Dem {
 
     /// One leap-frog step: refreshes lists or clones, adds the contact loads, kicks and drifts.
     pub fn step(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        self.refresh(transport)?;
+        self.start_refresh(transport)?;
         self.add_forces(transport);
         self.advance(transport)
     }
 
     /// Makes clones and lists fit the positions.
     pub fn refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        self.start_refresh(transport)?;
+        self.exchange.finish_update(&mut self.particles, transport);
+        Ok(())
+    }
+
+    /// The same, but clones of other ranks' particles may be up to date only after [`Dem::add_forces`].
+    pub fn start_refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         if self.setup.collisions == CollisionModel::Held {
             return Ok(());
         }
@@ -290,7 +307,7 @@ impl Dem {
             self.rebuild(transport)?;
             self.clock.charge(Phase::Lists);
         } else {
-            self.exchange.update_clones(&mut self.particles, transport);
+            self.exchange.start_update(&mut self.particles, transport);
             self.clock.charge(Phase::Clones);
         }
         Ok(())
@@ -303,19 +320,34 @@ impl Dem {
         }
         self.clock.start();
         if let CollisionModel::Hard(model) = self.setup.collisions {
+            self.exchange.finish_update(&mut self.particles, transport);
             return self.collide(&model, transport);
         }
-        let dt = self.setup.rates.dt;
         let mut tally = Tally::new(self.setup.overlap_limit);
-        let Self { particles, neighbours, setup, lattice, .. } = self;
-        let contacts = &setup.catalogue.contacts;
-        spheres::add_forces(particles, &mut neighbours.spheres, contacts, lattice, dt, &mut tally);
-        bodies::add_forces(particles, &mut neighbours.bodies, &setup.catalogue, lattice, dt, &mut tally);
+        self.add_pair_forces(With::Owned, &mut tally);
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut tally);
+        self.clock.charge(Phase::Walls);
+        self.exchange.finish_update(&mut self.particles, transport);
+        self.clock.charge(Phase::Clones);
+        self.add_pair_forces(With::Clones, &mut tally);
+        self.clock.charge(Phase::Contacts);
         self.add_films(&mut tally);
         self.clock.charge(Phase::Walls);
         self.note(tally);
+    }
+
+    /// Adds the loads of the contacts of owned particles with each other, or with clones.
+    fn add_pair_forces(&mut self, with: With, tally: &mut Tally) {
+        let Self { particles, neighbours, setup, lattice, .. } = self;
+        let (catalogue, dt) = (&setup.catalogue, setup.rates.dt);
+        let Inner { spheres, bodies } = neighbours.inner;
+        let (spheres, bodies) = match with {
+            With::Owned => (&mut neighbours.spheres[..spheres], 0..bodies),
+            With::Clones => (&mut neighbours.spheres[spheres..], bodies..neighbours.bodies.pairs.len()),
+        };
+        spheres::add_forces(particles, spheres, &catalogue.contacts, lattice, dt, tally);
+        bodies::add_forces(particles, (&mut neighbours.bodies, bodies), catalogue, lattice, dt, tally);
     }
 
     fn add_films(&mut self, tally: &mut Tally) {

@@ -6,28 +6,27 @@
 //! Hard collisions *tell clones* what each of their rounds changed.
 //! All messages to one neighbour are packed into one.
 
+use crate::dem::bytes;
 use crate::error::vector;
 use crate::memory::Memories;
-use crate::record::{
-    CLONE_LENGTH, read_clone, read_motion, read_orientation, write_clone, write_motion, write_orientation,
-};
+use crate::record::{CLONE_LENGTH, read_clone, write_clone};
+use crate::updates::{ExchangeStrategy, Origin, Traffic, Updates, record_length};
 use crate::{CARGO_LENGTH, ParticleRecord, Particles, StepError};
 use grains_domain::{Decomposition, Direction, Transport};
 use grains_geometry::{Rotation, Vec3};
-use std::ops::Range;
 
 /// A neighbour direction: who is there, and what it gets.
 #[derive(Clone, Debug)]
-struct Link {
+pub(crate) struct Link {
     direction: Direction,
-    rank: usize,
-    shift: Vec3,
+    pub(crate) rank: usize,
+    pub(crate) shift: Vec3,
     /// Owned particles cloned in this direction.
-    sent: Vec<u32>,
+    pub(crate) sent: Vec<u32>,
 }
 
 /// The messages of one rank.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Exchange {
     decomposition: Decomposition,
     outlets: [bool; 6],
@@ -37,8 +36,8 @@ pub(crate) struct Exchange {
     peers: Vec<usize>,
     sent: Vec<Vec<f64>>,
     received: Vec<Vec<f64>>,
-    /// Per peer, the clones its update messages fill, in order.
-    filled: Vec<Range<usize>>,
+    /// What keeps clones of other ranks' particles up to date.
+    updates: Updates,
     /// Per self link, the first clone it fills.
     own_clones: Vec<(usize, usize)>,
     /// What one clone of this rank's own particles is told.
@@ -50,7 +49,7 @@ pub(crate) const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 
 impl Exchange {
     /// Messages of a subdomain; particles may leave the box through the faces that are `outlets`.
-    pub(crate) fn new(decomposition: &Decomposition, outlets: [bool; 6]) -> Self {
+    pub(crate) fn new(decomposition: &Decomposition, outlets: [bool; 6], strategy: ExchangeStrategy) -> Self {
         let own_rank = decomposition.rank_at(decomposition.coordinates);
         let links: Vec<Link> = Direction::all()
             .filter_map(|direction| {
@@ -67,7 +66,7 @@ impl Exchange {
             outlets,
             links,
             own_rank,
-            filled: vec![0..0; peers.len()],
+            updates: Updates::new(&peers, strategy),
             peers,
             sent: buffers.clone(),
             received: buffers,
@@ -171,19 +170,22 @@ impl Exchange {
     ) {
         self.choose_sent(particles, ranges);
         let identity = Rotation::identity();
+        let gathers = self.updates.gathers();
+        let length = CLONE_LENGTH + usize::from(gathers);
+        let buffer = &self.updates.buffer;
         self.sent.iter_mut().for_each(Vec::clear);
         for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
             let Ok(peer) = self.peers.binary_search(&link.rank) else { continue };
             for &i in &link.sent {
                 let i = i as usize;
                 let orientation = particles.orientations.get(i).unwrap_or(&identity);
-                write_clone(
-                    particles.ids[i],
-                    &particles.bodies[i],
-                    orientation,
-                    &link.shift,
-                    &mut self.sent[peer],
-                );
+                let message = &mut self.sent[peer];
+                write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.shift, message);
+                if gathers {
+                    // Where the receiver finds it among all buffer particles, and by which way it came.
+                    let slot = buffer.binary_search(&(i as u32)).unwrap_or(0);
+                    message.push((slot * Direction::COUNT + link.direction.index()) as f64);
+                }
             }
         }
         transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
@@ -198,20 +200,30 @@ impl Exchange {
                 particles.push_clone(particles.ids[i], body, orientation);
             }
         }
-        for (message, filled) in self.received.iter().zip(&mut self.filled) {
+        for (k, message) in self.received.iter().enumerate() {
             let first = particles.len();
-            for record in message.chunks_exact(CLONE_LENGTH) {
+            self.updates.origins[k].clear();
+            for record in message.chunks_exact(length) {
                 let (id, body, orientation) = read_clone(record);
                 particles.push_clone(id, body, orientation);
+                if let Some(&code) = record.get(CLONE_LENGTH) {
+                    let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
+                    // Its way back is one of ours, with the opposite shift.
+                    let back = self.links.iter().find(|l| l.direction.opposite().index() == way);
+                    let shift = back.map_or(Vec3::zeros(), |link| -link.shift);
+                    self.updates.origins[k].push(Origin { slot: slot as u32, shift });
+                }
             }
-            *filled = first..particles.len();
+            self.updates.filled[k] = first..particles.len();
         }
+        self.updates.prepare(&self.links, record_length(particles));
     }
 
     /// Lists the owned particles of each direction: those nearer to the border than what can act across it.
     fn choose_sent(&mut self, particles: &Particles, ranges: &[f64]) {
         let (lower, upper) = (self.decomposition.lower(), self.decomposition.upper());
         self.links.iter_mut().for_each(|l| l.sent.clear());
+        self.updates.buffer.clear();
         for (i, (body, &range)) in particles.bodies[..particles.owned].iter().zip(ranges).enumerate() {
             let low = std::array::from_fn(|a| body.position[a] - lower[a] < range);
             let high = std::array::from_fn(|a| upper[a] - body.position[a] < range);
@@ -221,55 +233,35 @@ impl Exchange {
             for link in self.links.iter_mut().filter(|l| l.direction.needs_clone(low, high)) {
                 link.sent.push(i as u32);
             }
+            let links = &self.links;
+            if links.iter().any(|l| l.rank != self.own_rank && l.sent.last() == Some(&(i as u32))) {
+                self.updates.buffer.push(i as u32);
+            }
         }
     }
 
-    /// Brings the clones up to date.
-    pub(crate) fn update_clones(&mut self, particles: &mut Particles, transport: &impl Transport) {
-        let turning = !particles.orientations.is_empty();
+    /// Brings clones of own particles up to date, and sends for the news of the others.
+    pub(crate) fn start_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
+        let turning = particles.turns();
         for &(index, first) in &self.own_clones {
             let link = &self.links[index];
             for (&i, clone) in link.sent.iter().zip(first..) {
-                let i = i as usize;
-                let mut body = particles.bodies[i];
-                body.position += link.shift;
-                particles.bodies[clone] = body;
+                let (i, before) = (i as usize, particles.bodies[clone].position);
+                let owner = particles.bodies[i];
+                particles.bodies[clone] = crate::Body { position: owner.position + link.shift, ..owner };
                 if turning {
-                    particles.orientations[clone] = particles.orientations[i];
-                    particles.frames[clone] = particles.frames[i];
-                    particles.travelled[clone] = particles.travelled[i];
+                    particles.turn_to(clone, &before, particles.orientations[i]);
                 }
             }
         }
-        if self.peers.is_empty() {
-            return;
+        if !self.peers.is_empty() {
+            self.updates.start(&self.links, particles, transport);
         }
-        let length = if turning { 13 } else { 9 };
-        self.sent.iter_mut().for_each(Vec::clear);
-        for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
-            let Ok(peer) = self.peers.binary_search(&link.rank) else { continue };
-            let message = &mut self.sent[peer];
-            for &i in &link.sent {
-                let i = i as usize;
-                write_motion(&particles.bodies[i], &link.shift, message);
-                if turning {
-                    write_orientation(&particles.orientations[i], message);
-                }
-            }
-        }
-        for (message, filled) in self.received.iter_mut().zip(&self.filled) {
-            message.resize(length * filled.len(), 0.0);
-        }
-        transport.exchange(&self.peers, &self.sent, &mut self.received);
-        for (message, filled) in self.received.iter().zip(&self.filled) {
-            for (record, clone) in message.chunks_exact(length).zip(filled.clone()) {
-                let before = particles.bodies[clone].position;
-                read_motion(&mut particles.bodies[clone], record);
-                if turning {
-                    particles.turn_to(clone, &before, read_orientation(&record[9..]));
-                }
-            }
-        }
+    }
+
+    /// Brings the clones of other ranks' particles up to date, if that was begun.
+    pub(crate) fn finish_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
+        self.updates.finish(&self.links, particles, transport);
     }
 
     /// Tells clones what changed of their owners within a step.
@@ -306,11 +298,27 @@ impl Exchange {
             }
         }
         transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
-        for (message, filled) in self.received.iter().zip(&self.filled) {
+        for (message, filled) in self.received.iter().zip(&self.updates.filled) {
             for record in message.chunks_exact(1 + numbers) {
                 read(state, filled.start + record[0] as usize, &record[1..]);
             }
         }
+    }
+
+    /// What the updates of clones cost so far.
+    pub(crate) fn traffic(&self) -> Traffic {
+        self.updates.traffic
+    }
+
+    /// Memory (B) of messages.
+    pub(crate) fn bytes(&self) -> usize {
+        let links = self.links.iter().map(|link| bytes(&link.sent)).sum::<usize>();
+        links + self.sent.iter().chain(&self.received).map(bytes).sum::<usize>() + self.updates.bytes()
+    }
+
+    /// Number of neighbour ranks.
+    pub(crate) fn neighbours(&self) -> usize {
+        self.peers.len()
     }
 
     /// Number of clones whose updates this rank sends in a step.

@@ -4,6 +4,7 @@
 //! into rows, one per owned particle, so that it travels with the particle. Both ranks that share a pair
 //! hold the same memory, so nothing is lost when one of the two particles moves away.
 
+use crate::dem::bytes;
 use grains_geometry::{Simplex, Vec3};
 
 /// Rows of items, one row per particle.
@@ -48,6 +49,10 @@ impl<T: Copy> Rows<T> {
             Some(&end) => &self.items[self.first[row] as usize..end as usize],
             None => &[],
         }
+    }
+
+    fn bytes(&self) -> usize {
+        bytes(&self.first) + bytes(&self.items)
     }
 
     fn push_row(&mut self, items: impl IntoIterator<Item = T>) {
@@ -116,6 +121,11 @@ impl Memories {
         self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], contact }, bodies);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
         self.walls.fill(owned, WallMemory { wall, surface, part, element, image, contact }, walls);
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        self.spheres.bytes() + self.bodies.bytes() + self.walls.bytes()
     }
 
     /// Appends one particle's memories to a message.

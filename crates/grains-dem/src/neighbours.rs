@@ -5,6 +5,7 @@
 //! cannot change a result: a pair remembers something only while its positions in consecutive steps say so.
 
 use crate::bodies::{BodyList, BodyPair, PlacedPart, Pose};
+use crate::dem::bytes;
 use crate::images;
 use crate::memory::{BodyMemory, ContactMemory, Memories, SphereMemory, WallMemory};
 use crate::spheres::SpherePair;
@@ -436,6 +437,24 @@ impl Neighbours {
     pub(crate) fn work(&self, owned: usize) -> u64 {
         let [spheres, bodies, walls] = self.sizes().map(|n| n as u64);
         WORK_OF_PARTICLE * owned as u64 + spheres + WORK_OF_PARTS * bodies + WORK_AT_WALL * walls
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { references, reference_orientations, spheres, bodies, walls, .. } = self;
+        let Self { reaches, probes, owned_start, clone_start, clone_order, cell_of_each, .. } = self;
+        bytes(references)
+            + bytes(reference_orientations)
+            + bytes(spheres)
+            + bodies.bytes()
+            + bytes(&walls.pairs)
+            + bytes(&walls.simplexes)
+            + bytes(reaches)
+            + bytes(probes)
+            + bytes(owned_start)
+            + bytes(clone_start)
+            + bytes(clone_order)
+            + bytes(cell_of_each)
     }
 
     /// Number of pairs in the lists: spheres, bodies, walls.

@@ -1,5 +1,6 @@
 //! The particles of one rank: owned ones first, then clones of neighbours' particles.
 
+use crate::dem::bytes;
 use crate::rotation::frame;
 use crate::{Kind, ParticleRecord};
 use grains_geometry::{Mat3, Rotation, Vec3};
@@ -74,6 +75,14 @@ impl Particles {
         self.bodies.len()
     }
 
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { bodies, ids, orientations, frames, travelled, .. } = self;
+        let Self { loads, half_velocity, half_spin, sides, cargo, .. } = self;
+        let shared = bytes(bodies) + bytes(ids) + bytes(orientations) + bytes(frames) + bytes(travelled);
+        shared + bytes(loads) + bytes(half_velocity) + bytes(half_spin) + bytes(sides) + bytes(cargo)
+    }
+
     /// Whether this rank holds no particle.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
@@ -99,6 +108,11 @@ impl Particles {
     pub fn carry(&mut self) {
         self.carrying = true;
         self.cargo.resize(self.owned, [0.0; CARGO_LENGTH]);
+    }
+
+    /// Whether particles have orientations, as some are not spheres.
+    pub fn turns(&self) -> bool {
+        self.turning
     }
 
     /// Whether particles carry cargo.

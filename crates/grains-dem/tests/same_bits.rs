@@ -6,7 +6,7 @@ mod common;
 
 use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, on_ranks, setup, wall};
 use grains_contact::{ImpulseScheme, Lubrication, Sharing};
-use grains_dem::{CollisionModel, FaceContact, HardModel, Motion, Skin, Surface};
+use grains_dem::{CollisionModel, ExchangeStrategy, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::sync::Arc;
@@ -310,6 +310,24 @@ fn hard_collisions_do_not_depend_on_the_skin() {
         for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
             scene.setup.skin = Skin { least, most, horizon };
             assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {least} to {most}"));
+        }
+    }
+}
+
+#[test]
+fn strategies_of_exchange_change_no_bit() {
+    for mut scene in [silo(), drift()] {
+        let serial = scene.run([1; 3], 250);
+        for strategy in [
+            ExchangeStrategy::AllGatherGlobal,
+            ExchangeStrategy::AllGatherLocal,
+            ExchangeStrategy::AllGatherLocalNonblocking,
+            ExchangeStrategy::SendRecvLocalGeoloc,
+        ] {
+            scene.setup.exchange = strategy;
+            for ranks in [[2, 2, 1], [1, 2, 2]] {
+                assert_same(&serial, &scene.run(ranks, 250), &format!("{strategy:?} on {ranks:?}"));
+            }
         }
     }
 }

@@ -1,5 +1,69 @@
 //! What the solver asks of message passing; `grains-comm` answers with MPI.
 
+use std::any::Any;
+
+/// Messages of fixed lengths between a rank and some peers, exchanged again and again.
+///
+/// Buffers stay where they are, so that a transport may prepare its requests once.
+#[derive(Debug, Default)]
+pub struct Channel {
+    /// What a transport has prepared; dropped before the buffers it may point to.
+    prepared: Option<Box<dyn Any>>,
+    peers: Vec<usize>,
+    sent: Vec<Vec<f64>>,
+    received: Vec<Vec<f64>>,
+    is_open: bool,
+}
+
+impl Channel {
+    /// Channel to `peers` with the numbers of f64 sent to and received from each.
+    pub fn new(peers: &[usize], sent: &[usize], received: &[usize]) -> Self {
+        let buffers = |lengths: &[usize]| lengths.iter().map(|&n| vec![0.0; n]).collect();
+        let (sent, received) = (buffers(sent), buffers(received));
+        Self { prepared: None, peers: peers.to_vec(), sent, received, is_open: false }
+    }
+
+    /// The message to peer `k`, to be filled; not between [`Transport::start`] and [`Transport::finish`].
+    pub fn outgoing(&mut self, k: usize) -> &mut [f64] {
+        assert!(!self.is_open, "messages on their way must not change");
+        &mut self.sent[k]
+    }
+
+    /// The message from peer `k`, after [`Transport::finish`].
+    pub fn incoming(&self, k: usize) -> &[f64] {
+        assert!(!self.is_open, "messages have not arrived");
+        &self.received[k]
+    }
+
+    /// Number of f64 sent in one exchange.
+    pub fn numbers_sent(&self) -> usize {
+        self.sent.iter().map(Vec::len).sum()
+    }
+
+    /// Number of f64 of all messages.
+    pub fn numbers_held(&self) -> usize {
+        self.numbers_sent() + self.received.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// Messages sent in one exchange: empty ones are left out.
+    pub fn messages_sent(&self) -> usize {
+        self.sent.iter().filter(|message| !message.is_empty()).count()
+    }
+
+    /// For a transport: marks the messages as being on their way, or as arrived.
+    pub fn set_open(&mut self, is_open: bool) {
+        assert_ne!(self.is_open, is_open, "start and finish take turns");
+        self.is_open = is_open;
+    }
+
+    /// For a transport: peers, messages to and from them, and what it prepared for these buffers.
+    ///
+    /// What is prepared is dropped before the buffers, which nobody resizes.
+    pub fn parts(&mut self) -> (&[usize], &[Vec<f64>], &mut [Vec<f64>], &mut Option<Box<dyn Any>>) {
+        (&self.peers, &self.sent, &mut self.received, &mut self.prepared)
+    }
+}
+
 /// Collective communication among the ranks of a job, all called by all ranks in the same order.
 pub trait Transport {
     /// Own rank.
@@ -8,6 +72,21 @@ pub trait Transport {
     fn size(&self) -> usize;
     /// Exchange with each peer a message whose length both know: `received[k]` arrives filled from `peers[k]`.
     fn exchange(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
+    /// Sends the messages of a channel on their way; all ranks between which it is do so.
+    fn start(&self, channel: &mut Channel) {
+        channel.set_open(true);
+    }
+    /// Waits until the messages of a channel have arrived.
+    fn finish(&self, channel: &mut Channel) {
+        let (peers, sent, received, _) = channel.parts();
+        self.exchange(peers, sent, received);
+        channel.set_open(false);
+    }
+    /// Sends one message, of a length that only the sender knows, to all `peers` and receives theirs; peers are mutual and
+    /// stay the same in all calls.
+    fn gather_near(&self, peers: &[usize], own: &[f64], received: &mut [Vec<f64>]) {
+        self.exchange_unsized(peers, &vec![own.to_vec(); peers.len()], received);
+    }
     /// Exchange with each peer a message whose length only the sender knows; `received[k]` is resized.
     fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
     /// Send `sent[r]` to every rank r and return what they sent here, in rank order.

@@ -6,7 +6,7 @@ use crate::run::build;
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
-use grains_dem::{Clock, Dem, Failure, Phase};
+use grains_dem::{Clock, Dem, Failure, Phase, Traffic};
 use grains_domain::Transport;
 use std::path::Path;
 use std::time::Instant;
@@ -42,6 +42,7 @@ pub fn time(
         step(&mut dem, &mut fluid, transport)?;
     }
     let particles = dem.totals(transport).particles as f64;
+    let traffic = dem.traffic();
     for _ in 0..segments {
         dem.clock = Clock::default();
         let fluid_before = fluid.as_ref().map(|f| (f.steps, f.iterations, f.seconds));
@@ -84,7 +85,34 @@ pub fn time(
     if transport.rank() == 0 && particles > 0.0 {
         say!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
     }
+    per_rank(&dem, &traffic, transport);
     Ok(())
+}
+
+/// Prints mean and maximum over the ranks of what can be counted.
+fn per_rank(dem: &Dem, before: &Traffic, transport: &MpiTransport) {
+    let now = dem.traffic();
+    let updates = (now.updates - before.updates).max(1) as f64;
+    let quantities = [
+        ("owned", dem.particles.owned as f64),
+        ("clones", (dem.particles.len() - dem.particles.owned) as f64),
+        ("neighbours", dem.neighbour_ranks() as f64),
+        ("messages", (now.messages - before.messages) as f64 / updates),
+        ("bytes", (now.bytes - before.bytes) as f64 / updates),
+        ("wait_us", 1e6 * (now.wait - before.wait) / updates),
+        ("memory_bytes", dem.memory_use().total() as f64),
+        ("memory_bytes_particles", dem.memory_use().particles as f64),
+        ("memory_bytes_lists", dem.memory_use().lists as f64),
+    ];
+    let mut sums = quantities.map(|(_, value)| value);
+    let mut largest = sums;
+    transport.sum(&mut sums);
+    transport.max(&mut largest);
+    if transport.rank() == 0 {
+        for ((name, _), (sum, largest)) in quantities.iter().zip(sums.iter().zip(largest)) {
+            say!("per_rank {name} mean {:.2} max {largest:.2}", sum / transport.size() as f64);
+        }
+    }
 }
 
 /// A step of the particles, and of the fluid if it is its turn; without particles always of the fluid.

@@ -5,13 +5,14 @@ use crate::fluid;
 use crate::geometry::{shape, surfaces};
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{
-    Case, Composite, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion, Tangential as CaseTangential,
+    Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
+    Tangential as CaseTangential,
 };
 use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
 use grains_dem::{
-    Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, FlowPlane, HardModel, Motion, Rates,
-    Skin, Wall,
+    Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
+    HardModel, Motion, Rates, Skin, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
@@ -79,9 +80,20 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
         largest_radius,
         skin,
         lubrication,
+        exchange: exchange(domain.exchange),
         balance,
     };
     Ok(System { setup, step })
+}
+
+fn exchange(given: Exchange) -> ExchangeStrategy {
+    match given {
+        Exchange::AllGatherGlobal => ExchangeStrategy::AllGatherGlobal,
+        Exchange::AllGatherLocal => ExchangeStrategy::AllGatherLocal,
+        Exchange::AllGatherLocalNonblocking => ExchangeStrategy::AllGatherLocalNonblocking,
+        Exchange::SendRecvLocalGeoloc => ExchangeStrategy::SendRecvLocalGeoloc,
+        Exchange::Persistent => ExchangeStrategy::Persistent,
+    }
 }
 
 /// The granular phase of one rank, without particles.

@@ -71,6 +71,26 @@ pub struct Domain {
     /// Whether borders between ranks move to where the particles are; beside a fluid they stay.
     #[serde(default = "yes")]
     pub balance: bool,
+    /// How ranks tell each other of particles near their borders; the results are the same.
+    #[serde(default)]
+    pub exchange: Exchange,
+}
+
+/// How ranks tell each other, in every step, of particles near their borders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Exchange {
+    /// Each tells all others of all of them, by one collective call (Rakotonirina 2016: AllGatherGlobal).
+    AllGatherGlobal,
+    /// Each tells its neighbours of all of them, by one neighbourhood collective (AllGatherLocal).
+    AllGatherLocal,
+    /// The same by sends that do not wait.
+    AllGatherLocalNonblocking,
+    /// Each tells a neighbour of those it needs, by sends that do not wait (SendRecv_Local_Geoloc).
+    SendRecvLocalGeoloc,
+    /// The same by messages prepared once for many steps, while contacts within the rank are worked on.
+    #[default]
+    Persistent,
 }
 
 fn ranks_per_axis(_: &mut schemars::SchemaGenerator) -> schemars::Schema {

@@ -1,6 +1,7 @@
 //! Pairs of parts that may touch, and what those that touch remember.
 
 use super::PartContact;
+use crate::dem::bytes;
 use crate::memory::ContactMemory;
 use grains_geometry::{Footprint, Vec3};
 
@@ -124,6 +125,11 @@ impl Memories {
 }
 
 impl BodyList {
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        bytes(&self.pairs) + bytes(&self.memories.items) + bytes(&self.memories.free)
+    }
+
     /// Forgets all pairs.
     pub(crate) fn clear(&mut self) {
         self.pairs.clear();

@@ -1,10 +1,10 @@
 //! What can be asked of the granular phase between two steps: sums, counts, loads, contacts.
 
 use super::{Dem, Ledger};
-use crate::StepError;
 use crate::bodies;
 use crate::measure::{self, Crossings, Totals};
 use crate::walls::{self, WallLoad, WallScene};
+use crate::{StepError, Traffic};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 
@@ -142,4 +142,46 @@ impl Dem {
     pub fn list_sizes(&self) -> ([usize; 3], usize) {
         (self.neighbours.sizes(), self.exchange.clones_sent())
     }
+
+    /// What the updates of clones cost this rank so far.
+    pub fn traffic(&self) -> Traffic {
+        self.exchange.traffic()
+    }
+
+    /// Number of ranks this rank exchanges messages with.
+    pub fn neighbour_ranks(&self) -> usize {
+        self.exchange.neighbours()
+    }
+
+    /// Memory (B) this rank holds for particles, lists and messages.
+    pub fn memory_use(&self) -> MemoryUse {
+        MemoryUse {
+            particles: self.particles.bytes() + bytes(&self.stays) + bytes(&self.order),
+            lists: self.neighbours.bytes() + self.memories.bytes(),
+            messages: self.exchange.bytes(),
+        }
+    }
+}
+
+/// Memory of one rank (B).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Owned particles and clones.
+    pub particles: usize,
+    /// Pairs, cells, and what contacts remember.
+    pub lists: usize,
+    /// Messages.
+    pub messages: usize,
+}
+
+impl MemoryUse {
+    /// All of it (B).
+    pub fn total(&self) -> usize {
+        self.particles + self.lists + self.messages
+    }
+}
+
+/// Memory of an array (B).
+pub(crate) fn bytes<T>(items: &Vec<T>) -> usize {
+    items.capacity() * size_of::<T>()
 }

@@ -263,6 +263,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         skin: Skin::default(),
         lubrication: None,
         balance: None,
+        exchange: Default::default(),
         collisions: CollisionModel::Soft,
     }
 }
