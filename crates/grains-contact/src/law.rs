@@ -121,29 +121,75 @@ impl ContactLaw {
         root * (contact + 2.0 * self.damping * stiffness_ratio.sqrt())
     }
 
-    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the mass felt at the contact,
-    /// 1/(n·K n) with K their mobility there.
+    /// The law ready for any reduced mass.
     #[inline]
-    pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
-        let dashpot = 2.0 * self.damping * (self.normal_stiffness * reduced_mass).sqrt();
-        let (tangential_stiffness, tangential_dashpot) = match self.tangential {
-            Tangential::Viscous { rate } => (0.0, 2.0 * rate * reduced_mass),
+    pub fn prepared(&self) -> PreparedLaw {
+        let root = self.normal_stiffness.sqrt();
+        let dashpot = 2.0 * self.damping * root;
+        let (stiffness_ratio, per_mass, per_root) = match self.tangential {
+            Tangential::Viscous { rate } => (0.0, 2.0 * rate, 0.0),
             Tangential::Spring { stiffness_ratio, damping_ratio } => {
-                (stiffness_ratio * self.normal_stiffness, damping_ratio * dashpot)
+                (stiffness_ratio, 0.0, damping_ratio * dashpot)
             }
             Tangential::ContactTime { stiffness_ratio } => {
-                (0.0, self.contact_time_dashpot(stiffness_ratio, reduced_mass))
+                (0.0, 0.0, self.contact_time_dashpot(stiffness_ratio, 1.0))
             }
         };
-        Coefficients {
+        PreparedLaw {
             stiffness: self.normal_stiffness,
             dashpot,
-            tangential_stiffness,
-            tangential_dashpot,
+            tangential_stiffness: stiffness_ratio * self.normal_stiffness,
+            per_mass,
+            per_root,
             friction: self.friction,
             rolling_friction: self.rolling_friction,
             limits_by_total: matches!(self.tangential, Tangential::ContactTime { .. }),
         }
+    }
+
+    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the mass felt at the contact,
+    /// 1/(n·K n) with K their mobility there.
+    #[inline]
+    pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
+        self.prepared().at(reduced_mass)
+    }
+}
+
+/// A law whose coefficients for a mass take a root and no decision.
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedLaw {
+    stiffness: f64,
+    /// Normal dashpot over √m.
+    dashpot: f64,
+    tangential_stiffness: f64,
+    /// Tangential dashpot: over m, and over √m.
+    per_mass: f64,
+    per_root: f64,
+    friction: f64,
+    rolling_friction: f64,
+    limits_by_total: bool,
+}
+
+impl PreparedLaw {
+    /// Coefficients for a reduced mass (kg).
+    #[inline(always)]
+    pub fn at(&self, reduced_mass: f64) -> Coefficients {
+        let root = reduced_mass.sqrt();
+        Coefficients {
+            stiffness: self.stiffness,
+            dashpot: self.dashpot * root,
+            tangential_stiffness: self.tangential_stiffness,
+            tangential_dashpot: self.per_mass * reduced_mass + self.per_root * root,
+            friction: self.friction,
+            rolling_friction: self.rolling_friction,
+            limits_by_total: self.limits_by_total,
+        }
+    }
+
+    /// Whether bodies resist rolling.
+    #[inline(always)]
+    pub fn resists_rolling(&self) -> bool {
+        self.rolling_friction > 0.0
     }
 }
 

@@ -21,6 +21,6 @@ mod spread;
 
 pub use collision::CollisionEstimate;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
-pub use law::{Coefficients, Contact, ContactLaw, Tangential, reduced_mass};
+pub use law::{Coefficients, Contact, ContactLaw, PreparedLaw, Tangential, reduced_mass};
 pub use lubrication::Lubrication;
 pub use spread::{Sharing, Spread};

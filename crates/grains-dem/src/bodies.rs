@@ -60,7 +60,7 @@ pub(crate) fn add_forces(
             }
         }
         let radius = smaller_radius(particles, a, b, catalogue);
-        if tally.note(deepest, radius) {
+        if tally.note(deepest / radius) {
             tally.error = Some(StepError::Overlap {
                 id: particles.ids[a],
                 other: format!("particle {}", particles.ids[b]),

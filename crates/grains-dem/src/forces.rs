@@ -43,8 +43,8 @@ impl LoadLattice {
 pub(crate) struct Tally {
     /// Contacts whose shrunken cores met, resolved by the exact penetration routine.
     pub(crate) cores_met: u64,
-    overlap: f64,
-    radius: f64,
+    /// Largest overlap over the inscribed radius (-).
+    deepest: f64,
     limit: f64,
     /// First error met.
     pub(crate) error: Option<StepError>,
@@ -53,22 +53,22 @@ pub(crate) struct Tally {
 impl Tally {
     /// Empty tally; `limit` is the largest admissible overlap over the inscribed radius.
     pub(crate) fn new(limit: f64) -> Self {
-        Self { cores_met: 0, overlap: 0.0, radius: 1.0, limit, error: None }
+        Self { cores_met: 0, deepest: 0.0, limit, error: None }
     }
 
-    /// Notes an overlap (m) on a body of a radius (m); returns whether it is beyond the limit.
+    /// Notes an overlap over the inscribed radius (-); returns whether it is the deepest yet and beyond the limit.
     #[inline(always)]
-    pub(crate) fn note(&mut self, overlap: f64, radius: f64) -> bool {
-        if overlap * self.radius > self.overlap * radius {
-            (self.overlap, self.radius) = (overlap, radius);
-            return overlap > self.limit * radius;
+    pub(crate) fn note(&mut self, depth: f64) -> bool {
+        if depth > self.deepest {
+            self.deepest = depth;
+            return depth > self.limit;
         }
         false
     }
 
     /// Largest overlap over radius (-).
     pub(crate) fn largest_overlap(&self) -> f64 {
-        self.overlap / self.radius
+        self.deepest
     }
 
     /// The limit (-).

@@ -1,10 +1,15 @@
 //! Contacts between spheres: the closed form, once per rank and pair.
+//!
+//! Pairs are taken in blocks. Those of a block that touch are picked, without a branch that the processor could guess
+//! wrong; what the law needs of them is laid side by side; their forces are found, several at a time in the lanes of
+//! the processor; and these are added to the loads. All of a block stays in the first-level cache.
 
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Body, ContactTable, Particles, StepError};
-use grains_contact::{Coefficients, Contact, reduced_mass};
+use grains_contact::{Contact, PreparedLaw, reduced_mass};
 use grains_geometry::Vec3;
+use multiversion::multiversion;
 
 /// Two spheres near each other and the tangential spring between them (m), as seen from `a`.
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +17,7 @@ use grains_geometry::Vec3;
 pub(crate) struct SpherePair {
     /// An owned sphere.
     pub(crate) a: u32,
-    /// A sphere behind it in the arrays, owned or clone.
+    /// Another, owned or clone.
     pub(crate) b: u32,
     pub(crate) spring: Vec3,
 }
@@ -20,8 +25,8 @@ pub(crate) struct SpherePair {
 /// Adds the loads of all contacts between spheres.
 ///
 /// The arithmetic is antisymmetric in the two bodies, operation by operation, so it does not matter
-/// which of them this rank takes for the first. Pairs are taken block by block: first those that touch are
-/// picked, without a branch that the processor could guess wrong, then their forces are added.
+/// which of them this rank takes for the first; and it is the same in lanes of any width.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
 pub(crate) fn add_forces(
     particles: &mut Particles,
     pairs: &mut [SpherePair],
@@ -30,47 +35,14 @@ pub(crate) fn add_forces(
     dt: f64,
     tally: &mut Tally,
 ) {
-    let owned = particles.owned;
-    let bodies = &particles.bodies[..];
-    let loads = &mut particles.loads[..owned];
-    let mut known = KnownPair::default();
     let mut touching = Touching::default();
+    let mut run = Run::default();
     for block in pairs.chunks_mut(BLOCK) {
-        touching.pick(block, bodies);
-        for k in 0..touching.len {
-            let pair = &mut block[touching.pair[k] as usize];
-            let (i, j) = (pair.a as usize, pair.b as usize);
-            let (body, other) = (&bodies[i], &bodies[j]);
-            let overlap = body.radius + other.radius - touching.distance[k];
-            let normal = (other.position - body.position) * touching.inverse[k];
-            let (arm, other_arm) = (body.radius - 0.5 * overlap, other.radius - 0.5 * overlap);
-            let turning = body.angular_velocity * arm + other.angular_velocity * other_arm;
-            let contact = Contact {
-                normal,
-                overlap,
-                velocity: (other.velocity - body.velocity) - turning.cross(&normal),
-            };
-            let law = known.of(body, other, contacts);
-            let force = lattice.force(&law.force(&contact, &mut pair.spring, dt));
-            let moment = normal.cross(&force);
-            let mut torque = lattice.torque(&(moment * arm));
-            let mut other_torque = lattice.torque(&(moment * other_arm));
-            if law.resists_rolling() {
-                let spin = body.angular_velocity - other.angular_velocity;
-                let rolling =
-                    lattice.torque(&law.rolling_torque(&contact, &spin, arm * other_arm / (arm + other_arm)));
-                torque += rolling;
-                other_torque -= rolling;
-            }
-            loads[i].force += force;
-            loads[i].torque += torque;
-            if j < owned {
-                loads[j].force -= force;
-                loads[j].torque += other_torque;
-            }
-            if tally.note(overlap, body.radius.min(other.radius)) {
-                tally.error = Some(too_deep(tally, particles.ids[i], particles.ids[j], overlap, body, other));
-            }
+        touching.pick(block, &particles.bodies);
+        while touching.len > 0 {
+            let law = run.take(&mut touching, block, &particles.bodies, contacts);
+            run.evaluate(&law, lattice, dt);
+            run.give(block, particles, tally);
         }
     }
 }
@@ -78,20 +50,21 @@ pub(crate) fn add_forces(
 /// Pairs taken at a time: what is known of them stays in the first-level cache.
 const BLOCK: usize = 64;
 
+/// Contacts evaluated together at least; those beyond the last are waste.
+const LANES: usize = 8;
+
 /// The pairs of a block that touch.
 struct Touching {
     len: usize,
     /// Index in the block.
     pair: [u32; BLOCK],
-    /// Distance of the centres (m).
-    distance: [f64; BLOCK],
-    /// 1 / distance.
-    inverse: [f64; BLOCK],
+    /// Centre of the second sphere from that of the first (m), and its square (m²).
+    between: [[f64; 4]; BLOCK],
 }
 
 impl Default for Touching {
     fn default() -> Self {
-        Self { len: 0, pair: [0; BLOCK], distance: [0.0; BLOCK], inverse: [0.0; BLOCK] }
+        Self { len: 0, pair: [0; BLOCK], between: [[0.0; 4]; BLOCK] }
     }
 }
 
@@ -104,9 +77,11 @@ impl Touching {
         for (k, pair) in block.iter().enumerate() {
             let (body, other) = (&bodies[pair.a as usize], &bodies[pair.b as usize]);
             let radii = body.radius + other.radius;
-            let square = (other.position - body.position).norm_squared();
+            let between = other.position - body.position;
+            let square = between.norm_squared();
             let touches = square < radii * radii;
-            (self.pair[self.len], self.distance[self.len]) = (k as u32, square);
+            self.pair[self.len] = k as u32;
+            self.between[self.len] = [between.x, between.y, between.z, square];
             apart[ending] = k as u32;
             self.len += usize::from(touches);
             ending += usize::from(!touches);
@@ -114,45 +89,170 @@ impl Touching {
         for &k in &apart[..ending] {
             block[k as usize].spring = Vec3::zeros();
         }
-        for (distance, inverse) in self.distance[..self.len].iter_mut().zip(&mut self.inverse) {
-            *distance = distance.sqrt();
-            *inverse = 1.0 / *distance;
+    }
+}
+
+/// Numbers of the contacts of a block, column by column.
+type Columns<const N: usize> = [[f64; BLOCK]; N];
+
+/// Contacts of a block under one law, side by side: what the law needs, and what it answers.
+struct Run {
+    len: usize,
+    /// Index in the block.
+    pair: [u32; BLOCK],
+    /// Centre of the second sphere from that of the first (m), and its square (m²).
+    between: Columns<4>,
+    /// Velocities (m/s) and masses (kg).
+    velocities: [Columns<4>; 2],
+    /// Angular velocities (rad/s) and radii (m).
+    spins: [Columns<4>; 2],
+    /// Tangential springs (m), before and after.
+    springs: Columns<3>,
+    /// Force on the first sphere (N).
+    forces: Columns<3>,
+    /// Torques (N m).
+    torques: [Columns<3>; 2],
+    /// Overlap over the smaller radius (-).
+    depth: [f64; BLOCK],
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        let (three, four) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 4]);
+        Self {
+            len: 0,
+            pair: [0; BLOCK],
+            between: four,
+            velocities: [four; 2],
+            spins: [four; 2],
+            springs: three,
+            forces: three,
+            torques: [three; 2],
+            depth: [0.0; BLOCK],
         }
     }
 }
 
-/// The coefficients of the last pair: bodies often come in few sizes, and a root and a division are slow.
-#[derive(Default)]
-struct KnownPair {
-    masses: (f64, f64),
-    materials: (u16, u16),
-    coefficients: Option<Coefficients>,
+/// The vector of a contact.
+#[inline(always)]
+fn vector_at<const N: usize>(columns: &Columns<N>, k: usize) -> Vec3 {
+    Vec3::new(columns[0][k], columns[1][k], columns[2][k])
 }
 
-impl KnownPair {
+#[inline(always)]
+fn set<const N: usize>(columns: &mut Columns<N>, k: usize, row: [f64; N]) {
+    for (column, x) in columns.iter_mut().zip(row) {
+        column[k] = x;
+    }
+}
+
+impl Run {
+    /// Takes from the contacts of a block those of the same two materials as the first of them; returns their law.
     #[inline(always)]
-    fn of(&mut self, body: &Body, other: &Body, contacts: &ContactTable) -> Coefficients {
-        let masses = (body.mass, other.mass);
-        let materials = (body.kind.material, other.kind.material);
-        match self.coefficients {
-            Some(known) if masses == self.masses && materials == self.materials => known,
-            _ => {
-                let law = contacts.law(materials.0, materials.1);
-                let coefficients = law.coefficients(reduced_mass(masses.0, masses.1));
-                *self = Self { masses, materials, coefficients: Some(coefficients) };
-                coefficients
+    fn take(
+        &mut self,
+        touching: &mut Touching,
+        block: &[SpherePair],
+        bodies: &[Body],
+        contacts: &ContactTable,
+    ) -> PreparedLaw {
+        let materials = |pair: &SpherePair| {
+            let [a, b] = [pair.a, pair.b].map(|i| bodies[i as usize].kind.material);
+            (a.min(b), a.max(b))
+        };
+        let wanted = materials(&block[touching.pair[0] as usize]);
+        let mut left = 0;
+        self.len = 0;
+        for k in 0..touching.len.min(BLOCK) {
+            let (index, between) = (touching.pair[k], touching.between[k]);
+            let pair = &block[index as usize];
+            if materials(pair) != wanted {
+                (touching.pair[left], touching.between[left]) = (index, between);
+                left += 1;
+                continue;
+            }
+            let at = self.len;
+            self.pair[at] = index;
+            set(&mut self.between, at, between);
+            set(&mut self.springs, at, pair.spring.into());
+            for (side, i) in [pair.a, pair.b].into_iter().enumerate() {
+                let Body { velocity: v, angular_velocity: w, mass, radius, .. } = &bodies[i as usize];
+                set(&mut self.velocities[side], at, [v.x, v.y, v.z, *mass]);
+                set(&mut self.spins[side], at, [w.x, w.y, w.z, *radius]);
+            }
+            self.len += 1;
+        }
+        touching.len = left;
+        contacts.law(wanted.0, wanted.1).prepared()
+    }
+
+    /// Forces and torques of all contacts.
+    #[inline(always)]
+    fn evaluate(&mut self, law: &PreparedLaw, lattice: &LoadLattice, dt: f64) {
+        let Self { between, velocities, spins, springs, forces, torques, depth, .. } = self;
+        for k in 0..self.len.next_multiple_of(LANES).min(BLOCK) {
+            let [mass, other_mass] = [0, 1].map(|side| velocities[side][3][k]);
+            let [radius, other_radius] = [0, 1].map(|side| spins[side][3][k]);
+            let [v, other_v] = [0, 1].map(|side| vector_at(&velocities[side], k));
+            let [w, other_w] = [0, 1].map(|side| vector_at(&spins[side], k));
+            let distance = between[3][k].sqrt();
+            let overlap = radius + other_radius - distance;
+            let normal = vector_at(between, k) * (1.0 / distance);
+            let (arm, other_arm) = (radius - 0.5 * overlap, other_radius - 0.5 * overlap);
+            let velocity = (other_v - v) - (w * arm + other_w * other_arm).cross(&normal);
+            let contact = Contact { normal, overlap, velocity };
+            let coefficients = law.at(reduced_mass(mass, other_mass));
+            let mut spring = vector_at(springs, k);
+            let force = lattice.force(&coefficients.force(&contact, &mut spring, dt));
+            let moment = normal.cross(&force);
+            let mut torque = lattice.torque(&(moment * arm));
+            let mut other_torque = lattice.torque(&(moment * other_arm));
+            if law.resists_rolling() {
+                let effective = arm * other_arm / (arm + other_arm);
+                let rolling = coefficients.rolling_torque(&contact, &(w - other_w), effective);
+                let rolling = lattice.torque(&rolling);
+                torque += rolling;
+                other_torque -= rolling;
+            }
+            set(springs, k, spring.into());
+            set(forces, k, force.into());
+            set(&mut torques[0], k, torque.into());
+            set(&mut torques[1], k, other_torque.into());
+            depth[k] = overlap / radius.min(other_radius);
+        }
+    }
+
+    /// Adds the loads to the particles and gives the pairs their springs back.
+    #[inline(always)]
+    fn give(&self, block: &mut [SpherePair], particles: &mut Particles, tally: &mut Tally) {
+        for k in 0..self.len.min(BLOCK) {
+            let pair = &mut block[self.pair[k] as usize];
+            let (i, j) = (pair.a as usize, pair.b as usize);
+            pair.spring = vector_at(&self.springs, k);
+            let force = vector_at(&self.forces, k);
+            let load = &mut particles.loads[i];
+            load.force += force;
+            load.torque += vector_at(&self.torques[0], k);
+            if let Some(load) = particles.loads.get_mut(j) {
+                load.force -= force;
+                load.torque += vector_at(&self.torques[1], k);
+            }
+            if tally.note(self.depth[k]) {
+                tally.error = Some(too_deep(tally, particles, [i, j], self.depth[k]));
             }
         }
     }
 }
 
 #[cold]
-fn too_deep(tally: &Tally, id: u64, other_id: u64, overlap: f64, body: &Body, other: &Body) -> StepError {
+fn too_deep(tally: &Tally, particles: &Particles, pair: [usize; 2], depth: f64) -> StepError {
+    let ids = pair.map(|i| particles.ids[i]);
+    let [body, other] = pair.map(|i| &particles.bodies[i]);
     StepError::Overlap {
-        id: id.min(other_id),
-        other: format!("particle {}", id.max(other_id)),
-        overlap,
-        percent: 100.0 * overlap / body.radius.min(other.radius),
+        id: ids[0].min(ids[1]),
+        other: format!("particle {}", ids[0].max(ids[1])),
+        overlap: depth * body.radius.min(other.radius),
+        percent: 100.0 * depth,
         limit: 100.0 * tally.limit(),
         place: vector(&body.position),
     }

@@ -174,7 +174,7 @@ fn note(
     a: u32,
     other: impl Fn() -> String,
 ) {
-    if tally.note(overlap, radius) {
+    if tally.note(overlap / radius) {
         tally.error = Some(StepError::Overlap {
             id: particles.ids[a as usize],
             other: other(),

@@ -410,7 +410,7 @@ fn add_contact(
         torque += lattice.torque(&law.rolling_torque(&contact, &spin, arm.norm()));
     }
     let radius = catalogue.inscribed_radius(body);
-    if tally.note(found.overlap, radius) {
+    if tally.note(found.overlap / radius) {
         tally.error = Some(StepError::Overlap {
             id: particles.ids[i],
             other: format!("wall `{}`", wall.name),
