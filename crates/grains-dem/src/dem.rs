@@ -11,7 +11,7 @@ use crate::integrate::{self, Rates};
 use crate::lubrication;
 use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
-use crate::neighbours::{Inner, Neighbours, Skin, Surroundings};
+use crate::neighbours::{Inner, Neighbours, Skin, Sorted, Surroundings};
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
@@ -160,8 +160,6 @@ pub struct Dem {
     next_balance: u64,
     /// Steps from a build after which walls may have used up their allowance.
     wall_steps: u64,
-    stays: Vec<u32>,
-    order: Vec<u32>,
     error: Option<StepError>,
 }
 
@@ -194,8 +192,6 @@ impl Dem {
             work: WorkProfile::default(),
             next_balance: 0,
             wall_steps: u64::MAX,
-            stays: Vec::new(),
-            order: Vec::new(),
             error: None,
             decomposition,
             setup,
@@ -503,13 +499,16 @@ impl Dem {
         self.report.work = self.work();
         self.balance(transport);
         self.gather();
-        let Self { particles, memories, stays, exchange, .. } = self;
-        match exchange.migrate(particles, memories, stays, transport) {
+        let Self { particles, memories, exchange, .. } = self;
+        let mut stays = Vec::new();
+        match exchange.migrate(particles, memories, &mut stays, transport) {
             Ok(left) => self.ledger.left += left,
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
         self.check(transport)?;
-        self.sort_and_list(transport);
+        self.sort_and_list(&stays, transport);
+        // What they hold is in the lists.
+        self.memories = Memories::default();
         self.gathered = false;
         self.stale = false;
         self.steps_since_build = 0;
@@ -542,10 +541,10 @@ impl Dem {
         }
     }
 
-    fn sort_and_list(&mut self, transport: &impl Transport) {
+    fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) {
         let (wall_reach, wall_steps) = self.wall_allowance();
         self.wall_steps = wall_steps;
-        let Self { particles, memories, decomposition, setup, stays, order, exchange, neighbours, .. } = self;
+        let Self { particles, memories, decomposition, setup, exchange, neighbours, .. } = self;
         let around = Surroundings {
             decomposition,
             catalogue: &setup.catalogue,
@@ -560,15 +559,15 @@ impl Dem {
         let (mut widest, counts) = Neighbours::widest(particles, stays, &around);
         transport.max(&mut widest);
         let cells = Cells::new(decomposition, setup.largest_radius, &widest, &counts);
-        neighbours.sort_by_cell(particles, stays, cells, order);
-        particles.reorder(order);
+        let sorted = Sorted::new(particles, stays, cells);
+        particles.reorder(&sorted.order);
         neighbours.wall_reach = wall_reach;
         neighbours.choose_reaches(particles, &around);
         let widest = widest.iter().fold(0.0, |w: f64, &x| w.max(x));
         let range = |i: usize| neighbours.range_of(particles, i, around.film) + widest;
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
-        neighbours.build(particles, order, memories, &around);
+        neighbours.build(particles, &sorted, memories, &around);
     }
 
     /// A particle that outran a cell since the last check may have passed through another.

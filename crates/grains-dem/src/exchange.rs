@@ -190,6 +190,9 @@ impl Exchange {
         }
         transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
         self.own_clones.clear();
+        let of_others = self.received.iter().map(|message| message.len() / length).sum::<usize>();
+        let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
+        particles.make_room(own + of_others);
         for (index, link) in self.links.iter().enumerate().filter(|(_, l)| l.rank == self.own_rank) {
             self.own_clones.push((index, particles.len()));
             for &i in &link.sent {

@@ -25,7 +25,7 @@ pub struct Body {
 
 /// Sum of the contact forces (N) and torques (N m) on a particle.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
+#[repr(C)]
 pub struct Load {
     /// Force (N).
     pub force: Vec3,
@@ -132,6 +132,17 @@ impl Particles {
             self.cargo.push([0.0; CARGO_LENGTH]);
         }
         self.owned += 1;
+    }
+
+    /// Makes room for just so many clones.
+    pub(crate) fn make_room(&mut self, clones: usize) {
+        self.bodies.reserve_exact(clones);
+        self.ids.reserve_exact(clones);
+        if self.turning {
+            self.orientations.reserve_exact(clones);
+            self.frames.reserve_exact(clones);
+            self.travelled.reserve_exact(clones);
+        }
     }
 
     /// Appends a clone.

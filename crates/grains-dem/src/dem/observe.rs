@@ -156,7 +156,7 @@ impl Dem {
     /// Memory (B) this rank holds for particles, lists and messages.
     pub fn memory_use(&self) -> MemoryUse {
         MemoryUse {
-            particles: self.particles.bytes() + bytes(&self.stays) + bytes(&self.order),
+            particles: self.particles.bytes(),
             lists: self.neighbours.bytes() + self.memories.bytes(),
             messages: self.exchange.bytes(),
         }
