@@ -37,12 +37,41 @@ pub(crate) fn add_forces(
 ) {
     let mut touching = Touching::default();
     let mut run = Run::default();
-    for block in pairs.chunks_mut(BLOCK) {
+    let mut rest = pairs;
+    while !rest.is_empty() {
+        let (block, after) = rest.split_at_mut(BLOCK.min(rest.len()));
+        rest = after;
+        // Those of the next block are on their way while this one is worked on.
+        let next = if particles.len() > IN_CACHE { &rest[..BLOCK.min(rest.len())] } else { &[] };
+        for pair in next {
+            let other = pair.b as usize;
+            prefetch(&particles.bodies, other);
+            prefetch(&particles.loads, other);
+        }
         touching.pick(block, &particles.bodies);
         while touching.len > 0 {
             let law = run.take(&mut touching, block, &particles.bodies, contacts);
             run.evaluate(&law, lattice, dt);
             run.give(block, particles, tally);
+        }
+    }
+}
+
+/// Particles up to which they come fast enough unasked (2 % slower if asked for; 100,000 are 15 % faster).
+const IN_CACHE: usize = 30_000;
+
+/// Asks the memory for an item that will soon be needed; nothing happens if there is none.
+#[inline(always)]
+fn prefetch<T>(items: &[T], i: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(item) = items.get(i) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let first = std::ptr::from_ref(item).cast::<i8>();
+        // SAFETY: a prefetch reads nothing; both addresses are of the item.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch(first, _MM_HINT_T0);
+            _mm_prefetch(first.add(size_of::<T>() - 1), _MM_HINT_T0);
         }
     }
 }
