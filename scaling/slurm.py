@@ -19,9 +19,9 @@ HEADER = """\
 #SBATCH --ntasks-per-node={per_node}
 #SBATCH --cpus-per-task=1
 #SBATCH --time={minutes}
-#SBATCH --chdir={folder}
-#SBATCH --output={name}-%j.log
+#SBATCH --output={folder}/%x-%j.log
 {more}set -euo pipefail
+cd {quoted}
 export OMP_NUM_THREADS=1
 """
 
@@ -89,7 +89,7 @@ def header(name, folder, ranks, options):
     per_node = min(ranks, options.ranks_per_node)
     return HEADER.format(
         name=name, nodes=-(-ranks // per_node), ranks=ranks, per_node=per_node, minutes=-(-options.walltime // 60),
-        folder=shlex.quote(str(folder)), more="".join(f"#SBATCH --{line}\n" for line in options.sbatch),
+        folder=folder, quoted=shlex.quote(str(folder)), more="".join(f"#SBATCH --{line}\n" for line in options.sbatch),
     )
 
 

@@ -82,6 +82,7 @@ class Found:
     per_rank: dict  # name -> (mean, largest)
     contacts: float | None
     rebuilds: int  # of the lists, in the last segment
+    clones: int  # that rank 0 brings up to date, periodic images of its own particles included
 
     def communication(self):
         """Share of communication in the phases of all segments (-)."""
@@ -96,7 +97,7 @@ class Found:
 
 def parse(output):
     """What `bench` printed, or None if it did not come to an end."""
-    segments = re.findall(rf"^us_per_particle_step {NUMBER} particles {NUMBER} rebuilds (\d+)", output, re.M)
+    segments = re.findall(rf"^us_per_particle_step {NUMBER} particles {NUMBER} rebuilds (\d+) .*clones (\d+)", output, re.M)
     if not segments:
         return None
     lines = re.findall(r"^  neighbour lists .*", output, re.M)
@@ -104,12 +105,13 @@ def parse(output):
     ranks = re.findall(rf"^per_rank (\w+) mean {NUMBER} max {NUMBER}", output, re.M)
     contacts = re.search(rf"^contacts_per_particle {NUMBER}", output, re.M)
     return Found(
-        times=[float(us) for us, _, _ in segments],
+        times=[float(us) for us, *_ in segments],
         particles=int(float(segments[-1][1])),
         phases=phases,
         per_rank={name: (float(mean), float(most)) for name, mean, most in ranks},
         contacts=float(contacts[1]) if contacts else None,
         rebuilds=int(segments[-1][2]),
+        clones=int(segments[-1][3]),
     )
 
 
@@ -217,22 +219,23 @@ def number(value, digits):
 
 
 def timing_rows(study, systems, found, ranks):
-    """Header and rows of the times beside the source's."""
-    of_all = " of one rank" if not study.is_strong else ""
-    header = ["system", "ranks", "particles", f"us per step and particle{of_all}", "source", "S(n)", "source"]
-    header += ["efficiency", "source"] if study.is_strong else []
+    """Header and rows of the times, beside the source's if there is one."""
+    of_all = "" if study.is_strong else " of one rank"
+    beside = lambda name: [name] + (["source"] if study.published else [])
+    header = ["system", "ranks", "particles", *beside(f"us per step and particle{of_all}"), *beside("S(n)")]
+    header += [*beside("efficiency")] if study.is_strong else []
     header += ["communication", "contacts per particle"] + (["fluid"] if study.with_fluid else [])
     rows = []
     for system in systems:
         scaling = factors(study, system, found, ranks)
         for n in sorted({*ranks, *system.source}):
-            here = found.get((system.label, n))
-            times = spread(step_times(study, here, n)) if here else "-"
-            row = [system.label, n, f"{here.particles:,}" if here else "-", times, system.source_time if n == 1 else "-"]
-            row += [number(scaling.get(n), 2), number(system.source.get(n), 3)]
+            here, ours, theirs = found.get((system.label, n)), scaling.get(n), system.source.get(n)
+            pairs = [(spread(step_times(study, here, n)) if here else "-", system.source_time if n == 1 else "-"),
+                     (number(ours, 2), number(theirs, 3))]
             if study.is_strong:
-                share = lambda speed_up: number(speed_up / n if speed_up else None, 3)
-                row += [share(scaling.get(n)), share(system.source.get(n))]
+                pairs.append((number(ours and ours / n, 3), number(theirs and theirs / n, 3)))
+            row = [system.label, n, f"{here.particles:,}" if here else "-"]
+            row += [value for pair in pairs for value in (pair if study.published else pair[:1])]
             row += [f"{100 * here.communication():.1f} %" if here else "-", number(here and here.contacts, 2)]
             if study.with_fluid:
                 whole = statistics.median(here.times) if here else 0
