@@ -1,14 +1,19 @@
 """What a step costs on many ranks: a model of counts, from geometry, and of times, from a few constants.
 
-**Counts.** The box is cut into equal subdomains L wide, each into floor(L/r) cells, r = d (1 + s) the interaction range
-(d largest diameter, s = 0.4 the largest reach over the radius). Particles in the cells at a border are cloned to the
-neighbours there, so that the layer is w = L / floor(L/r) thick, between r and 2 r. In a direction (a, b, c) of the 26 goes
-what lies within w of each border that the direction names,
+**Counts.** The box is cut into equal subdomains L wide. A particle of diameter d is cloned to the neighbours beyond each
+border that is nearer than
+
+    w = d (1 + (s + s_max) / 2),
+
+s being how far it may go before lists are rebuilt, over its radius (0.025 at rest, 0.4 if fast), and s_max the
+largest s of all particles. In a direction (a, b, c) of the 26 goes what lies within w of each border that the direction
+names,
 
     clones = density * sum over directions of |layer of the direction, where there are particles|,
 
 which for a cube deep in the bed is N ((1 + 2 w/L)^3 - 1). A neighbour gets one message per step, of 9 numbers (72 bytes)
-per sphere and 13 (104 bytes) per body. Clones across a periodic axis of one rank need no message.
+per sphere and 13 (104 bytes) per body; none if there is nothing to tell, with the probability exp(-k) of no particle
+where k are expected. Clones across a periodic axis of one rank need no message.
 
 **Imbalance.** The number of particles in a subdomain varies by sqrt(N S0), S0 = (1 - phi)^4 / (1 + 2 phi)^2 that of hard
 spheres at rest at random (Percus and Yevick 1958) at the solid fraction phi; the fullest of P ranks is off by the mean
@@ -21,13 +26,14 @@ of the largest of P normal numbers (Blom 1958). Where the bed does not fill the 
     messages   L + m o + B / b                     latency L (s), m messages, o (s) each; B bytes that leave the node, of
                                                    all its ranks, through its adapter of b (B/s)
     agreement  ceil(log2 P) L                      a byte, whose greatest value all ranks learn
-    rebuild    (2 (L + m o) + 2 B / b + ceil(log2 P) L) / n
+    rebuild    2 (L + m o + B / b + ceil(log2 P) L) / n
                                                    migration, and clones with all their constants (18 numbers), of lengths
-                                                   not known before; and another agreement
+                                                   not known before; agreement on failures and on s_max
     noise      sum tau (1 - exp(-P f T))           what the slowest rank loses to interrupts of duration tau (s) that come
                                                    f times per second and core, in a step of T (s) otherwise
 
-Messages are taken to overlap with each other but not with work. Pairs of a particle and a clone are worked on by both
+Messages overlap with each other, and with contacts of particles that are not near a border if MPI carries them on in the
+meantime: both cases are given. Pairs of a particle and a clone are worked on by both
 sides; c(N) is that of a bed that is periodic across, where the same holds, so that it is in the work. That one particle
 of many makes all ranks rebuild their lists is not in n, which has to be given.
 """
@@ -37,7 +43,8 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
-REACH = 0.4  # largest reach of a particle over its radius, the program's default
+# How far a particle may go before lists are rebuilt, over its radius, at rest and at most: the program's defaults.
+AT_REST, FAST = 0.025, 0.4
 NUMBERS = {"sphere": 9, "body": 13}  # per clone in an update
 DIRECTIONS = [d for d in itertools.product((-1, 0, 1), repeat=3) if any(d)]
 
@@ -55,6 +62,7 @@ class Bed:
     particles: int
     diameter: float  # m
     solid_fraction: float
+    reaches: tuple = (AT_REST, FAST)  # of most particles, and of the fastest
 
     def ranks(self):
         return math.prod(self.layout)
@@ -66,10 +74,9 @@ class Bed:
     def subdomain(self, axis):
         return (self.upper[axis] - self.lower[axis]) / self.layout[axis]
 
-    def layer(self, axis):
-        """Thickness of the cells at a border (m)."""
-        width = self.subdomain(axis)
-        return width / max(1, int(width / (self.diameter * (1 + REACH))))
+    def layer(self):
+        """Distance from a border within which particles are cloned (m)."""
+        return self.diameter * (1 + sum(self.reaches) / 2)
 
 
 @dataclass
@@ -80,6 +87,7 @@ class Counts:
     clones: float  # periodic images of its own particles included
     remote: float  # clones sent to other ranks
     neighbours: int  # other ranks
+    messages: float
     off_node: float  # clones sent to other nodes
 
     def bytes(self, kind="sphere"):
@@ -134,24 +142,26 @@ def counts(bed, place, node=frozenset()):
         """Length of the filled part of the subdomain (0) or of its layer at a border (-1, 1) (m)."""
         low = bed.lower[axis] + place[axis] * bed.subdomain(axis)
         high = low + bed.subdomain(axis)
-        low, high = {-1: (low, low + bed.layer(axis)), 0: (low, high), 1: (high - bed.layer(axis), high)}[side]
+        layer = min(bed.layer(), high - low)
+        low, high = {-1: (low, low + layer), 0: (low, high), 1: (high - layer, high)}[side]
         return max(0.0, min(high, bed.filled_upper[axis]) - max(low, bed.filled_lower[axis]))
 
     lengths = [{side: inside(axis, side) for side in (-1, 0, 1)} for axis in range(3)]
     of = lambda direction: bed.density() * math.prod(lengths[a][direction[a]] for a in range(3))
-    found = Counts(of((0, 0, 0)), 0.0, 0.0, 0, 0.0)
-    others = set()
+    found = Counts(of((0, 0, 0)), 0.0, 0.0, 0, 0.0, 0.0)
+    others = {}
     for direction in DIRECTIONS:
         there = neighbour(bed, place, direction)
         if there is None:
             continue
         found.clones += of(direction)
         if there != place:
-            others.add(there)
+            others[there] = others.get(there, 0.0) + of(direction)
             found.remote += of(direction)
             if there not in node:
                 found.off_node += of(direction)
     found.neighbours = len(others)
+    found.messages = sum(1 - math.exp(-expected) for expected in others.values())
     return found
 
 
@@ -174,7 +184,7 @@ def mean_and_most(bed):
     found = [(counts(bed, place), times) for place, times in kinds_of_place(bed)]
     whole = sum(times for _, times in found)
     names = {"owned": lambda c: c.owned, "clones": lambda c: c.clones, "neighbours": lambda c: c.neighbours,
-             "messages": lambda c: c.neighbours, "bytes": lambda c: c.bytes()}
+             "messages": lambda c: c.messages, "bytes": lambda c: c.bytes()}
     return {name: (sum(of(c) * times for c, times in found) / whole, max(of(c) for c, _ in found)) for name, of in names.items()}
 
 
@@ -224,22 +234,28 @@ NOISE = [(250.0, 2e-6), (0.1, 100e-6)]
 TERMS = ["work", "clones", "messages", "agreement", "rebuild", "noise"]
 
 
-def step(bed, constants, network, ranks_per_node, steps_per_rebuild, nodes=row, noise=NOISE):
-    """Terms of the time of a step (s) of the busiest rank; `nodes` is row or brick."""
+def step(bed, constants, network, ranks_per_node, steps_per_rebuild, nodes=row, overlap=False, noise=NOISE):
+    """Terms of the time of a step (s) of the busiest rank; `nodes` is row or brick.
+
+    With `overlap` messages travel while contacts away from the borders are worked on.
+    """
     ranks = bed.ranks()
     rank = max((counts(bed, place) for place, _ in kinds_of_place(bed)), key=lambda c: c.owned + c.clones)
     owned = rank.owned * imbalance_by_chance(rank.owned, ranks, bed.solid_fraction)
     node = nodes(bed, ranks_per_node)
     leaving = sum(counts(bed, place, node).off_node for place in node)
     off_node = leaving * 8 * NUMBERS["sphere"] / network.bandwidth
-    sending = network.latency + rank.neighbours * constants.message if rank.neighbours else 0.0
     agreeing = math.ceil(math.log2(ranks)) * network.latency
+    work = owned * (constants.cost(owned) + constants.rebuild / steps_per_rebuild)
+    handling = rank.messages * constants.message
+    travelling = network.latency + off_node if rank.neighbours else 0.0
+    inner = work * max(0.0, 1 - rank.clones / rank.owned) if overlap else 0.0
     terms = {
-        "work": owned * (constants.cost(owned) + constants.rebuild / steps_per_rebuild),
+        "work": work,
         "clones": rank.clones * constants.clone,
-        "messages": sending + off_node,
+        "messages": handling + max(0.0, travelling - inner),
         "agreement": agreeing,
-        "rebuild": (2 * sending + 2 * off_node + agreeing) / steps_per_rebuild,
+        "rebuild": 2 * (handling + travelling + agreeing) / steps_per_rebuild if rank.neighbours else 0.0,
     }
     undisturbed = sum(terms.values())
     # A rank alone is disturbed as well, but that is in its work.

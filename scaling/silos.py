@@ -173,7 +173,7 @@ def discharge(kind, count, ranks, merged):
     (nx, ny), height = grid(ranks), hopper_height(length)
     # Cubes may stand in towers in the corners: as high as they were dropped from is enough.
     bottom, top = -4 * length, lattice(kind, count)[3] + 0.02
-    # Between separate bins two ranges on either side of the border, so that no cell at the border holds a particle.
+    # Between separate bins two ranges on either side of the border, so that no particle comes near it.
     pitch = length if merged else 2 * length + 4 * (1 + SKIN) * SHAPES[kind][1]
     centers = [(i * pitch, j * pitch) for j in range(ny) for i in range(nx)]
     lower = (-pitch / 2, -pitch / 2, bottom - 0.01)

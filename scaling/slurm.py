@@ -37,11 +37,11 @@ if compgen -G 'settled/checkpoint-*.h5' >/dev/null; then
 job=$!
 trap 'kill -USR1 "$job" 2>/dev/null || true' USR1
 # A signal interrupts wait; the code that counts is that of the run.
-code=0
 while kill -0 "$job" 2>/dev/null; do
-    code=0
-    wait "$job" || code=$?
+    wait "$job" || true
 done
+code=0
+wait "$job" || code=$?
 cat run.txt
 [ "$code" -eq 0 ] || exit "$code"
 # A run that had to leave early says how to go on.

@@ -205,7 +205,7 @@ class Model(unittest.TestCase):
     def test_clones_of_a_cube_within_the_bed(self):
         bed = cube(4, 8000)
         middle = model.counts(bed, (1, 1, 1))
-        share = (1 + 2 * bed.layer(0) / bed.subdomain(0)) ** 3 - 1
+        share = (1 + 2 * bed.layer() / bed.subdomain(0)) ** 3 - 1
         self.assertAlmostEqual(middle.clones / middle.owned, share)
         self.assertEqual(middle.neighbours, 26)
         self.assertAlmostEqual(middle.remote, middle.clones)
@@ -232,11 +232,23 @@ class Model(unittest.TestCase):
         mean, most = model.mean_and_most(bed)["owned"]
         self.assertAlmostEqual(most / mean, 2.5)
 
-    def test_the_layer_is_between_one_and_two_ranges(self):
-        for particles in (500, 1234, 10**4, 10**6):
-            bed = cube(2, particles)
-            self.assertLessEqual(1.4, bed.layer(0) + 1e-12)
-            self.assertLess(bed.layer(0), 2.8)
+    def test_the_layer_grows_with_the_fastest(self):
+        bed = cube(2, 8000)
+        self.assertAlmostEqual(bed.layer(), 1.2125)
+        bed.reaches = (0.025, 0.025)
+        self.assertAlmostEqual(bed.layer(), 1.025)
+
+    def test_messages_without_particles_are_not_sent(self):
+        few, many = (model.counts(cube(4, particles), (1, 1, 1)) for particles in (50, 10**7))
+        self.assertLess(few.messages, 26)
+        self.assertGreater(many.messages, few.messages)
+        self.assertLessEqual(many.messages, 26)
+
+    def test_what_is_hidden_behind_work_is_no_longer_seen(self):
+        bed = cube(8, 8000, periodic=False)
+        seen, hidden = (model.step(bed, CONSTANTS, NETWORK, 64, 60, overlap=overlap) for overlap in (False, True))
+        self.assertLess(hidden["messages"], seen["messages"])
+        self.assertGreater(hidden["messages"], 0)
 
     def test_one_rank_scales_perfectly(self):
         bed = cube(1, 8000, periodic=False)
