@@ -11,9 +11,11 @@ are used for a projection.
 """
 
 import argparse
+import itertools
 import json
 import math
 import os
+import random
 import statistics
 from pathlib import Path
 
@@ -67,9 +69,25 @@ radius = {radius}
 [[insert]]
 name = "spheres"
 particles = [{{ shape = "bead", material = "glass" }}]
-count = {count}
-place = {{ kind = "window", window = {{ kind = "box", lower = [0, 0, {radius}], upper = [{x:.6f}, {y:.6f}, {filled:.6f}] }} }}
+place = {{ kind = "file", path = "places.csv" }}
 """
+
+
+def random_places(count, lower, upper):
+    """Centres (m) of spheres at random that do not touch, periodic across x and y."""
+    chance, cells, places = random.Random(5), {}, []
+    across = [int((hi - lo) / DIAMETER) for lo, hi in zip(lower, upper)]
+    while len(places) < count:
+        place = [chance.uniform(lo, hi) for lo, hi in zip(lower, upper)]
+        cell = [min(int((x - lo) / (hi - lo) * n), n - 1) for x, lo, hi, n in zip(place, lower, upper, across)]
+        around = itertools.product(*((c - 1, c, c + 1) for c in cell))
+        others = (other for i, j, k in around for other in cells.get((i % across[0], j % across[1], k), ()))
+        apart = lambda a, b: [math.remainder(x - y, hi - lo) if axis < 2 else x - y
+                              for axis, (x, y, lo, hi) in enumerate(zip(a, b, lower, upper))]
+        if all(math.hypot(*apart(place, other)) > DIAMETER for other in others):
+            cells.setdefault(tuple(cell), []).append(place)
+            places.append(place)
+    return places
 
 
 def random_bed(count, grid, solid_fraction=0.2, filled=0.85):
@@ -78,12 +96,12 @@ def random_bed(count, grid, solid_fraction=0.2, filled=0.85):
     # A periodic axis of one rank needs room for two ranges.
     edge = max(edge, 2.1 * (1 + FAST) * DIAMETER)
     upper = tuple(n * edge for n in grid)
-    top = filled * upper[2]
-    total = count * math.prod(grid)
+    top, total = filled * upper[2], count * math.prod(grid)
+    fraction = total * math.pi / 6 * DIAMETER**3 / (upper[0] * upper[1] * (top - RADIUS))
     model = Bed((0.0, 0.0, 0.0), upper, (0.0, 0.0, RADIUS), (upper[0], upper[1], top), (True, True, False), grid, total,
-                DIAMETER, total * math.pi / 6 * DIAMETER**3 / (upper[0] * upper[1] * (top - RADIUS)), (AT_REST, AT_REST))
+                DIAMETER, fraction, (AT_REST, AT_REST))
     x, y, z = upper
-    return RANDOM.format(x=x, y=y, z=z, layout=list(grid), dt=DT, glass=GLASS, radius=RADIUS, count=total, filled=top), model
+    return RANDOM.format(x=x, y=y, z=z, layout=list(grid), dt=DT, glass=GLASS, radius=RADIUS), model
 
 
 def bench(text, ranks, warm, steps, options, name):
@@ -102,6 +120,10 @@ def check(options):
     rows = []
     for ranks in options.ranks:
         text, model = random_bed(options.count, layout(ranks))
+        places = random_places(model.particles, model.filled_lower, model.filled_upper)
+        folder = options.out / "project" / f"check-{ranks}"
+        folder.mkdir(parents=True, exist_ok=True)
+        write_csv(folder / "places.csv", ["x", "y", "z"], places)
         found = bench(text, ranks, 1, 3, options, f"check-{ranks}")
         predicted = mean_and_most(model)
         alike = predicted["owned"][1] / predicted["owned"][0]

@@ -128,7 +128,7 @@ def slug(label):
 
 def launch(ranks, command, oversubscribe=False):
     """The command line of an MPI run on this machine."""
-    place = ["--oversubscribe", "--bind-to", "none"] if oversubscribe else ["--bind-to", "core"]
+    place = ["--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"] if oversubscribe else ["--bind-to", "core"]
     return ["mpirun", "-n", str(ranks), *place, *map(str, command)]
 
 

@@ -3,6 +3,7 @@
 
 import argparse
 import contextlib
+import itertools
 import math
 import os
 import subprocess
@@ -298,7 +299,9 @@ class Model(unittest.TestCase):
     def test_the_case_of_the_check_is_that_of_the_model(self):
         text, bed = project.random_bed(100, (2, 2, 2))
         case = tomllib.loads(text)
-        self.assertEqual(case["insert"][0]["count"], bed.particles)
+        places = project.random_places(bed.particles, bed.filled_lower, bed.filled_upper)
+        self.assertEqual(len(places), bed.particles)
+        self.assertTrue(all(math.dist(a, b) > project.DIAMETER for a, b in itertools.combinations(places, 2)))
         self.assertEqual([round(x, 6) for x in bed.upper], case["domain"]["upper"])
         self.assertLess(bed.solid_fraction, 0.3)
 
