@@ -35,7 +35,10 @@ def replaced(text, pairs):
 def settling(count):
     """The run that settles them."""
     end = re.search(r"^end = (\S+)", CASE, re.M)[1]
-    pairs = [("count = 2000", f"count = {count}"), ('"results/superellipsoid-scaling"', '"settled"'), ("particles = 0\n", f"particles = {end}\n")]
+    pairs = [
+        ("count = 2000", f"count = {count}"), ('"results/superellipsoid-scaling"', '"settled"'),
+        ("particles = 0\n", f"particles = {end}\n"),
+    ]
     return [Stage(f"ellipsoids-{count}", replaced(CASE, pairs))]
 
 
@@ -60,7 +63,8 @@ STUDY = Study(
     is_strong=True,
     systems=[
         System(kind="ellipsoids by GJK", count=2000, case=settled(False), stages=settling, source=SPEED_UP),
-        System(kind="ellipsoids by 400 vertices", count=2000, case=settled(True), stages=settling, source=SPEED_UP, warm=100, steps=150),
+        System(kind="ellipsoids by 400 vertices", count=2000, case=settled(True), stages=settling, source=SPEED_UP,
+               warm=100, steps=150),
     ],
     published=[
         ("Srinivasan (2019), table 4-5: 2.6 s of 2000 ellipsoids with 400 vertices each.",

@@ -35,13 +35,14 @@ RANKS = [10**3, 10**4, 10**5]
 ARRANGEMENTS = {"columns": ("columns", row), "blocks": ("blocks", row), "blocks, a brick per node": ("blocks", brick)}
 DEPTH = 10  # width over height of the bed that is projected
 
+# Latencies are round figures as quoted for such networks; what they decide, agreement, is little beside bandwidth.
 NETWORKS = [
     Network("HDR InfiniBand", 1.2e-6 + 4 * 0.13e-6, 25e9,
-            "200 Gb/s port; 1.2 us between neighbouring nodes (OSU micro-benchmarks on ConnectX-6 find 1.0 to 1.3 us) and"
-            " 130 ns (data sheet of NVIDIA's Quantum switches) for each of four more switches in a fat tree of three levels"),
+            "200 Gb/s per port; 1.2 us between nodes at one switch, as osu_latency finds with ConnectX-6 adapters, and 130 ns,"
+            " as the makers give for Quantum switches, for each of four more switches in a fat tree of three levels"),
     Network("Slingshot-11", 1.6e-6 + 2 * 0.35e-6, 25e9,
-            "200 Gb/s adapter; 1.6 us (what LUMI's acceptance tests of osu_latency expect) and 350 ns (De Sensi et al., SC20)"
-            " for each of two more switches of a dragonfly"),
+            "200 Gb/s per adapter; 1.6 us, as LUMI expects of osu_latency (Lumi-supercomputer/reframe, issue 7), and 350 ns, as"
+            " De Sensi et al. (SC20) find for a switch, for each of two more switches of a dragonfly"),
 ]
 
 RANDOM = """\
@@ -158,7 +159,7 @@ def measure(options):
         work.append((spheres, 1e-6 * statistics.median(settled.times) - apart))
         clone.append(seconds(settled, "clone update") * spheres / settled.clones)
         if "memory_bytes" in settled.per_rank:
-            memory.append(settled.per_rank["memory_bytes"][0] / spheres)
+            memory.append(settled.per_rank["memory_bytes"][0] / (spheres + settled.clones))
         print(f"{spheres} spheres: {1e6 * work[-1][1]:.4f} us per sphere and step", flush=True)
     if not rebuild:
         raise SystemExit("no list was rebuilt within 3000 steps of the fall: nothing to measure rebuilds by")
@@ -208,7 +209,8 @@ def project(options):
     """Tables and picture of the projection."""
     named, constants = read_constants(options.constants)
     ranks_asked, spheres = options.ranks or RANKS, options.spheres
-    header = ["network", "arrangement", "grid", "ranks", "spheres per rank", "clones over own", "step (us)", "S(n)", "with overlap", *TERMS]
+    header = ["network", "arrangement", "grid", "ranks", "spheres per rank", "clones over own", "step (us)", "S(n)",
+              "with overlap", *TERMS]
     rows, breaks, curves = [], [], []
     for network in NETWORKS:
         for arrangement in ARRANGEMENTS:

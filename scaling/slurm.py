@@ -136,8 +136,8 @@ def write_study(study, systems, options):
             copy = copy_line(snapshots, folder / "bed.h5", wanted)
             bench = shlex.join(common.bench_command(study, system, options, options.binary.resolve()))
             name = f"{common.slug(study.name)}-{common.slug(system.kind)}-{system.count}-{ranks}"
-            text = POINT.format(header=header(name, folder, ranks, options), copy=copy, launch=launch(ranks, options), bench=bench)
-            (folder / "job.sbatch").write_text(text)
+            values = dict(header=header(name, folder, ranks, options), copy=copy, launch=launch(ranks, options))
+            (folder / "job.sbatch").write_text(POINT.format(bench=bench, **values))
             lines.append(f"submit{after} {shlex.quote(str(folder / 'job.sbatch'))}\n")
     submit, gather = out / f"submit-{study.name}.sh", out / f"collect-{study.name}.sh"
     submit.write_text("".join(lines))

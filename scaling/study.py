@@ -156,7 +156,8 @@ def settle(stages, out, options):
             begun = ["--restart", "latest"] if list(folder.glob("settled/checkpoint-*.h5")) else []
             command = [options.binary.resolve(), "bed.toml", *begun]
             print(f"settling {stage.name}", file=sys.stderr, flush=True)
-            run(launch(options.settle_ranks, command), options.timeout, folder)
+            if "continue with --restart latest" in run(launch(options.settle_ranks, command), options.timeout, folder):
+                raise SystemExit(f"{stage.name} was stopped before it had settled; the same command goes on with it")
             (folder / "done").touch()
         snapshots = folder / "settled/particles.vtkhdf"
     return snapshots
@@ -207,7 +208,8 @@ def step_times(study, found, ranks):
 
 def factors(study, system, found, ranks):
     """S(n) of a system: ranks -> weak scaling factor or speed-up, of the ranks that were timed."""
-    middles = {n: statistics.median(step_times(study, found[system.label, n], n)) for n in ranks if found.get((system.label, n))}
+    timed = {n: found[system.label, n] for n in ranks if found.get((system.label, n))}
+    middles = {n: statistics.median(step_times(study, here, n)) for n, here in timed.items()}
     if not middles:
         return {}
     least = min(middles)
@@ -255,10 +257,10 @@ def count_rows(systems, found, ranks):
             here = found.get((system.label, n))
             if here:
                 mean = {name: here.per_rank.get(name, (None, None))[0] for name in COUNTED}
-                kilo = {name: None if mean[name] is None else mean[name] * unit for name, unit in [("bytes", 1e-3), ("memory_bytes", 1e-6)]}
+                in_units = lambda name, unit: None if mean[name] is None else mean[name] / unit
                 rows.append([system.label, n, number(here.particles / n, 0), number(here.imbalance(), 3),
                              number(mean["clones"], 0), number(mean["neighbours"], 1), number(mean["messages"], 1),
-                             number(kilo["bytes"], 1), number(kilo["memory_bytes"], 2)])
+                             number(in_units("bytes", 1e3), 1), number(in_units("memory_bytes", 1e6), 2)])
     return header, rows
 
 
@@ -281,7 +283,8 @@ def picture(path, curves, title, x_label="ranks", y_label="S(n)", log_y=False):
     for label, points, is_published in curves:
         if points:
             x = sorted(points)
-            axes.plot(x, [points[k] for k in x], "s--" if is_published else "o-", mfc="none" if is_published else None, label=label)
+            style = dict(marker="s", linestyle="--", mfc="none") if is_published else dict(marker="o")
+            axes.plot(x, [points[k] for k in x], label=label, **style)
     axes.set_xscale("log", base=2)
     if log_y:
         axes.set_yscale("log")
@@ -328,11 +331,13 @@ def report(study, systems, ranks, out, oversubscribe):
 
 
 def arguments(study):
-    parser = argparse.ArgumentParser(description=f"{study.title}. Markdown tables, CSV and a picture.")
+    about = sys.modules["__main__"].__doc__
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", type=Path, default=BINARY, help="grains-mpi program")
     parser.add_argument("--ranks", type=int, nargs="+", help="numbers of ranks; powers of 2 up to the cores by default")
     parser.add_argument("--count", type=int, help="at most this many particles per rank (strong scaling: in all)")
-    parser.add_argument("--kinds", nargs="+", help=f"systems whose name holds one of these; of {', '.join(s.label for s in study.systems)}")
+    labels = "; ".join(system.label for system in study.systems)
+    parser.add_argument("--kinds", nargs="+", help=f"systems whose name holds one of these: {labels}")
     parser.add_argument("--warm", type=int, help="steps before timing")
     parser.add_argument("--steps", type=int, help=f"steps timed, in three segments; {study.steps} by default")
     parser.add_argument("--settle-ranks", type=int, default=1, help="ranks that settle a bed")
