@@ -362,7 +362,11 @@ impl<'a> Run<'a> {
             .collect();
         parts.extend(self.fluid.iter().flat_map(FluidPhase::times));
         let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
-        let all = self.transport.gather(&seconds);
+        let mut sums = seconds.clone();
+        self.transport.sum(&mut sums);
+        // Largest of each and, as largest of the negative, least.
+        let mut spans: Vec<f64> = seconds.iter().flat_map(|&s| [s, -s]).collect();
+        self.transport.max(&mut spans);
         let mut counts = [
             self.dem.particles.owned as u64,
             self.dem.ledger.inserted,
@@ -382,10 +386,7 @@ impl<'a> Run<'a> {
         }
         say!("\ntime by phase (s)          min       mean        max      share");
         for (k, (name, _)) in parts.iter().enumerate() {
-            let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
-            let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
-            let (least, most) =
-                of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
+            let (mean, most, least) = (sums[k] / ranks as f64, spans[2 * k], -spans[2 * k + 1]);
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
         let [inside, inserted, left, cores_met, collisions, resting, work] = counts;

@@ -56,8 +56,9 @@ impl Sampler {
             );
         }
         let width = 4 + components.len();
-        let mut rows: Vec<Vec<f64>> =
-            transport.gather(&own).chunks_exact(width).map(<[f64]>::to_vec).collect();
+        let received = transport.exchange_sparse(vec![(0, own)]);
+        let rows = received.iter().flat_map(|(_, message)| message.chunks_exact(width));
+        let mut rows: Vec<&[f64]> = rows.collect();
         rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
         rows.into_iter().map(|row| row[1..].to_vec()).collect()
     }
