@@ -17,7 +17,6 @@ mod error;
 mod files;
 mod fluid;
 mod geometry;
-mod particle_files;
 mod population;
 mod random;
 mod restart;

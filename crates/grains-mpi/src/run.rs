@@ -27,14 +27,15 @@ pub struct RunOptions {
     pub petsc: Vec<String>,
 }
 
-/// The system of a case and its insertions; each rank reads their files for itself.
+/// The system of a case and its insertions; collective, each rank reads its share of their files.
 ///
 /// # Errors
 /// Anything wrong with the case or its files.
-pub fn build(case: &Case, ranks: usize) -> Result<(System, Population), RunError> {
-    let system = system::build(case, ranks).map_err(RunError::case)?;
-    let population = Population::new(case).map_err(RunError::case)?;
-    Ok((system, population))
+pub fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), RunError> {
+    let catalogue = agreed(world, system::catalogue(case).map_err(RunError::case))?;
+    let population = Population::read(case, &catalogue, world)?;
+    let system = system::build(case, world.size(), catalogue, population.kinds());
+    Ok((agreed(world, system.map_err(RunError::case))?, population))
 }
 
 /// Steps at which something is written every `interval` (s): those nearest to its multiples, so that the events of
@@ -127,7 +128,7 @@ impl<'a> Run<'a> {
         world: &MpiTransport,
         options: RunOptions,
     ) -> Result<Self, RunError> {
-        let (System { setup, step }, mut population) = agreed(world, build(case, job.size()))?;
+        let (System { setup, step }, mut population) = build(case, world)?;
         let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
@@ -135,7 +136,7 @@ impl<'a> Run<'a> {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
-        let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, &transport)?;
+        let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;
         let files = Files::open(case, &transport, &options.restart, (&mut dem, &mut fluid), &mut population)?;
         let first_step = dem.step;
         Ok(Self {
