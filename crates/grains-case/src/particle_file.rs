@@ -112,7 +112,8 @@ impl ParticleColumns {
     /// Checks a share of the particles of `file`, of which all shares together have some totals.
     ///
     /// # Errors
-    /// As for [`Self::check`]; what is wrong with the totals is an error of every share.
+    /// As for [`Self::check`]; what is wrong with the whole file is an error of every share, with a material one of the
+    /// share that names it first.
     pub fn check_share(
         &self,
         file: &str,
@@ -133,7 +134,12 @@ impl ParticleColumns {
         self.check_positions(case, &mut remarks);
         self.check_sizes(case, insert, &mut remarks);
         self.check_names(case, &mut remarks);
-        totals.check_materials(case, &mut remarks);
+        let own = self.lines.first().zip(self.lines.last()).map(|(first, last)| *first..=*last);
+        totals.check_materials(
+            case,
+            |line| own.as_ref().is_some_and(|own| own.contains(&line)),
+            &mut remarks,
+        );
         self.check_motion(&mut remarks);
         remarks.check()
     }
@@ -234,14 +240,15 @@ impl FileTotals {
         Self { rows: columns.len() as u64, material_lines }
     }
 
-    fn check_materials(&self, case: &Case, remarks: &mut Remarks) {
+    /// Remarks on the materials whose first lines are the own ones.
+    fn check_materials(&self, case: &Case, is_own: impl Fn(usize) -> bool, remarks: &mut Remarks) {
         let lines = self.material_lines.iter().enumerate();
         let used: BTreeMap<usize, usize> = lines.filter_map(|(m, line)| Some((m, (*line)?))).collect();
         let partners = (case.walls.iter().map(|wall| wall.material))
             .chain(case.inserts.iter().flat_map(|i| &i.particles).map(|component| component.material))
             .chain(used.keys().copied());
         let partners: std::collections::BTreeSet<usize> = partners.collect();
-        for (&index, &line) in &used {
+        for (&index, &line) in used.iter().filter(|(_, line)| is_own(**line)) {
             let name = Some(case.materials[index].name.clone());
             if case.materials[index].density.is_none() {
                 let message = "has no density; add density (kg/m³) to that [[material]]";
