@@ -138,7 +138,7 @@ impl Graph {
 }
 
 impl MpiTransport {
-    /// Transport among the ranks of a communicator.
+    /// Transport among the ranks of a communicator, which no other transport may use: their messages could mix.
     pub fn new(communicator: SimpleCommunicator) -> Self {
         let sparse = SparseExchange::default();
         Self { communicator, requests: RefCell::default(), sparse, near: RefCell::default() }
