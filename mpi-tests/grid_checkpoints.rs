@@ -57,6 +57,10 @@ fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
             assert!(file.grid("velocity_y", 1, &block(job, DEEP)).is_err());
             let (rank, size) = (rank(job), job.size());
             assert_eq!(file.real("rows").unwrap().len(), 12 * (rank + 1) / size - 12 * rank / size);
+            // A rank may also take as many rows as it likes, if together they take all of them.
+            let count = if rank + 1 == size { 12 - rank } else { 1 };
+            assert_eq!(file.next_rows("rows", count, world).unwrap(), vec![0.5; count]);
+            assert!(file.next_rows("rows", count + 1, world).is_err());
         }
         let rows = if rank(job) == 0 { vec![0.5; 12] } else { Vec::new() };
         let rows = [Array { name: "rows", unit: "-", width: 1, values: Values::Real(rows) }];

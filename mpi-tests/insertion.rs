@@ -45,19 +45,98 @@ fn particles_from_csv_and_hdf5_are_those_listed() {
     let shapes: Vec<VarLenUnicode> = LISTED.iter().map(|(_, shape)| shape.parse().unwrap()).collect();
     file.new_dataset_builder().with_data(&shapes).create("shape").unwrap();
     file.close().unwrap();
-    let end = |file: &str| {
-        run_case(2, &home, &listed_in(file), &[]).succeeded();
+    let end = |file: &str, ranks: usize| {
+        run_case(ranks, &home, &listed_in(file), &[]).succeeded();
         checkpoints(&home.join("results")).pop().unwrap()
     };
     let of_csv = home.join("of_csv.h5");
-    fs::copy(end("listed.csv"), &of_csv).unwrap();
-    assert_same_state(&of_csv, &end("listed.h5"));
+    fs::copy(end("listed.csv", 2), &of_csv).unwrap();
+    // Of four ranks one has no row to read.
+    [("listed.csv", 4), ("listed.h5", 2), ("listed.h5", 4)]
+        .into_iter()
+        .for_each(|(file, ranks)| assert_same_state(&of_csv, &end(file, ranks)));
     for (particle, ([_, y, _, vx], shape)) in state(&of_csv).iter().zip(LISTED) {
         // id shape material sides position*3 velocity*3
         let value = |k: usize| f64::from_bits(particle.state[k]);
         assert_eq!(value(1), if shape == "cube" { 1.0 } else { 0.0 });
         // They have only fallen.
         assert!((value(5) - y).abs() < 1e-12 && (value(7) - vx).abs() < 1e-12, "particle {}", particle.id);
+    }
+}
+
+/// Balls of three sizes and two kinds of glass on a grid, in an order that is not that of their places; every fifth line
+/// is a comment.
+fn scattered() -> String {
+    let mut text = String::from("\n# balls\nx,y,z,vx,vy,vz,scale,material\n");
+    for k in 0..40 {
+        let site = k * 17 % 40;
+        let [x, y, z] = [site % 5, site / 5 % 4, site / 20].map(|n| 0.0125 * f64::from(n));
+        let (scale, glass) = (0.8 + 0.1 * f64::from(k % 3), ["glass", "wall"][usize::from(k == 39)]);
+        let _ = writeln!(text, "{},{},{},0.{k:02},0.1,-0.1,{scale},{glass}", 0.012 + x, 0.012 + y, 0.012 + z);
+        if k % 5 == 4 {
+            text += "# five more\n";
+        }
+    }
+    text
+}
+
+#[test]
+fn a_file_brings_the_same_particles_on_any_number_of_ranks_also_in_batches() {
+    let home = folder("insertion_shares");
+    fs::write(home.join("balls.csv"), scattered()).unwrap();
+    let text = listed_in("balls.csv");
+    let text = replaced(&text, "name = \"wall\"\n", "name = \"wall\"\ndensity = 2000\n");
+    let text = text
+        + "\n[[contact]]\nbetween = [\"wall\", \"wall\"]\nnormal_stiffness = 1e4\nrestitution = 0.7\nfriction = 0.3\n";
+    let batches = replaced(
+        &text,
+        "[{ shape = \"ball\", material = \"glass\" }]",
+        "[{ shape = \"ball\", material = \"glass\" }]\nbatch = 16\ninterval = 3e-3",
+    );
+    let end = |text: &str, ranks: usize, arguments: &[&str]| {
+        run_case(ranks, &home, text, arguments).succeeded();
+        let kept = home.join(format!("{ranks}.h5"));
+        fs::rename(checkpoints(&home.join("results")).pop().unwrap(), &kept).unwrap();
+        kept
+    };
+    for text in [&text, &batches] {
+        let wanted = end(text, 1, &[]);
+        assert_eq!(state(&wanted).len(), 40);
+        [2, 4].into_iter().for_each(|ranks| assert_same_state(&wanted, &end(text, ranks, &[])));
+    }
+    // The batch that a restart finds due comes from the rows of other ranks.
+    let short = replaced(&batches, "end = 0.02", "end = 0.004");
+    run_case(2, &home, &short, &[]).succeeded();
+    assert_same_state(&home.join("1.h5"), &end(&batches, 3, &["--restart", "latest"]));
+    // The last snapshot of a run is as good as a table.
+    let next = replaced(&text, "balls.csv", "results/particles.vtkhdf");
+    let next = replaced(&next, "directory = \"results\"", "directory = \"next\"");
+    for ranks in [1, 3] {
+        run_case(ranks, &home, &next, &[]).succeeded();
+        fs::rename(checkpoints(&home.join("next")).pop().unwrap(), home.join(format!("next-{ranks}.h5")))
+            .unwrap();
+    }
+    assert_same_state(&home.join("next-1.h5"), &home.join("next-3.h5"));
+}
+
+#[test]
+fn what_is_wrong_in_a_share_of_a_file_is_told_by_its_line() {
+    let home = folder("insertion_wrong_lines");
+    let text = listed_in("balls.csv");
+    let message = |file: &str, ranks: usize| {
+        fs::write(home.join("balls.csv"), file).unwrap();
+        run_case(ranks, &home, &text, &[]).only_error(2).to_string()
+    };
+    for ranks in [1, 3] {
+        let outside = message(&scattered().replace("0.39,0.1,-0.1", "0.39,0.1,nan"), ranks);
+        assert!(outside.contains("balls.csv:50: vx, vy, vz"), "{ranks} ranks: {outside}");
+        let material = message(&scattered(), ranks);
+        assert!(
+            material.contains("balls.csv:50: material = wall: has no density"),
+            "{ranks} ranks: {material}"
+        );
+        let header = message(&scattered().replace("scale", "size"), ranks);
+        assert!(header.contains("balls.csv:3: size: unknown column"), "{ranks} ranks: {header}");
     }
 }
 

@@ -12,6 +12,7 @@
 
 mod case;
 mod check;
+mod csv_share;
 mod diagnostic;
 mod fit;
 mod particle_file;
@@ -22,8 +23,9 @@ mod values;
 mod vector;
 
 pub use case::{Case, RawCase};
+pub use csv_share::CsvShare;
 pub use diagnostic::{CaseErrors, Diagnostic};
-pub use particle_file::ParticleColumns;
+pub use particle_file::{FileTotals, ParticleColumns};
 pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::{Contact, Tangential};

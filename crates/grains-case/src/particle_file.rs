@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::case::Case;
+use crate::csv_share::{CsvShare, is_row};
 use crate::diagnostic::{CaseErrors, Diagnostic, unknown};
 use crate::fit::missing_contact;
 use crate::sections::insert::Insert;
@@ -48,10 +49,7 @@ impl ParticleColumns {
     /// # Errors
     /// Unreadable file, unknown, repeated or missing columns, and every field that is no number.
     pub fn read_csv(path: &Path) -> Result<Self, CaseErrors> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| CaseErrors::of_file(&file, format!("cannot read the particle file: {error}")))?;
-        Self::parse_csv(&text, &file)
+        Self::parse_share(&CsvShare::read(path, (0, 1))?, 0, &path.display().to_string())
     }
 
     /// Parses the text of a CSV file named `file`; see [`Self::read_csv`].
@@ -59,17 +57,22 @@ impl ParticleColumns {
     /// # Errors
     /// As for [`Self::read_csv`].
     pub fn parse_csv(text: &str, file: &str) -> Result<Self, CaseErrors> {
+        Self::parse_share(&CsvShare::of_text(text), 0, file)
+    }
+
+    /// Parses a share of the lines of a CSV file named `file`, so many lines after its first.
+    ///
+    /// # Errors
+    /// As for [`Self::read_csv`]; a wrong header is an error of every share.
+    pub fn parse_share(share: &CsvShare, lines_before: usize, file: &str) -> Result<Self, CaseErrors> {
         let mut remarks = Remarks::new(file);
-        let mut lines = (text.trim_start_matches('\u{feff}').lines().enumerate())
-            .map(|(i, line)| (i + 1, line.trim()))
-            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        let (header_line, header) = lines.next().unwrap_or((1, ""));
-        let header: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
-        check_header(header_line, &header, &mut remarks);
+        let header: Vec<&str> = fields(&share.header).collect();
+        check_header(share.header_line, &header, &mut remarks);
         remarks.check()?;
         let mut table = Table { header, rows: Vec::new() };
-        for (line, text) in lines {
-            let fields: Vec<&str> = text.split(',').map(|field| field.trim().trim_matches('"')).collect();
+        let lines = (share.text.lines().enumerate()).map(|(i, text)| (lines_before + i + 1, text.trim()));
+        for (line, text) in lines.filter(|(line, text)| *line > share.header_line && is_row(text)) {
+            let fields: Vec<&str> = fields(text).collect();
             if fields.len() == table.header.len() {
                 table.rows.push((line, fields));
             } else {
@@ -103,20 +106,40 @@ impl ParticleColumns {
     /// Too few particles, centres outside the domain, sizes that are not positive or do not fit, unknown
     /// names, materials without density or contact law, numbers that are not finite.
     pub fn check(&self, file: &str, case: &Case, insert: &Insert) -> Result<(), CaseErrors> {
+        self.check_share(file, case, insert, &FileTotals::of(self, case))
+    }
+
+    /// Checks a share of the particles of `file`, of which all shares together have some totals.
+    ///
+    /// # Errors
+    /// As for [`Self::check`]; what is wrong with the whole file is an error of every share, with a material one of the
+    /// share that names it first.
+    pub fn check_share(
+        &self,
+        file: &str,
+        case: &Case,
+        insert: &Insert,
+        totals: &FileTotals,
+    ) -> Result<(), CaseErrors> {
         let mut remarks = Remarks::new(file);
         if let Some(count) = insert.count
-            && count > self.len() as u64
+            && count > totals.rows
         {
             let message = format!(
                 "only {} particles, but {count} are asked for; lower count of insert \"{}\" or leave it out",
-                self.len(),
-                insert.name
+                totals.rows, insert.name
             );
             remarks.add(0, "", None, message);
         }
         self.check_positions(case, &mut remarks);
         self.check_sizes(case, insert, &mut remarks);
         self.check_names(case, &mut remarks);
+        let own = self.lines.first().zip(self.lines.last()).map(|(first, last)| *first..=*last);
+        totals.check_materials(
+            case,
+            |line| own.as_ref().is_some_and(|own| own.contains(&line)),
+            &mut remarks,
+        );
         self.check_motion(&mut remarks);
         remarks.check()
     }
@@ -171,32 +194,10 @@ impl ParticleColumns {
                 remarks.add(*line, "shape", Some(name.clone()), unknown("shape", name, &shapes));
             }
         }
-        // The first line of each material, in order of index.
-        let mut used: BTreeMap<usize, usize> = BTreeMap::new();
         let materials: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
         for (line, name) in self.lines.iter().zip(self.material.iter().flatten()) {
-            match case.material_index(name) {
-                Some(index) => drop(used.entry(index).or_insert(*line)),
-                None => {
-                    remarks.add(*line, "material", Some(name.clone()), unknown("material", name, &materials))
-                }
-            }
-        }
-        let partners = (case.walls.iter().map(|wall| wall.material))
-            .chain(case.inserts.iter().flat_map(|i| &i.particles).map(|component| component.material))
-            .chain(used.keys().copied());
-        let partners: std::collections::BTreeSet<usize> = partners.collect();
-        for (&index, &line) in &used {
-            let name = Some(case.materials[index].name.clone());
-            if case.materials[index].density.is_none() {
-                let message = "has no density; add density (kg/m³) to that [[material]]";
-                remarks.add(line, "material", name.clone(), message.into());
-            }
-            for &other in &partners {
-                let is_first = other >= index || !used.contains_key(&other);
-                if is_first && !case.holds_particles() && case.contact(index, other).is_none() {
-                    remarks.add(line, "material", name.clone(), missing_contact(case, index, other));
-                }
+            if case.material_index(name).is_none() {
+                remarks.add(*line, "material", Some(name.clone()), unknown("material", name, &materials));
             }
         }
     }
@@ -213,6 +214,51 @@ impl ParticleColumns {
             if !(q.iter().all(|x| x.is_finite()) && norm(*q) > 0.0) {
                 let message = "is no orientation; [1, 0, 0, 0] is the unturned body";
                 remarks.add(*line, "qw, qx, qy, qz", Some(format!("{q:?}")), message.into());
+            }
+        }
+    }
+}
+
+/// What the rows of a file come to, shares of other readers included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileTotals {
+    /// Number of particles.
+    pub rows: u64,
+    /// First line that names each material of the case; none where no line does.
+    pub material_lines: Vec<Option<usize>>,
+}
+
+impl FileTotals {
+    /// Those of some columns alone.
+    pub fn of(columns: &ParticleColumns, case: &Case) -> Self {
+        let mut material_lines = vec![None; case.materials.len()];
+        for (line, name) in columns.lines.iter().zip(columns.material.iter().flatten()) {
+            if let Some(index) = case.material_index(name) {
+                material_lines[index].get_or_insert(*line);
+            }
+        }
+        Self { rows: columns.len() as u64, material_lines }
+    }
+
+    /// Remarks on the materials whose first lines are the own ones.
+    fn check_materials(&self, case: &Case, is_own: impl Fn(usize) -> bool, remarks: &mut Remarks) {
+        let lines = self.material_lines.iter().enumerate();
+        let used: BTreeMap<usize, usize> = lines.filter_map(|(m, line)| Some((m, (*line)?))).collect();
+        let partners = (case.walls.iter().map(|wall| wall.material))
+            .chain(case.inserts.iter().flat_map(|i| &i.particles).map(|component| component.material))
+            .chain(used.keys().copied());
+        let partners: std::collections::BTreeSet<usize> = partners.collect();
+        for (&index, &line) in used.iter().filter(|(_, line)| is_own(**line)) {
+            let name = Some(case.materials[index].name.clone());
+            if case.materials[index].density.is_none() {
+                let message = "has no density; add density (kg/m³) to that [[material]]";
+                remarks.add(line, "material", name.clone(), message.into());
+            }
+            for &other in &partners {
+                let is_first = other >= index || !used.contains_key(&other);
+                if is_first && !case.holds_particles() && case.contact(index, other).is_none() {
+                    remarks.add(line, "material", name.clone(), missing_contact(case, index, other));
+                }
             }
         }
     }
@@ -250,6 +296,11 @@ impl<'a> Remarks<'a> {
         }
         Err(CaseErrors(list))
     }
+}
+
+/// The fields of a line, without blanks and quotes.
+fn fields(line: &str) -> impl Iterator<Item = &str> {
+    line.split(',').map(|field| field.trim().trim_matches('"'))
 }
 
 fn check_header(line: usize, header: &[&str], remarks: &mut Remarks) {

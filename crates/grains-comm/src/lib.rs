@@ -1,5 +1,6 @@
 //! [`Transport`](grains_domain::Transport) over MPI, and how a job begins, ends and is aborted.
 
+mod sparse;
 mod transport;
 
 pub use transport::MpiTransport;

@@ -2,8 +2,10 @@
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
+use crate::sparse::SparseExchange;
 use grains_domain::{Channel, Transport};
 use mpi::collective::SystemOperation;
+use mpi::datatype::PartitionMut;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
@@ -18,6 +20,7 @@ const TAG_CHANNEL: i32 = 3;
 pub struct MpiTransport {
     communicator: SimpleCommunicator,
     requests: RefCell<Vec<ffi::MPI_Request>>,
+    sparse: SparseExchange,
     /// The graph of [`Transport::gather_near`].
     near: RefCell<Option<Graph>>,
 }
@@ -135,9 +138,10 @@ impl Graph {
 }
 
 impl MpiTransport {
-    /// Transport among the ranks of a communicator.
+    /// Transport among the ranks of a communicator, which no other transport may use: their messages could mix.
     pub fn new(communicator: SimpleCommunicator) -> Self {
-        Self { communicator, requests: RefCell::default(), near: RefCell::default() }
+        let sparse = SparseExchange::default();
+        Self { communicator, requests: RefCell::default(), sparse, near: RefCell::default() }
     }
 
     /// The communicator.
@@ -299,22 +303,8 @@ impl Transport for MpiTransport {
         Self::wait(&mut requests);
     }
 
-    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let own = self.rank();
-        let lengths: Vec<i64> = sent.iter().map(|s| s.len() as i64).collect();
-        let mut expected = vec![0_i64; lengths.len()];
-        self.communicator.all_to_all_into(&lengths[..], &mut expected[..]);
-        let peers: Vec<usize> =
-            (0..self.size()).filter(|&r| r != own && (lengths[r] > 0 || expected[r] > 0)).collect();
-        let outgoing: Vec<Vec<f64>> = peers.iter().map(|&r| sent[r].clone()).collect();
-        let mut incoming: Vec<Vec<f64>> = peers.iter().map(|&r| vec![0.0; expected[r] as usize]).collect();
-        self.exchange(&peers, &outgoing, &mut incoming);
-        let mut received = vec![Vec::new(); self.size()];
-        received[own] = sent[own].clone();
-        for (&peer, message) in peers.iter().zip(incoming) {
-            received[peer] = message;
-        }
-        received
+    fn exchange_sparse(&self, sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
+        self.sparse.exchange(&self.communicator, sent)
     }
 
     fn highest(&self, level: u8) -> u8 {
@@ -338,7 +328,26 @@ impl Transport for MpiTransport {
         self.communicator.all_reduce_into(&own[..], values, SystemOperation::sum());
     }
 
+    fn counts_before(&self, values: &mut [u64]) {
+        let own = values.to_vec();
+        values.fill(0);
+        self.communicator.exclusive_scan_into(&own[..], values, SystemOperation::sum());
+        if self.rank() == 0 {
+            // MPI leaves the answer of the first rank open.
+            values.fill(0);
+        }
+    }
+
     fn gather(&self, values: &[f64]) -> Vec<f64> {
-        self.all_to_all(&vec![values.to_vec(); self.size()]).concat()
+        let mut counts = vec![0_i32; self.size()];
+        self.communicator.all_gather_into(&(values.len() as i32), &mut counts[..]);
+        let total: usize = counts.iter().map(|&count| count as usize).sum();
+        assert!(total <= i32::MAX as usize, "{total} values are too many for every rank");
+        let mut starts = vec![0_i32; counts.len()];
+        (1..counts.len()).for_each(|rank| starts[rank] = starts[rank - 1] + counts[rank - 1]);
+        let mut all = vec![0.0; total];
+        self.communicator
+            .all_gather_varcount_into(values, &mut PartitionMut::new(&mut all[..], &counts[..], &starts[..]));
+        all
     }
 }

@@ -89,8 +89,10 @@ pub trait Transport {
     }
     /// Exchange with each peer a message whose length only the sender knows; `received[k]` is resized.
     fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
-    /// Send `sent[r]` to every rank r and return what they sent here, in rank order.
-    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>>;
+    /// Send messages to some ranks, at most one to each, as (rank, message), and return those sent here by rank of the
+    /// sender. Nobody need know who sends to whom, and nothing grows with the number of ranks; empty messages do not
+    /// travel.
+    fn exchange_sparse(&self, sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)>;
     /// Highest level over the ranks.
     fn highest(&self, level: u8) -> u8;
     /// Whether the statement holds on any rank.
@@ -103,7 +105,15 @@ pub trait Transport {
     fn sum(&self, values: &mut [f64]);
     /// Sum over the ranks, per entry.
     fn sum_counts(&self, values: &mut [u64]);
-    /// The arrays of all ranks, in rank order, on every rank.
+    /// Sum over the ranks before this one, per entry.
+    fn counts_before(&self, values: &mut [u64]);
+    /// The lowest rank on which the statement holds.
+    fn first_rank_with(&self, statement: bool) -> Option<usize> {
+        let mut lowest = [if statement { -(self.rank() as f64) } else { f64::NEG_INFINITY }];
+        self.max(&mut lowest);
+        lowest[0].is_finite().then_some(-lowest[0] as usize)
+    }
+    /// The arrays of all ranks, in rank order, on every rank: for what every rank must hold as a whole.
     fn gather(&self, values: &[f64]) -> Vec<f64>;
 }
 
@@ -120,8 +130,9 @@ impl Transport for SerialTransport {
     }
     fn exchange(&self, _: &[usize], _: &[Vec<f64>], _: &mut [Vec<f64>]) {}
     fn exchange_unsized(&self, _: &[usize], _: &[Vec<f64>], _: &mut [Vec<f64>]) {}
-    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        sent.to_vec()
+    fn exchange_sparse(&self, mut sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
+        sent.retain(|(_, message)| !message.is_empty());
+        sent
     }
     fn highest(&self, level: u8) -> u8 {
         level
@@ -129,6 +140,9 @@ impl Transport for SerialTransport {
     fn max(&self, _: &mut [f64]) {}
     fn sum(&self, _: &mut [f64]) {}
     fn sum_counts(&self, _: &mut [u64]) {}
+    fn counts_before(&self, values: &mut [u64]) {
+        values.fill(0);
+    }
     fn gather(&self, values: &[f64]) -> Vec<f64> {
         values.to_vec()
     }

@@ -248,20 +248,16 @@ impl Mixture {
                 }
             }
         }
-        // All ranks fail alike; each names its own cell, those without one the first they are told of.
-        let found = match worst {
-            Some((value, cell)) => {
-                let at: [usize; 3] = std::array::from_fn(|a| cell[a] + local.first[a]);
-                vec![value, at[0] as f64, at[1] as f64, at[2] as f64]
-            }
-            None => Vec::new(),
-        };
-        if !transport.any(worst.is_some()) {
-            return Ok(());
+        // All ranks fail alike, with the cell of the first rank that has one.
+        let Some(first) = transport.first_rank_with(worst.is_some()) else { return Ok(()) };
+        let mut found = [0.0; 4];
+        if let (Some((value, cell)), true) = (worst, first == transport.rank()) {
+            let at: [usize; 3] = std::array::from_fn(|a| cell[a] + local.first[a]);
+            found = [value, at[0] as f64, at[1] as f64, at[2] as f64];
         }
-        let all = transport.gather(&found);
-        let cell = std::array::from_fn(|a| all[a + 1] as usize);
-        Err(StepError::VoidFraction { step, value: all[0], cell })
+        transport.sum(&mut found);
+        let [value, at @ ..] = found;
+        Err(StepError::VoidFraction { step, value, cell: at.map(|place| place as usize) })
     }
 
     /// After the step, its end is the next one's beginning.

@@ -1,6 +1,6 @@
 //! `grains-mpi bench`: time per particle and step, and per cell and step of a fluid, without output.
 
-use crate::error::{RunError, agreed};
+use crate::error::RunError;
 use crate::fluid::FluidPhase;
 use crate::run::build;
 use crate::system::{self, System};
@@ -22,10 +22,10 @@ pub fn time(
     restart: Option<&Path>,
     [warm, steps, segments]: [u64; 3],
 ) -> Result<(), RunError> {
-    let (System { setup, .. }, mut population) = agreed(world, build(case, job.size()))?;
+    let (System { setup, .. }, mut population) = build(case, world)?;
     let transport = &system::transport(case, &setup, job)?;
     let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-    let mut fluid = FluidPhase::new(case, &[], &mut dem, transport)?;
+    let mut fluid = FluidPhase::new(case, &[], &mut dem, population.kinds(), transport)?;
     match restart {
         Some(checkpoint) => {
             crate::restart::restore(case, transport, checkpoint, (&mut dem, &mut fluid), &mut population)?;

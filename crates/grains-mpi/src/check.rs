@@ -40,8 +40,9 @@ fn bytes_per_snapshot(case: &Case) -> f64 {
 /// # Errors
 /// Whatever would stop the run before its first step.
 pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
-    let System { setup, step } = system::build(case, ranks)?;
-    let population = Population::new(case)?;
+    let catalogue = system::catalogue(case)?;
+    let population = Population::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
+    let System { setup, step } = system::build(case, ranks, catalogue.clone(), population.kinds())?;
     let range = setup.interaction_range();
     let size: usize = setup.ranks.iter().product();
     if size != ranks && case.domain.ranks.is_none() {
@@ -49,14 +50,14 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     }
     let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, 0, range)
         .map_err(|e| case.about("domain", e.to_string()))?;
-    let placed = place(case)?;
+    let placed = place(case, catalogue, population.clone())?;
     let mut text = String::new();
     let out = &mut text;
     let count = population.total() as f64;
     let kind = usize::from(!setup.catalogue.all_spheres());
     let _ = writeln!(out, "case           {}", case.name);
-    fluid::verify(case, &setup, &decomposition)?;
-    let of_fluid = fluid::check::explain(case, &setup.catalogue)?;
+    fluid::verify(case, (&setup, population.kinds()), &decomposition)?;
+    let of_fluid = fluid::check::explain(case, &setup.catalogue, &population)?;
     if case.inserts.is_empty() {
         let _ = writeln!(out, "{}", of_fluid.join("\n"));
         let _ = writeln!(out, "decomposition  {}", subdomains(&decomposition));
@@ -242,11 +243,10 @@ fn pair(e: &Encounter) -> String {
 }
 
 /// Inserts what a run would insert at its first step; returns how many.
-fn place(case: &Case) -> Result<u64, String> {
-    let mut setup = system::build(case, 1)?.setup;
+fn place(case: &Case, catalogue: Catalogue, mut population: Population) -> Result<u64, String> {
+    let mut setup = system::build(case, 1, catalogue, population.kinds())?.setup;
     setup.ranks = [1; 3];
     let mut dem = system::dem(case, setup, 0)?;
-    let mut population = Population::new(case)?;
     population.insert_due(case, &mut dem, &SerialTransport)?;
     dem.refresh(&SerialTransport).map_err(|failure| match failure {
         Failure::Here(error) => error.to_string(),

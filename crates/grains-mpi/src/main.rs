@@ -17,7 +17,6 @@ mod error;
 mod files;
 mod fluid;
 mod geometry;
-mod particle_files;
 mod population;
 mod random;
 mod restart;
@@ -216,11 +215,12 @@ fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
         return 0;
     }
     // Texts travel as numbers: this happens once, at the end.
-    let own: Vec<f64> = message.bytes().map(f64::from).chain([-1.0]).collect();
-    let all = transport.gather(&own);
+    let first = transport.first_rank_with(!message.is_empty());
+    let is_own = first == Some(transport.rank());
+    let own: Vec<f64> = message.bytes().filter(|_| is_own).map(f64::from).collect();
+    let received = transport.exchange_sparse(vec![(0, own)]);
     if transport.rank() == 0 {
-        let first = all.split(|&b| b < 0.0).find(|text| !text.is_empty()).unwrap_or(&[]);
-        let text: Vec<u8> = first.iter().map(|&b| b as u8).collect();
+        let text: Vec<u8> = received.iter().flat_map(|(_, text)| text).map(|&b| b as u8).collect();
         eprintln!("error: {}", String::from_utf8_lossy(&text));
     }
     // Nobody leaves before the message is out.

@@ -9,6 +9,7 @@ use grains_dem::{CARGO_LENGTH, Cargo, Dem, ParticleRecord};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{Array, CheckpointFile, Metadata, Values, latest_valid};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The state of this rank.
@@ -163,25 +164,27 @@ struct Row {
 fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
     let records = file.real("particle")?;
     let lengths = file.integer("memory_length")?;
-    let memory = aligned(file.real("memory")?, lengths.iter().sum::<i64>() as u64, transport);
+    let remembered = lengths.iter().sum::<i64>() as usize;
+    let memory = file.next_rows("memory", remembered, transport.communicator())?;
     // Rows of the same particles lie on the same ranks in all arrays.
     let is_coupled = dem.particles.is_carrying();
     let cargo = if is_coupled { file.real("cargo")? } else { &[] };
     let width = if is_coupled { CARGO_LENGTH } else { 0 };
-    let mut sent = vec![Vec::new(); transport.size()];
+    let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     let mut rest = &memory[..];
     for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
         let (own, after) = rest.split_at(length as usize);
         rest = after;
         let record = ParticleRecord::read(row);
-        let message = &mut sent[dem.decomposition.owner(record.body.position.into())];
+        let owner = dem.decomposition.owner(record.body.position.into());
+        let message = sent.entry(owner).or_default();
         message.push(length as f64);
         message.extend_from_slice(row);
         message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
         message.extend_from_slice(own);
     }
     let mut rows = Vec::new();
-    for message in transport.all_to_all(&sent) {
+    for (_, message) in transport.exchange_sparse(sent.into_iter().collect()) {
         let mut rest = &message[..];
         while let Some((&length, after)) = rest.split_first() {
             let (row, after) = after.split_at(ParticleRecord::LENGTH);
@@ -196,27 +199,4 @@ fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Res
         }
     }
     Ok(rows)
-}
-
-/// Redistributes an array that was read in even shares so that each rank gets its next `wanted` values.
-fn aligned(held: &[f64], wanted: u64, transport: &MpiTransport) -> Vec<f64> {
-    let sizes = transport.gather(&[held.len() as f64, wanted as f64]);
-    let starts = |offset: usize| {
-        let mut sum = 0;
-        let mut starts = vec![0];
-        starts.extend(sizes.chunks_exact(2).map(|s| {
-            sum += s[offset] as usize;
-            sum
-        }));
-        starts
-    };
-    let (held_starts, wanted_starts) = (starts(0), starts(1));
-    let first = held_starts[transport.rank()];
-    let sent: Vec<Vec<f64>> = (0..transport.size())
-        .map(|r| {
-            let clamp = |at: usize| at.clamp(first, first + held.len()) - first;
-            held[clamp(wanted_starts[r])..clamp(wanted_starts[r + 1])].to_vec()
-        })
-        .collect();
-    transport.all_to_all(&sent).concat()
 }

@@ -27,14 +27,15 @@ pub struct RunOptions {
     pub petsc: Vec<String>,
 }
 
-/// The system of a case and its insertions; each rank reads their files for itself.
+/// The system of a case and its insertions; collective, each rank reads its share of their files.
 ///
 /// # Errors
 /// Anything wrong with the case or its files.
-pub fn build(case: &Case, ranks: usize) -> Result<(System, Population), RunError> {
-    let system = system::build(case, ranks).map_err(RunError::case)?;
-    let population = Population::new(case).map_err(RunError::case)?;
-    Ok((system, population))
+pub fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), RunError> {
+    let catalogue = agreed(world, system::catalogue(case).map_err(RunError::case))?;
+    let population = Population::read(case, &catalogue, world)?;
+    let system = system::build(case, world.size(), catalogue, population.kinds());
+    Ok((agreed(world, system.map_err(RunError::case))?, population))
 }
 
 /// Steps at which something is written every `interval` (s): those nearest to its multiples, so that the events of
@@ -127,7 +128,7 @@ impl<'a> Run<'a> {
         world: &MpiTransport,
         options: RunOptions,
     ) -> Result<Self, RunError> {
-        let (System { setup, step }, mut population) = agreed(world, build(case, job.size()))?;
+        let (System { setup, step }, mut population) = build(case, world)?;
         let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
@@ -135,7 +136,7 @@ impl<'a> Run<'a> {
             step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
-        let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, &transport)?;
+        let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;
         let files = Files::open(case, &transport, &options.restart, (&mut dem, &mut fluid), &mut population)?;
         let first_step = dem.step;
         Ok(Self {
@@ -362,7 +363,11 @@ impl<'a> Run<'a> {
             .collect();
         parts.extend(self.fluid.iter().flat_map(FluidPhase::times));
         let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
-        let all = self.transport.gather(&seconds);
+        let mut sums = seconds.clone();
+        self.transport.sum(&mut sums);
+        // Largest of each and, as largest of the negative, least.
+        let mut spans: Vec<f64> = seconds.iter().flat_map(|&s| [s, -s]).collect();
+        self.transport.max(&mut spans);
         let mut counts = [
             self.dem.particles.owned as u64,
             self.dem.ledger.inserted,
@@ -382,10 +387,7 @@ impl<'a> Run<'a> {
         }
         say!("\ntime by phase (s)          min       mean        max      share");
         for (k, (name, _)) in parts.iter().enumerate() {
-            let of_ranks: Vec<f64> = all.chunks_exact(seconds.len()).map(|s| s[k]).collect();
-            let mean = of_ranks.iter().sum::<f64>() / ranks as f64;
-            let (least, most) =
-                of_ranks.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
+            let (mean, most, least) = (sums[k] / ranks as f64, spans[2 * k], -spans[2 * k + 1]);
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
         let [inside, inserted, left, cores_met, collisions, resting, work] = counts;

@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::fluid;
 use crate::geometry::{shape, surfaces};
+use crate::population::KindRange;
 use crate::timestep::{self, TimeStepChoice};
 use grains_case::{
     Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
@@ -28,19 +29,18 @@ pub struct System {
     pub step: TimeStepChoice,
 }
 
-/// Builds the system of a case for a number of ranks.
+/// Builds the system of a case for a number of ranks, with its catalogue and the kinds of particles it can insert.
 ///
 /// # Errors
-/// Shapes, meshes or a time step that cannot be used, naming key, value and remedy.
-pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
+/// Meshes or a time step that cannot be used, naming key, value and remedy.
+pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange]) -> Result<System, String> {
     let domain = &case.domain;
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
-    let catalogue = catalogue(case)?;
     // Particles that are held meet nobody, however close or large they are.
-    let largest_radius = if case.holds_particles() { 0.0 } else { largest_radius(case, &catalogue)? };
+    let largest_radius = if case.holds_particles() { 0.0 } else { largest_radius(&catalogue, kinds) };
     let step = match case.inserts.is_empty() || case.holds_particles() {
         true => timestep::of_fluid(case),
-        false => timestep::choose(case, &catalogue)?,
+        false => timestep::choose(case, &catalogue, kinds)?,
     };
     let gravity = Vec3::from(case.gravity);
     // Particles that are held have no films.
@@ -51,7 +51,7 @@ pub fn build(case: &Case, ranks: usize) -> Result<System, String> {
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
         None => {
-            let of_fluid = fluid::least_widths(case, &catalogue, skin.most * largest_radius)?;
+            let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.most * largest_radius)?;
             choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity)
         }
     };
@@ -176,12 +176,8 @@ fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
 }
 
 /// Largest bounding radius any particle of the case can have (m).
-fn largest_radius(case: &Case, catalogue: &Catalogue) -> Result<f64, String> {
-    let mut largest = 0.0_f64;
-    crate::population::for_each_kind(case, catalogue, |kind, scale| {
-        largest = largest.max(catalogue.shape(kind).bounding_radius * scale.largest());
-    })?;
-    Ok(largest)
+fn largest_radius(catalogue: &Catalogue, kinds: &[KindRange]) -> f64 {
+    kinds.iter().map(|k| catalogue.shape(k.kind).bounding_radius * k.largest).fold(0.0, f64::max)
 }
 
 /// How far particles may go before lists are rebuilt, where films of fluid (m) act between them.

@@ -1,5 +1,6 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
+use crate::population::KindRange;
 use grains_case::{Case, TimeStep};
 use grains_contact::{CollisionEstimate, Sharing};
 use grains_dem::Catalogue;
@@ -81,13 +82,13 @@ struct Lightest {
     springs: usize,
 }
 
-/// Chooses the time step of a case.
+/// Chooses the time step of a case for the kinds of particles it can insert.
 ///
 /// # Errors
 /// A given step below 5 steps per contact, or in which hard bodies exceed limits.overlap, unless the case
 /// accepts it.
-pub fn choose(case: &Case, catalogue: &Catalogue) -> Result<TimeStepChoice, String> {
-    let encounters = encounters(case, catalogue)?;
+pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result<TimeStepChoice, String> {
+    let encounters = encounters(case, catalogue, kinds);
     if case.collisions.is_hard() {
         return choose_for_impulses(case, encounters);
     }
@@ -194,8 +195,8 @@ fn judge(choice: &mut TimeStepChoice, accept_coarse: bool) -> Result<(), String>
     Ok(())
 }
 
-fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, String> {
-    let lightest = lightest(case, catalogue)?;
+fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Encounter> {
+    let lightest = lightest(case, catalogue, kinds);
     let name = |m: usize| case.materials[m].name.clone();
     let mut found = Vec::new();
     for contact in &case.contacts {
@@ -235,10 +236,11 @@ fn encounters(case: &Case, catalogue: &Catalogue) -> Result<Vec<Encounter>, Stri
             }
         }
     }
-    Ok(found)
+    found
 }
 
-fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>, String> {
+/// The lightest particles of each material.
+fn lightest(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Option<Lightest>> {
     let mut lightest: Vec<Option<Lightest>> = vec![None; case.materials.len()];
     let mut consider = |material: usize, shape: usize, scale: f64| {
         let form = &catalogue.shapes[shape];
@@ -259,8 +261,8 @@ fn lightest(case: &Case, catalogue: &Catalogue) -> Result<Vec<Option<Lightest>>,
         known.quickening = known.quickening.max(quickening);
         known.springs = known.springs.max(springs);
     };
-    crate::population::for_each_kind(case, catalogue, |kind, scale| {
-        consider(kind.material as usize, kind.shape as usize, scale.smallest());
-    })?;
-    Ok(lightest)
+    for range in kinds {
+        consider(range.kind.material as usize, range.kind.shape as usize, range.smallest);
+    }
+    lightest
 }

@@ -3,43 +3,46 @@
 use crate::error::FileError;
 use hdf5::Dataset;
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
+use std::ops::Range;
 use std::path::Path;
 
-/// The one-dimensional datasets at the root of an HDF5 file as a CSV text, a column each.
+/// The one-dimensional datasets at the root of an HDF5 file as lines of CSV, a column each: the names, and share `k` of
+/// `n` of the rows.
 ///
 /// # Errors
 /// A file that cannot be read, or datasets of different lengths.
-pub fn read_columns_as_csv(path: &Path) -> Result<String, FileError> {
-    let columns = (|| -> hdf5::Result<Vec<(String, Vec<String>)>> {
-        let file = hdf5::File::open(path)?;
-        file.member_names()?
-            .into_iter()
-            .map(|name| Ok((name.clone(), column(&file.dataset(&name)?)?)))
-            .collect()
-    })();
-    let columns = columns.map_err(|e| FileError::new(path, format!("cannot be read as columns: {e}")))?;
-    let rows = columns.first().map_or(0, |c| c.1.len());
-    if let Some((name, _)) = columns.iter().find(|c| c.1.len() != rows) {
-        return Err(FileError::new(path, format!("`{name}` has another length than `{}`", columns[0].0)));
+pub fn read_columns_as_csv(path: &Path, (k, n): (usize, usize)) -> Result<(String, String), FileError> {
+    let unreadable = |e: hdf5::Error| FileError::new(path, format!("cannot be read as columns: {e}"));
+    let file = hdf5::File::open(path).map_err(unreadable)?;
+    let names = file.member_names().map_err(unreadable)?;
+    let datasets: hdf5::Result<Vec<Dataset>> = names.iter().map(|name| file.dataset(name)).collect();
+    let datasets = datasets.map_err(unreadable)?;
+    let rows = datasets.first().map_or(0, |dataset| dataset.size());
+    if let Some((name, _)) = names.iter().zip(&datasets).find(|(_, dataset)| dataset.size() != rows) {
+        return Err(FileError::new(path, format!("`{name}` has another length than `{}`", names[0])));
     }
-    let names: Vec<&str> = columns.iter().map(|c| c.0.as_str()).collect();
-    let mut text = names.join(",") + "\n";
-    for row in 0..rows {
-        let values: Vec<&str> = columns.iter().map(|c| &*c.1[row]).collect();
+    let own = rows * k / n..rows * (k + 1) / n;
+    let columns = datasets.iter().map(|dataset| column(dataset, own.clone()));
+    let columns = columns.collect::<hdf5::Result<Vec<Vec<String>>>>().map_err(unreadable)?;
+    let mut text = String::new();
+    for row in 0..own.len() {
+        let values: Vec<&str> = columns.iter().map(|column| &*column[row]).collect();
         text += &(values.join(",") + "\n");
     }
-    Ok(text)
+    Ok((names.join(","), text))
 }
 
-/// The numbers or names of a dataset as texts.
-fn column(dataset: &Dataset) -> hdf5::Result<Vec<String>> {
+/// The numbers or names in some rows of a dataset as texts.
+fn column(dataset: &Dataset, rows: Range<usize>) -> hdf5::Result<Vec<String>> {
     Ok(match dataset.dtype()?.to_descriptor()? {
         TypeDescriptor::VarLenUnicode => {
-            dataset.read_raw::<VarLenUnicode>()?.iter().map(ToString::to_string).collect()
+            let names = dataset.read_slice_1d::<VarLenUnicode, _>(rows)?;
+            names.iter().map(ToString::to_string).collect()
         }
         TypeDescriptor::VarLenAscii => {
-            dataset.read_raw::<VarLenAscii>()?.iter().map(ToString::to_string).collect()
+            let names = dataset.read_slice_1d::<VarLenAscii, _>(rows)?;
+            names.iter().map(ToString::to_string).collect()
         }
-        _ => dataset.read_raw::<f64>()?.iter().map(|x| format!("{x:?}")).collect(),
+        _ => dataset.read_slice_1d::<f64, _>(rows)?.iter().map(|x| format!("{x:?}")).collect(),
     })
 }

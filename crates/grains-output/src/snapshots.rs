@@ -16,6 +16,8 @@ const UNREADABLE: &str = "cannot be read as snapshots of particles";
 /// A file of particle snapshots, open for reading; all calls are collective unless they say otherwise.
 pub struct SnapshotFile {
     communicator: SimpleCommunicator,
+    /// Share k of n of the particles is this rank's.
+    share: (usize, usize),
     path: PathBuf,
     file: File,
     fields: Vec<String>,
@@ -43,7 +45,16 @@ impl SnapshotFile {
             .and_then(|_| Contents::of(path).map_err(|e| refuse(path, &e)));
         let Contents { file, fields, metadata, steps } = agree(communicator, found)?;
         let communicator = communicator.duplicate();
-        Ok(Self { communicator, path: path.to_path_buf(), file, fields, metadata, steps })
+        let share = (communicator.rank() as usize, communicator.size() as usize);
+        Ok(Self { communicator, share, path: path.to_path_buf(), file, fields, metadata, steps })
+    }
+
+    /// Opens a file for this rank alone, which reads share `k` of `n` of the particles; nothing is collective then.
+    ///
+    /// # Errors
+    /// As for [`SnapshotFile::open`].
+    pub fn open_share(path: &Path, share: (usize, usize)) -> Result<Self, FileError> {
+        Ok(Self { share, ..Self::open(path, &SimpleCommunicator::self_comm())? })
     }
 
     /// Times of the snapshots (s), rising; not collective.
@@ -98,7 +109,7 @@ impl SnapshotFile {
     }
 
     fn share(&self, step: usize) -> Range<usize> {
-        let (rank, size) = (self.communicator.rank() as usize, self.communicator.size() as usize);
+        let (rank, size) = self.share;
         let Place { first_point, points, .. } = self.steps[step];
         first_point + points * rank / size..first_point + points * (rank + 1) / size
     }

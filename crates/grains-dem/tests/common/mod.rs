@@ -38,6 +38,12 @@ impl ThreadTransport {
             boxes = self.post.1.wait(boxes).unwrap();
         }
     }
+
+    /// What all ranks send here, in rank order.
+    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        (0..self.size).for_each(|r| self.send(r, sent[r].clone()));
+        (0..self.size).map(|r| self.receive(r)).collect()
+    }
 }
 
 impl Transport for ThreadTransport {
@@ -59,9 +65,11 @@ impl Transport for ThreadTransport {
         peers.iter().zip(sent).for_each(|(&p, m)| self.send(p, m.clone()));
         peers.iter().zip(received).for_each(|(&p, buffer)| *buffer = self.receive(p));
     }
-    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        (0..self.size).for_each(|r| self.send(r, sent[r].clone()));
-        (0..self.size).map(|r| self.receive(r)).collect()
+    fn exchange_sparse(&self, sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
+        let mut outgoing = vec![Vec::new(); self.size];
+        sent.into_iter().for_each(|(rank, message)| outgoing[rank].extend(message));
+        let received = self.all_to_all(&outgoing).into_iter().enumerate();
+        received.filter(|(_, message)| !message.is_empty()).collect()
     }
     fn highest(&self, level: u8) -> u8 {
         self.gather(&[f64::from(level)]).iter().fold(0, |m, &l| m.max(l as u8))
@@ -82,6 +90,13 @@ impl Transport for ThreadTransport {
         let mut numbers: Vec<f64> = values.iter().map(|&v| v as f64).collect();
         self.sum(&mut numbers);
         values.iter_mut().zip(numbers).for_each(|(v, n)| *v = n as u64);
+    }
+    fn counts_before(&self, values: &mut [u64]) {
+        let own: Vec<f64> = values.iter().map(|&v| v as f64).collect();
+        let before = &self.gather(&own)[..self.rank * own.len()];
+        for (k, v) in values.iter_mut().enumerate() {
+            *v = before.iter().skip(k).step_by(own.len()).sum::<f64>() as u64;
+        }
     }
     fn gather(&self, values: &[f64]) -> Vec<f64> {
         self.all_to_all(&vec![values.to_vec(); self.size]).concat()

@@ -27,6 +27,7 @@ mod restart;
 mod setup;
 
 use crate::error::{RunError, agreed};
+use crate::population::KindRange;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid, TimeStep};
@@ -71,7 +72,8 @@ pub struct FluidPhase {
 }
 
 impl FluidPhase {
-    /// The fluid of a case, at rest or as the case begins, with options for PETSc; collective.
+    /// The fluid of a case, at rest or as the case begins, with options for PETSc, for the kinds of particles that can be
+    /// inserted; collective.
     ///
     /// # Errors
     /// Anything the solver or the coupling refuses, with its key.
@@ -79,10 +81,11 @@ impl FluidPhase {
         case: &Case,
         petsc: &[String],
         dem: &mut Dem,
+        kinds: &[KindRange],
         transport: &MpiTransport,
     ) -> Result<Option<Self>, RunError> {
         let Some(fluid) = &case.fluid else { return Ok(None) };
-        let built = Parts::of(case, fluid, &dem.setup, &dem.decomposition);
+        let built = Parts::of(case, fluid, (&dem.setup, kinds), &dem.decomposition);
         let parts = agreed(transport, built.map_err(RunError::case))?;
         let exchange =
             parts.exchange().map_err(|e| RunError::case(case.about("fluid.coupling", e.to_string())));
@@ -262,11 +265,16 @@ impl FluidPhase {
 ///
 /// # Errors
 /// What [`FluidPhase::new`] refuses.
-pub fn least_widths(case: &Case, catalogue: &Catalogue, wander: f64) -> Result<[f64; 3], String> {
+pub fn least_widths(
+    case: &Case,
+    catalogue: &Catalogue,
+    kinds: &[KindRange],
+    wander: f64,
+) -> Result<[f64; 3], String> {
     let Some(fluid) = &case.fluid else { return Ok([0.0; 3]) };
     let grid = setup::grid(case, fluid)?;
     let halo = match coupling(case, fluid, catalogue)? {
-        Some(coupling) => halo(case, fluid, catalogue, &coupling, wander)?,
+        Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
         None => plain_halo(fluid),
     };
     // Cuts fall anywhere in a cell.
@@ -286,11 +294,10 @@ fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Opt
 fn halo(
     case: &Case,
     fluid: &CaseFluid,
-    catalogue: &Catalogue,
-    coupling: &Coupling,
+    (coupling, kinds): (&Coupling, &[KindRange]),
     wander: f64,
 ) -> Result<usize, String> {
-    let diameter = setup::largest_diameter(case, catalogue, coupling)?;
+    let diameter = setup::largest_diameter(coupling, kinds);
     let grid = setup::grid(case, fluid)?;
     let narrowest = [0, 1, 2].map(|a| setup::cell_widths(&grid, a).fold(f64::INFINITY, f64::min));
     Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
@@ -307,17 +314,16 @@ impl Parts {
     fn of(
         case: &Case,
         fluid: &CaseFluid,
-        dem: &DemSetup,
+        (dem, kinds): (&DemSetup, &[KindRange]),
         decomposition: &Decomposition,
     ) -> Result<Self, String> {
-        let catalogue = &dem.catalogue;
-        let Some(coupling) = coupling(case, fluid, catalogue)? else {
+        let Some(coupling) = coupling(case, fluid, &dem.catalogue)? else {
             let setup = setup::flow_setup(case, fluid, decomposition, plain_halo(fluid))?;
             return Ok(Self { setup, coupling: None });
         };
-        let halo = halo(case, fluid, catalogue, &coupling, dem.skin.most * dem.largest_radius)?;
+        let halo = halo(case, fluid, (&coupling, kinds), dem.skin.most * dem.largest_radius)?;
         let setup = setup::flow_setup(case, fluid, decomposition, halo)?;
-        let diameter = setup::largest_diameter(case, catalogue, &coupling)?;
+        let diameter = setup::largest_diameter(&coupling, kinds);
         check_kernel(&coupling, (&setup.grid, &setup.ownership, halo), diameter)
             .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
         Ok(Self { setup, coupling: Some(coupling) })
@@ -334,6 +340,11 @@ impl Parts {
 ///
 /// # Errors
 /// Subdomains too narrow for the halo, kernels that cover too many cells, conditions that cannot be, with the key.
-pub fn verify(case: &Case, dem: &DemSetup, decomposition: &Decomposition) -> Result<(), String> {
-    case.fluid.as_ref().map_or(Ok(()), |fluid| Parts::of(case, fluid, dem, decomposition).map(|_| ()))
+pub fn verify(
+    case: &Case,
+    (dem, kinds): (&DemSetup, &[KindRange]),
+    decomposition: &Decomposition,
+) -> Result<(), String> {
+    let Some(fluid) = &case.fluid else { return Ok(()) };
+    Parts::of(case, fluid, (dem, kinds), decomposition).map(drop)
 }

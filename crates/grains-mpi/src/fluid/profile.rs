@@ -3,7 +3,7 @@
 use super::observe::{Observation, cell_of};
 use grains_case::{Profile, ProfileKind};
 use grains_domain::Transport;
-use grains_fluid::{Flow, Grid};
+use grains_fluid::Flow;
 
 /// A point of a profile on this rank.
 struct Point {
@@ -25,22 +25,21 @@ pub struct Sampler {
 impl Sampler {
     /// Finds the own points of a profile.
     pub fn new(profile: &Profile, flow: &Flow) -> Self {
-        let grid = &flow.setup.grid;
-        let positions = match &profile.kind {
-            ProfileKind::Line { from, to, points } => {
-                let at = |k: u64, a: usize| from[a] + (to[a] - from[a]) * (k as f64 / (points - 1) as f64);
-                (0..*points).map(|k| std::array::from_fn(|a| at(k, a))).collect()
-            }
-            ProfileKind::Plane { axis, at } => plane(grid, *axis as usize, *at),
-        };
         let own = |(number, position): (usize, [f64; 3])| {
             let cells = cells(flow, position)?;
             Some(Point { number, position, cells })
         };
-        Self {
-            name: profile.name.clone(),
-            points: positions.into_iter().enumerate().filter_map(own).collect(),
-        }
+        let points = match &profile.kind {
+            ProfileKind::Line { from, to, points } => {
+                let at = |k: u64, a: usize| from[a] + (to[a] - from[a]) * (k as f64 / (points - 1) as f64);
+                let positions = (0..*points).map(|k| (k as usize, std::array::from_fn(|a| at(k, a))));
+                positions.filter_map(own).collect()
+            }
+            ProfileKind::Plane { axis, at } => {
+                plane(flow, *axis as usize, *at).into_iter().filter_map(own).collect()
+            }
+        };
+        Self { name: profile.name.clone(), points }
     }
 
     /// Rows of x, y, z (m) and all components, in the order of the points, on rank 0; collective.
@@ -56,24 +55,28 @@ impl Sampler {
             );
         }
         let width = 4 + components.len();
-        let mut rows: Vec<Vec<f64>> =
-            transport.gather(&own).chunks_exact(width).map(<[f64]>::to_vec).collect();
+        let received = transport.exchange_sparse(vec![(0, own)]);
+        let rows = received.iter().flat_map(|(_, message)| message.chunks_exact(width));
+        let mut rows: Vec<&[f64]> = rows.collect();
         rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
         rows.into_iter().map(|row| row[1..].to_vec()).collect()
     }
 }
 
-/// Centres of the cells that a plane cuts (m), the lower axis fastest.
-fn plane(grid: &Grid, axis: usize, at: f64) -> Vec<[f64; 3]> {
+/// Numbers and centres (m) of the own cells in the layer that a plane cuts, the lower axis fastest; the layer itself may
+/// be another rank's.
+fn plane(flow: &Flow, axis: usize, at: f64) -> Vec<(usize, [f64; 3])> {
+    let (grid, layout, first_cell) = (&flow.setup.grid, flow.layout(), flow.first_cell());
     let normal = grid.axis(axis).centre(cell_of(grid, axis, at) as isize);
     let [first, second] = [[1, 2], [0, 2], [0, 1]][axis];
+    let own = |a: usize| first_cell[a]..first_cell[a] + layout.cells[a];
     let mut positions = Vec::new();
-    for j in 0..grid.axis(second).cells() {
-        for i in 0..grid.axis(first).cells() {
+    for j in own(second) {
+        for i in own(first) {
             let mut position = [normal; 3];
             position[first] = grid.axis(first).centre(i as isize);
             position[second] = grid.axis(second).centre(j as isize);
-            positions.push(position);
+            positions.push((j * grid.axis(first).cells() + i, position));
         }
     }
     positions

@@ -1,6 +1,6 @@
 //! From the `[fluid]` of a case to a flow and its coupling.
 
-use crate::population::for_each_kind;
+use crate::population::KindRange;
 use grains_case::{
     BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
     Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,
@@ -220,16 +220,10 @@ pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result
     Ok(Some(coupling))
 }
 
-/// Largest diameter (m) of a sphere of the volume of any particle of the case.
-///
-/// # Errors
-/// Particle files that cannot be read.
-pub fn largest_diameter(case: &Case, catalogue: &Catalogue, coupling: &Coupling) -> Result<f64, String> {
-    let mut largest = 0.0_f64;
-    for_each_kind(case, catalogue, |kind, scale| {
-        largest = largest.max(coupling.profile(kind.shape).equivalent_diameter * scale.largest());
-    })?;
-    Ok(largest)
+/// Largest diameter (m) of a sphere of the volume of any particle of some kinds.
+pub fn largest_diameter(coupling: &Coupling, kinds: &[KindRange]) -> f64 {
+    let diameter = |k: &KindRange| coupling.profile(k.kind.shape).equivalent_diameter * k.largest;
+    kinds.iter().map(diameter).fold(0.0, f64::max)
 }
 
 /// Sets the fields at the start; collective.

@@ -1,7 +1,7 @@
 //! Reading a checkpoint, on any number of ranks.
 
 use super::grid::{StoredGrid, read_block, read_checksum};
-use super::{FORMAT, GRIDS, STATE, Values, checksum_of_text, contents_checksum, entry};
+use super::{FORMAT, GRIDS, STATE, Values, checksum, checksum_of_text, contents_checksum, entry};
 use crate::collective::read_rows;
 use crate::error::{FileError, agree};
 use crate::grid::GridBlock;
@@ -94,6 +94,39 @@ impl CheckpointFile {
         match &self.stored(name)?.values {
             Values::Integer(values) => Ok(values),
             Values::Real(_) => Err(self.wrong_type(name)),
+        }
+    }
+
+    /// The next `count` rows of a floating-point array after those of the ranks before; all ranks take part, and
+    /// together they take the whole array. The rows are read from the file again and verified again.
+    ///
+    /// # Errors
+    /// An array that the checkpoint lacks or that has another number of rows, or a file that has changed.
+    pub fn next_rows(
+        &self,
+        name: &str,
+        count: usize,
+        communicator: &SimpleCommunicator,
+    ) -> Result<Vec<f64>, FileError> {
+        let Stored { shape: [rows, width], expected, .. } = *self.stored(name)?;
+        let (mut through, mut all) = (0_u64, 0_u64);
+        communicator.scan_into(&(count as u64), &mut through, SystemOperation::sum());
+        communicator.all_reduce_into(&(count as u64), &mut all, SystemOperation::sum());
+        if all != rows as u64 {
+            let problem = format!("`{name}` has {rows} rows, not {all}: it is of another version");
+            return Err(FileError::new(&self.path, problem));
+        }
+        let own = through as usize - count..through as usize;
+        let read = File::open(&self.path)
+            .and_then(|file| part::<f64>(&file.dataset(&format!("{STATE}/{name}"))?, own.clone(), width))
+            .map_err(|e| FileError::new(&self.path, format!("`{STATE}/{name}` cannot be read ({e})")));
+        let values = agree(communicator, read)?;
+        let own_sum = checksum(own.start * width, values.iter().map(|x| x.to_bits()));
+        let mut found = 0_u64;
+        communicator.all_reduce_into(&own_sum, &mut found, SystemOperation::sum());
+        match found == expected {
+            true => Ok(values),
+            false => Err(FileError::new(&self.path, format!("the checksum of `{STATE}/{name}` is wrong"))),
         }
     }
 

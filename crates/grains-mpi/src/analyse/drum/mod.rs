@@ -210,10 +210,15 @@ fn cross_section(
     const MOST: usize = 3000;
     let wanted = [Extra::Material, Extra::Velocity, Extra::AngularVelocity];
     let snapshot = stock.read(transport, state, &wanted, "drum")?;
-    let own: Vec<f64> = snapshot.position.iter().flat_map(|x| drum.place(x)).collect();
-    let all = transport.gather(&own);
-    let stride = (all.len() / 2).div_ceil(MOST).max(1);
-    let centres = all.chunks_exact(2).step_by(stride).map(|p| [p[0], p[1]]).collect();
+    // Every stride-th of all, counted over the ranks.
+    let (mut first, mut total) = ([snapshot.len() as u64], [snapshot.len() as u64]);
+    transport.counts_before(&mut first);
+    transport.sum_counts(&mut total);
+    let stride = (total[0] as usize).div_ceil(MOST).max(1);
+    let skipped = (first[0] as usize).next_multiple_of(stride) - first[0] as usize;
+    let own = snapshot.position.iter().skip(skipped).step_by(stride);
+    let all = transport.gather(&own.flat_map(|x| drum.place(x)).collect::<Vec<f64>>());
+    let centres = all.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
     let rim =
         (0..=180).map(|k| f64::from(k) / 180.0 * TAU).map(|a| [drum.radius * a.cos(), drum.radius * a.sin()]);
     let mut curves = vec![Curve::line("drum", rim.collect()), Curve::dots("centres", centres)];

@@ -16,6 +16,7 @@ use grains_domain::Transport;
 use grains_geometry::{Mat3, Rotation, Shape, Vec3};
 use line::Line;
 use nalgebra::{Quaternion, Unit};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Cells of equal size that fill the box of a region.
@@ -192,7 +193,7 @@ fn deal_out(
     (region, domain): (&Region, &Domain),
     transport: &impl Transport,
 ) -> Vec<Body> {
-    let mut sent = vec![Vec::new(); transport.size()];
+    let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     let period = domain.extents();
     for i in 0..snapshot.len() {
         let (center, radius) = (snapshot.position[i], radii[snapshot.shape[i]] * snapshot.scale[i]);
@@ -214,11 +215,13 @@ fn deal_out(
                 orientation: snapshot.orientation[i],
             };
             let reached = block.reached_by(&body, radii);
-            reached.take(transport.size()).for_each(|b| body.write(&mut sent[b % transport.size()]));
+            reached
+                .take(transport.size())
+                .for_each(|b| body.write(sent.entry(b % transport.size()).or_default()));
         }
     }
-    let received = transport.all_to_all(&sent);
-    received.iter().flat_map(|message| message.chunks_exact(Body::LENGTH).map(Body::read)).collect()
+    let received = transport.exchange_sparse(sent.into_iter().collect());
+    received.iter().flat_map(|(_, message)| message.chunks_exact(Body::LENGTH).map(Body::read)).collect()
 }
 
 /// Some layers of the grid, a bit per cell.

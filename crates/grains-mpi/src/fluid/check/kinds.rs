@@ -1,7 +1,7 @@
 //! The kinds of particles of a case: how each settles and fluidises.
 
 use super::SETTLED;
-use crate::population::for_each_kind;
+use crate::population::KindRange;
 use grains_case::{Case, Fluid};
 use grains_coupling::{Bed, DragLaw, Flow, Fluid as Medium, ShapeFactors, ShapeProfile};
 use grains_dem::{Catalogue, Kind};
@@ -71,21 +71,21 @@ impl Settling {
 /// All kinds of particles, the smallest and the largest of each.
 ///
 /// # Errors
-/// Particle files that cannot be read, shapes without a surface.
+/// Shapes without a surface.
 pub fn kinds(
     case: &Case,
     catalogue: &Catalogue,
     fluid: &Fluid,
     law: DragLaw,
+    ranges: &[KindRange],
 ) -> Result<Vec<Settling>, String> {
     let mut sizes: Vec<(Kind, [f64; 2])> = Vec::new();
-    for_each_kind(case, catalogue, |kind, scale| {
-        let (smallest, largest) = (scale.smallest(), scale.largest());
+    for &KindRange { kind, smallest, largest } in ranges {
         match sizes.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, [least, most])) => (*least, *most) = (least.min(smallest), most.max(largest)),
             None => sizes.push((kind, [smallest, largest])),
         }
-    })?;
+    }
     let mut kinds = Vec::new();
     for (kind, scales) in sizes {
         let shape = shape_factors(catalogue, kind, law)

@@ -21,16 +21,16 @@ const SETTLED: f64 = 0.4;
 /// matrices and vectors, and of what resolved bodies add.
 const BYTES: [f64; 5] = [110.0, 240.0, 100.0, 250.0, 60.0];
 
-/// Lines of `check` on the fluid; none without one.
+/// Lines of `check` on the fluid and the particles to be inserted; none without a fluid.
 ///
 /// # Errors
-/// Particle files that cannot be read, shapes without a surface, or a time step that cannot be used.
-pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String> {
+/// Shapes without a surface, or a time step that cannot be used.
+pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> Result<Vec<String>, String> {
     let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
     let mut lines = vec![cells(case, fluid), memory(case, fluid)];
     let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
     if let Some(given) = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty()) {
-        lines.extend(resolved::lines(case, catalogue, fluid, given)?);
+        lines.extend(resolved::lines(case, catalogue, fluid, given, population.kinds()));
         lines.push(step_limit(case, fluid, longest, 1.0).1);
         return Ok(lines);
     }
@@ -44,15 +44,15 @@ pub fn explain(case: &Case, catalogue: &Catalogue) -> Result<Vec<String>, String
         return Ok(lines);
     };
     lines.push(format!("coupling       {}", describe(coupling)));
-    let kinds = kinds(case, catalogue, fluid, drag_law(coupling))?;
+    let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
     lines.extend(coarse_enough(case, fluid, coupling, &kinds));
-    lines.extend(pressure_drop(case, catalogue, fluid)?);
+    lines.extend(pressure_drop(case, catalogue, fluid, population));
     let (limit, line) = step_limit(case, fluid, longest, SETTLED);
     lines.push(line);
     let (step, why) = match coupling.particle_steps {
         Some(count) => {
-            let dt = timestep::choose(case, catalogue)?.dt * count as f64;
+            let dt = timestep::choose(case, catalogue, population.kinds())?.dt * count as f64;
             (dt, format!("{count} particle steps, {:.2} of the limit", dt / limit))
         }
         None => (limit, "the longest".into()),
@@ -199,19 +199,24 @@ fn coarse_enough(case: &Case, fluid: &Fluid, coupling: &Coupling, kinds: &[Settl
 }
 
 /// The pressure drop that carries all particles, where gravity lies along an axis.
-fn pressure_drop(case: &Case, catalogue: &Catalogue, fluid: &Fluid) -> Result<Option<String>, String> {
+fn pressure_drop(
+    case: &Case,
+    catalogue: &Catalogue,
+    fluid: &Fluid,
+    population: &Population,
+) -> Option<String> {
     let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
-    let &[axis] = &axes[..] else { return Ok(None) };
+    let &[axis] = &axes[..] else { return None };
     // The mass of particles of the difference in density is what the fluid does not carry by itself.
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
-    let weight = Population::new(case)?.mass(case, &buoyant) * case.gravity[axis].abs();
+    let weight = population.mass(case, &buoyant) * case.gravity[axis].abs();
     let extents = case.domain.extents();
     let section: f64 = (0..3).filter(|a| *a != axis).map(|a| extents[a]).product();
-    Ok(Some(format!(
+    Some(format!(
         "  fluidised    pressure drop {:.4e} Pa: buoyant weight of all particles {weight:.4e} N over {section:.4e} m2",
         weight / section
-    )))
+    ))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What `check` says of bodies that the grid resolves.
 
-use crate::population::for_each_kind;
+use crate::population::KindRange;
 use grains_case::{BodyMotion, Case, Extrapolation, Fluid, Resolved, ResolvedMethod};
 use grains_dem::Catalogue;
 use grains_geometry::Vec3;
@@ -21,19 +21,17 @@ struct Extremes {
     points: usize,
 }
 
-/// Lines about the bodies.
-///
-/// # Errors
-/// Particle files that cannot be read.
+/// Lines about bodies of some kinds.
 pub fn lines(
     case: &Case,
     catalogue: &Catalogue,
     fluid: &Fluid,
     resolved: &Resolved,
-) -> Result<Vec<String>, String> {
+    kinds: &[KindRange],
+) -> Vec<String> {
     let width = narrowest(case, fluid);
     let spacing = (resolved.method == ResolvedMethod::Multiplier).then_some(resolved.point_spacing * width);
-    let found = extremes(case, catalogue, fluid, spacing)?;
+    let found = extremes((case, fluid), catalogue, kinds, spacing);
     let what = match resolved.motion {
         BodyMotion::Free => "free bodies",
         BodyMotion::Fixed => "bodies that stay where they are",
@@ -96,31 +94,31 @@ pub fn lines(
         resolved.diffusion_number,
         (case.time.end / by_diffusion).ceil()
     ));
-    Ok(lines)
+    lines
 }
 
 /// Extremes of all bodies, with points on their surfaces a spacing (m) apart if there is one.
 fn extremes(
-    case: &Case,
+    (case, fluid): (&Case, &Fluid),
     catalogue: &Catalogue,
-    fluid: &Fluid,
+    kinds: &[KindRange],
     spacing: Option<f64>,
-) -> Result<Extremes, String> {
+) -> Extremes {
     let flat = (0..3).find(|&a| fluid.cells[a] == 1);
     let depth = flat.map(|a| case.domain.upper[a] - case.domain.lower[a]);
     let mut found = Extremes { diameters: [f64::INFINITY, 0.0], thinnest: f64::INFINITY, points: 0 };
-    for_each_kind(case, catalogue, |kind, scale| {
-        let shape = catalogue.shape(kind);
+    for range in kinds {
+        let shape = catalogue.shape(range.kind);
         let diameter = match depth {
             Some(depth) => 2.0 * (shape.volume / (std::f64::consts::PI * depth)).sqrt(),
             None => shape.sphere_equivalent_diameter(),
         };
-        found.diameters[0] = found.diameters[0].min(diameter * scale.smallest());
-        found.diameters[1] = found.diameters[1].max(diameter * scale.largest());
+        found.diameters[0] = found.diameters[0].min(diameter * range.smallest);
+        found.diameters[1] = found.diameters[1].max(diameter * range.largest);
         if let Some(spacing) = spacing {
             // In two dimensions the outline of a section, here across the axis of a prism.
             let across = flat.map(|_| Vec3::z());
-            let points = surface_points(shape, spacing / scale.largest(), across.as_ref());
+            let points = surface_points(shape, spacing / range.largest, across.as_ref());
             found.points = found.points.max(points.len());
         }
         for part in &shape.parts {
@@ -128,10 +126,10 @@ fn extremes(
             halves.sort_by(f64::total_cmp);
             // Bodies of two dimensions lie with their thinnest side across the plane.
             let half = halves[usize::from(depth.is_some())];
-            found.thinnest = found.thinnest.min(2.0 * half * scale.smallest());
+            found.thinnest = found.thinnest.min(2.0 * half * range.smallest);
         }
-    })?;
-    Ok(found)
+    }
+    found
 }
 
 /// Width of the narrowest cells along the axes of the flow (m).

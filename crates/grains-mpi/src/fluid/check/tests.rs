@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::system::catalogue;
+use grains_domain::SerialTransport;
 use std::path::Path;
 
 /// A bed of light grains in a thick fluid, in which all laws are linear.
@@ -51,7 +52,9 @@ const BED: &str = r#"
 
 fn explained(text: &str) -> String {
     let case = Case::parse(text, "bed.toml", Path::new("")).unwrap();
-    explain(&case, &catalogue(&case).unwrap()).unwrap().join("\n")
+    let catalogue = catalogue(&case).unwrap();
+    let population = Population::read(&case, &catalogue, &SerialTransport).unwrap();
+    explain(&case, &catalogue, &population).unwrap().join("\n")
 }
 
 /// The number that stands in a line after some words.

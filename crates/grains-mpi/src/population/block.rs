@@ -1,0 +1,275 @@
+//! One insertion: when its particles are due, and how they get to the ranks that own them.
+
+use super::draws::{choose, orientation, purpose, sample};
+use super::kinds::{KindRange, component_kind, of_component, of_rows};
+use super::lattice::Sites;
+use super::rows::FileRows;
+use super::window::{bounds, place_in_window};
+use crate::error::RunError;
+use crate::random::Draw;
+use grains_case::{Case, Insert, Place, default_spacing};
+use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, ParticleRecord};
+use grains_domain::Transport;
+use grains_geometry::Vec3;
+use std::collections::BTreeMap;
+
+/// One `[[insert]]` and how far it has come.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// What the case says of it.
+    pub insert: Insert,
+    /// Identity of its first particle.
+    pub first_id: u64,
+    /// Its particles.
+    pub count: u64,
+    /// Those inserted so far.
+    pub done: u64,
+    /// Step of the last batch and the first id in it.
+    pub last_batch: (u64, u64),
+    /// This rank's rows of its file, until all are inserted.
+    rows: Option<FileRows>,
+}
+
+impl Block {
+    /// An insertion of which nothing is done; collective, each rank reads its share of the file.
+    ///
+    /// # Errors
+    /// A particle file that cannot be read, or is wrong.
+    pub fn read(
+        case: &Case,
+        insert: &Insert,
+        first_id: u64,
+        transport: &impl Transport,
+    ) -> Result<Self, RunError> {
+        let rows = match &insert.place {
+            Place::File { path } => Some(FileRows::read(case, insert, path, transport)?),
+            _ => None,
+        };
+        let listed = rows.as_ref().map_or(u64::MAX, |rows| rows.total);
+        let count = insert.count.unwrap_or(u64::MAX).min(listed);
+        Ok(Self { insert: insert.clone(), first_id, count, done: 0, last_batch: (u64::MAX, 0), rows })
+    }
+
+    /// The kinds of particles it can insert, before any is inserted; collective.
+    pub fn kinds(&self, case: &Case, catalogue: &Catalogue, transport: &impl Transport) -> Vec<KindRange> {
+        let of = |component| match &self.rows {
+            Some(rows) => of_rows(case, catalogue, (rows, component), transport),
+            None => vec![of_component(component)],
+        };
+        self.insert.particles.iter().flat_map(of).collect()
+    }
+
+    /// Mass of all its particles (kg); for a single rank, and before any is inserted.
+    pub fn mass(&self, case: &Case, seed: u64, catalogue: &Catalogue) -> f64 {
+        (self.first_id..self.first_id + self.count)
+            .map(|id| self.kind_and_scale(id, case, seed, catalogue))
+            .map(|(kind, scale)| catalogue.mass(kind, scale))
+            .sum()
+    }
+
+    /// Whether its particles come from a file.
+    pub fn is_listed(&self) -> bool {
+        matches!(self.insert.place, Place::File { .. })
+    }
+
+    /// Takes so many particles for inserted.
+    pub fn advance_to(&mut self, done: u64) {
+        self.done = done;
+        if done == self.count {
+            self.rows = None;
+        }
+    }
+
+    /// Inserts its particles up to a number, as far as there is room; returns whether any was. Collective; `index` is its
+    /// place in the case.
+    ///
+    /// # Errors
+    /// As for [`Population::insert_due`](super::Population::insert_due).
+    pub fn insert_until(
+        &mut self,
+        until: u64,
+        index: usize,
+        case: &Case,
+        seed: u64,
+        dem: &mut Dem,
+        transport: &impl Transport,
+    ) -> Result<bool, String> {
+        let begun_at = self.done;
+        let about = |message: String| match message.is_empty() {
+            true => message,
+            false => case.about(&format!("insert[{index}].place"), message),
+        };
+        let done = match self.insert.place {
+            Place::Window { .. } => self.insert_through_window(until, case, seed, dem, transport),
+            _ => self.insert_in_place(until, case, seed, dem, transport).map(|()| until),
+        };
+        self.advance_to(done.map_err(about)?);
+        self.last_batch = (dem.step, self.first_id + begun_at);
+        Ok(self.done > begun_at)
+    }
+
+    /// Inserts particles one by one where a window has room; returns how many are done.
+    fn insert_through_window(
+        &self,
+        until: u64,
+        case: &Case,
+        seed: u64,
+        dem: &mut Dem,
+        transport: &impl Transport,
+    ) -> Result<u64, String> {
+        let Place::Window { window, attempts, retry } = &self.insert.place else { return Ok(self.done) };
+        let (attempts, mut done) = (*attempts, self.done);
+        let pause = retry.map_or(1, |t| (t / dem.setup.rates.dt).round().max(1.0) as u64);
+        if !dem.step.is_multiple_of(pause) {
+            return Ok(done);
+        }
+        let (lower, upper) = bounds(window);
+        let mut occupancy = Occupancy::near(dem, &lower, &upper);
+        while done < until {
+            let new = self.particle(self.first_id + done, case, seed, dem);
+            match place_in_window(new, window, attempts, seed, &occupancy, dem, transport) {
+                Some(placed) => {
+                    // The owner alone keeps its place: all ranks ask each other what is in the way.
+                    if dem.owns(&placed.position) {
+                        dem.insert(&placed.record(dem));
+                        occupancy.add(placed);
+                    }
+                    done += 1;
+                }
+                // During the run the rest waits for room; at the first batch there is nothing to wait for.
+                None if retry.is_some() || dem.step > 0 || self.insert.interval > 0.0 => break,
+                None => {
+                    return Err(format!(
+                        "no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or give place.retry (s) to wait for room",
+                        done + 1,
+                        self.count
+                    ));
+                }
+            }
+        }
+        Ok(done)
+    }
+
+    /// Inserts the particles whose places are given: on a lattice each rank its own, from a file each rank those of its
+    /// rows, wherever they belong.
+    fn insert_in_place(
+        &self,
+        until: u64,
+        case: &Case,
+        seed: u64,
+        dem: &mut Dem,
+        transport: &impl Transport,
+    ) -> Result<(), String> {
+        let own = dem.decomposition.rank_at(dem.decomposition.coordinates);
+        let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        let mut outside: Option<NewParticle> = None;
+        for id in self.own_ids(until, dem)? {
+            let mut new = self.particle(id, case, seed, dem);
+            new.position = Vec3::from(dem.setup.global.wrap(new.position.into()));
+            let owner = dem.decomposition.owner(new.position.into());
+            if owner != own && !self.is_listed() {
+                continue;
+            }
+            if !dem.setup.global.contains(new.position.into()) {
+                outside.get_or_insert(new);
+            } else if owner == own {
+                dem.insert(&new.record(dem));
+            } else {
+                new.record(dem).write(sent.entry(owner).or_default());
+            }
+        }
+        refuse(outside, transport)?;
+        if self.is_listed() {
+            for (_, message) in transport.exchange_sparse(sent.into_iter().collect()) {
+                let records = message.chunks_exact(ParticleRecord::LENGTH);
+                records.for_each(|record| dem.insert(&ParticleRecord::read(record)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The next identities this rank has to look at, ascending: of its rows of a file, or on sites near its subdomain.
+    fn own_ids(&self, until: u64, dem: &Dem) -> Result<Vec<u64>, String> {
+        let due = self.done..until;
+        if let Some(rows) = &self.rows {
+            let (first, end) = (rows.own().start.max(due.start), rows.own().end.min(due.end));
+            return Ok((first..end).map(|row| self.first_id + row).collect());
+        }
+        let sites =
+            self.sites(dem).ok_or("room for no particle at all; enlarge the region or lower the spacing")?;
+        let before = due.start - due.start % self.batch();
+        let near = sites.near(&dem.decomposition, due.start - before..due.end - before);
+        Ok(near.map(|site| self.first_id + before + site).collect())
+    }
+
+    /// Particles of a batch, which a lattice holds at once.
+    fn batch(&self) -> u64 {
+        self.insert.batch.unwrap_or(self.count).max(1)
+    }
+
+    fn sites(&self, dem: &Dem) -> Option<Sites> {
+        let Place::Lattice { lower, upper, spacing, noise } = self.insert.place else { return None };
+        let spacing = spacing.unwrap_or_else(|| default_spacing(dem.setup.largest_radius, noise));
+        Sites::new(lower, upper, spacing, noise)
+    }
+
+    fn kind_and_scale(&self, id: u64, case: &Case, seed: u64, catalogue: &Catalogue) -> (Kind, f64) {
+        let mut draw = Draw::new(seed, id, purpose::KIND);
+        let component = choose(&self.insert.particles, draw.next());
+        match &self.rows {
+            Some(rows) => {
+                let (kind, scale) = rows.kind(case, catalogue, id - self.first_id, component);
+                (kind, scale.unwrap_or_else(|| sample(&component.scale, &mut draw)))
+            }
+            None => (component_kind(component), sample(&component.scale, &mut draw)),
+        }
+    }
+
+    /// The particle of an id; in a window its position is still to be found.
+    fn particle(&self, id: u64, case: &Case, seed: u64, dem: &Dem) -> NewParticle {
+        let catalogue = &dem.setup.catalogue;
+        let insert = &self.insert;
+        let (kind, scale) = self.kind_and_scale(id, case, seed, catalogue);
+        let mut new = NewParticle {
+            id,
+            kind,
+            scale,
+            position: Vec3::zeros(),
+            orientation: orientation(&insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
+            velocity: Vec3::from(insert.velocity),
+            angular_velocity: Vec3::from(insert.angular_velocity),
+        };
+        if let Some(rows) = &self.rows {
+            rows.apply(id - self.first_id, &mut new);
+        } else if let Some(sites) = self.sites(dem) {
+            let site = (id - self.first_id) % self.batch();
+            new.position = sites.position(site, &mut Draw::new(seed, id, purpose::NOISE));
+        }
+        if case.holds_particles() {
+            // A packing brings the velocities of its last moments.
+            (new.velocity, new.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
+        }
+        // The user's orientation is that of the shape as given; ours is that of its principal frame.
+        let (to_user, center) = &catalogue.shapes[kind.shape as usize].user_to_body;
+        if self.is_listed() {
+            new.position += new.orientation * (center * scale);
+        }
+        new.orientation *= to_user;
+        new
+    }
+}
+
+/// An error of all ranks if any has met a particle outside the domain; the one of lowest id is named.
+fn refuse(outside: Option<NewParticle>, transport: &impl Transport) -> Result<(), String> {
+    let own = outside.map_or(f64::NEG_INFINITY, |new| -(new.id as f64));
+    let mut lowest = [own];
+    transport.max(&mut lowest);
+    match outside {
+        _ if lowest[0] == f64::NEG_INFINITY => Ok(()),
+        Some(NewParticle { id, position, .. }) if own == lowest[0] => Err(format!(
+            "particle {id} at ({}, {}, {}) lies outside the domain",
+            position.x, position.y, position.z
+        )),
+        _ => Err(String::new()),
+    }
+}

@@ -1,0 +1,70 @@
+//! What of a particle is drawn: its component, its size, how it is turned.
+
+use crate::random::Draw;
+use grains_case::{Component, Orientation, Scale};
+use grains_geometry::Rotation;
+use nalgebra::{Quaternion, Unit};
+use std::f64::consts::TAU;
+
+/// What random numbers are for.
+pub mod purpose {
+    /// Component and scale.
+    pub const KIND: u64 = 1;
+    /// Orientation.
+    pub const ORIENTATION: u64 = 2;
+    /// Displacement from a site of a lattice.
+    pub const NOISE: u64 = 3;
+}
+
+/// The component in whose share of [0, 1) a number falls.
+pub fn choose(components: &[Component], number: f64) -> &Component {
+    let total: f64 = components.iter().map(|c| c.share).sum();
+    let mut rest = number * total;
+    components
+        .iter()
+        .find(|c| {
+            rest -= c.share;
+            rest < 0.0
+        })
+        .unwrap_or(&components[components.len() - 1])
+}
+
+/// A scale (-) of a distribution.
+pub fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
+    match scale {
+        Scale::Constant { value } => *value,
+        Scale::Uniform { min, max } => min + (max - min) * draw.next(),
+        Scale::Normal { mean, deviation, min, max } => loop {
+            let value = mean + deviation * draw.normal();
+            if (*min..=*max).contains(&value) {
+                return value;
+            }
+        },
+        Scale::Table { values, shares } => {
+            let mut rest = draw.next() * shares.iter().sum::<f64>();
+            let found = shares.iter().position(|s| {
+                rest -= s;
+                rest < 0.0
+            });
+            values[found.unwrap_or(values.len() - 1)]
+        }
+    }
+}
+
+/// How a particle is turned, body to world.
+pub fn orientation(wanted: &Orientation, draw: &mut Draw) -> Rotation {
+    match wanted {
+        Orientation::Aligned => Rotation::identity(),
+        Orientation::Quaternion(q) => quaternion(*q),
+        Orientation::Random => {
+            // Uniform over all rotations (Shoemake 1992).
+            let (u, v, w) = (draw.next(), TAU * draw.next(), TAU * draw.next());
+            let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+            quaternion([a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos()])
+        }
+    }
+}
+
+fn quaternion([w, x, y, z]: [f64; 4]) -> Rotation {
+    Unit::new_normalize(Quaternion::new(w, x, y, z))
+}
