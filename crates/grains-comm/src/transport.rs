@@ -3,7 +3,7 @@
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
 use crate::sparse::SparseExchange;
-use grains_domain::{Channel, Transport};
+use grains_domain::{Channel, Parts, Transport};
 use mpi::collective::SystemOperation;
 use mpi::datatype::PartitionMut;
 use mpi::ffi;
@@ -211,7 +211,7 @@ impl Transport for MpiTransport {
 
     fn start(&self, channel: &mut Channel) {
         channel.set_open(true);
-        let (peers, sent, received, prepared) = channel.parts();
+        let Parts { peers, sent, received, prepared } = channel.parts();
         let prepared = prepared
             .get_or_insert_with(|| Box::new(Persistent::new(peers, sent, received, &self.communicator)));
         if let Some(persistent) = prepared.downcast_mut::<Persistent>() {
@@ -220,7 +220,9 @@ impl Transport for MpiTransport {
     }
 
     fn finish(&self, channel: &mut Channel) {
-        if let Some(persistent) = channel.parts().3.as_mut().and_then(|p| p.downcast_mut::<Persistent>()) {
+        if let Some(persistent) =
+            channel.parts().prepared.as_mut().and_then(|p| p.downcast_mut::<Persistent>())
+        {
             persistent.finish();
         }
         channel.set_open(false);

@@ -56,12 +56,26 @@ impl Channel {
         self.is_open = is_open;
     }
 
-    /// For a transport: peers, messages to and from them, and what it prepared for these buffers.
+    /// For a transport: what it needs to exchange the messages.
     ///
-    /// What is prepared is dropped before the buffers, which nobody resizes.
-    pub fn parts(&mut self) -> (&[usize], &[Vec<f64>], &mut [Vec<f64>], &mut Option<Box<dyn Any>>) {
-        (&self.peers, &self.sent, &mut self.received, &mut self.prepared)
+    /// What it prepares is dropped before the buffers, which nobody resizes.
+    pub fn parts(&mut self) -> Parts<'_> {
+        let Self { prepared, peers, sent, received, .. } = self;
+        Parts { peers, sent, received, prepared }
     }
+}
+
+/// What a transport sees of a channel.
+#[derive(Debug)]
+pub struct Parts<'a> {
+    /// The ranks at the other ends.
+    pub peers: &'a [usize],
+    /// Messages to them.
+    pub sent: &'a [Vec<f64>],
+    /// Messages from them.
+    pub received: &'a mut [Vec<f64>],
+    /// What the transport prepared for these buffers.
+    pub prepared: &'a mut Option<Box<dyn Any>>,
 }
 
 /// Collective communication among the ranks of a job, all called by all ranks in the same order.
@@ -78,7 +92,7 @@ pub trait Transport {
     }
     /// Waits until the messages of a channel have arrived.
     fn finish(&self, channel: &mut Channel) {
-        let (peers, sent, received, _) = channel.parts();
+        let Parts { peers, sent, received, .. } = channel.parts();
         self.exchange(peers, sent, received);
         channel.set_open(false);
     }
