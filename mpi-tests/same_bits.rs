@@ -129,3 +129,24 @@ fn drum_with_hard_collisions() {
     let kinetic = series.column("kinetic_translation");
     assert!(kinetic.iter().all(|&k| k < 0.01), "{kinetic:?}");
 }
+
+#[test]
+fn every_strategy_of_exchange() {
+    let (home, text) = (folder("same_bits_exchange"), case("shear.toml"));
+    let reference = home.join("1");
+    fs::create_dir_all(&reference).unwrap();
+    run_case(1, &reference, &text, &[]).succeeded();
+    for strategy in [
+        "all_gather_global",
+        "all_gather_local",
+        "all_gather_local_nonblocking",
+        "send_recv_local_geoloc",
+        "persistent",
+    ] {
+        let own = home.join(strategy);
+        fs::create_dir_all(&own).unwrap();
+        let text = replaced(&text, "[domain]\n", &format!("[domain]\nexchange = \"{strategy}\"\n"));
+        run_case(4, &own, &text, &[]).succeeded();
+        assert_same_results(&reference.join("results"), &own.join("results"));
+    }
+}

@@ -12,10 +12,11 @@ const PATIENCE: u64 = 150;
 /// Names, in the environment of the ranks, the test they run.
 const MARK: &str = "GRAINS_TEST_ON_RANKS";
 /// What Open MPI needs to run as root, in containers, and with more ranks than cores.
-const ENVIRONMENT: [(&str, &str); 5] = [
+const ENVIRONMENT: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
     ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
     ("OMP_NUM_THREADS", "1"),
 ];

@@ -1,9 +1,9 @@
-//! The messages of the solver: non-blocking, one per peer, no allocation once the buffers have grown.
+//! The messages of the solver: non-blocking, one per peer; those of a step allocate nothing once they have been prepared.
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
 use crate::sparse::SparseExchange;
-use grains_domain::{Channel, Parts, Transport};
+use grains_domain::{Channel, ChannelParts, Transport};
 use mpi::collective::SystemOperation;
 use mpi::datatype::PartitionMut;
 use mpi::ffi;
@@ -102,6 +102,20 @@ impl Drop for Persistent {
             unsafe {
                 ffi::MPI_Request_free(request);
             }
+        }
+    }
+}
+
+/// The requests of a channel.
+fn prepared_in(channel: &mut Channel) -> Option<&mut Persistent> {
+    channel.parts().prepared.as_mut()?.downcast_mut()
+}
+
+impl Drop for Graph {
+    fn drop(&mut self) {
+        // SAFETY: the communicator was made once and is freed once, while MPI runs.
+        unsafe {
+            ffi::MPI_Comm_free(&mut self.communicator);
         }
     }
 }
@@ -209,20 +223,20 @@ impl Transport for MpiTransport {
         Self::wait(&mut requests);
     }
 
+    fn prepare(&self, channel: &mut Channel) {
+        let ChannelParts { peers, sent, received, prepared } = channel.parts();
+        *prepared = Some(Box::new(Persistent::new(peers, sent, received, &self.communicator)));
+    }
+
     fn start(&self, channel: &mut Channel) {
         channel.set_open(true);
-        let Parts { peers, sent, received, prepared } = channel.parts();
-        let prepared = prepared
-            .get_or_insert_with(|| Box::new(Persistent::new(peers, sent, received, &self.communicator)));
-        if let Some(persistent) = prepared.downcast_mut::<Persistent>() {
+        if let Some(persistent) = prepared_in(channel) {
             persistent.start();
         }
     }
 
     fn finish(&self, channel: &mut Channel) {
-        if let Some(persistent) =
-            channel.parts().prepared.as_mut().and_then(|p| p.downcast_mut::<Persistent>())
-        {
+        if let Some(persistent) = prepared_in(channel) {
             persistent.finish();
         }
         channel.set_open(false);

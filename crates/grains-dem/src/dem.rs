@@ -11,7 +11,7 @@ use crate::integrate::{self, Rates};
 use crate::lubrication;
 use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
-use crate::neighbours::{Inner, Neighbours, Skin, Sorted, Surroundings};
+use crate::neighbours::{Inner, Neighbours, Skin, Sorted, Surroundings, widest};
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
@@ -289,8 +289,15 @@ impl Dem {
     /// Makes clones and lists fit the positions.
     pub fn refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.start_refresh(transport)?;
-        self.exchange.finish_update(&mut self.particles, transport);
+        self.clock.start();
+        self.finish_update(transport);
         Ok(())
+    }
+
+    /// Waits for the clones of other ranks' particles, if they were sent for.
+    fn finish_update(&mut self, transport: &impl Transport) {
+        self.exchange.finish_update(&mut self.particles, transport);
+        self.clock.charge(Phase::Clones);
     }
 
     /// The same, but clones of other ranks' particles may be up to date only after [`Dem::add_forces`].
@@ -299,6 +306,7 @@ impl Dem {
             return Ok(());
         }
         self.clock.start();
+        self.finish_update(transport);
         if self.stale {
             self.rebuild(transport)?;
             self.clock.charge(Phase::Lists);
@@ -316,7 +324,7 @@ impl Dem {
         }
         self.clock.start();
         if let CollisionModel::Hard(model) = self.setup.collisions {
-            self.exchange.finish_update(&mut self.particles, transport);
+            self.finish_update(transport);
             return self.collide(&model, transport);
         }
         let mut tally = Tally::new(self.setup.overlap_limit);
@@ -324,8 +332,7 @@ impl Dem {
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut tally);
         self.clock.charge(Phase::Walls);
-        self.exchange.finish_update(&mut self.particles, transport);
-        self.clock.charge(Phase::Clones);
+        self.finish_update(transport);
         self.add_pair_forces(With::Clones, &mut tally);
         self.clock.charge(Phase::Contacts);
         self.add_films(&mut tally);
@@ -501,8 +508,11 @@ impl Dem {
         self.gather();
         let Self { particles, memories, exchange, .. } = self;
         let mut stays = Vec::new();
-        match exchange.migrate(particles, memories, &mut stays, transport) {
-            Ok(left) => self.ledger.left += left,
+        match exchange.migrate(particles, memories, transport) {
+            Ok(migration) => {
+                self.ledger.left += migration.left;
+                stays = migration.stays;
+            }
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
         self.check(transport)?;
@@ -556,15 +566,15 @@ impl Dem {
             dt: setup.rates.dt,
             time: self.step as f64 * setup.rates.dt,
         };
-        let (mut widest, counts) = Neighbours::widest(particles, stays, &around);
-        transport.max(&mut widest);
-        let cells = Cells::new(decomposition, setup.largest_radius, &widest, &counts);
+        let (mut ranges, counts) = widest(particles, stays, &around);
+        transport.max(&mut ranges);
+        let cells = Cells::new(decomposition, setup.largest_radius, &ranges, &counts);
         let sorted = Sorted::new(particles, stays, cells);
         particles.reorder(&sorted.order);
         neighbours.wall_reach = wall_reach;
         neighbours.choose_reaches(particles, &around);
-        let widest = widest.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let range = |i: usize| neighbours.range_of(particles, i, around.film) + widest;
+        let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
+        let range = |i: usize| neighbours.range_of(particles, i, around.film) + largest;
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
         neighbours.build(particles, &sorted, memories, &around);

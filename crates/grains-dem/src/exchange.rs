@@ -1,10 +1,9 @@
-//! Migration and clones: the three kinds of message between subdomains.
+//! What subdomains tell each other: who moves, who is cloned, and what clones must know.
 //!
-//! *migrate* when lists are rebuilt, particles that crossed a border move with all their contacts
-//! remember; *create clones* right after, every particle in the buffer along a border is copied to the neighbours of
-//! its GEOLOC; *update clones* in every step between rebuilds, only positions, velocities and orientations.
-//! Hard collisions *tell clones* what each of their rounds changed.
-//! All messages to one neighbour are packed into one.
+//! When lists are rebuilt, particles that crossed a border *migrate* with all their contacts remember; right after,
+//! clones are *created* of every particle so near a border that it may act across it, with the neighbours of its
+//! GEOLOC. In every step between, [`crate::updates`] brings them up to date. Hard collisions *tell clones* what each of
+//! their rounds changed. All that goes to one neighbour is one message.
 
 use crate::dem::bytes;
 use crate::error::vector;
@@ -23,6 +22,14 @@ pub(crate) struct Link {
     pub(crate) shift: Vec3,
     /// Owned particles cloned in this direction.
     pub(crate) sent: Vec<u32>,
+}
+
+/// What a migration leaves.
+pub(crate) struct Migration {
+    /// Indices of the particles now owned here.
+    pub(crate) stays: Vec<u32>,
+    /// How many left the box through an outlet.
+    pub(crate) left: u64,
 }
 
 /// The messages of one rank.
@@ -81,18 +88,15 @@ impl Exchange {
     }
 
     /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
-    /// crossed a border, and appends arrivals. `stays` gets the indices of particles now owned here.
-    ///
-    /// Returns how many left through an outlet.
+    /// crossed a border, and appends arrivals.
     pub(crate) fn migrate(
         &mut self,
         particles: &mut Particles,
         memories: &mut Memories,
-        stays: &mut Vec<u32>,
         transport: &impl Transport,
-    ) -> Result<u64, StepError> {
+    ) -> Result<Migration, StepError> {
         particles.drop_clones();
-        stays.clear();
+        let mut stays = Vec::new();
         self.sent.iter_mut().for_each(Vec::clear);
         let (mut failure, mut left) = (None, 0);
         for i in 0..particles.owned {
@@ -128,14 +132,14 @@ impl Exchange {
                 rest = memories.read(rest);
             }
         }
-        Ok(left)
+        Ok(Migration { stays, left })
     }
 
     /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.
     fn destination(&self, particles: &mut Particles, i: usize) -> Result<Option<usize>, StepError> {
         let global = &self.decomposition.global;
         let body = &mut particles.bodies[i];
-        if !(body.position + body.velocity).norm().is_finite() {
+        if !(body.position + body.velocity + body.angular_velocity).norm().is_finite() {
             return Err(StepError::NotANumber { id: particles.ids[i], place: vector(&body.position) });
         }
         for a in (0..3).filter(|&a| !global.periodic[a]) {
@@ -161,7 +165,7 @@ impl Exchange {
 
     /// Creates the clones of this rank after particles were sorted by cell.
     ///
-    /// `ranges` (m) are how far from an owned particle's centre another's may be that it acts on until then.
+    /// `ranges` (m) are how far from each owned particle's centre another's may be that it acts on before the next sorting.
     pub(crate) fn create_clones(
         &mut self,
         particles: &mut Particles,
@@ -219,7 +223,7 @@ impl Exchange {
             }
             self.updates.filled[k] = first..particles.len();
         }
-        self.updates.prepare(&self.links, record_length(particles));
+        self.updates.prepare(&self.links, record_length(particles), transport);
     }
 
     /// Lists the owned particles of each direction: those nearer to the border than what can act across it.
@@ -324,7 +328,7 @@ impl Exchange {
         self.peers.len()
     }
 
-    /// Number of clones whose updates this rank sends in a step.
+    /// Number of clones of this rank's particles, its own periodic images included.
     pub(crate) fn clones_sent(&self) -> usize {
         self.links.iter().map(|l| l.sent.len()).sum()
     }

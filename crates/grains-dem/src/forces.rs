@@ -46,7 +46,7 @@ pub(crate) struct Tally {
     /// Largest overlap over the inscribed radius (-).
     deepest: f64,
     limit: f64,
-    /// First error met.
+    /// An error met.
     pub(crate) error: Option<StepError>,
 }
 

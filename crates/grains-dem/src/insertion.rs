@@ -4,7 +4,9 @@ use crate::bodies::{Meeting, PlacedPart, Pose, touch};
 use crate::images;
 use crate::integrate::{half_step_back, inertia};
 use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
+use grains_domain::{SIZE_CLASSES, size_class};
 use grains_geometry::{Mat3, Rotation, Simplex, Vec3};
+use std::collections::HashMap;
 
 /// A particle to be placed.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +57,11 @@ impl NewParticle {
         }
     }
 
+    /// Radius of the bounding sphere (m).
+    fn radius(&self, catalogue: &Catalogue) -> f64 {
+        catalogue.shape(self.kind).bounding_radius * self.scale
+    }
+
     fn frame(&self) -> Mat3 {
         crate::rotation::frame(&self.orientation)
     }
@@ -96,16 +103,21 @@ impl NewParticle {
 ///
 /// Build it once per batch; particles accepted meanwhile are added with [`Occupancy::add`].
 pub struct Occupancy {
-    cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
-    width: f64,
+    /// Places in `held` by class of sizes and cell; cells are as wide as the largest particles of their class.
+    cells: HashMap<(usize, [i32; 3]), Vec<u32>>,
+    /// Places in `held` by class.
+    members: [Vec<u32>; SIZE_CLASSES],
+    largest_radius: f64,
     held: Vec<NewParticle>,
 }
 
 impl Occupancy {
     /// Particles owned by this rank that could touch one placed between two corners (m).
     pub fn near(dem: &Dem, lower: &Vec3, upper: &Vec3) -> Self {
-        let width = 2.0 * dem.setup.largest_radius;
-        let mut occupancy = Self { cells: Default::default(), width, held: Vec::new() };
+        let largest_radius = dem.setup.largest_radius;
+        let width = 2.0 * largest_radius;
+        let mut occupancy =
+            Self { cells: HashMap::new(), members: Default::default(), largest_radius, held: Vec::new() };
         let (particles, global) = (&dem.particles, &dem.setup.global);
         let is_near = |position: &Vec3| {
             (0..3).all(|a| {
@@ -117,7 +129,7 @@ impl Occupancy {
         };
         for i in (0..particles.owned).filter(|&i| is_near(&particles.bodies[i].position)) {
             let body = &particles.bodies[i];
-            occupancy.add(NewParticle {
+            let new = NewParticle {
                 id: particles.ids[i],
                 kind: body.kind,
                 scale: body.radius / dem.setup.catalogue.shape(body.kind).bounding_radius,
@@ -125,20 +137,50 @@ impl Occupancy {
                 orientation: particles.orientations.get(i).copied().unwrap_or_else(Rotation::identity),
                 velocity: body.velocity,
                 angular_velocity: body.angular_velocity,
-            });
+            };
+            occupancy.add(new, &dem.setup.catalogue);
         }
         occupancy
     }
 
     /// Adds a particle.
-    pub fn add(&mut self, particle: NewParticle) {
-        let cell = self.cell(&particle.position);
-        self.cells.entry(cell).or_default().push(self.held.len() as u32);
+    pub fn add(&mut self, particle: NewParticle, catalogue: &Catalogue) {
+        let class = size_class(particle.radius(catalogue), self.largest_radius);
+        let key = (class, self.cell(class, &particle.position));
+        let place = self.held.len() as u32;
+        self.members[class].push(place);
+        self.cells.entry(key).or_default().push(place);
         self.held.push(particle);
     }
 
-    fn cell(&self, position: &Vec3) -> [i32; 3] {
-        std::array::from_fn(|a| (position[a] / self.width).floor() as i32)
+    /// Largest radius in a class (m).
+    fn radius_of(&self, class: usize) -> f64 {
+        self.largest_radius / (1_u64 << class) as f64
+    }
+
+    fn cell(&self, class: usize, position: &Vec3) -> [i32; 3] {
+        let width = 2.0 * self.radius_of(class);
+        std::array::from_fn(|a| (position[a] / width).floor() as i32)
+    }
+
+    /// Calls `visit` with those of a class that could be within a range (m) of a position.
+    fn for_each_near<'a>(
+        &'a self,
+        class: usize,
+        position: &Vec3,
+        range: f64,
+        visit: impl FnMut(&'a NewParticle),
+    ) {
+        let [low, high] = [-range, range].map(|range| self.cell(class, &position.add_scalar(range)));
+        let count: f64 = (0..3).map(|a| f64::from(high[a] - low[a] + 1)).product();
+        if count > self.members[class].len() as f64 {
+            return self.members[class].iter().map(|&k| &self.held[k as usize]).for_each(visit);
+        }
+        let cells = (low[2]..=high[2]).flat_map(move |z| {
+            (low[1]..=high[1]).flat_map(move |y| (low[0]..=high[0]).map(move |x| [x, y, z]))
+        });
+        let held = cells.flat_map(|cell| self.cells.get(&(class, cell)).into_iter().flatten());
+        held.map(|&k| &self.held[k as usize]).for_each(visit);
     }
 
     /// The particle of lowest id that a new one would overlap by more than `tolerance` (m), with the overlap.
@@ -146,9 +188,11 @@ impl Occupancy {
         let global = &dem.setup.global;
         let mut found: Option<(u64, f64)> = None;
         // Particles that are held meet nobody, and have no width here.
-        if self.width == 0.0 {
+        if self.largest_radius == 0.0 {
             return None;
         }
+        let (catalogue, radius) = (&dem.setup.catalogue, new.radius(&dem.setup.catalogue));
+        let reach = radius + self.largest_radius;
         for code in 0..27 {
             let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
             if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
@@ -156,21 +200,18 @@ impl Occupancy {
             }
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
-            let outside = (0..3)
-                .any(|a| image[a] < global.lower[a] - self.width || image[a] > global.upper[a] + self.width);
+            let outside =
+                (0..3).any(|a| image[a] < global.lower[a] - reach || image[a] > global.upper[a] + reach);
             if outside {
                 continue;
             }
-            let center = self.cell(&image);
-            for near in 0..27 {
-                let key = std::array::from_fn(|a| center[a] + [near % 3, near / 3 % 3, near / 9][a] - 1);
-                for &k in self.cells.get(&key).into_iter().flatten() {
-                    let other = &self.held[k as usize];
-                    let overlap = new.overlap_with(other, &(other.position - image), &dem.setup.catalogue);
+            for class in (0..SIZE_CLASSES).filter(|&class| !self.members[class].is_empty()) {
+                self.for_each_near(class, &image, radius + self.radius_of(class), |other| {
+                    let overlap = new.overlap_with(other, &(other.position - image), catalogue);
                     if overlap > tolerance && found.is_none_or(|(id, _)| other.id < id) {
                         found = Some((other.id, overlap));
                     }
-                }
+                });
             }
         }
         found

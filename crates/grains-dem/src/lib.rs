@@ -3,8 +3,8 @@
 //! # Flow of one step
 //!
 //! ```text
-//! refresh     stale lists: migrate, sort by cell, clone, rebuild     otherwise: update the clones
-//! add_forces  spheres | bodies | walls, each pair once per rank, into one load per particle
+//! refresh     stale lists: migrate, sort by cell, clone, rebuild     otherwise: send what clones need
+//! add_forces  pairs within the rank | walls | wait for the clones | pairs with clones; one load per particle
 //! advance     kick, drift, and the velocity of the next contact evaluation
 //! ```
 //!
@@ -12,8 +12,8 @@
 //!
 //! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
 //! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
-//! arrays. Particles are sorted by cell, owned ones first, clones after. A pair of spheres is one 32-byte
-//! record, neighbour and tangential spring, read in sequence. A pair of other bodies is a plane that parts them and
+//! arrays. Particles are sorted by class of sizes and cell, owned ones first, clones after. A pair of spheres is one
+//! 32-byte record, neighbour and tangential spring, read in sequence; those that touch are worked on several at a time. A pair of other bodies is a plane that parts them and
 //! how far the two may go before it is looked at again; what touching pairs remember lies apart.
 //!
 //! # Same bits on any number of ranks

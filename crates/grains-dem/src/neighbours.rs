@@ -15,12 +15,13 @@ use crate::walls::{Wall, WallList, WallPair};
 use crate::{Body, Particles};
 use grains_domain::GlobalBox;
 use grains_geometry::{Rotation, Vec3};
-pub(crate) use search::{Sorted, Surroundings};
+pub(crate) use search::{Sorted, Surroundings, widest};
 
-/// Time that a particle, a pair of parts of bodies and a pair with a wall take in a step, over that of a pair of spheres.
-const WORK_OF_PARTICLE: u64 = 4;
-const WORK_OF_PARTS: u64 = 10;
-const WORK_AT_WALL: u64 = 2;
+/// Time that a particle, a pair of parts of bodies and a pair with a wall take in a step, over that of a pair of spheres:
+/// of settled spheres 0.5 (and a share of the next sorting), of cubes 3, 13 and 4, in units of 0.014 microseconds.
+const WORK_OF_PARTICLE: u64 = 2;
+const WORK_OF_PARTS: u64 = 13;
+const WORK_AT_WALL: u64 = 4;
 
 /// How far particles may move before lists are rebuilt.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -100,13 +100,14 @@ impl Updates {
     }
 
     /// Prepares the messages for the clones just made.
-    pub(crate) fn prepare(&mut self, links: &[Link], length: usize) {
+    pub(crate) fn prepare(&mut self, links: &[Link], length: usize, transport: &impl Transport) {
         self.length = length;
         let sent: Vec<usize> = self.peers.iter().map(|&peer| length * sent_to(links, peer).count()).collect();
         match self.strategy {
             ExchangeStrategy::Persistent => {
                 let filled: Vec<usize> = self.filled.iter().map(|clones| length * clones.len()).collect();
                 self.channel = Channel::new(&self.peers, &sent, &filled);
+                transport.prepare(&mut self.channel);
             }
             ExchangeStrategy::SendRecvLocalGeoloc => {
                 self.sent.iter_mut().zip(sent).for_each(|(message, n)| message.resize(n, 0.0));

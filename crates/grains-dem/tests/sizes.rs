@@ -5,9 +5,9 @@
 mod common;
 
 use common::{Scene, lattice, mixed_shapes, on_ranks, setup, wall};
-use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{Dem, Kind, Motion, NewParticle, Partner, Surface};
-use grains_domain::{SerialTransport, Transport};
+use grains_contact::{ContactLaw, Lubrication, Tangential};
+use grains_dem::{CollisionModel, Dem, HardModel, Kind, Motion, NewParticle, Partner, Surface};
+use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
 
 /// Radius of the large spheres (m).
@@ -135,5 +135,19 @@ fn mixtures_have_the_same_bits_on_any_ranks() {
             assert!(scene.run(ranks, 200) == serial, "{ranks:?}");
         }
         assert!(scene.run_with_restart([2, 1, 2], 90, [1, 2, 1], 110) == serial, "restart");
+    }
+}
+
+#[test]
+fn films_moving_borders_and_hard_collisions_of_mixtures_change_no_bit_with_the_ranks() {
+    let mut films = spheres();
+    films.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 1e-4, least_gap: 1e-3 });
+    let mut balanced = spheres();
+    balanced.setup.balance = Some(Balance { interval: 10, threshold: 1.02 });
+    let mut hard = spheres();
+    hard.setup.collisions = CollisionModel::Hard(HardModel::new(&hard.setup.rates));
+    for (scene, what) in [(films, "films"), (balanced, "moving borders"), (hard, "hard collisions")] {
+        let serial = scene.run([1; 3], 120);
+        assert!(scene.run([2, 1, 2], 120) == serial, "{what}");
     }
 }

@@ -30,7 +30,7 @@ impl Direction {
     /// Whether the neighbour in this direction needs a clone of a particle in the buffers of these sides.
     ///
     /// `low` and `high` say per axis whether the particle lies in the buffer of that side: one side gives
-    /// 1 direction, an edge 3, a corner 7; a subdomain one cell thick may have both sides at once.
+    /// 1 direction, an edge 3, a corner 7; a thin subdomain may have both sides at once.
     pub fn needs_clone(&self, low: [bool; 3], high: [bool; 3]) -> bool {
         (0..3).all(|a| match self.0[a] {
             -1 => low[a],

@@ -19,4 +19,4 @@ pub use cells::{CellGrid, Cells, SIZE_CLASSES, size_class};
 pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
 pub use direction::Direction;
 pub use lattice::{GlobalBox, Lattice};
-pub use transport::{Channel, Parts, SerialTransport, Transport};
+pub use transport::{Channel, ChannelParts, SerialTransport, Transport};

@@ -59,15 +59,15 @@ impl Channel {
     /// For a transport: what it needs to exchange the messages.
     ///
     /// What it prepares is dropped before the buffers, which nobody resizes.
-    pub fn parts(&mut self) -> Parts<'_> {
+    pub fn parts(&mut self) -> ChannelParts<'_> {
         let Self { prepared, peers, sent, received, .. } = self;
-        Parts { peers, sent, received, prepared }
+        ChannelParts { peers, sent, received, prepared }
     }
 }
 
-/// What a transport sees of a channel.
+/// What a transport sees of a channel; it must leave the buffers where they are, and as long as they are.
 #[derive(Debug)]
-pub struct Parts<'a> {
+pub struct ChannelParts<'a> {
     /// The ranks at the other ends.
     pub peers: &'a [usize],
     /// Messages to them.
@@ -86,13 +86,15 @@ pub trait Transport {
     fn size(&self) -> usize;
     /// Exchange with each peer a message whose length both know: `received[k]` arrives filled from `peers[k]`.
     fn exchange(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
+    /// Prepares the exchanges of a channel.
+    fn prepare(&self, _: &mut Channel) {}
     /// Sends the messages of a channel on their way; all ranks between which it is do so.
     fn start(&self, channel: &mut Channel) {
         channel.set_open(true);
     }
     /// Waits until the messages of a channel have arrived.
     fn finish(&self, channel: &mut Channel) {
-        let Parts { peers, sent, received, .. } = channel.parts();
+        let ChannelParts { peers, sent, received, .. } = channel.parts();
         self.exchange(peers, sent, received);
         channel.set_open(false);
     }

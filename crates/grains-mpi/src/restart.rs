@@ -110,7 +110,7 @@ fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunErr
     let text = file.text("case").unwrap_or("");
     let refuse = |why: &str| {
         RunError::case(format!(
-            "{} belongs to another case ({why}): only time.end, stop, output, limits, neighbours, domain.ranks and of the fluid its output, pressure solver and longest step may change at a restart",
+            "{} belongs to another case ({why}): only time.end, stop, output, limits, neighbours, domain.ranks, domain.balance, domain.exchange and of the fluid its output, pressure solver and longest step may change at a restart",
             file.path.display()
         ))
     };
@@ -122,6 +122,8 @@ fn same_case(case: &Case, dem: &Dem, file: &CheckpointFile) -> Result<(), RunErr
     old.limits.clone_from(&case.limits);
     old.neighbours.clone_from(&case.neighbours);
     old.domain.ranks = case.domain.ranks;
+    old.domain.balance = case.domain.balance;
+    old.domain.exchange = case.domain.exchange;
     if let (Some(old), Some(new)) = (&mut old.fluid, &case.fluid) {
         old.output.clone_from(&new.output);
         old.pressure.clone_from(&new.pressure);

@@ -104,9 +104,10 @@ impl Schedule {
 /// A run in progress.
 pub struct Run<'a> {
     case: &'a Case,
-    transport: MpiTransport,
     /// The granular phase.
     pub dem: Dem,
+    /// Freed after the messages `dem` has prepared.
+    transport: MpiTransport,
     fluid: Option<FluidPhase>,
     population: Population,
     files: Files,
@@ -167,7 +168,8 @@ impl<'a> Run<'a> {
                 self.insert()?;
             }
             let step = self.dem.step;
-            self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
+            // Until the contacts of this step nothing looks at clones.
+            self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
             if step == self.first_step
                 && !is_restart
                 && let Some(fluid) = &mut self.fluid

@@ -163,12 +163,12 @@ impl Dem {
     }
 }
 
-/// Memory of one rank (B).
+/// Memory of one rank between two rebuilds of its lists (B).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryUse {
     /// Owned particles and clones.
     pub particles: usize,
-    /// Pairs, cells, and what contacts remember.
+    /// Pairs and what contacts remember; cells exist only while lists are built.
     pub lists: usize,
     /// Messages.
     pub messages: usize,

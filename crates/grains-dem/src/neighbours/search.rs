@@ -28,6 +28,24 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) time: f64,
 }
 
+/// How far from its centre (m) a particle among `stays` may act before the lists are rebuilt, at most, per class of
+/// sizes; and how many there are of each.
+pub(crate) fn widest(
+    particles: &Particles,
+    stays: &[u32],
+    around: &Surroundings,
+) -> ([f64; SIZE_CLASSES], [usize; SIZE_CLASSES]) {
+    let (mut widest, mut counts) = ([0.0; SIZE_CLASSES], [0; SIZE_CLASSES]);
+    for &i in stays {
+        let body = &particles.bodies[i as usize];
+        let class = size_class(body.radius, around.largest_radius);
+        widest[class] =
+            f64::max(widest[class], body.radius + nominal_reach(body, around) + 0.5 * around.film);
+        counts[class] += 1;
+    }
+    (widest, counts)
+}
+
 /// The owned particles sorted by cell.
 pub(crate) struct Sorted {
     /// What places they had before.
@@ -52,6 +70,7 @@ impl Sorted {
 }
 
 /// The clones by cell.
+#[derive(Default)]
 struct Clones {
     order: Vec<u32>,
     /// The first of every cell in `order`.
@@ -92,24 +111,6 @@ impl Search<'_> {
 }
 
 impl Neighbours {
-    /// How far from its centre (m) a particle among `stays` may act before the lists are rebuilt, at most, per class of
-    /// sizes; and how many there are of each.
-    pub(crate) fn widest(
-        particles: &Particles,
-        stays: &[u32],
-        around: &Surroundings,
-    ) -> ([f64; SIZE_CLASSES], [usize; SIZE_CLASSES]) {
-        let (mut widest, mut counts) = ([0.0; SIZE_CLASSES], [0; SIZE_CLASSES]);
-        for &i in stays {
-            let body = &particles.bodies[i as usize];
-            let class = size_class(body.radius, around.largest_radius);
-            widest[class] =
-                f64::max(widest[class], body.radius + nominal_reach(body, around) + 0.5 * around.film);
-            counts[class] += 1;
-        }
-        (widest, counts)
-    }
-
     /// Builds all lists from sorted owned particles and their clones.
     pub(crate) fn build(
         &mut self,
@@ -121,7 +122,8 @@ impl Neighbours {
         particles.travelled.fill(0.0);
         self.spheres.clear();
         self.bodies.clear();
-        let clones = Clones::new(particles, &sorted.cells);
+        let has_clones = particles.len() > particles.owned;
+        let clones = if has_clones { Clones::new(particles, &sorted.cells) } else { Clones::default() };
         let (probes, all_spheres) = (self.probes(particles, around), around.catalogue.all_spheres());
         let search = Search { particles, sorted, clones, probes, memories, around, all_spheres };
         let grids = sorted.cells.grids();
@@ -129,7 +131,7 @@ impl Neighbours {
             self.pair_owned(&search, grid, &grids[..k]);
         }
         self.inner = Inner { spheres: self.spheres.len(), bodies: self.bodies.pairs.len() };
-        if particles.len() > particles.owned {
+        if has_clones {
             for (k, grid) in grids.iter().enumerate() {
                 self.pair_with_clones(&search, &grids[..=k], grid);
                 self.pair_small_clones(&search, &grids[..k], grid);

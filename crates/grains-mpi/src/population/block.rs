@@ -132,7 +132,7 @@ impl Block {
                     // The owner alone keeps its place: all ranks ask each other what is in the way.
                     if dem.owns(&placed.position) {
                         dem.insert(&placed.record(dem));
-                        occupancy.add(placed);
+                        occupancy.add(placed, &dem.setup.catalogue);
                     }
                     done += 1;
                 }
