@@ -20,7 +20,7 @@ from benchmark import BINARY, ROOT, machine, table
 CASES = {"dam-break/size1": 0.03, "silo/quick": 2, "drum/drum": 0.05}
 
 
-def run(name, end, ranks, balance, folder):
+def run(binary, name, end, ranks, balance, folder):
     """Work of the busiest rank over the mean, moves of borders, particles of the fullest rank, and seconds."""
     text = (ROOT / f"cases/{name}.toml").read_text()
     text = re.sub(r"^end = .*", f"end = {end}", text, count=1, flags=re.M)
@@ -28,7 +28,7 @@ def run(name, end, ranks, balance, folder):
     text = re.sub(r"^\[domain\]", f"[domain]\nbalance = {'true' if balance else 'false'}", text, count=1, flags=re.M)
     case = folder / "case.toml"
     case.write_text(text)
-    command = ["mpirun", "--oversubscribe", "-n", str(ranks), BINARY, case]
+    command = ["mpirun", "--oversubscribe", "-n", str(ranks), "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", binary, case]
     out = subprocess.run(command, capture_output=True, text=True, check=True, timeout=3600).stdout
     pattern = r"particles per rank: .* to (\d+); the busiest rank worked ([\d.]+) times the mean; borders moved (\d+) times"
     fullest, work, moves = re.search(pattern, out).groups()
@@ -39,14 +39,16 @@ def run(name, end, ranks, balance, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ranks", nargs="+", type=int, default=[2, 4, 8])
+    parser.add_argument("--binary", type=Path, default=BINARY, help="grains-mpi program")
+    parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
     options = parser.parse_args()
     rows = []
-    for name, end in CASES.items():
+    for name, end in ((name, CASES[name]) for name in options.cases):
         for ranks in options.ranks:
             found = []
             for balance in (False, True):
                 with tempfile.TemporaryDirectory() as folder:
-                    found.append(run(name, end, ranks, balance, Path(folder)))
+                    found.append(run(options.binary, name, end, ranks, balance, Path(folder)))
             (off, _, full, seconds), (on, moves, fullest, quick) = found
             rows.append([name, ranks, f"{off:.2f}", f"{on:.2f}", f"{off / on:.2f}", moves, full, fullest, f"{seconds:.1f}", f"{quick:.1f}"])
             print(*rows[-1], flush=True)

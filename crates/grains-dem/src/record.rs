@@ -64,8 +64,9 @@ impl ParticleRecord {
     }
 }
 
-/// Number of f64 that create a clone.
-pub(crate) const CLONE_LENGTH: usize = 18;
+/// Number of f64 that create a clone: what never changes, and the first news.
+pub(crate) const CLONE_LENGTH: usize = FIXED_LENGTH + NEWS_LENGTH;
+const FIXED_LENGTH: usize = 5;
 
 /// Appends what a neighbour needs to create a clone, its position moved by `shift` (m, exact).
 pub(crate) fn write_clone(
@@ -82,8 +83,7 @@ pub(crate) fn write_clone(
         body.radius,
         body.mass,
     ]);
-    write_motion(body, shift, message);
-    write_orientation(orientation, message);
+    message.extend(news(body, orientation, shift));
 }
 
 /// Reads a clone written by [`write_clone`].
@@ -96,37 +96,37 @@ pub(crate) fn read_clone(message: &[f64]) -> (u64, Body, Rotation) {
         angular_velocity: Vec3::zeros(),
         kind: Kind { shape: message[1] as u16, material: message[2] as u16 },
     };
-    read_motion(&mut body, &message[5..14]);
-    (message[0] as u64, body, read_orientation(&message[14..18]))
+    let news = &message[FIXED_LENGTH..];
+    read_motion(&mut body, news);
+    (message[0] as u64, body, read_orientation(news))
 }
 
-/// Appends position, velocity and spin: all that changes of a clone between rebuilds, with its orientation.
-#[inline]
-pub(crate) fn write_motion(body: &Body, shift: &Vec3, message: &mut Vec<f64>) {
-    let x = body.position + shift;
-    let (v, w) = (body.velocity, body.angular_velocity);
-    message.extend_from_slice(&[x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z]);
-}
+/// Most numbers that tell of a clone: position, velocity, angular velocity, orientation.
+pub(crate) const NEWS_LENGTH: usize = 13;
+/// Those without orientation, of spheres.
+pub(crate) const NEWS_OF_SPHERES: usize = 9;
 
-/// Reads what [`write_motion`] wrote.
-#[inline]
-pub(crate) fn read_motion(body: &mut Body, message: &[f64]) {
-    body.position = Vec3::new(message[0], message[1], message[2]);
-    body.velocity = Vec3::new(message[3], message[4], message[5]);
-    body.angular_velocity = Vec3::new(message[6], message[7], message[8]);
-}
-
-/// Appends an orientation (w, x, y, z).
-#[inline]
-pub(crate) fn write_orientation(orientation: &Rotation, message: &mut Vec<f64>) {
+/// All that changes of a clone between rebuilds, its position moved by `shift` (m, exact); the orientation (w, x, y, z)
+/// comes last.
+#[inline(always)]
+pub(crate) fn news(body: &Body, orientation: &Rotation, shift: &Vec3) -> [f64; NEWS_LENGTH] {
+    let (x, v, w) = (body.position + shift, body.velocity, body.angular_velocity);
     let q = orientation.quaternion();
-    message.extend_from_slice(&[q.w, q.i, q.j, q.k]);
+    [x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z, q.w, q.i, q.j, q.k]
 }
 
-/// Reads what [`write_orientation`] wrote, without renormalising: the bits must not change.
+/// Reads the motion out of [`news`].
 #[inline]
-pub(crate) fn read_orientation(message: &[f64]) -> Rotation {
-    Unit::new_unchecked(Quaternion::new(message[0], message[1], message[2], message[3]))
+pub(crate) fn read_motion(body: &mut Body, news: &[f64]) {
+    body.position = Vec3::new(news[0], news[1], news[2]);
+    body.velocity = Vec3::new(news[3], news[4], news[5]);
+    body.angular_velocity = Vec3::new(news[6], news[7], news[8]);
+}
+
+/// Reads the orientation out of [`news`], without renormalising: the bits must not change.
+#[inline]
+pub(crate) fn read_orientation(news: &[f64]) -> Rotation {
+    Unit::new_unchecked(Quaternion::new(news[9], news[10], news[11], news[12]))
 }
 
 #[cfg(test)]

@@ -12,12 +12,14 @@
 //!
 //! Persistent requests are started before the contacts and waited for after those that need no clone.
 
+mod gather;
+
 use crate::Particles;
 use crate::dem::bytes;
 use crate::exchange::Link;
-use crate::record::{read_motion, read_orientation};
+use crate::record::{NEWS_LENGTH, NEWS_OF_SPHERES, news, read_motion, read_orientation};
 use grains_domain::{Channel, Transport};
-use grains_geometry::Vec3;
+use grains_geometry::{Rotation, Vec3};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -157,51 +159,6 @@ impl Updates {
         }
     }
 
-    /// The strategies that tell of all buffer particles; a message begins with its length.
-    fn gather(&mut self, particles: &mut Particles, transport: &impl Transport) {
-        self.own[0] = self.own.len() as f64;
-        fill(&mut self.own[1..], self.length, particles, self.buffer.iter().map(|&i| (i, Vec3::zeros())));
-        let mut receivers = self.peers.len();
-        match self.strategy {
-            ExchangeStrategy::AllGatherGlobal => {
-                receivers = transport.size() - 1;
-                let mut all = Vec::new();
-                self.timed(|u| all = transport.gather(&u.own));
-                let (mut rest, mut rank) = (&all[..], 0);
-                while let Some(&length) = rest.first() {
-                    let (message, after) = rest.split_at(length as usize);
-                    if let Ok(k) = self.peers.binary_search(&rank) {
-                        self.pick(k, message, particles);
-                    }
-                    (rest, rank) = (after, rank + 1);
-                }
-            }
-            ExchangeStrategy::AllGatherLocal => {
-                self.timed(|u| transport.gather_near(&u.peers, &u.own, &mut u.received));
-            }
-            _ => {
-                let Self { sent, own, .. } = self;
-                sent.iter_mut().for_each(|message| message.clone_from(own));
-                self.timed(|u| transport.exchange_unsized(&u.peers, &u.sent, &mut u.received));
-            }
-        }
-        self.count(receivers, receivers * self.own.len());
-        if self.strategy != ExchangeStrategy::AllGatherGlobal {
-            (0..self.peers.len()).for_each(|k| self.pick(k, &self.received[k], particles));
-        }
-    }
-
-    /// Takes the news of the clones of peer `k` out of those of all its buffer particles.
-    fn pick(&self, k: usize, message: &[f64], particles: &mut Particles) {
-        for (origin, clone) in self.origins[k].iter().zip(self.filled[k].clone()) {
-            let at = 1 + origin.slot as usize * self.length;
-            let mut record = [0.0; LONGEST];
-            record[..self.length].copy_from_slice(&message[at..at + self.length]);
-            (0..3).for_each(|a| record[a] += origin.shift[a]);
-            take(particles, clone, &record[..self.length]);
-        }
-    }
-
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
         let messages = self.sent.iter().chain(&self.received).map(bytes).sum::<usize>() + bytes(&self.own);
@@ -221,32 +178,24 @@ impl Updates {
     }
 }
 
-/// Most numbers that tell of a clone: position, velocity, angular velocity, orientation.
-const LONGEST: usize = 13;
-
-/// Numbers that tell of a clone.
-pub(crate) fn record_length(particles: &Particles) -> usize {
-    if particles.turns() { LONGEST } else { 9 }
-}
-
 /// Owned particles that a peer has clones of, and the shifts (m) of these.
 fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Vec3)> {
     let links = links.iter().filter(move |link| link.rank == peer);
     links.flat_map(|link| link.sent.iter().map(|&i| (i, link.shift)))
 }
 
+/// Numbers that tell of a clone.
+pub(crate) fn record_length(particles: &Particles) -> usize {
+    if particles.turns() { NEWS_LENGTH } else { NEWS_OF_SPHERES }
+}
+
 /// Writes the news of particles into a message.
 fn fill(message: &mut [f64], length: usize, particles: &Particles, whom: impl Iterator<Item = (u32, Vec3)>) {
+    let identity = Rotation::identity();
     for (record, (i, shift)) in message.chunks_exact_mut(length).zip(whom) {
         let i = i as usize;
-        let body = &particles.bodies[i];
-        record[..3].copy_from_slice((body.position + shift).as_slice());
-        record[3..6].copy_from_slice(body.velocity.as_slice());
-        record[6..9].copy_from_slice(body.angular_velocity.as_slice());
-        if length == LONGEST {
-            let q = particles.orientations[i].quaternion();
-            record[9..].copy_from_slice(&[q.w, q.i, q.j, q.k]);
-        }
+        let orientation = particles.orientations.get(i).unwrap_or(&identity);
+        record.copy_from_slice(&news(&particles.bodies[i], orientation, &shift)[..length]);
     }
 }
 
@@ -255,7 +204,7 @@ fn fill(message: &mut [f64], length: usize, particles: &Particles, whom: impl It
 fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
     let before = particles.bodies[clone].position;
     read_motion(&mut particles.bodies[clone], record);
-    if record.len() == LONGEST {
-        particles.turn_to(clone, &before, read_orientation(&record[9..]));
+    if record.len() == NEWS_LENGTH {
+        particles.turn_to(clone, &before, read_orientation(record));
     }
 }

@@ -14,6 +14,8 @@ pub mod purpose {
     pub const ORIENTATION: u64 = 2;
     /// Displacement from a site of a lattice.
     pub const NOISE: u64 = 3;
+    /// Attempts to place a particle in a window count up from here.
+    pub const ATTEMPT: u64 = 16;
 }
 
 /// The component in whose share of [0, 1) a number falls.

@@ -1,14 +1,12 @@
 //! Random places in a window, tried until a particle fits.
 
+use super::draws::purpose;
 use crate::random::Draw;
 use grains_case::Window;
 use grains_dem::{Dem, NewParticle, Occupancy, wall_in_the_way};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use std::f64::consts::TAU;
-
-/// Random numbers of attempts count up from this purpose.
-const PURPOSE: u64 = 16;
 
 /// Attempts between two agreements of the ranks.
 const ATTEMPTS_AT_A_TIME: u64 = 64;
@@ -47,7 +45,7 @@ pub fn place_in_window(
 
 /// Position of a particle at an attempt, wrapped and on the lattice.
 fn attempted_position(new: &NewParticle, window: &Window, seed: u64, attempt: u64, dem: &Dem) -> Vec3 {
-    let mut draw = Draw::new(seed, new.id, PURPOSE + attempt);
+    let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + attempt);
     let wrapped = dem.setup.global.wrap(point_in(window, &mut draw).into());
     Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)))
 }

@@ -1,0 +1,138 @@
+//! The rebuild: particles change hands, are sorted, cloned, and listed anew.
+
+use super::{Dem, Failure};
+use crate::StepError;
+use crate::error::vector;
+use crate::measure;
+use crate::memory::Memories;
+use crate::neighbours::{Sorted, Surroundings, widest};
+use grains_domain::{Cells, Transport};
+
+impl Dem {
+    pub(super) fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
+        measure::count_crossings(
+            &mut self.particles,
+            &self.setup.planes,
+            &self.setup.global,
+            &mut self.crossings,
+        );
+        self.check_jumps();
+        self.report.work = self.work();
+        self.balance(transport);
+        self.gather();
+        let Self { particles, memories, exchange, .. } = self;
+        let mut stays = Vec::new();
+        match exchange.migrate(particles, memories, transport) {
+            Ok(migration) => {
+                self.ledger.left += migration.left;
+                stays = migration.stays;
+            }
+            Err(error) => self.error = self.error.take().or(Some(error)),
+        }
+        self.check(transport)?;
+        self.sort_and_list(&stays, transport);
+        // What they hold is in the lists.
+        self.memories = Memories::default();
+        self.gathered = false;
+        self.stale = false;
+        self.steps_since_build = 0;
+        self.report.rebuilds += 1;
+        Ok(())
+    }
+
+    /// Moves borders between subdomains, if that is due and worth it.
+    fn balance(&mut self, transport: &impl Transport) {
+        let Some(balance) = self.setup.balance.filter(|_| transport.size() > 1) else { return };
+        if self.step < self.next_balance {
+            return;
+        }
+        let Self { particles, neighbours, setup, work, .. } = self;
+        work.clear();
+        let own = particles.bodies.iter().take(particles.owned);
+        for (body, work_here) in own.zip(neighbours.work_of_each(particles.owned)) {
+            work.add(&setup.global, body.position.into(), work_here);
+        }
+        work.sum(transport);
+        let range = self.setup.interaction_range();
+        match self.decomposition.rebalanced(&self.work, range, balance.threshold) {
+            None => self.next_balance = self.step + balance.interval,
+            Some(cuts) => {
+                // Borders that went as far as they may go on at the next occasion.
+                self.decomposition.cuts = cuts;
+                self.exchange.divide(&self.decomposition);
+                self.report.moves += 1;
+            }
+        }
+    }
+
+    fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) {
+        let (wall_reach, wall_steps) = self.wall_allowance();
+        self.wall_steps = wall_steps;
+        let Self { particles, memories, decomposition, setup, exchange, neighbours, .. } = self;
+        let around = Surroundings {
+            decomposition,
+            catalogue: &setup.catalogue,
+            walls: &setup.walls,
+            states: &self.states,
+            skin: setup.skin,
+            largest_radius: setup.largest_radius,
+            film: setup.film(),
+            dt: setup.rates.dt,
+            time: self.step as f64 * setup.rates.dt,
+        };
+        let (mut ranges, counts) = widest(particles, stays, &around);
+        transport.max(&mut ranges);
+        let cells = Cells::new(decomposition, setup.largest_radius, &ranges, &counts);
+        let sorted = Sorted::new(particles, stays, cells);
+        particles.reorder(&sorted.order);
+        neighbours.wall_reach = wall_reach;
+        neighbours.choose_reaches(particles, &around);
+        let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
+        let range = |i: usize| neighbours.range_of(particles, i, around.film) + largest;
+        let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
+        exchange.create_clones(particles, &ranges, transport);
+        neighbours.build(particles, &sorted, memories, &around);
+    }
+
+    /// A particle that outran a cell since the last check may have passed through another.
+    fn check_jumps(&mut self) {
+        let references = &self.neighbours.references;
+        for (i, reference) in references.iter().enumerate().take(self.particles.owned) {
+            let body = &self.particles.bodies[i];
+            let distance = (body.position - reference.position).norm();
+            let inscribed = self.setup.catalogue.inscribed_radius(body);
+            if distance > reference.reach + inscribed {
+                self.error = Some(StepError::Jump {
+                    id: self.particles.ids[i],
+                    distance,
+                    allowed: reference.reach + inscribed,
+                    place: vector(&body.position),
+                    velocity: vector(&body.velocity),
+                });
+            }
+        }
+    }
+
+    /// How far (m) walls may move before the lists are rebuilt, and after how many steps that is due.
+    fn wall_allowance(&self) -> (f64, u64) {
+        let (global, dt, now) = (&self.setup.global, self.setup.rates.dt, self.time());
+        let corner =
+            (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
+        let horizon = self.setup.skin.horizon.max(1.0);
+        let (mut speed, mut pause) = (0.0_f64, f64::INFINITY);
+        for wall in self.setup.walls.iter().filter(|w| now < w.until) {
+            let wait = (wall.motion.moves_next(now) - now) / dt;
+            if wait <= horizon {
+                speed = speed.max(wall.motion.largest_speed(corner));
+            } else {
+                pause = pause.min(wait);
+            }
+        }
+        if speed == 0.0 {
+            return (0.0, pause as u64);
+        }
+        let most = self.setup.skin.most * self.setup.largest_radius;
+        let steps = (most / (speed * dt)).min(horizon).max(1.0).floor();
+        (speed * dt * steps, steps as u64)
+    }
+}
