@@ -17,32 +17,8 @@ import statistics
 import tempfile
 from pathlib import Path
 
+from bench_spheres import CASE
 from benchmark import BINARY, DT, FLOOR, GLASS, RADIUS, machine, mpi, run, segments, spread, table
-
-CASE = """\
-name = "two sizes"
-
-[domain]
-lower = [0, 0, -0.001]
-upper = [{edge:g}, {edge:g}, {top:.4f}]
-periodic = [true, true, false]
-
-[time]
-end = 10
-dt = {dt}
-
-{glass}
-[[shape]]
-name = "bead"
-kind = "sphere"
-radius = {radius}
-
-[[insert]]
-name = "bed"
-particles = [{{ shape = "bead", material = "glass" }}]
-place = {{ kind = "file", path = "bed.csv" }}
-
-{floor}"""
 
 SPACING = 2.1  # of the lattice of the small ones, over their radius
 # Large over small radius, large ones, small ones, and the width of the box over the small radius.
@@ -81,7 +57,9 @@ def write_case(folder, bed):
         writer.writerows([f"{RADIUS * value:.9g}" for value in row] for row in rows)
     top = RADIUS * (max(z + r for _, _, z, r in rows) + 1)
     (folder / "case.toml").write_text(
-        CASE.format(edge=RADIUS * bed[3], top=top, dt=DT, glass=GLASS, radius=RADIUS, floor=FLOOR)
+        CASE.format(
+            edge=RADIUS * bed[3], top=top, positions="bed.csv", dt=DT, glass=GLASS, radius=RADIUS, floor=FLOOR,
+        )
     )
 
 
@@ -103,12 +81,16 @@ def main():
                 command = [options.binary, "bench", folder / "case.toml", "--warm", warm, "--steps", options.steps]
                 output = run(mpi(ranks, command), options.timeout)
                 contacts = float(re.search(r"^contacts_per_particle (\S+)", output, re.M)[1])
-                times = [time / contacts for time in segments(output, options.steps)]
-                mean = statistics.median(times)
-                first.setdefault(ranks, mean)
-                rows.append([f"{bed[0]}:1", f"{bed[1]:,} + {bed[2]:,}", ranks, f"{contacts:.2f}", spread(times), f"{mean / first[ranks]:.2f}"])
-    print(f"{before}. Microseconds per contact and step: median (least–largest).\n")
-    print(table(["radii", "large + small", "ranks", "contacts per sphere", "time", "over one size"], rows))
+                times = segments(output, options.steps)
+                row = [f"{bed[0]}:1", f"{bed[1]:,} + {bed[2]:,}", ranks, f"{contacts:.2f}", spread(times)]
+                if contacts < 0.1:
+                    rows.append([*row, "-", "-"])
+                    continue
+                per_contact = statistics.median(times) / contacts
+                first.setdefault(ranks, per_contact)
+                rows.append([*row, f"{per_contact:.4f}", f"{per_contact / first[ranks]:.2f}"])
+    print(f"{before}. Microseconds per sphere and step, median (least–largest), and per contact.\n")
+    print(table(["radii", "large + small", "ranks", "contacts per sphere", "time", "per contact", "over one size"], rows))
 
 
 if __name__ == "__main__":

@@ -15,10 +15,10 @@ use grains_output::Kind;
 use std::fmt::Write;
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
-const COST: [f64; 2] = [1.2e-7, 1.0e-6];
+const COST: [f64; 2] = [0.8e-7, 0.9e-6];
 
-/// Bytes per particle of all arrays and lists, for spheres and for other shapes.
-const MEMORY: [f64; 2] = [800.0, 5000.0];
+/// Bytes per particle at the peak, when lists are rebuilt or a snapshot is written, for spheres and for other shapes.
+const MEMORY: [f64; 2] = [950.0, 5000.0];
 
 /// Bytes per particle of a checkpoint, for spheres and for other shapes.
 const CHECKPOINT: [f64; 2] = [370.0, 1250.0];
