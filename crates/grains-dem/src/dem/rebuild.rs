@@ -18,7 +18,7 @@ impl Dem {
         );
         self.check_jumps();
         self.report.work = self.work();
-        self.balance(transport);
+        let has_moved = self.balance(transport);
         self.gather();
         let Self { particles, memories, exchange, .. } = self;
         let mut stays = Vec::new();
@@ -34,17 +34,18 @@ impl Dem {
         // What they hold is in the lists.
         self.memories = Memories::default();
         self.gathered = false;
-        self.stale = false;
+        // Borders that went as far as they may go on in the next step.
+        self.stale = has_moved;
         self.steps_since_build = 0;
         self.report.rebuilds += 1;
         Ok(())
     }
 
-    /// Moves borders between subdomains, if that is due and worth it.
-    fn balance(&mut self, transport: &impl Transport) {
-        let Some(balance) = self.setup.balance.filter(|_| transport.size() > 1) else { return };
+    /// Moves borders between subdomains, if that is due and worth it; returns whether they moved, the same on all ranks.
+    fn balance(&mut self, transport: &impl Transport) -> bool {
+        let Some(balance) = self.setup.balance.filter(|_| transport.size() > 1) else { return false };
         if self.step < self.next_balance {
-            return;
+            return false;
         }
         let Self { particles, neighbours, setup, work, .. } = self;
         work.clear();
@@ -55,12 +56,15 @@ impl Dem {
         work.sum(transport);
         let range = self.setup.interaction_range();
         match self.decomposition.rebalanced(&self.work, range, balance.threshold) {
-            None => self.next_balance = self.step + balance.interval,
+            None => {
+                self.next_balance = self.step + balance.interval;
+                false
+            }
             Some(cuts) => {
-                // Borders that went as far as they may go on at the next occasion.
                 self.decomposition.cuts = cuts;
                 self.exchange.divide(&self.decomposition);
                 self.report.moves += 1;
+                true
             }
         }
     }
