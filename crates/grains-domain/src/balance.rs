@@ -67,11 +67,11 @@ impl WorkProfile {
 impl Decomposition {
     /// Work of the busiest slab between two borders across an axis, over the mean (-).
     pub fn imbalance(&self, axis: usize, profile: &WorkProfile) -> f64 {
-        self.imbalance_between(axis, &self.cuts[axis], profile)
+        self.shares(axis, &self.cuts[axis], profile).into_iter().fold(0.0, f64::max)
     }
 
-    /// The same between other borders (m).
-    fn imbalance_between(&self, axis: usize, cuts: &[f64], profile: &WorkProfile) -> f64 {
+    /// Work of every slab between borders (m) across an axis, over the mean (-).
+    fn shares(&self, axis: usize, cuts: &[f64], profile: &WorkProfile) -> Vec<f64> {
         let below = profile.cumulative(axis);
         let (global, all) = (&self.global, below[SLICES]);
         let at = |cut: f64| {
@@ -79,21 +79,26 @@ impl Decomposition {
             let slice = (place as usize).min(SLICES - 1);
             below[slice] + (place - slice as f64).min(1.0) * (below[slice + 1] - below[slice])
         };
-        let busiest = cuts.windows(2).map(|cut| at(cut[1]) - at(cut[0])).fold(0.0, f64::max);
-        if all > 0.0 { busiest * self.ranks[axis] as f64 / all } else { 1.0 }
+        let mean = all / self.ranks[axis] as f64;
+        let share = |cut: &[f64]| if all > 0.0 { (at(cut[1]) - at(cut[0])) / mean } else { 1.0 };
+        cuts.windows(2).map(share).collect()
     }
 
-    /// Borders that share the work better by a hundredth at least, with no subdomain thinner than `range` (m); none if
+    /// Borders that share the work better by a hundredth of its squares at least, with no subdomain thinner than `range` (m); none if
     /// no axis is worth it.
     pub fn rebalanced(&self, profile: &WorkProfile, range: f64, threshold: f64) -> Option<[Vec<f64>; 3]> {
         let mut cuts = self.cuts.clone();
         for (axis, moved) in cuts.iter_mut().enumerate() {
-            let before = self.imbalance(axis, profile);
-            if self.ranks[axis] > 1 && before > threshold {
-                self.move_cuts(axis, &profile.cumulative(axis), range, moved);
-                if self.imbalance_between(axis, moved, profile) > 0.99 * before {
-                    moved.clone_from(&self.cuts[axis]);
-                }
+            if self.ranks[axis] == 1 || self.imbalance(axis, profile) <= threshold {
+                continue;
+            }
+            self.move_cuts(axis, &profile.cumulative(axis), range, moved);
+            // The busiest slab may have to wait until its neighbours have made room.
+            let unevenness = |cuts: &[f64]| -> f64 {
+                self.shares(axis, cuts, profile).into_iter().map(|share| share * share).sum()
+            };
+            if unevenness(moved) > 0.99 * unevenness(&self.cuts[axis]) {
+                moved.clone_from(&self.cuts[axis]);
             }
         }
         (cuts != self.cuts).then_some(cuts)
