@@ -1,5 +1,7 @@
 //! [`Transport`](grains_domain::Transport) over MPI, and how a job begins, ends and is aborted.
 
+mod graph;
+mod persistent;
 mod sparse;
 mod transport;
 

@@ -13,8 +13,9 @@ use mpi::traits::{AsRaw, Communicator};
 use std::cell::Cell;
 use std::mem::MaybeUninit;
 
-/// Tags of the exchanges, which no other messages may have, in turns: a rank that has left an exchange may send for the next one while others still
-/// look for messages of this one. It cannot be two ahead, as all must have entered its next barrier before.
+/// Tags of the exchanges, which no other messages may have, in turns: a rank that has left an exchange may send for the
+/// next one while others still look for messages of this one. It cannot be two ahead, as all must have entered its next
+/// barrier before.
 const TAGS: [i32; 2] = [8, 9];
 
 /// The exchanges of a communicator.

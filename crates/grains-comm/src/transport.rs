@@ -2,6 +2,8 @@
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
+use crate::graph::Graph;
+use crate::persistent::{Persistent, prepared_in};
 use crate::sparse::SparseExchange;
 use grains_domain::{Channel, ChannelParts, Transport};
 use mpi::collective::SystemOperation;
@@ -14,7 +16,6 @@ use std::mem::MaybeUninit;
 
 const TAG_SIZED: i32 = 1;
 const TAG_UNSIZED: i32 = 2;
-const TAG_CHANNEL: i32 = 3;
 
 /// [`Transport`] over an MPI communicator.
 pub struct MpiTransport {
@@ -23,132 +24,6 @@ pub struct MpiTransport {
     sparse: SparseExchange,
     /// The graph of [`Transport::gather_near`].
     near: RefCell<Option<Graph>>,
-}
-
-/// Persistent requests for the buffers of a channel.
-struct Persistent {
-    requests: Vec<ffi::MPI_Request>,
-    is_running: bool,
-}
-
-impl Persistent {
-    fn new(
-        peers: &[usize],
-        sent: &[Vec<f64>],
-        received: &mut [Vec<f64>],
-        communicator: &SimpleCommunicator,
-    ) -> Self {
-        let mut requests = Vec::new();
-        for (&peer, buffer) in peers.iter().zip(received).filter(|(_, buffer)| !buffer.is_empty()) {
-            let mut request = MaybeUninit::uninit();
-            // SAFETY: the channel owns the buffer, keeps it in place, and drops this request first.
-            unsafe {
-                ffi::MPI_Recv_init(
-                    buffer.as_mut_ptr().cast(),
-                    buffer.len() as i32,
-                    ffi::RSMPI_DOUBLE,
-                    peer as i32,
-                    TAG_CHANNEL,
-                    communicator.as_raw(),
-                    request.as_mut_ptr(),
-                );
-                requests.push(request.assume_init());
-            }
-        }
-        for (&peer, buffer) in peers.iter().zip(sent).filter(|(_, buffer)| !buffer.is_empty()) {
-            let mut request = MaybeUninit::uninit();
-            // SAFETY: as above.
-            unsafe {
-                ffi::MPI_Send_init(
-                    buffer.as_ptr().cast(),
-                    buffer.len() as i32,
-                    ffi::RSMPI_DOUBLE,
-                    peer as i32,
-                    TAG_CHANNEL,
-                    communicator.as_raw(),
-                    request.as_mut_ptr(),
-                );
-                requests.push(request.assume_init());
-            }
-        }
-        Self { requests, is_running: false }
-    }
-
-    fn start(&mut self) {
-        // SAFETY: the requests are persistent and not active.
-        unsafe {
-            ffi::MPI_Startall(self.requests.len() as i32, self.requests.as_mut_ptr());
-        }
-        self.is_running = true;
-    }
-
-    fn finish(&mut self) {
-        // SAFETY: the requests are active; persistent ones stay valid.
-        unsafe {
-            let (count, requests) = (self.requests.len() as i32, self.requests.as_mut_ptr());
-            ffi::MPI_Waitall(count, requests, ffi::RSMPI_STATUSES_IGNORE);
-        }
-        self.is_running = false;
-    }
-}
-
-impl Drop for Persistent {
-    fn drop(&mut self) {
-        if self.is_running {
-            self.finish();
-        }
-        for request in &mut self.requests {
-            // SAFETY: each request was made once and is freed once.
-            unsafe {
-                ffi::MPI_Request_free(request);
-            }
-        }
-    }
-}
-
-/// The requests of a channel.
-fn prepared_in(channel: &mut Channel) -> Option<&mut Persistent> {
-    channel.parts().prepared.as_mut()?.downcast_mut()
-}
-
-impl Drop for Graph {
-    fn drop(&mut self) {
-        // SAFETY: the communicator was made once and is freed once, while MPI runs.
-        unsafe {
-            ffi::MPI_Comm_free(&mut self.communicator);
-        }
-    }
-}
-
-/// A communicator that knows whose neighbour this rank is, for neighbourhood collectives.
-struct Graph {
-    peers: Vec<usize>,
-    communicator: ffi::MPI_Comm,
-}
-
-impl Graph {
-    fn new(peers: &[usize], communicator: &SimpleCommunicator) -> Self {
-        let list: Vec<i32> = peers.iter().map(|&peer| peer as i32).collect();
-        let (count, weights) = (list.len() as i32, vec![1; list.len()]);
-        let mut graph = MaybeUninit::uninit();
-        // SAFETY: the arrays have `count` entries and are only read; MPI fills the communicator.
-        let communicator = unsafe {
-            ffi::MPI_Dist_graph_create_adjacent(
-                communicator.as_raw(),
-                count,
-                list.as_ptr(),
-                weights.as_ptr(),
-                count,
-                list.as_ptr(),
-                weights.as_ptr(),
-                ffi::RSMPI_INFO_NULL,
-                0,
-                graph.as_mut_ptr(),
-            );
-            graph.assume_init()
-        };
-        Self { peers: peers.to_vec(), communicator }
-    }
 }
 
 impl MpiTransport {

@@ -62,7 +62,7 @@ pub(crate) struct Origin {
 /// The updates of one rank's clones until they are made anew.
 #[derive(Debug, Default)]
 pub(crate) struct Updates {
-    pub(crate) strategy: ExchangeStrategy,
+    strategy: ExchangeStrategy,
     pub(crate) traffic: Traffic,
     /// Neighbour ranks other than the own one, ascending.
     peers: Vec<usize>,
@@ -140,8 +140,7 @@ impl Updates {
             ExchangeStrategy::Persistent => {
                 self.timed(|updates| transport.finish(&mut updates.channel));
                 for (k, clones) in self.filled.iter().enumerate() {
-                    let records = self.channel.incoming(k).chunks_exact(self.length);
-                    records.zip(clones.clone()).for_each(|(record, clone)| take(particles, clone, record));
+                    take_all(self.channel.incoming(k), self.length, clones.clone(), particles);
                 }
             }
             ExchangeStrategy::SendRecvLocalGeoloc => {
@@ -151,8 +150,7 @@ impl Updates {
                 self.count(self.sent.len(), self.sent.iter().map(Vec::len).sum());
                 self.timed(|u| transport.exchange_unsized(&u.peers, &u.sent, &mut u.received));
                 for (message, clones) in self.received.iter().zip(&self.filled) {
-                    let records = message.chunks_exact(self.length);
-                    records.zip(clones.clone()).for_each(|(record, clone)| take(particles, clone, record));
+                    take_all(message, self.length, clones.clone(), particles);
                 }
             }
             _ => self.gather(particles, transport),
@@ -197,6 +195,12 @@ fn fill(message: &mut [f64], length: usize, particles: &Particles, whom: impl It
         let orientation = particles.orientations.get(i).unwrap_or(&identity);
         record.copy_from_slice(&news(&particles.bodies[i], orientation, &shift)[..length]);
     }
+}
+
+/// Takes the news of clones out of a message.
+fn take_all(message: &[f64], length: usize, clones: Range<usize>, particles: &mut Particles) {
+    let records = message.chunks_exact(length);
+    records.zip(clones).for_each(|(record, clone)| take(particles, clone, record));
 }
 
 /// Takes the news of a clone.
