@@ -138,6 +138,64 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     assert!(series(&one).column("momentum_x").iter().all(|&p| p == 0.0));
 }
 
+/// How often borders moved in a run, as its summary tells.
+fn moves(output: &str) -> u32 {
+    let (_, after) = output.split_once("borders moved ").unwrap();
+    after.split(' ').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn cells_and_what_is_known_of_them_follow_borders_that_move() {
+    let home = folder("fluid_borders");
+    // All particles in the lower part of a long box, whose cells change hands more than once.
+    let bed = replaced(&case("bed.toml"), "upper = [0.032,", "upper = [0.064,");
+    let bed = replaced(&bed, "upper = [0.0317, 0.008, 0.03]", "upper = [0.013, 0.008, 0.035]");
+    let bed = replaced(&bed, "point = [0.032,", "point = [0.064,");
+    let bed = replaced(&bed, "cells = [12,", "cells = [24,");
+    let line = "kind = \"line\"\nfrom = [0, 0.004, 0.01]\nto = [0.064, 0.004, 0.01]\npoints = 20";
+    let means =
+        format!("[fluid.output]\nmean_from = 2e-3\n\n[[fluid.profile]]\nname = \"low\"\n{line}\n\n[output]");
+    let bed = replaced(&bed, "[output]", &means);
+    let by_petsc = replaced(&bed, "[output]", "[fluid.pressure]\nmethod = \"petsc\"\n\n[output]");
+    let bodies = replaced(&case("resolved.toml"), "upper = [1.5,", "upper = [3,");
+    let bodies = replaced(&bodies, "cells = [30,", "cells = [60,");
+    let bodies = replaced(&bodies, "end = 0.12", "end = 0.8");
+    for (name, text, share) in [("bed", &bed, 1e-6), ("petsc", &by_petsc, 1e-6), ("bodies", &bodies, 1e-6)] {
+        let result = |ranks: [usize; 3]| {
+            let own = home.join(format!("{name}-{}", ranks.map(|n| n.to_string()).join("-")));
+            fs::create_dir_all(&own).unwrap();
+            let text = replaced(text, "periodic =", &format!("ranks = {ranks:?}\nperiodic ="));
+            let output = run_case(ranks.iter().product(), &own, &text, &[]).succeeded();
+            (own.join("results"), moves(&output.text()))
+        };
+        let (one, _) = result([1; 3]);
+        for ranks in [[2, 1, 1], [4, 1, 1]] {
+            let (many, moved) = result(ranks);
+            assert!(moved > 0, "{name} {ranks:?}");
+            assert_same_fluid(&one, &many, share);
+            let (a, b) = (series(&one), series(&many));
+            for column in ["kinetic_translation", "pressure_drop", "fluid_kinetic", "superficial_z"] {
+                assert_close(
+                    &a.column(column),
+                    &b.column(column),
+                    share,
+                    &format!("{name} {column} {ranks:?}"),
+                );
+            }
+            if name != "bodies" {
+                for array_name in ["velocity", "pressure", "void_fraction", "solid_velocity"] {
+                    let path = format!("VTKHDF/CellData/{array_name}");
+                    let of = |folder: &Path| array(&folder.join("fluid-mean.vtkhdf"), &path);
+                    assert_close(&of(&one), &of(&many), share, &format!("mean {array_name} {ranks:?}"));
+                }
+                let imbalance = b.column("momentum_imbalance").iter().fold(0.0_f64, |m, x| m.max(*x));
+                let largest = b.column("momentum_z").iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                assert!(imbalance < 1e-10 * largest, "{name} {imbalance} of {largest}");
+            }
+        }
+    }
+}
+
 #[test]
 fn resolved_bodies_may_leave_through_an_outlet() {
     let (home, text) = (folder("fluid_leaving"), case("leaving.toml"));

@@ -2,8 +2,8 @@
 """What borders between ranks that move to the work gain, as a Markdown table.
 
 Beds of spheres that leave some ranks little to do: a dam that breaks into a channel eight times as long as it is wide, a
-silo that is half full and cut across gravity, and a drum, also cut across gravity, each with `domain.balance` off and on.
-The work of the busiest rank over the mean counts particles and pairs, so that more ranks than cores tell it too; times
+silo that is half full, a fluidised bed in the lower quarter of its column and a drum, all cut across gravity, each with `domain.balance` off and on.
+The work of the busiest rank over the mean counts particles, pairs and cells, so that more ranks than cores tell it too; times
 are told where every rank has a core of its own.
 
     scaling/balance.py --ranks 2 4 8
@@ -71,10 +71,28 @@ ENDS = plane("left", [0, 0, 0], [1, 0, 0]) + plane("right", [0.48, 0, 0], [-1, 0
 TURN = 'motion = { kind = "rotation", point = [0, 0, 0], axis = [0, 1, 0], angular_velocity = 6 }'
 DRUM = WALL.format(name="drum", kind=f'kind = "cylinder"\ncenter = [0, 0.06, 0]\naxis = [0, 1, 0]\nradius = 0.06\n{TURN}')
 
+AIR = """
+[fluid]
+density = 1.2
+viscosity = 1.8e-5
+cells = [10, 10, 60]
+coupling = { drag = "beetstra", model = "B", kernel = { kind = "smooth" } }
+
+[[fluid.boundary]]
+face = "-z"
+kind = "inlet"
+velocity = [0, 0, 2.5]
+
+[[fluid.boundary]]
+face = "+z"
+kind = "outlet"
+"""
+
 # Corners of box and bed (m), periodic axes, the axis that is cut, walls.
 CASES = {
     "dam break": ([-0.001, 0, -0.001], [0.481, 0.12, 0.12], [0, 0, 0], [0.06, 0.12, 0.09], "false, true, false", 0, FLOOR + ENDS),
     "half-full silo": ([0, 0, -0.001], [0.06, 0.06, 0.36], [0, 0, 0], [0.06, 0.06, 0.18], "true, true, false", 2, FLOOR),
+    "fluidised bed": ([0, 0, 0], [0.06, 0.06, 0.36], [0, 0, 0.0015], [0.06, 0.06, 0.0925], "true, true, false", 2, FLOOR + AIR),
     "drum": ([-0.061, 0, -0.061], [0.061, 0.12, 0.061], [-0.039, 0, -0.044], [0.039, 0.12, 0.006], "false, true, false", 2, DRUM),
 }
 
@@ -106,11 +124,12 @@ def run(options, name, ranks, balance, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", type=Path, default=BINARY, help="grains-mpi program")
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
     parser.add_argument("--ranks", nargs="+", type=int, default=[2, 4, 8])
     parser.add_argument("--steps", type=int, default=20_000)
     options = parser.parse_args()
     before, rows = machine(), []
-    for name in CASES:
+    for name in options.cases:
         for ranks in options.ranks:
             found = []
             for balance in (False, True):

@@ -5,7 +5,7 @@ The bed of weak.py, a column per rank, with each `domain.exchange`, in turns: me
 step of updates of clones. Ranks whose number is a cube form one, others a flat grid.
 
     scaling/exchange.py --ranks 1 2
-    scaling/exchange.py --ranks 8 16 27 64 --count 500 --oversubscribe
+    scaling/exchange.py --ranks 8 27 64 --count 500 --oversubscribe
 """
 
 import argparse

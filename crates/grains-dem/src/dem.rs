@@ -17,7 +17,9 @@ use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
 use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_contact::Lubrication;
-use grains_domain::{Balance, Decomposition, DecompositionError, GlobalBox, Transport, WorkProfile};
+use grains_domain::{
+    Balance, Decomposition, DecompositionError, GlobalBox, OtherWork, Transport, WorkProfile,
+};
 use grains_geometry::Vec3;
 pub(crate) use observe::bytes;
 pub use observe::{MemoryUse, Partner, Touch};
@@ -145,6 +147,8 @@ pub struct Dem {
     pub interrupt: bool,
     /// Result of the last force evaluation.
     pub report: StepReport,
+    /// What else borders between subdomains share out when they move.
+    pub other_work: OtherWork,
     lattice: LoadLattice,
     exchange: Exchange,
     neighbours: Neighbours,
@@ -180,6 +184,7 @@ impl Dem {
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
             interrupt: false,
             report: StepReport::default(),
+            other_work: OtherWork::default(),
             lattice: LoadLattice::new(&setup.catalogue.contacts, radius, setup.overlap_limit),
             exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
             neighbours: Neighbours::default(),
@@ -470,6 +475,8 @@ impl Dem {
 
     /// What this rank has worked since the start, in units of a pair of spheres in a step.
     pub fn work(&self) -> u64 {
-        self.report.work + self.steps_since_build * self.neighbours.work(self.particles.owned)
+        let owned = self.particles.owned;
+        let in_a_step = self.neighbours.work(owned) + self.other_work.of_rank(owned, &self.decomposition);
+        self.report.work + self.steps_since_build * in_a_step
     }
 }

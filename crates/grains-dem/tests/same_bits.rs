@@ -176,7 +176,8 @@ fn borders_that_move_to_the_work_change_no_bit() {
     const STEPS: u64 = 2000;
     let mut scene = dam();
     let reference = scene.run([1; 3], STEPS);
-    scene.setup.balance = Some(Balance { interval: 20, threshold: 1.05 });
+    let least = [scene.setup.interaction_range(); 3];
+    scene.setup.balance = Some(Balance { least, interval: 20, threshold: 1.05 });
     for grid in [[2, 1, 1], [4, 1, 1], [3, 1, 2], [2, 2, 2]] {
         assert_same(&reference, &scene.run(grid, STEPS), &format!("grid {grid:?}"));
     }

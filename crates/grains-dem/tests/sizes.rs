@@ -143,7 +143,8 @@ fn films_moving_borders_and_hard_collisions_of_mixtures_change_no_bit_with_the_r
     let mut films = spheres();
     films.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 1e-4, least_gap: 1e-3 });
     let mut balanced = spheres();
-    balanced.setup.balance = Some(Balance { interval: 10, threshold: 1.02 });
+    let least = [balanced.setup.interaction_range(); 3];
+    balanced.setup.balance = Some(Balance { least, interval: 10, threshold: 1.02 });
     let mut hard = spheres();
     hard.setup.collisions = CollisionModel::Hard(HardModel::new(&hard.setup.rates));
     for (scene, what) in [(films, "films"), (balanced, "moving borders"), (hard, "hard collisions")] {

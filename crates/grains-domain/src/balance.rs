@@ -12,10 +12,43 @@ const SLICES: usize = 1024;
 /// When borders move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
+    /// Least width of a subdomain along each axis (m): the interaction range, or what a halo of cells needs.
+    pub least: [f64; 3],
     /// Least number of steps between two looks at the work, if the last one moved nothing (-).
     pub interval: u64,
     /// Work of the busiest slab of subdomains over the mean, above which borders across its axis move (-).
     pub threshold: f64,
+}
+
+/// What is done in a step beside contacts by those that share the borders of the particles, in units of theirs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OtherWork {
+    /// Nodes (m) of a grid that fills the box, along each axis; none without one.
+    pub nodes: [Vec<f64>; 3],
+    /// Work in each of its cells.
+    pub per_cell: f64,
+    /// Work with each particle.
+    pub per_particle: u64,
+}
+
+impl OtherWork {
+    /// Adds the work in the cells of all ranks to a profile.
+    pub fn add_cells(&self, profile: &mut WorkProfile, global: &GlobalBox) {
+        if self.per_cell > 0.0 {
+            profile.add_cells(global, &self.nodes, self.per_cell);
+        }
+    }
+
+    /// Work of a rank with a number of particles.
+    pub fn of_rank(&self, particles: usize, decomposition: &Decomposition) -> u64 {
+        let (lower, upper) = (decomposition.lower(), decomposition.upper());
+        let cells = self.nodes.iter().enumerate().map(|(a, nodes)| {
+            let is_own = |w: &&[f64]| (lower[a]..upper[a]).contains(&(0.5 * (w[0] + w[1])));
+            nodes.windows(2).filter(is_own).count()
+        });
+        self.per_particle * particles as u64
+            + (self.per_cell * cells.product::<usize>() as f64).round() as u64
+    }
 }
 
 /// How much there is to do where along each axis.
@@ -39,6 +72,23 @@ impl WorkProfile {
             let x = if global.periodic[a] { global.wrap_along(a, x) } else { x };
             let slice = ((x - global.lower[a]) / global.length(a) * SLICES as f64) as usize;
             self.slices[a * SLICES + slice.min(SLICES - 1)] += work;
+        }
+    }
+
+    /// Adds the work in the cells of a grid between nodes (m) that fill the box.
+    fn add_cells(&mut self, global: &GlobalBox, nodes: &[Vec<f64>; 3], per_cell: f64) {
+        let counts = nodes.each_ref().map(|nodes| nodes.len() - 1);
+        for (a, nodes) in nodes.iter().enumerate() {
+            let layer = per_cell * counts.iter().product::<usize>() as f64 / counts[a] as f64;
+            let below = |slice: usize| {
+                let x = global.lower[a] + global.length(a) * slice as f64 / SLICES as f64;
+                let cell = nodes[1..counts[a]].partition_point(|&node| node <= x);
+                let share = (x - nodes[cell]) / (nodes[cell + 1] - nodes[cell]);
+                (layer * (cell as f64 + share)).round() as u64
+            };
+            for (slice, sum) in self.slices[a * SLICES..(a + 1) * SLICES].iter_mut().enumerate() {
+                *sum += below(slice + 1) - below(slice);
+            }
         }
     }
 
@@ -84,47 +134,56 @@ impl Decomposition {
         cuts.windows(2).map(share).collect()
     }
 
-    /// Borders that share the work better by a hundredth of its squares at least, with no subdomain thinner than `range` (m); none if
-    /// no axis is worth it.
-    pub fn rebalanced(&self, profile: &WorkProfile, range: f64, threshold: f64) -> Option<[Vec<f64>; 3]> {
+    /// Borders on their way to where they share the work better, by a hundredth of its squares at least; none if no axis is
+    /// worth it.
+    pub fn rebalanced(&self, profile: &WorkProfile, balance: &Balance) -> Option<[Vec<f64>; 3]> {
         let mut cuts = self.cuts.clone();
-        for (axis, moved) in cuts.iter_mut().enumerate() {
-            if self.ranks[axis] == 1 || self.imbalance(axis, profile) <= threshold {
+        for (axis, cuts) in cuts.iter_mut().enumerate() {
+            if self.ranks[axis] == 1 || self.imbalance(axis, profile) <= balance.threshold {
                 continue;
             }
-            self.move_cuts(axis, &profile.cumulative(axis), range, moved);
-            // The busiest slab may have to wait until its neighbours have made room.
+            let below = profile.cumulative(axis);
+            let moved = |cuts: &[f64]| self.moved(axis, cuts, &below, balance.least[axis]);
+            let first = moved(cuts);
+            // The busiest slab may have to wait until its neighbours have made room: what counts is where borders will be.
+            let mut last = first.clone();
+            for _ in 0..2 * self.ranks[axis] {
+                last = moved(&last);
+            }
             let unevenness = |cuts: &[f64]| -> f64 {
                 self.shares(axis, cuts, profile).into_iter().map(|share| share * share).sum()
             };
-            if unevenness(moved) > 0.99 * unevenness(&self.cuts[axis]) {
-                moved.clone_from(&self.cuts[axis]);
+            if unevenness(&last) < 0.99 * unevenness(cuts) {
+                *cuts = first;
             }
         }
         (cuts != self.cuts).then_some(cuts)
     }
 
-    /// Moves the inner borders across an axis towards the quantiles of the work below them.
-    fn move_cuts(&self, axis: usize, below: &[f64], range: f64, moved: &mut [f64]) {
-        let (old, ranks, global) = (&self.cuts[axis], self.ranks[axis], &self.global);
+    /// Inner borders across an axis, moved towards the quantiles of the work below them.
+    fn moved(&self, axis: usize, old: &[f64], below: &[f64], least: f64) -> Vec<f64> {
+        let (ranks, global, mut moved) = (self.ranks[axis], &self.global, old.to_vec());
         for k in 1..ranks {
             let wanted = below[SLICES] * k as f64 / ranks as f64;
             let slice = below.partition_point(|&work| work < wanted).clamp(1, SLICES) - 1;
             let within = (wanted - below[slice]) / (below[slice + 1] - below[slice]);
             let quantile = global.lower[axis] + global.length(axis) * (slice as f64 + within) / SLICES as f64;
             // Rounding must not make a subdomain too thin.
-            let (lattice, least) = (&global.lattice, range + 2.0 * global.lattice.spacing());
+            let (lattice, least) = (&global.lattice, least + 2.0 * global.lattice.spacing());
             let (low, high) = (old[k - 1].max(moved[k - 1]) + least, old[k + 1] - least);
             if low <= high {
                 moved[k] = lattice.snap(quantile.clamp(low, high));
             }
         }
+        moved
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const BALANCE: Balance = Balance { least: [0.1; 3], interval: 1, threshold: 1.05 };
 
     fn decomposition(ranks: [usize; 3]) -> Decomposition {
         let global = GlobalBox::new([0.0; 3], [8.0, 1.0, 1.0], [false; 3]);
@@ -148,7 +207,7 @@ mod tests {
         let before = d.imbalance(0, &profile);
         assert!(before > 4.0, "{before}");
         let mut moves = 0;
-        while let Some(cuts) = d.rebalanced(&profile, 0.1, 1.05) {
+        while let Some(cuts) = d.rebalanced(&profile, &BALANCE) {
             for k in 1..8 {
                 assert!(cuts[0][k] >= d.cuts[0][k - 1] + 0.1 && cuts[0][k] <= d.cuts[0][k + 1] - 0.1);
                 assert!(cuts[0][k] - cuts[0][k - 1] > 0.0999);
@@ -166,7 +225,7 @@ mod tests {
         let mut d = decomposition([4, 1, 1]);
         let mut profile = WorkProfile::default();
         (0..200).for_each(|k| profile.add(&d.global, [1e-3 * k as f64, 0.5, 0.5], 1));
-        while let Some(cuts) = d.rebalanced(&profile, 0.1, 1.05) {
+        while let Some(cuts) = d.rebalanced(&profile, &BALANCE) {
             d.cuts = cuts;
         }
         assert!(d.cuts[0].windows(2).all(|cut| cut[1] - cut[0] > 0.0999), "{:?}", d.cuts);
@@ -175,6 +234,49 @@ mod tests {
         let d = decomposition([4, 1, 1]);
         profile.clear();
         (0..1000).for_each(|k| profile.add(&d.global, [8e-3 * k as f64, 0.5, 0.5], 1));
-        assert_eq!(d.rebalanced(&profile, 0.1, 1.05), None);
+        assert_eq!(d.rebalanced(&profile, &BALANCE), None);
+    }
+
+    #[test]
+    fn borders_go_on_through_moves_that_gain_nothing() {
+        // Thirty layers of particles at the lower end of eight slabs: after the first move the second slab holds as much as it
+        // did, and so will the third after the second.
+        let global = GlobalBox::new([0.0; 3], [0.36, 0.06, 0.06], [false; 3]);
+        let mut d = Decomposition::new(global, [8, 1, 1], 0, 0.024).unwrap();
+        let mut profile = WorkProfile::default();
+        (0..30).for_each(|k| profile.add(&d.global, [0.003 + 0.00303 * k as f64, 0.03, 0.03], 300));
+        let balance = Balance { least: [0.024; 3], ..BALANCE };
+        let mut unevenness = Vec::new();
+        while let Some(cuts) = d.rebalanced(&profile, &balance) {
+            d.cuts = cuts;
+            unevenness.push(d.shares(0, &d.cuts[0], &profile).into_iter().map(|s| s * s).sum::<f64>());
+            assert!(unevenness.len() < 10);
+        }
+        assert!(unevenness[1] > 0.99 * unevenness[0], "{unevenness:?}");
+        // Slabs as thin as they may be have 7, 8, 8 and 7 layers.
+        let best = [7.0_f64, 8.0, 8.0, 7.0].into_iter().map(|layers| (layers / 3.75).powi(2)).sum::<f64>();
+        assert!((unevenness.last().unwrap() / best - 1.0).abs() < 0.02, "{unevenness:?} {:?}", d.cuts[0]);
+    }
+
+    #[test]
+    fn cells_weigh_where_they_lie_and_pull_borders_to_them() {
+        let mut d = decomposition([2, 1, 1]);
+        // Three cells in the lower eighth, one in the rest.
+        let nodes = [vec![0.0, 0.25, 0.5, 1.0, 8.0], vec![0.0, 1.0], vec![0.0, 0.5, 1.0]];
+        let cells = OtherWork { nodes, per_cell: 1000.0, per_particle: 7 };
+        let mut profile = WorkProfile::default();
+        cells.add_cells(&mut profile, &d.global);
+        for axis in 0..3 {
+            assert_eq!(profile.cumulative(axis)[SLICES], 8000.0);
+        }
+        assert_eq!(profile.cumulative(0)[SLICES / 8], 6000.0);
+        assert_eq!(cells.of_rank(2, &d), 7 * 2 + 6000);
+        let cuts = d.rebalanced(&profile, &BALANCE).unwrap();
+        assert!((cuts[0][1] - 0.5).abs() < 8.0 / SLICES as f64, "{cuts:?}");
+        d.cuts = cuts;
+        assert!(d.imbalance(0, &profile) < 1.01);
+        let none = OtherWork::default();
+        none.add_cells(&mut profile, &d.global);
+        assert_eq!((profile.cumulative(2)[SLICES], none.of_rank(5, &d)), (8000.0, 0));
     }
 }

@@ -14,7 +14,7 @@ mod direction;
 mod lattice;
 mod transport;
 
-pub use balance::{Balance, WorkProfile};
+pub use balance::{Balance, OtherWork, WorkProfile};
 pub use cells::{CellGrid, Cells, SIZE_CLASSES, size_class};
 pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
 pub use direction::Direction;

@@ -81,6 +81,12 @@ impl Ownership {
         (place[2] * self.ranks[1] + place[1]) * self.ranks[0] + place[0]
     }
 
+    /// Place of a rank in the grid of ranks.
+    pub fn place_of(&self, rank: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.ranks;
+        [rank % nx, rank / nx % ny, rank / (nx * ny)]
+    }
+
     /// Ranks of the own row along an axis, in order.
     pub fn row(&self, axis: usize) -> Vec<usize> {
         let mut place = self.coordinates;

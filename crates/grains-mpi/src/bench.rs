@@ -1,7 +1,8 @@
 //! `grains-mpi bench`: time per particle and step, and per cell and step of a fluid, without output.
 
 use crate::error::RunError;
-use crate::fluid::FluidPhase;
+use crate::fluid::{FluidPhase, follow_borders};
+use crate::population::Population;
 use crate::run::build;
 use crate::system::{self, System};
 use grains_case::Case;
@@ -32,14 +33,15 @@ pub fn time(
         }
         None => {
             population.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+            dem.refresh(transport).map_err(failed)?;
+            follow_borders(&mut fluid, (case, &[]), &mut dem, population.kinds(), transport)?;
             if let Some(fluid) = &mut fluid {
-                dem.refresh(transport).map_err(failed)?;
                 fluid.begin(&dem, transport)?;
             }
         }
     }
     for _ in 0..warm {
-        step(&mut dem, &mut fluid, transport)?;
+        step(case, (&mut dem, &mut fluid), &population, transport)?;
     }
     let particles = dem.totals(transport).particles as f64;
     let traffic = dem.traffic();
@@ -49,7 +51,7 @@ pub fn time(
         let rebuilds = dem.report.rebuilds;
         let begun = Instant::now();
         for _ in 0..steps {
-            step(&mut dem, &mut fluid, transport)?;
+            step(case, (&mut dem, &mut fluid), &population, transport)?;
         }
         let mut seconds = [begun.elapsed().as_secs_f64()];
         transport.max(&mut seconds);
@@ -116,10 +118,21 @@ fn per_rank(dem: &Dem, before: &Traffic, transport: &MpiTransport) {
 }
 
 /// A step of the particles, and of the fluid if it is its turn; without particles always of the fluid.
-fn step(dem: &mut Dem, fluid: &mut Option<FluidPhase>, transport: &MpiTransport) -> Result<(), RunError> {
-    let Some(fluid) = fluid else { return dem.step(transport).map_err(failed) };
-    if !fluid.is_alone() {
+fn step(
+    case: &Case,
+    (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
+    population: &Population,
+    transport: &MpiTransport,
+) -> Result<(), RunError> {
+    if fluid.is_none() {
+        return dem.step(transport).map_err(failed);
+    }
+    if fluid.as_ref().is_some_and(|fluid| !fluid.is_alone()) {
         dem.refresh(transport).map_err(failed)?;
+    }
+    follow_borders(fluid, (case, &[]), dem, population.kinds(), transport)?;
+    let Some(fluid) = fluid else { return Ok(()) };
+    if !fluid.is_alone() {
         dem.add_forces(transport);
     }
     fluid.act(dem, u64::MAX, transport)?;

@@ -257,6 +257,14 @@ impl Files {
         Ok(())
     }
 
+    /// Changes which cells of the fluid each rank writes.
+    ///
+    /// # Errors
+    /// Blocks that do not make up the grid.
+    pub fn divide(&mut self, fluid: &FluidPhase) -> Result<(), RunError> {
+        self.fluid.as_mut().map_or(Ok(()), |files| files.divide(fluid))
+    }
+
     /// Writes a snapshot of the fluid.
     ///
     /// # Errors

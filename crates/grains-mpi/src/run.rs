@@ -170,6 +170,7 @@ impl<'a> Run<'a> {
             let step = self.dem.step;
             // Until the contacts of this step nothing looks at clones.
             self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
+            self.follow_borders()?;
             if step == self.first_step
                 && !is_restart
                 && let Some(fluid) = &mut self.fluid
@@ -225,6 +226,16 @@ impl<'a> Run<'a> {
         match &mut self.fluid {
             Some(fluid) => fluid.catch_up(&mut self.dem, &self.transport),
             None => Ok(()),
+        }
+    }
+
+    /// Gives each rank the cells of the fluid that lie within its borders, if they have moved.
+    fn follow_borders(&mut self) -> Result<(), RunError> {
+        let Self { case, dem, fluid, options, population, transport, .. } = self;
+        let moved = fluid::follow_borders(fluid, (case, &options.petsc), dem, population.kinds(), transport)?;
+        match fluid {
+            Some(fluid) if moved => self.files.divide(fluid),
+            _ => Ok(()),
         }
     }
 

@@ -19,7 +19,7 @@ use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
 
 /// When borders between subdomains move.
-const BALANCE: Balance = Balance { interval: 200, threshold: 1.1 };
+const BALANCE: (u64, f64) = (200, 1.1);
 
 /// A system ready to be filled, and how its time step was chosen.
 pub struct System {
@@ -48,12 +48,10 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let film = lubrication.map_or(0.0, |film| film.range);
     let skin = skin(case, largest_radius, film);
     let range = 2.0 * largest_radius * (1.0 + skin.most) + film;
+    let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.most * largest_radius)?;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
-        None => {
-            let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.most * largest_radius)?;
-            choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity)
-        }
+        None => choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity),
     };
     let mut outlets = [false; 6];
     for face in &domain.outlets {
@@ -65,8 +63,11 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         normal: Vec3::from(p.normal),
     });
     let rates = Rates { gravity, dt: step.dt };
-    // Cells of a fluid stay where they are, and particles with them.
-    let balance = (domain.balance && case.fluid.is_none()).then_some(BALANCE);
+    // Where nothing but a fluid moves its cells are shared out evenly from the beginning.
+    let moves = domain.balance && largest_radius > 0.0;
+    let (interval, threshold) = BALANCE;
+    let balance =
+        moves.then(|| Balance { least: of_fluid.map(|width| width.max(range)), interval, threshold });
     let setup = DemSetup {
         walls: walls(case, &global)?,
         planes: planes.collect(),

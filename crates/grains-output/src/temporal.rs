@@ -59,8 +59,10 @@ struct Opened<A> {
 ///
 /// It is complete after each [`Temporal::append`], so that a run may be killed at any time.
 pub(crate) struct Temporal<L: Layout> {
-    shared: Shared,
-    layout: L,
+    /// The file and the ranks.
+    pub shared: Shared,
+    /// What the file holds.
+    pub layout: L,
     /// Open for all ranks; none after a failed write.
     opened: Option<Opened<L::Arrays>>,
     steps: Vec<L::Place>,

@@ -68,7 +68,7 @@ pub struct Domain {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(schema_with = "ranks_per_axis")]
     pub ranks: Option<[u64; 3]>,
-    /// Whether borders between ranks move to where the particles are; beside a fluid they stay.
+    /// Whether borders between ranks move to where the work is; the cells of a fluid follow them.
     #[serde(default = "yes")]
     pub balance: bool,
     /// How ranks tell each other of particles near their borders; the results are the same.

@@ -47,15 +47,15 @@ impl Dem {
         if self.step < self.next_balance {
             return false;
         }
-        let Self { particles, neighbours, setup, work, .. } = self;
+        let Self { particles, neighbours, setup, work, other_work, .. } = self;
         work.clear();
         let own = particles.bodies.iter().take(particles.owned);
-        for (body, work_here) in own.zip(neighbours.work_of_each(particles.owned)) {
-            work.add(&setup.global, body.position.into(), work_here);
+        for (body, contacts) in own.zip(neighbours.work_of_each(particles.owned)) {
+            work.add(&setup.global, body.position.into(), contacts + other_work.per_particle);
         }
         work.sum(transport);
-        let range = self.setup.interaction_range();
-        match self.decomposition.rebalanced(&self.work, range, balance.threshold) {
+        other_work.add_cells(work, &setup.global);
+        match self.decomposition.rebalanced(work, &balance) {
             None => {
                 self.next_balance = self.step + balance.interval;
                 false

@@ -39,10 +39,8 @@ pub fn check_kernel(
 pub struct Exchange {
     /// Kernel, drag law, model.
     pub coupling: Coupling,
-    /// What drag has moved from one to the other.
-    pub ledger: MomentumLedger,
-    /// Least void fraction of the last step on this rank (-).
-    pub least_void_fraction: f64,
+    /// What this rank knows of the last steps.
+    pub account: Account,
     kernel_grid: KernelGrid,
     /// Own cells in the places of `kernel_grid`.
     own: [Range<usize>; 3],
@@ -58,8 +56,22 @@ pub struct Exchange {
     ends: [[bool; 2]; 3],
     /// Cross-section of the domain normal to each axis (m²).
     section: [f64; 3],
-    /// This rank's part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
+}
+
+/// What a rank knows of the exchange in the last steps; sums over the ranks count, wherever borders are.
+pub struct Account {
+    /// What drag has moved from one to the other.
+    pub ledger: MomentumLedger,
+    /// Least void fraction of the last step (-).
+    pub least_void_fraction: f64,
+    /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
     rise: [[f64; 2]; 3],
+}
+
+impl Default for Account {
+    fn default() -> Self {
+        Self { ledger: MomentumLedger::default(), least_void_fraction: 1.0, rise: [[0.0; 2]; 3] }
+    }
 }
 
 impl Exchange {
@@ -75,8 +87,7 @@ impl Exchange {
         let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
         Ok(Self {
             coupling,
-            ledger: MomentumLedger::default(),
-            least_void_fraction: 1.0,
+            account: Account::default(),
             kernel_grid,
             own,
             halo: Halo::new(grid, ownership, layout),
@@ -87,7 +98,6 @@ impl Exchange {
             volumes: volumes(grid, ownership, layout),
             ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
-            rise: [[0.0; 2]; 3],
         })
     }
 
@@ -110,7 +120,7 @@ impl Exchange {
             void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.least_void_fraction, data);
         agree(transport, checked)?;
         self.halo.fill(&mut [data], transport);
-        self.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
+        self.account.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
         Ok(())
     }
 
@@ -181,7 +191,7 @@ impl Exchange {
     fn settle(&mut self, flow: &Flow, dt: f64) {
         let (layout, velocity) = (flow.layout(), &flow.state.velocity);
         let Some(mixture) = &flow.mixture else { return };
-        self.rise = [[0.0; 2]; 3];
+        self.account.rise = [[0.0; 2]; 3];
         for axis in 0..3 {
             let [b, s, u] = [&self.coefficient, &self.explicit, velocity].map(|f| f.component(axis));
             let mut unknown = layout.cells;
@@ -190,26 +200,27 @@ impl Exchange {
                 for j in 0..unknown[1] {
                     let row = layout.row(j, k);
                     let own = row..row + unknown[0];
-                    self.ledger.taken[axis] += impulse_taken(&b[own.clone()], &s[own.clone()], &u[own], dt);
+                    self.account.ledger.taken[axis] +=
+                        impulse_taken(&b[own.clone()], &s[own.clone()], &u[own], dt);
                 }
             }
             for face in boundary_faces(layout, axis, self.ends[axis]) {
                 let force = s[face.place] - b[face.place] * u[face.next];
-                self.ledger.taken[axis] -= force * dt;
+                self.account.ledger.taken[axis] -= force * dt;
                 let void_fraction = mixture.void_fraction.data()[face.cell];
                 let factor = self.coupling.model.fluid_pressure_factor(void_fraction);
                 let half_volume = 0.5 * self.volumes.data()[face.cell];
                 let gradient = boundary_gradient(force, factor, half_volume);
                 self.gradient.component_mut(axis)[face.place] = gradient;
                 // ∇p times half a cell's height, weighted by its area.
-                self.rise[axis][face.side] += gradient * half_volume / self.section[axis];
+                self.account.rise[axis][face.side] += gradient * half_volume / self.section[axis];
             }
         }
     }
 
     /// Mean drop of the pressure (Pa) along an axis over the half cells at both boundaries of the domain; collective.
     pub fn drop_at_boundaries(&self, axis: usize, transport: &MpiTransport) -> f64 {
-        let mut rises = self.rise[axis];
+        let mut rises = self.account.rise[axis];
         transport.sum(&mut rises);
         -(rises[0] + rises[1])
     }
@@ -248,7 +259,7 @@ impl Exchange {
 
     /// What of the momentum between particles and fluid is not accounted for (N s), rounding; collective.
     pub fn imbalance(&self, particles: &Particles, transport: &MpiTransport) -> Vec3 {
-        let mut sums: [f64; 3] = self.ledger.imbalance(particles).into();
+        let mut sums: [f64; 3] = self.account.ledger.imbalance(particles).into();
         transport.sum(&mut sums);
         sums.into()
     }

@@ -81,6 +81,18 @@ impl FluidFiles {
         })
     }
 
+    /// Changes which cells each rank writes.
+    ///
+    /// # Errors
+    /// Blocks that do not make up the grid.
+    pub fn divide(&mut self, phase: &FluidPhase) -> Result<(), RunError> {
+        let (first, own) = (phase.flow.first_cell(), phase.flow.layout().cells);
+        for file in self.snapshots.iter_mut().chain(&mut self.means) {
+            file.divide(first, own)?;
+        }
+        Ok(())
+    }
+
     /// Writes the fields now, and their means so far.
     ///
     /// # Errors

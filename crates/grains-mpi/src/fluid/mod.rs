@@ -13,10 +13,14 @@
 //! particle step s = end of the span    bodies placed → fluid step of n particle steps → fluid and bodies follow each other
 //! ```
 //!
+//! Where particles are, borders between ranks move to the work, which is that of the cells too: cells then change hands as
+//! at a restart.
+//!
 //! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
 //! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
 //! ticks in small fractions of the output interval, and the particles' part of the step is left out.
 
+mod borders;
 pub mod check;
 mod exchange;
 mod files;
@@ -28,6 +32,7 @@ mod setup;
 
 use crate::error::{RunError, agreed};
 use crate::population::KindRange;
+pub use borders::follow_borders;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid, TimeStep};
@@ -40,6 +45,14 @@ pub use observe::{Sums, columns, progress};
 use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
+
+/// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
+/// in a cell; for an iteration for its pressure; with a particle smaller than the cells; and with a resolved one, for the
+/// square of a cell's width on its surface.
+const WORK_OF_CELL: f64 = 20.0;
+const WORK_OF_ITERATION: f64 = 3.0;
+const WORK_OF_DRAG: f64 = 90.0;
+const WORK_OF_SURFACE: f64 = 120.0;
 
 /// The fluid of a run on this rank.
 pub struct FluidPhase {
@@ -65,6 +78,10 @@ pub struct FluidPhase {
     pub profiles: Vec<Sampler>,
     halo: Halo,
     limits: FlowLimits,
+    /// Work with a particle in a step of the fluid.
+    work_of_particle: f64,
+    /// How often borders had moved when the cells were shared out.
+    moves: u64,
     /// Particle steps of the last step of the fluid.
     last_span: u64,
     /// Particle steps per step of the fluid, if the case says how many.
@@ -112,6 +129,11 @@ impl FluidPhase {
         let setup = &flow.setup;
         let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
         let has_particles = exchange.is_some() || resolved.is_some();
+        dem.other_work.nodes = std::array::from_fn(|a| setup.grid.axis(a).nodes().to_vec());
+        let work_of_particle = match &resolved {
+            Some(resolved) => WORK_OF_SURFACE * resolved.largest_surface(&dem.setup.catalogue, kinds),
+            None => WORK_OF_DRAG,
+        };
         let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), has_particles));
         let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
         Ok(Some(Self {
@@ -127,6 +149,8 @@ impl FluidPhase {
             profiles,
             halo,
             limits,
+            work_of_particle,
+            moves: dem.report.moves,
             last_span: 1,
             span,
         }))
@@ -191,7 +215,7 @@ impl FluidPhase {
             }
         }
         if let Some(exchange) = &mut self.exchange {
-            add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.ledger);
+            add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.account.ledger);
         }
         if let Some(resolved) = self.resolved.as_ref().filter(|resolved| !resolved.is_fixed) {
             resolved.add_loads(dem);
@@ -240,7 +264,17 @@ impl FluidPhase {
         self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
         self.steps += 1;
         self.iterations += self.report.solve.iterations as u64;
+        self.tell_work(dem);
         Ok(())
+    }
+
+    /// Tells those who move borders what the fluid works per step of the particles; counted, not timed, it is the same on all
+    /// ranks and in every run.
+    fn tell_work(&self, dem: &mut Dem) {
+        let per_step = |work: f64| work / self.last_span as f64;
+        let of_cell = WORK_OF_CELL + WORK_OF_ITERATION * self.report.solve.iterations as f64;
+        dem.other_work.per_cell = per_step(of_cell);
+        dem.other_work.per_particle = per_step(self.work_of_particle).round() as u64;
     }
 
     /// Particle steps of the coming step of the fluid: what its limits allow, a fifth more than the last one at most, in

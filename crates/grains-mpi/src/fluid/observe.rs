@@ -162,7 +162,7 @@ impl FluidPhase {
         if let Some(exchange) = &self.exchange {
             let own = &dem.particles.bodies[..dem.particles.owned];
             solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
-            least[0] = -exchange.least_void_fraction;
+            least[0] = -exchange.account.least_void_fraction;
             imbalance = exchange.imbalance(&dem.particles, transport).norm();
             drop += exchange.drop_at_boundaries(along, transport);
         }

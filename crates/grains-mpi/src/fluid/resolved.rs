@@ -1,18 +1,20 @@
 //! Particles that the grid resolves, and the fluid of one rank.
 
 use crate::error::{RunError, agreed};
+use crate::population::KindRange;
 use grains_case::{
     Case, Extrapolation as CaseExtrapolation, Interpolation as CaseInterpolation, Resolved as CaseResolved,
     ResolvedMethod as CaseMethod,
 };
 use grains_comm::{MpiTransport, exit};
 use grains_contact::Lubrication;
-use grains_dem::Dem;
+use grains_dem::{Catalogue, Dem};
 use grains_fluid::{Centre, Field, Flow};
 use grains_resolved::{
     Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
     bodies,
 };
+use std::f64::consts::PI;
 
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
 /// points in the fluid, √3 apart, and the cell about the farther one.
@@ -65,6 +67,13 @@ impl ResolvedBodies {
         let bodies = Resolved::new(flow, forcing).map_err(|e| case.about("fluid.cells", e.to_string()))?;
         let surroundings = Surroundings { density: flow.setup.density, active: bodies.subgrid.active };
         Ok(Self { bodies, is_fixed: case.holds_particles(), surroundings })
+    }
+
+    /// Surface of the largest sphere about a particle of some kinds, in squares of a cell's width (-).
+    pub fn largest_surface(&self, catalogue: &Catalogue, kinds: &[KindRange]) -> f64 {
+        let width = self.bodies.subgrid.cell_volume().cbrt();
+        let radius = |k: &KindRange| catalogue.shape(k.kind).bounding_radius * k.largest / width;
+        4.0 * PI * kinds.iter().map(radius).fold(0.0, f64::max).powi(2)
     }
 
     /// Takes the particles where they are; collective.

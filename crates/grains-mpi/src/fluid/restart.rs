@@ -5,7 +5,7 @@ use crate::error::RunError;
 use grains_comm::MpiTransport;
 use grains_coupling::owed;
 use grains_dem::Dem;
-use grains_fluid::{Flow, Layout};
+use grains_fluid::{Flow, Layout, Ownership};
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 
 const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
@@ -18,9 +18,64 @@ const MEANS: [&str; 9] =
 /// What a text of a checkpoint says of the clocks of the fluid.
 const CLOCKS: &str = "fluid";
 
+/// Times and counts of the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Clocks {
+    time: f64,
+    last_dt: f64,
+    force: [f64; 3],
+    step: u64,
+    next_step: u64,
+    last_span: u64,
+    /// Samples of the means.
+    samples: u64,
+}
+
+impl Clocks {
+    fn text(&self) -> String {
+        let [fx, fy, fz] = self.force;
+        let exact = [self.time, self.last_dt, fx, fy, fz].map(|x| format!("{:x}", x.to_bits()));
+        let counts = [self.step, self.next_step, self.last_span, self.samples].map(|n| n.to_string());
+        exact.into_iter().chain(counts).collect::<Vec<_>>().join(" ")
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let real = |k: usize| u64::from_str_radix(words.get(k)?, 16).ok().map(f64::from_bits);
+        let count = |k: usize| words.get(k)?.parse::<u64>().ok();
+        Some(Self {
+            time: real(0)?,
+            last_dt: real(1)?,
+            force: [real(2)?, real(3)?, real(4)?],
+            step: count(5)?,
+            next_step: count(6)?,
+            last_span: count(7)?,
+            samples: count(8).unwrap_or(0),
+        })
+    }
+}
+
 impl FluidPhase {
     /// The state of this rank.
     pub fn state(&self) -> (Vec<GridArray>, Metadata) {
+        (self.arrays(), vec![(CLOCKS.into(), self.clocks().text())])
+    }
+
+    pub(super) fn clocks(&self) -> Clocks {
+        let state = &self.flow.state;
+        Clocks {
+            time: state.time,
+            last_dt: state.last_dt,
+            force: state.force,
+            step: state.step,
+            next_step: self.next_step,
+            last_span: self.last_span,
+            samples: self.means.as_ref().map_or(0, |m| m.samples),
+        }
+    }
+
+    /// The fields of this rank.
+    pub(super) fn arrays(&self) -> Vec<GridArray> {
         let (flow, mut arrays) = (&self.flow, Vec::new());
         let layout = flow.layout();
         let mut add = |name, unit, (block, first): (GridBlock, [isize; 3]), data: &[f64]| {
@@ -45,13 +100,7 @@ impl FluidPhase {
         for (field, name) in self.means.iter().flat_map(|m| &m.fields).zip(MEANS) {
             add(name, "sum of samples", cells(flow), field.data());
         }
-        let state = &flow.state;
-        let [fx, fy, fz] = state.force;
-        let exact = [state.time, state.last_dt, fx, fy, fz].map(|x| format!("{:x}", x.to_bits()));
-        let samples = self.means.as_ref().map_or(0, |m| m.samples);
-        let counts = [state.step, self.next_step, self.last_span, samples].map(|n| n.to_string());
-        let words = exact.into_iter().chain(counts);
-        (arrays, vec![(CLOCKS.into(), words.collect::<Vec<_>>().join(" "))])
+        arrays
     }
 
     /// Takes the state of a checkpoint whose particles are back already; collective.
@@ -64,27 +113,30 @@ impl FluidPhase {
         dem: &Dem,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
-        let read = self.read(file);
+        let lacking = || FileError::new(&file.path, "lacks the state of the fluid: it is of another version");
+        let clocks = file.text(CLOCKS).and_then(Clocks::parse).ok_or_else(lacking);
+        let read = clocks.and_then(|clocks| self.take(|name, block| file.grid(name, 1, block), &clocks));
         agree(transport.communicator(), read)?;
         if let Some(exchange) = &mut self.exchange {
             // What is owed was given before: the account goes on from zero.
-            exchange.ledger.given = owed(&dem.particles);
+            exchange.account.ledger.given = owed(&dem.particles);
         }
-        self.flow.synchronise(transport);
-        if let Some(resolved) = &mut self.resolved {
-            resolved.bodies.resume(&mut self.flow, transport);
-            resolved.place(dem, &mut self.flow, transport);
-        }
+        self.resume(dem, transport);
         Ok(())
     }
 
-    fn read(&mut self, file: &CheckpointFile) -> Result<(), FileError> {
+    /// Takes the own values of all fields, by the name and the block of an array, and the clocks.
+    ///
+    /// # Errors
+    /// Those of `array`.
+    pub(super) fn take<E>(
+        &mut self,
+        array: impl Fn(&str, &GridBlock) -> Result<Vec<f64>, E>,
+        clocks: &Clocks,
+    ) -> Result<(), E> {
         let layout = self.flow.layout();
-        let take = |name: &str,
-                    (block, first): (GridBlock, [isize; 3]),
-                    data: &mut [f64]|
-         -> Result<(), FileError> {
-            let values = file.grid(name, 1, &block)?;
+        let take = |name: &str, (block, first): (GridBlock, [isize; 3]), data: &mut [f64]| -> Result<(), E> {
+            let values = array(name, &block)?;
             places(layout, block, first).zip(values).for_each(|(p, value)| data[p] = value);
             Ok(())
         };
@@ -108,48 +160,63 @@ impl FluidPhase {
             take("void_fraction", place, mixture.void_fraction.data_mut())?;
             mixture.begin();
         }
-        let words: Vec<&str> = file.text(CLOCKS).unwrap_or("").split_whitespace().collect();
-        let lacking = || FileError::new(&file.path, "lacks the state of the fluid: it is of another version");
-        let real = |k: usize| {
-            let bits = words.get(k).and_then(|w| u64::from_str_radix(w, 16).ok());
-            bits.map(f64::from_bits).ok_or_else(lacking)
-        };
-        let count = |k: usize| words.get(k).and_then(|w| w.parse::<u64>().ok()).ok_or_else(lacking);
         let state = &mut self.flow.state;
-        (state.time, state.last_dt) = (real(0)?, real(1)?);
-        state.force = [real(2)?, real(3)?, real(4)?];
-        state.step = count(5)?;
-        (self.next_step, self.last_span) = (count(6)?, count(7)?);
-        if let Some(means) = self.means.as_mut().filter(|_| file.has_grid(MEANS[0])) {
-            means.samples = count(8)?;
+        (state.time, state.last_dt) = (clocks.time, clocks.last_dt);
+        (state.force, state.step) = (clocks.force, clocks.step);
+        (self.next_step, self.last_span) = (clocks.next_step, clocks.last_span);
+        // The case may ask for means that the state has not got.
+        if let Some(means) = self.means.as_mut().filter(|_| clocks.samples > 0) {
+            means.samples = clocks.samples;
             for (field, name) in means.fields.iter_mut().zip(MEANS) {
                 take(name, place, field.data_mut())?;
             }
         }
         Ok(())
     }
+
+    /// Makes all else fit the fields that were taken; collective.
+    pub(super) fn resume(&mut self, dem: &Dem, transport: &MpiTransport) {
+        self.flow.synchronise(transport);
+        if let Some(resolved) = &mut self.resolved {
+            resolved.bodies.resume(&mut self.flow, transport);
+            resolved.place(dem, &mut self.flow, transport);
+        }
+    }
 }
 
 /// The own cells in the global array, and the first of them in the local one.
 fn cells(flow: &Flow) -> (GridBlock, [isize; 3]) {
-    let setup = &flow.setup;
-    (GridBlock { all: setup.grid.cells(), first: flow.first_cell(), own: flow.layout().cells }, [0; 3])
+    let (all, ownership) = (flow.setup.grid.cells(), &flow.setup.ownership);
+    (block(all, all, ownership, ownership.coordinates), [0; 3])
 }
 
 /// The own faces normal to an axis: the upper ones of the own cells, and on a boundary of the domain the lowest one; where
 /// the axis is not periodic, face k of the global array is the lower one of cell k.
 fn faces(flow: &Flow, axis: usize) -> (GridBlock, [isize; 3]) {
-    let (mut block, mut from) = cells(flow);
+    let (cells, ownership) = (flow.setup.grid.cells(), &flow.setup.ownership);
+    let (mut all, mut from) = (cells, [0; 3]);
     if !flow.setup.grid.axis(axis).is_periodic() {
-        block.all[axis] += 1;
-        if block.first[axis] == 0 {
-            block.own[axis] += 1;
-            from[axis] = -1;
-        } else {
-            block.first[axis] += 1;
-        }
+        all[axis] += 1;
+        from[axis] = if ownership.coordinates[axis] == 0 { -1 } else { 0 };
     }
-    (block, from)
+    (block(all, cells, ownership, ownership.coordinates), from)
+}
+
+/// What a rank has of an array of `all` places: its cells, or its faces normal to the axis along which there is one place more.
+pub(super) fn block(
+    all: [usize; 3],
+    cells: [usize; 3],
+    ownership: &Ownership,
+    coordinates: [usize; 3],
+) -> GridBlock {
+    let range = |a: usize| {
+        let (starts, column) = (&ownership.starts[a], coordinates[a]);
+        let of_faces = usize::from(all[a] > cells[a]);
+        let first = starts[column] + if column == 0 { 0 } else { of_faces };
+        first..starts[column + 1] + of_faces
+    };
+    let ranges = [0, 1, 2].map(range);
+    GridBlock { all, first: ranges.each_ref().map(|r| r.start), own: ranges.each_ref().map(|r| r.len()) }
 }
 
 /// Places in the arrays of a block whose first is the cell `first`, x fastest.

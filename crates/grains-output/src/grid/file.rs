@@ -72,6 +72,16 @@ impl GridFile {
         self.0.record_restart(metadata)
     }
 
+    /// Changes the cells of this rank: those of all ranks still make up the grid.
+    ///
+    /// # Errors
+    /// Blocks that do not.
+    pub fn divide(&mut self, first: [usize; 3], own: [usize; 3]) -> Result<(), FileError> {
+        let grid = &mut self.0.layout.grid;
+        (grid.first, grid.own) = (first, own);
+        grid.check(&self.0.shared.path, &self.0.shared.communicator)
+    }
+
     /// Appends a step at `time` (s); one at the same time or later, left from an earlier run, is replaced.
     ///
     /// `fields` come in the order of the file's specifications, `[z][y][x][components]` of the own cells.

@@ -34,6 +34,12 @@ impl GridBlock {
         self.own.iter().product()
     }
 
+    /// Where the value of a place of the whole array lies in the block.
+    pub fn index(&self, place: [usize; 3]) -> usize {
+        let [x, y, z]: [usize; 3] = std::array::from_fn(|a| place[a] - self.first[a]);
+        (z * self.own[1] + y) * self.own[0] + x
+    }
+
     /// The part of a dataset `[..before][z][y][x]`, and `[width]` if several values lie at a place.
     pub(crate) fn part(&self, before: &[usize], width: usize) -> Part {
         let list = |before: &mut dyn Iterator<Item = u64>, axes: [usize; 3], last: u64| {
