@@ -29,6 +29,7 @@ pub enum Sharing {
 
 impl Coefficients {
     /// Coefficients of each of `count` contacts of one pair of bodies.
+    #[inline(always)]
     pub fn shared(&self, count: usize, sharing: Sharing) -> Self {
         let n = count as f64;
         match sharing {

@@ -9,22 +9,25 @@
 
 mod list;
 mod parts;
+mod run;
 
 use crate::catalogue::FaceContact;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
-use crate::integrate::inverse_mass_along;
 use crate::memory::ContactMemory;
-use crate::{Catalogue, Load, Particles, StepError};
+use crate::{Body, Catalogue, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
 pub(crate) use list::{BodyList, BodyPair};
 use list::{Contacts, Found, Memories};
 pub(crate) use parts::{Meeting, PartContact, PlacedPart, Pose, spread, touch};
 use parts::{gap_across, meet_parts};
+use run::Run;
 use std::ops::Range;
 
 /// Adds the loads of the contacts between bodies that are not both spheres, of a range of the list.
+///
+/// Bodies that touch in one point, the most, wait for others like them; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     (list, range): (&mut BodyList, Range<usize>),
@@ -33,44 +36,120 @@ pub(crate) fn add_forces(
     dt: f64,
     tally: &mut Tally,
 ) {
-    let BodyList { pairs, memories, found } = list;
-    for group in pairs[range].chunk_by_mut(BodyPair::is_of_same_bodies) {
-        let (a, b) = (group[0].a as usize, group[0].b as usize);
-        if let Err(error) = find_contacts(particles, group, memories, catalogue, found) {
+    let BodyList { pairs, memories, found, run } = list;
+    let pairs = &mut pairs[range];
+    let mut start = 0;
+    while start < pairs.len() {
+        let group = start..end_of_group(pairs, start);
+        start = group.end;
+        if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], memories, catalogue, found) {
             tally.error = Some(error);
             continue;
         }
-        if found.items.is_empty() {
-            continue;
-        }
-        let law = coefficients(particles, a, b, &found.items, catalogue);
-        let mut deepest = 0.0_f64;
-        for item in &found.items {
-            let Found { place, contact, .. } = item;
-            tally.cores_met += u64::from(contact.cores_met);
-            deepest = deepest.max(contact.overlap);
-            let memory = memories.of(&mut group[*place]);
-            let (load_a, load_b) =
-                loads(particles, [a, b], memory, &law, (contact, found.footprint(item)), lattice, dt);
-            for (index, load) in [(a, load_a), (b, load_b)] {
-                if index < particles.owned {
-                    particles.loads[index].force += load.force;
-                    particles.loads[index].torque += load.torque;
+        let pair = pairs[group.start];
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        match &found.items[..] {
+            [] => {}
+            [item] if found.footprint(item).is_none() => {
+                let bodies = [a, b].map(|i| &particles.bodies[i]);
+                if !run.has_room_for(bodies) {
+                    finish(run, (pairs, memories), particles, catalogue, lattice, dt, tally);
                 }
+                let bodies = [a, b].map(|i| &particles.bodies[i]);
+                let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+                let place = group.start + item.place;
+                let spring = memories.of(&mut pairs[place]).spring;
+                tally.cores_met += u64::from(item.contact.cores_met);
+                run.take((place, &item.contact), bodies, &poses, &spring, catalogue);
             }
-        }
-        let radius = smaller_radius(particles, a, b, catalogue);
-        if tally.note(deepest / radius) {
-            tally.error = Some(StepError::Overlap {
-                id: particles.ids[a],
-                other: format!("particle {}", particles.ids[b]),
-                overlap: deepest,
-                percent: 100.0 * deepest / radius,
-                limit: 100.0 * tally.limit(),
-                place: vector(&particles.bodies[a].position),
-            });
+            _ => add_contacts(particles, (&mut pairs[group], memories, found), catalogue, lattice, dt, tally),
         }
     }
+    finish(run, (pairs, memories), particles, catalogue, lattice, dt, tally);
+}
+
+/// Adds the loads of the contacts that wait.
+fn finish(
+    run: &mut Run,
+    waiting: (&mut [BodyPair], &mut Memories),
+    particles: &mut Particles,
+    catalogue: &Catalogue,
+    lattice: &LoadLattice,
+    dt: f64,
+    tally: &mut Tally,
+) {
+    run.finish(waiting, lattice, dt, |pair, depth, loads| {
+        add(particles, pair, &loads);
+        if tally.note(depth) {
+            tally.error = Some(too_deep(tally, particles, pair, depth, catalogue));
+        }
+    });
+}
+
+/// Adds the loads of all contacts of two bodies that touch in several points, or in one that is spread.
+fn add_contacts(
+    particles: &mut Particles,
+    (group, memories, found): (&mut [BodyPair], &mut Memories, &Contacts),
+    catalogue: &Catalogue,
+    lattice: &LoadLattice,
+    dt: f64,
+    tally: &mut Tally,
+) {
+    let (a, b) = (group[0].a as usize, group[0].b as usize);
+    let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+    let bodies = [a, b].map(|i| &particles.bodies[i]);
+    let law = coefficients(bodies, &poses, &found.items, catalogue);
+    let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
+    let mut deepest = 0.0_f64;
+    for item in &found.items {
+        let Found { place, contact, .. } = item;
+        tally.cores_met += u64::from(contact.cores_met);
+        deepest = deepest.max(contact.overlap);
+        let memory = memories.of(&mut group[*place]);
+        let bodies = [a, b].map(|i| &particles.bodies[i]);
+        let loads = loads(bodies, memory, &law, (contact, found.footprint(item)), lattice, dt);
+        add(particles, &group[0], &loads);
+    }
+    if tally.note(deepest / radius) {
+        tally.error = Some(too_deep(tally, particles, &group[0], deepest / radius, catalogue));
+    }
+}
+
+/// Adds the loads on two bodies to the sums of those this rank owns.
+#[inline(always)]
+fn add(particles: &mut Particles, pair: &BodyPair, loads: &[Load; 2]) {
+    for (index, load) in [pair.a, pair.b].into_iter().zip(loads) {
+        if let Some(sum) = particles.loads.get_mut(index as usize) {
+            sum.force += load.force;
+            sum.torque += load.torque;
+        }
+    }
+}
+
+#[cold]
+fn too_deep(
+    tally: &Tally,
+    particles: &Particles,
+    pair: &BodyPair,
+    depth: f64,
+    catalogue: &Catalogue,
+) -> StepError {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    StepError::Overlap {
+        id: particles.ids[a],
+        other: format!("particle {}", particles.ids[b]),
+        overlap: depth * smaller_radius(particles, a, b, catalogue),
+        percent: 100.0 * depth,
+        limit: 100.0 * tally.limit(),
+        place: vector(&particles.bodies[a].position),
+    }
+}
+
+/// End of the pairs of the same two bodies from `start` on.
+#[inline(always)]
+fn end_of_group(pairs: &[BodyPair], start: usize) -> usize {
+    let is_other = |pair: &BodyPair| !pair.is_of_same_bodies(&pairs[start]);
+    pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
 }
 
 /// Calls `visit` with every pair of parts that touch and their contact.
@@ -83,7 +162,7 @@ pub(crate) fn meet(
     catalogue: &Catalogue,
     mut visit: impl FnMut(&BodyPair, &PartContact),
 ) -> Result<(), StepError> {
-    let BodyList { pairs, memories, found } = list;
+    let BodyList { pairs, memories, found, .. } = list;
     for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
         find_contacts(particles, group, memories, catalogue, found)?;
         for Found { place, contact, .. } in &found.items {
@@ -94,16 +173,17 @@ pub(crate) fn meet(
 }
 
 /// Smaller inscribed radius of two particles (m).
+#[inline(always)]
 pub(crate) fn smaller_radius(particles: &Particles, a: usize, b: usize, catalogue: &Catalogue) -> f64 {
     let radius = |i: usize| catalogue.inscribed_radius(&particles.bodies[i]);
     radius(a).min(radius(b))
 }
 
 /// The law of each of the contacts of two particles, for the mass felt amid them.
+#[inline(always)]
 fn coefficients(
-    particles: &Particles,
-    a: usize,
-    b: usize,
+    [a, b]: [&Body; 2],
+    poses: &[Pose; 2],
     found: &[Found],
     catalogue: &Catalogue,
 ) -> Coefficients {
@@ -118,12 +198,11 @@ fn coefficients(
         normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
         arm /= count as f64;
     }
-    let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
-    let arm_b = arm - (body_b.position - body_a.position);
-    let inverse = inverse_mass_along(particles, a, &arm, &normal, catalogue)
-        + inverse_mass_along(particles, b, &arm_b, &normal, catalogue);
-    let law = catalogue.contacts.law(body_a.kind.material, body_b.kind.material);
-    law.coefficients(1.0 / inverse).shared(count, catalogue.sharing)
+    let arm_b = arm - (b.position - a.position);
+    let inverse = poses[0].inverse_mass_along(a.mass, &arm, &normal)
+        + poses[1].inverse_mass_along(b.mass, &arm_b, &normal);
+    let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
+    law.at(1.0 / inverse).shared(count, catalogue.sharing)
 }
 
 /// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
@@ -219,15 +298,13 @@ fn find_contact(
 
 /// Loads on the two bodies of a contact whose point is given from the centre of mass of `a`.
 fn loads(
-    particles: &Particles,
-    [a, b]: [usize; 2],
+    [a, b]: [&Body; 2],
     memory: &mut ContactMemory,
     law: &Coefficients,
     (found, footprint): (&PartContact, Option<&Footprint>),
     lattice: &LoadLattice,
     dt: f64,
-) -> (Load, Load) {
-    let (a, b) = (&particles.bodies[a], &particles.bodies[b]);
+) -> [Load; 2] {
     let arm_a = found.point;
     let arm_b = found.point - (b.position - a.position);
     let velocity =
@@ -251,5 +328,5 @@ fn loads(
         torque_a += rolling;
         torque_b -= rolling;
     }
-    (Load { force, torque: torque_a }, Load { force: -force, torque: torque_b })
+    [Load { force, torque: torque_a }, Load { force: -force, torque: torque_b }]
 }

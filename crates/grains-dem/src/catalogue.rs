@@ -1,7 +1,7 @@
 //! What particles are made of: shapes, materials, and the law of every pair of materials.
 
 use crate::Body;
-use grains_contact::{ContactLaw, Sharing};
+use grains_contact::{ContactLaw, PreparedLaw, Sharing};
 use grains_geometry::Shape;
 
 /// Shape and material of a particle, as indices into the catalogue.
@@ -16,7 +16,7 @@ pub struct Kind {
 /// Contact laws by pair of materials.
 #[derive(Clone, Debug)]
 pub struct ContactTable {
-    laws: Vec<Option<ContactLaw>>,
+    laws: Vec<Option<(ContactLaw, PreparedLaw)>>,
     materials: usize,
 }
 
@@ -28,22 +28,34 @@ impl ContactTable {
 
     /// Sets the law between two materials, in either order.
     pub fn set(&mut self, a: usize, b: usize, law: ContactLaw) {
-        self.laws[a * self.materials + b] = Some(law);
-        self.laws[b * self.materials + a] = Some(law);
+        for place in [a * self.materials + b, b * self.materials + a] {
+            self.laws[place] = Some((law, law.prepared()));
+        }
     }
 
     /// Law between two materials; the case guarantees one for every pair that can meet.
     #[inline(always)]
     pub fn law(&self, a: u16, b: u16) -> &ContactLaw {
+        &self.laws_of(a, b).0
+    }
+
+    /// The same ready for any reduced mass.
+    #[inline(always)]
+    pub fn prepared(&self, a: u16, b: u16) -> &PreparedLaw {
+        &self.laws_of(a, b).1
+    }
+
+    #[inline(always)]
+    fn laws_of(&self, a: u16, b: u16) -> &(ContactLaw, PreparedLaw) {
         match &self.laws[a as usize * self.materials + b as usize] {
-            Some(law) => law,
+            Some(laws) => laws,
             None => panic!("materials {a} and {b} touch but have no contact law"),
         }
     }
 
     /// All laws.
     pub fn laws(&self) -> impl Iterator<Item = &ContactLaw> {
-        self.laws.iter().flatten()
+        self.laws.iter().flatten().map(|(law, _)| law)
     }
 }
 
@@ -88,7 +100,7 @@ impl Catalogue {
     #[inline]
     pub fn inscribed_radius(&self, body: &Body) -> f64 {
         let shape = self.shape(body.kind);
-        body.radius * (shape.inscribed_radius / shape.bounding_radius)
+        shape.inscribed_radius * (body.radius / shape.bounding_radius)
     }
 
     /// Mass ρ V s³ (kg) of a kind at scale s.

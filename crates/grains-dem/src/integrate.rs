@@ -27,30 +27,6 @@ pub fn inertia(catalogue: &Catalogue, body: &crate::Body) -> Vec3 {
     shape.inertia * (body.mass / shape.volume * (scale * scale))
 }
 
-/// Inverse of the mass (1/kg) a body sets against a push along the unit `normal` at `arm` (m) from its centre of
-/// mass: 1/m + (r × n)·I⁻¹(r × n).
-///
-/// Damping by this mass, not by m itself, gives an off-centre hit the restitution of the law.
-#[inline]
-pub(crate) fn inverse_mass_along(
-    particles: &Particles,
-    i: usize,
-    arm: &Vec3,
-    normal: &Vec3,
-    catalogue: &Catalogue,
-) -> f64 {
-    let body = &particles.bodies[i];
-    let lever = particles.frames[i].tr_mul(&arm.cross(normal));
-    let shape = catalogue.shape(body.kind);
-    let scale = body.radius / shape.bounding_radius;
-    // Σ l²/I on one denominator: divisions are what this costs. I is that of the shape at unit density, I m/V s².
-    let [p, q, r] = shape.inertia.into();
-    let squares = lever.component_mul(&lever);
-    let turned = (squares.x * q + squares.y * p) * r + squares.z * (p * q);
-    let whole = p * q * r * (scale * scale);
-    (whole + shape.volume * turned) / (whole * body.mass)
-}
-
 /// Velocity half a step before a particle is placed with `velocity` (m/s): it has flown freely until then.
 pub fn half_step_back(velocity: Vec3, rates: &Rates) -> Vec3 {
     velocity - rates.gravity * (0.5 * rates.dt)

@@ -35,6 +35,7 @@
 mod bodies;
 mod catalogue;
 mod clock;
+mod columns;
 mod dem;
 mod error;
 mod exchange;

@@ -4,6 +4,7 @@
 //! wrong; what the law needs of them is laid side by side; their forces are found, several at a time in the lanes of
 //! the processor; and these are added to the loads. All of a block stays in the first-level cache.
 
+use crate::columns::{BLOCK, Columns, set, vector_at, whole_lanes};
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Body, ContactTable, Particles, StepError};
@@ -76,12 +77,6 @@ fn prefetch<T>(items: &[T], i: usize) {
     }
 }
 
-/// Pairs taken at a time: what is known of them stays in the first-level cache.
-const BLOCK: usize = 64;
-
-/// Contacts evaluated together at least; those beyond the last are waste.
-const LANES: usize = 8;
-
 /// The pairs of a block that touch.
 struct Touching {
     len: usize,
@@ -121,9 +116,6 @@ impl Touching {
     }
 }
 
-/// Numbers of the contacts of a block, column by column.
-type Columns<const N: usize> = [[f64; BLOCK]; N];
-
 /// Contacts of a block under one law, side by side: what the law needs, and what it answers.
 struct Run {
     len: usize,
@@ -159,19 +151,6 @@ impl Default for Run {
             torques: [three; 2],
             depth: [0.0; BLOCK],
         }
-    }
-}
-
-/// The vector of a contact.
-#[inline(always)]
-fn vector_at<const N: usize>(columns: &Columns<N>, k: usize) -> Vec3 {
-    Vec3::new(columns[0][k], columns[1][k], columns[2][k])
-}
-
-#[inline(always)]
-fn set<const N: usize>(columns: &mut Columns<N>, k: usize, row: [f64; N]) {
-    for (column, x) in columns.iter_mut().zip(row) {
-        column[k] = x;
     }
 }
 
@@ -212,14 +191,14 @@ impl Run {
             self.len += 1;
         }
         touching.len = left;
-        contacts.law(wanted.0, wanted.1).prepared()
+        *contacts.prepared(wanted.0, wanted.1)
     }
 
     /// Forces and torques of all contacts.
     #[inline(always)]
     fn evaluate(&mut self, law: &PreparedLaw, lattice: &LoadLattice, dt: f64) {
         let Self { between, velocities, spins, springs, forces, torques, depth, .. } = self;
-        for k in 0..self.len.next_multiple_of(LANES).min(BLOCK) {
+        for k in whole_lanes(self.len) {
             let [mass, other_mass] = [0, 1].map(|side| velocities[side][3][k]);
             let [radius, other_radius] = [0, 1].map(|side| spins[side][3][k]);
             let [v, other_v] = [0, 1].map(|side| vector_at(&velocities[side], k));

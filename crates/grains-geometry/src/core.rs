@@ -210,6 +210,9 @@ pub(crate) trait Support {
     /// Whether the core has curved parts, so that its support points are not a finite set.
     const CURVED: bool;
 
+    /// Whether the core may have flat faces.
+    const FACED: bool = false;
+
     /// Point farthest along `direction`, which need not be of unit length.
     fn farthest(&self, direction: &Vec3) -> Vec3;
 
@@ -218,6 +221,21 @@ pub(crate) trait Support {
 
     /// A length within a factor 2 of the largest distance of the core from its origin (m).
     fn extent(&self) -> f64;
+
+    /// The flat face that looks along `direction` most directly, if there are faces.
+    fn facing(&self, _direction: &Vec3) -> Option<FacePlane> {
+        None
+    }
+
+    /// Whether a face lies straight below a point before it.
+    fn is_below(&self, _face: &FacePlane, _point: &Vec3) -> bool {
+        false
+    }
+
+    /// Writes the corners of a face in order; returns how many, if there is room.
+    fn corners(&self, _face: &FacePlane, _to: &mut [Vec3]) -> Option<usize> {
+        None
+    }
 
     /// The cylinder, if the core is one.
     fn cylinder(&self) -> Option<&CylinderCore> {
@@ -228,6 +246,17 @@ pub(crate) trait Support {
     fn superellipsoid(&self) -> Option<&Superellipsoid> {
         None
     }
+}
+
+/// The plane of a face: normal·x = offset, with the core behind it.
+#[derive(Clone, Copy)]
+pub(crate) struct FacePlane {
+    /// Number of the face.
+    pub number: usize,
+    /// Outward unit normal (-).
+    pub normal: Vec3,
+    /// Distance of the plane from the core's origin (m).
+    pub offset: f64,
 }
 
 /// The origin.
@@ -256,6 +285,31 @@ pub(crate) struct BoxCore(pub Vec3);
 
 impl Support for BoxCore {
     const CURVED: bool = false;
+    const FACED: bool = true;
+
+    #[inline(always)]
+    fn facing(&self, direction: &Vec3) -> Option<FacePlane> {
+        let [x, y, z] = direction.abs().into();
+        let number = if x >= y && x >= z { 0 } else { 2 - usize::from(y >= z) };
+        let side = |k: usize| if k == number { 1.0_f64.copysign(direction[k]) } else { 0.0 };
+        Some(FacePlane { number, normal: Vec3::new(side(0), side(1), side(2)), offset: self.0[number] })
+    }
+
+    #[inline(always)]
+    fn is_below(&self, face: &FacePlane, point: &Vec3) -> bool {
+        (0..3).all(|k| k == face.number || point[k].abs() <= self.0[k])
+    }
+
+    #[inline(always)]
+    fn corners(&self, face: &FacePlane, to: &mut [Vec3]) -> Option<usize> {
+        let (j, k) = ((face.number + 1) % 3, (face.number + 2) % 3);
+        let signs = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+        for (corner, (sign_j, sign_k)) in to.get_mut(..4)?.iter_mut().zip(signs) {
+            *corner = face.normal * face.offset;
+            (corner[j], corner[k]) = (sign_j * self.0[j], sign_k * self.0[k]);
+        }
+        Some(4)
+    }
 
     #[inline(always)]
     fn farthest(&self, direction: &Vec3) -> Vec3 {
@@ -313,6 +367,39 @@ impl Support for CylinderCore {
 
 impl Support for Polyhedron {
     const CURVED: bool = false;
+    const FACED: bool = true;
+
+    #[inline]
+    fn facing(&self, direction: &Vec3) -> Option<FacePlane> {
+        let mut best = (0, f64::NEG_INFINITY);
+        for (number, face) in self.faces.iter().enumerate() {
+            let along = face.normal.dot(direction);
+            if along > best.1 {
+                best = (number, along);
+            }
+        }
+        let Face { normal, offset, .. } = self.faces.get(best.0)?;
+        Some(FacePlane { number: best.0, normal: *normal, offset: *offset })
+    }
+
+    #[inline]
+    fn is_below(&self, face: &FacePlane, point: &Vec3) -> bool {
+        let corners = &self.faces[face.number].vertices;
+        let mut last = corners.last().copied().unwrap_or(0);
+        corners.iter().all(|&next| {
+            let (from, to) = (self.vertices[last as usize], self.vertices[next as usize]);
+            last = next;
+            (to - from).cross(&(point - from)).dot(&face.normal) >= 0.0
+        })
+    }
+
+    #[inline]
+    fn corners(&self, face: &FacePlane, to: &mut [Vec3]) -> Option<usize> {
+        let corners = &self.faces[face.number].vertices;
+        let to = to.get_mut(..corners.len())?;
+        to.iter_mut().zip(corners).for_each(|(to, &k)| *to = self.vertices[k as usize]);
+        Some(corners.len())
+    }
 
     #[inline]
     fn farthest(&self, direction: &Vec3) -> Vec3 {

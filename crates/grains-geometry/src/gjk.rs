@@ -5,14 +5,16 @@
 //! that nothing is nearer or joins the simplex. The proof is the duality gap: with w the support point,
 //! v·w/|v| ≤ d(A, B) ≤ |v|. Every tolerance is relative to the size of the pair.
 //!
-//! Two measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
-//! usually still is the answer and one support point certifies it; and for cylinders and superellipsoids
-//! the features that touch are solved as equations by Newton's method, for support points alone would
-//! approach a curved surface slowly. Bodies that do not touch need no query while a plane still parts them:
+//! Three measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
+//! usually still is the answer and one support point certifies it; of flat faces that look at each other
+//! the corner over a face or the edges that cross where the gap is least are found at once; and for
+//! cylinders and superellipsoids the features that touch are solved as equations by Newton's method, for
+//! support points alone would approach a curved surface slowly. Bodies that do not touch need no query while a plane still parts them:
 //! [`Core::reach`].
 
 mod curved;
 mod ellipsoids;
+mod facing;
 mod nearest;
 mod point;
 mod search;
@@ -104,6 +106,7 @@ const ROUNDING: f64 = 1e-15;
 ///
 /// # Errors
 /// [`GjkError`] if the bounds have not closed at the iteration cap; never a made-up distance.
+#[inline]
 pub fn distance(
     a: &Core,
     b: &Core,

@@ -1,6 +1,7 @@
 //! Pairs of parts that may touch, and what those that touch remember.
 
 use super::PartContact;
+use super::run::Run;
 use crate::dem::bytes;
 use crate::memory::ContactMemory;
 use grains_geometry::{Footprint, Vec3};
@@ -51,6 +52,7 @@ pub(crate) struct BodyList {
     pub(crate) pairs: Vec<BodyPair>,
     pub(super) memories: Memories,
     pub(super) found: Contacts,
+    pub(super) run: Box<Run>,
 }
 
 /// Contacts of the pairs of two particles.

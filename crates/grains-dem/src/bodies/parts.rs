@@ -1,7 +1,7 @@
 //! Convex parts where they are now: placement, the planes that part them, and their contact.
 
 use crate::walls::SurfaceContact;
-use crate::{Catalogue, Particles};
+use crate::{Body, Catalogue, Particles};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
@@ -44,9 +44,35 @@ impl<'a> Pose<'a> {
     /// How particle `i` lies.
     #[inline(always)]
     pub(crate) fn of(particles: &'a Particles, i: usize, catalogue: &'a Catalogue) -> Self {
-        let body = &particles.bodies[i];
+        Self::of_body(&particles.bodies[i], &particles.frames[i], catalogue)
+    }
+
+    /// How a body with a frame lies.
+    #[inline(always)]
+    pub(crate) fn of_body(body: &Body, frame: &'a Mat3, catalogue: &'a Catalogue) -> Self {
         let shape = catalogue.shape(body.kind);
-        Self { shape, frame: &particles.frames[i], scale: body.radius / shape.bounding_radius }
+        Self { shape, frame, scale: body.radius / shape.bounding_radius }
+    }
+
+    /// Radius of the largest ball about the centre within the body (m).
+    #[inline(always)]
+    pub(crate) fn inscribed_radius(&self) -> f64 {
+        self.shape.inscribed_radius * self.scale
+    }
+
+    /// Inverse of the mass (1/kg) that a body of `mass` (kg) sets against a push along the unit `normal` at `arm` (m) from its
+    /// centre of mass: 1/m + (r × n)·I⁻¹(r × n).
+    ///
+    /// Damping by this mass, not by m itself, gives an off-centre hit the restitution of the law.
+    #[inline(always)]
+    pub(crate) fn inverse_mass_along(&self, mass: f64, arm: &Vec3, normal: &Vec3) -> f64 {
+        let lever = self.frame.tr_mul(&arm.cross(normal));
+        // Σ l²/I on one denominator: divisions are what this costs. I is that of the shape at unit density, I m/V s².
+        let [p, q, r] = self.shape.inertia.into();
+        let squares = lever.component_mul(&lever);
+        let turned = (squares.x * q + squares.y * p) * r + squares.z * (p * q);
+        let whole = p * q * r * (self.scale * self.scale);
+        (whole + self.shape.volume * turned) / (whole * mass)
     }
 
     /// How far a part reaches from the particle's centre along a unit direction (m).
@@ -194,6 +220,7 @@ pub(crate) enum Meeting {
 ///
 /// `other_crust` is in metres. The contact point is midway between the two deepest surface points. Beyond a gap of
 /// `slack` (m) any plane that proves it will do.
+#[inline(always)]
 pub(crate) fn touch(
     part: &PlacedPart,
     other: &Core,

@@ -6,7 +6,6 @@ use crate::bodies::{PlacedPart, Pose};
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::images;
-use crate::integrate::inverse_mass_along;
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_domain::GlobalBox;
@@ -264,7 +263,8 @@ fn felt_mass(
     let normal = touching.iter().flatten().map(|c| c.normal).sum::<Vec3>();
     let normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
     let arm = state.to_world(&(point - state.to_wall(center)));
-    1.0 / inverse_mass_along(particles, pair.particle as usize, &arm, &state.to_world(&normal), catalogue)
+    let pose = Pose::of(particles, pair.particle as usize, catalogue);
+    1.0 / pose.inverse_mass_along(body.mass, &arm, &state.to_world(&normal))
 }
 
 /// Finds which pairs of a group touch, in the wall's frame.

@@ -66,7 +66,7 @@ impl Query<'_> {
         simplex: &mut Simplex,
     ) -> Result<Separation, Stall> {
         let warm = simplex.len > 0;
-        if let Some(answer) = self.start_smooth(a, b, simplex) {
+        if let Some(answer) = self.start_smooth(a, b, simplex).or_else(|| self.start_faced(a, b, simplex)) {
             return Ok(answer);
         }
         self.descend(a, b, simplex).or_else(|stall| {
@@ -101,6 +101,25 @@ impl Query<'_> {
             shrink(bodies.1, &mut simplex.b);
         }
         answer
+    }
+
+    /// Answers for a pair that may meet corner on face, cold, or if it did in the last step.
+    #[inline(always)]
+    fn start_faced<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Option<Separation> {
+        if !(A::FACED || B::FACED) {
+            return None;
+        }
+        let size = self.size(a, b);
+        let v = match simplex.len {
+            0 => self.placement.translation,
+            1 => self.placement.apply(&simplex.b[0]) - simplex.a[0],
+            _ => return None,
+        };
+        self.corner_on_face((a, b), &v, size, simplex).or_else(|| {
+            // Centres say too little of where edges cross.
+            let along = if simplex.len == 0 { a.facing(&v)?.normal } else { v };
+            self.edge_on_edge((a, b), &along, size, simplex)
+        })
     }
 
     /// Newton's method for a pair with a superellipsoid, from the points of the simplex with the given
@@ -166,6 +185,14 @@ impl Query<'_> {
             {
                 return Ok(answer);
             }
+            if (A::FACED || B::FACED)
+                && iteration == 0
+                && let Some(answer) = self
+                    .corner_on_face((a, b), &v, size, simplex)
+                    .or_else(|| self.edge_on_edge((a, b), &v, size, simplex))
+            {
+                return Ok(answer);
+            }
             let pair = self.support(a, b, &v);
             if contains(simplex, &pair) || iteration > best.iterations + PATIENCE {
                 break;
@@ -185,8 +212,8 @@ impl Query<'_> {
             (simplex.a[0], simplex.b[0], simplex.len) = (start.a, start.b, 1);
         }
         let mut w = [Vec3::zeros(); 4];
-        for (w, (a, b)) in w.iter_mut().zip(simplex.a.iter().zip(&simplex.b)).take(simplex.len as usize) {
-            *w = self.placement.apply(b) - a;
+        for (i, w) in w.iter_mut().enumerate().take(simplex.len as usize) {
+            *w = self.placement.apply(&simplex.b[i]) - simplex.a[i];
         }
         w
     }
@@ -241,13 +268,27 @@ impl Query<'_> {
         if squared <= (MEETING * size).powi(2) {
             return None;
         }
-        let answer = match self.judge(a, b, &touch.v, squared, TOLERANCE * size) {
-            Verdict::Beyond => Separation::Beyond { axis: touch.v },
-            Verdict::Nearest => apart(touch.v, squared, touch.point_a),
-            Verdict::Improvable { .. } => return None,
-        };
+        let answer = self.certified(a, b, &touch.v, touch.point_a, size)?;
         touch.refresh(simplex);
         Some(answer)
+    }
+
+    /// The answer that the nearest points are v apart, if no plane speaks against it.
+    #[inline(always)]
+    pub(super) fn certified<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        v: &Vec3,
+        point_a: Vec3,
+        size: f64,
+    ) -> Option<Separation> {
+        let squared = v.norm_squared();
+        match self.judge(a, b, v, squared, TOLERANCE * size) {
+            Verdict::Beyond => Some(Separation::Beyond { axis: *v }),
+            Verdict::Nearest => Some(apart(*v, squared, point_a)),
+            Verdict::Improvable { .. } => None,
+        }
     }
 }
 
@@ -279,8 +320,8 @@ fn keep(simplex: &mut Simplex, w: &mut [Vec3; 4], found: &Nearest) -> [f64; 4] {
 #[inline(always)]
 pub(super) fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
     let mut point = simplex.a[0] * weights[0];
-    for (a, weight) in simplex.a.iter().zip(weights).take(simplex.len as usize).skip(1) {
-        point += a * *weight;
+    for (i, weight) in weights.iter().enumerate().take(simplex.len as usize).skip(1) {
+        point += simplex.a[i] * *weight;
     }
     point
 }
