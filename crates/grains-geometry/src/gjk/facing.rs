@@ -33,10 +33,10 @@ impl Query<'_> {
         let back = -self.placement.matrix.tr_mul(v);
         let (of_a, of_b) = (a.facing(v), b.facing(&back));
         // Which core has the face is not known: the one that looks more directly at the other comes first.
-        let squared = |face: Option<FacePlane>, v: &Vec3| {
-            face.map_or(-1.0, |face| face.normal.dot(v).powi(2)) / v.norm_squared()
-        };
-        let is_a_first = squared(of_a, v) >= squared(of_b, &back);
+        let directness =
+            |face: Option<FacePlane>, v: &Vec3| face.map_or(-1.0, |face| face.normal.dot(v).powi(2));
+        let scale = self.placement.matrix.column(0).norm_squared();
+        let is_a_first = directness(of_a, v) * scale >= directness(of_b, &back);
         let first =
             |simplex: &mut Simplex| of_a.and_then(|face| self.over_first((a, b), &face, size, simplex));
         let second =
@@ -82,11 +82,11 @@ impl Query<'_> {
     ) -> Option<Separation> {
         let outwards = self.placement.matrix * face.normal;
         let squared = outwards.norm_squared();
-        let scale = squared.sqrt();
+        let (scale, inverse) = (squared.sqrt(), 1.0 / squared);
         let corner = a.farthest(&-outwards);
-        let point = self.placement.matrix.tr_mul(&(corner - self.placement.translation)) / squared;
+        let point = self.placement.matrix.tr_mul(&(corner - self.placement.translation)) * inverse;
         let height = face.normal.dot(&point) - face.offset;
-        let (distance, normal) = (height * scale, outwards / -scale);
+        let (distance, normal) = (height * scale, outwards * (-scale * inverse));
         if distance > self.cutoff {
             return Some(Separation::Beyond { axis: normal });
         }

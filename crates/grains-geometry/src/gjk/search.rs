@@ -115,11 +115,13 @@ impl Query<'_> {
             1 => self.placement.apply(&simplex.b[0]) - simplex.a[0],
             _ => return None,
         };
-        self.corner_on_face((a, b), &v, size, simplex).or_else(|| {
-            // Centres say too little of where edges cross.
-            let along = if simplex.len == 0 { a.facing(&v)?.normal } else { v };
-            self.edge_on_edge((a, b), &along, size, simplex)
-        })
+        let answer = self.corner_on_face((a, b), &v, size, simplex);
+        if answer.is_some() || simplex.len == 1 {
+            return answer;
+        }
+        // Centres say too little of where edges cross.
+        let along = a.facing(&v)?.normal;
+        self.edge_on_edge((a, b), &along, size, simplex)
     }
 
     /// Newton's method for a pair with a superellipsoid, from the points of the simplex with the given
@@ -155,6 +157,7 @@ impl Query<'_> {
     ) -> Result<Separation, Stall> {
         let curved = A::CURVED || B::CURVED;
         let size = self.size(a, b);
+        let is_off_face = simplex.len == 1;
         let mut w = self.start(a, b, simplex);
         let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None };
         for iteration in 0..MAX_ITERATIONS {
@@ -185,13 +188,12 @@ impl Query<'_> {
             {
                 return Ok(answer);
             }
-            if (A::FACED || B::FACED)
-                && iteration == 0
-                && let Some(answer) = self
-                    .corner_on_face((a, b), &v, size, simplex)
-                    .or_else(|| self.edge_on_edge((a, b), &v, size, simplex))
-            {
-                return Ok(answer);
+            if (A::FACED || B::FACED) && iteration == 0 {
+                // A lone pair of points has been tried.
+                let on_face = if is_off_face { None } else { self.corner_on_face((a, b), &v, size, simplex) };
+                if let Some(answer) = on_face.or_else(|| self.edge_on_edge((a, b), &v, size, simplex)) {
+                    return Ok(answer);
+                }
             }
             let pair = self.support(a, b, &v);
             if contains(simplex, &pair) || iteration > best.iterations + PATIENCE {
