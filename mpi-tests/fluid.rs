@@ -138,16 +138,16 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     assert!(series(&one).column("momentum_x").iter().all(|&p| p == 0.0));
 }
 
-/// How often borders moved in a run, as its summary tells.
-fn moves(output: &str) -> u32 {
-    let (_, after) = output.split_once("borders moved ").unwrap();
+/// The number after a phrase in what a run prints.
+fn number_after(output: &str, phrase: &str) -> u32 {
+    let (_, after) = output.split_once(phrase).unwrap();
     after.split(' ').next().unwrap().parse().unwrap()
 }
 
 #[test]
 fn cells_and_what_is_known_of_them_follow_borders_that_move() {
     let home = folder("fluid_borders");
-    // All particles in the lower part of a long box, whose cells change hands more than once.
+    // All particles begin in the lower half of a long box, in the subdomains of half of the ranks.
     let bed = replaced(&case("bed.toml"), "upper = [0.032,", "upper = [0.064,");
     let bed = replaced(&bed, "upper = [0.0317, 0.008, 0.03]", "upper = [0.013, 0.008, 0.035]");
     let bed = replaced(&bed, "point = [0.032,", "point = [0.064,");
@@ -166,12 +166,16 @@ fn cells_and_what_is_known_of_them_follow_borders_that_move() {
             fs::create_dir_all(&own).unwrap();
             let text = replaced(text, "periodic =", &format!("ranks = {ranks:?}\nperiodic ="));
             let output = run_case(ranks.iter().product(), &own, &text, &[]).succeeded();
-            (own.join("results"), moves(&output.text()))
+            (own.join("results"), output.text())
         };
         let (one, _) = result([1; 3]);
         for ranks in [[2, 1, 1], [4, 1, 1]] {
-            let (many, moved) = result(ranks);
-            assert!(moved > 0, "{name} {ranks:?}");
+            let (many, text) = result(ranks);
+            assert!(number_after(&text, "borders moved ") > 0, "{name} {ranks:?}");
+            // Of two ranks the other has got some of them, and the cells about them.
+            if ranks[0] == 2 {
+                assert!(number_after(&text, "particles per rank: ") > 0, "{name}");
+            }
             assert_same_fluid(&one, &many, share);
             let (a, b) = (series(&one), series(&many));
             for column in ["kinetic_translation", "pressure_drop", "fluid_kinetic", "superficial_z"] {

@@ -10,13 +10,13 @@
 mod list;
 mod parts;
 mod run;
+mod touch;
 
 use crate::catalogue::FaceContact;
 use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
-use crate::memory::ContactMemory;
 use crate::{Body, Catalogue, Load, Particles, StepError};
-use grains_contact::{Coefficients, Contact, Spread};
+use grains_contact::{Coefficients, Spread};
 use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
 pub(crate) use list::{BodyList, BodyPair};
 use list::{Contacts, Found, Memories};
@@ -24,6 +24,7 @@ pub(crate) use parts::{Meeting, PartContact, PlacedPart, Pose, spread, touch};
 use parts::{gap_across, meet_parts};
 use run::Run;
 use std::ops::Range;
+use touch::Touch;
 
 /// Adds the loads of the contacts between bodies that are not both spheres, of a range of the list.
 ///
@@ -107,7 +108,15 @@ fn add_contacts(
         deepest = deepest.max(contact.overlap);
         let memory = memories.of(&mut group[*place]);
         let bodies = [a, b].map(|i| &particles.bodies[i]);
-        let loads = loads(bodies, memory, &law, (contact, found.footprint(item)), lattice, dt);
+        let touch = Touch::of(bodies, contact);
+        let mut loads = touch.loads(&law, &mut memory.spring, lattice, dt);
+        if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
+            let (spin, spread) = (touch.spins[1] - touch.spins[0], Spread { moment, second });
+            let torque = law.spread_torque(&touch.contact(), &spread, &spin, &mut memory.twist, dt);
+            let torque = lattice.torque(&torque);
+            loads[0].torque += torque;
+            loads[1].torque -= torque;
+        }
         add(particles, &group[0], &loads);
     }
     if tally.note(deepest / radius) {
@@ -294,39 +303,4 @@ fn find_contact(
         }
     }
     Ok(())
-}
-
-/// Loads on the two bodies of a contact whose point is given from the centre of mass of `a`.
-fn loads(
-    [a, b]: [&Body; 2],
-    memory: &mut ContactMemory,
-    law: &Coefficients,
-    (found, footprint): (&PartContact, Option<&Footprint>),
-    lattice: &LoadLattice,
-    dt: f64,
-) -> [Load; 2] {
-    let arm_a = found.point;
-    let arm_b = found.point - (b.position - a.position);
-    let velocity =
-        (b.velocity + b.angular_velocity.cross(&arm_b)) - (a.velocity + a.angular_velocity.cross(&arm_a));
-    let contact = Contact { normal: found.normal, overlap: found.overlap, velocity };
-    let force = lattice.force(&law.force(&contact, &mut memory.spring, dt));
-    let mut torque_a = lattice.torque(&arm_a.cross(&force));
-    let mut torque_b = -lattice.torque(&arm_b.cross(&force));
-    if let Some(&Footprint { moment, second, .. }) = footprint {
-        let spin = b.angular_velocity - a.angular_velocity;
-        let spread = Spread { moment, second };
-        let torque = lattice.torque(&law.spread_torque(&contact, &spread, &spin, &mut memory.twist, dt));
-        torque_a += torque;
-        torque_b -= torque;
-    }
-    if law.resists_rolling() {
-        let (length_a, length_b) = (arm_a.norm(), arm_b.norm());
-        let spin = a.angular_velocity - b.angular_velocity;
-        let arm = length_a * length_b / (length_a + length_b);
-        let rolling = lattice.torque(&law.rolling_torque(&contact, &spin, arm));
-        torque_a += rolling;
-        torque_b -= rolling;
-    }
-    [Load { force, torque: torque_a }, Load { force: -force, torque: torque_b }]
 }

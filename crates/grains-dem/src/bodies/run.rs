@@ -1,11 +1,12 @@
 //! Contacts of bodies that touch in one point each, under one law: their forces are found several at a time.
 
 use super::list::Memories;
+use super::touch::Touch;
 use super::{BodyPair, PartContact, Pose};
 use crate::columns::{BLOCK, Columns, set, vector_at, whole_lanes};
 use crate::forces::LoadLattice;
 use crate::{Body, Catalogue, Load};
-use grains_contact::{Contact, PreparedLaw};
+use grains_contact::PreparedLaw;
 use grains_geometry::Vec3;
 use multiversion::multiversion;
 
@@ -78,17 +79,16 @@ impl Run {
             self.law = Some(*catalogue.contacts.prepared(self.materials[0], self.materials[1]));
         }
         self.pair[k] = place as u32;
-        let (normal, arm) = (&found.normal, &found.point);
-        let other_arm = arm - (b.position - a.position);
-        let inverse = poses[0].inverse_mass_along(a.mass, arm, normal)
-            + poses[1].inverse_mass_along(b.mass, &other_arm, normal);
+        let Touch { normal, overlap, arms: [arm, other_arm], velocities, spins } = Touch::of([a, b], found);
+        let inverse = poses[0].inverse_mass_along(a.mass, &arm, &normal)
+            + poses[1].inverse_mass_along(b.mass, &other_arm, &normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
-        set(&mut self.normals, k, [normal.x, normal.y, normal.z, found.overlap]);
+        set(&mut self.normals, k, [normal.x, normal.y, normal.z, overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse]);
         set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
-        for (side, body) in [a, b].into_iter().enumerate() {
-            set(&mut self.velocities[side], k, body.velocity.into());
-            set(&mut self.spins[side], k, body.angular_velocity.into());
+        for side in 0..2 {
+            set(&mut self.velocities[side], k, velocities[side].into());
+            set(&mut self.spins[side], k, spins[side].into());
         }
         set(&mut self.springs, k, (*spring).into());
         self.len += 1;
@@ -132,26 +132,18 @@ fn materials([a, b]: [&Body; 2]) -> [u16; 2] {
 fn evaluate(run: &mut Run, law: &PreparedLaw, lattice: &LoadLattice, dt: f64) {
     let Run { normals, arms, other_arms, velocities, spins, springs, forces, torques, .. } = run;
     for k in whole_lanes(run.len) {
-        let (arm, other_arm) = (vector_at(arms, k), vector_at(other_arms, k));
-        let [v, other_v] = [0, 1].map(|side| vector_at(&velocities[side], k));
-        let [w, other_w] = [0, 1].map(|side| vector_at(&spins[side], k));
-        let velocity = (other_v + other_w.cross(&other_arm)) - (v + w.cross(&arm));
-        let contact = Contact { normal: vector_at(normals, k), overlap: normals[3][k], velocity };
-        let coefficients = law.at(1.0 / arms[3][k]);
+        let touch = Touch {
+            normal: vector_at(normals, k),
+            overlap: normals[3][k],
+            arms: [vector_at(arms, k), vector_at(other_arms, k)],
+            velocities: [0, 1].map(|side| vector_at(&velocities[side], k)),
+            spins: [0, 1].map(|side| vector_at(&spins[side], k)),
+        };
         let mut spring = vector_at(springs, k);
-        let force = lattice.force(&coefficients.force(&contact, &mut spring, dt));
-        let mut torque = lattice.torque(&arm.cross(&force));
-        let mut other_torque = -lattice.torque(&other_arm.cross(&force));
-        if law.resists_rolling() {
-            let (length, other_length) = (arm.norm(), other_arm.norm());
-            let effective = length * other_length / (length + other_length);
-            let rolling = lattice.torque(&coefficients.rolling_torque(&contact, &(w - other_w), effective));
-            torque += rolling;
-            other_torque -= rolling;
-        }
+        let [load, other] = touch.loads(&law.at(1.0 / arms[3][k]), &mut spring, lattice, dt);
         set(springs, k, spring.into());
-        set(forces, k, force.into());
-        set(&mut torques[0], k, torque.into());
-        set(&mut torques[1], k, other_torque.into());
+        set(forces, k, load.force.into());
+        set(&mut torques[0], k, load.torque.into());
+        set(&mut torques[1], k, other.torque.into());
     }
 }
