@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 /// All analyses with options that use most of them.
-const ANALYSES: [&[&str]; 8] = [
+const ANALYSES: [&[&str]; 10] = [
     &["void-fraction", "results", "--cells", "3e5", "--radial", "axis", "--refine", "--crop", "1"],
     &["ranking", "results", "--crop", "0"],
     &["profiles", "results", "--time", "0.1:", "--bins", "7"],
@@ -19,6 +19,8 @@ const ANALYSES: [&[&str]; 8] = [
     &["run-out", "results", "--direction", "-x", "--length", "0.02", "--time", "all"],
     &["drum", "results", "--time", "0.15:", "--wall", "drum"],
     &["granular-temperature", "results", "--time", "all", "--cell", "0.02"],
+    &["mixing", "results", "--time", "0.1:", "--cell", "0.02", "--min", "3"],
+    &["flow-rate", "results", "--window", "0.03"],
 ];
 
 /// The tables and pictures of a folder, by name.
@@ -37,7 +39,8 @@ fn column(text: &str, name: &str) -> Vec<f64> {
 #[test]
 fn every_analysis_writes_the_same_files_on_one_two_and_three_ranks() {
     let home = folder("analyse_ranks");
-    run_case(2, &home, &case("drum.toml"), &[]).succeeded();
+    let plane = "[[flow_plane]]\nname = \"middle\"\npoint = [0, 0, -0.01]\nnormal = [0, 0, -1]\n\n[output]";
+    run_case(2, &home, &replaced(&case("drum.toml"), "[output]", plane), &[]).succeeded();
     let mut said = Vec::new();
     for ranks in 1..=3 {
         let place = format!("on-{ranks}");
@@ -72,6 +75,11 @@ fn every_analysis_writes_the_same_files_on_one_two_and_three_ranks() {
     let void = column(&one["void-fraction.csv"], "void_fraction")[0];
     assert!((0.3..1.0).contains(&void), "{void}");
     assert!(column(&one["orientation.csv"], "particles") == [16.0]);
+    let index = column(&one["mixing.csv"], "ball_mixing_index");
+    assert!(index.iter().all(|m| (-0.5..1.5).contains(m)), "{index:?}");
+    // All particles begin above the plane; what the windows show is what passed, less what passed after the last one.
+    let passed: f64 = column(&one["flow-rate.csv"], "middle_count_rate").iter().map(|rate| 0.03 * rate).sum();
+    assert!((1.0..=64.0).contains(&passed), "{passed}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! `analyse granular-temperature`: fluctuations of the velocity in the cells of a coarse grid.
 
 use super::Common;
+use super::coarse_grid::{CoarseGrid, edge};
 use super::picture::{Curve, Picture};
-use super::region::{Region, RegionOptions, mean_diameter};
+use super::region::{Region, RegionOptions};
 use super::report::{Report, Table, seconds};
 use super::snapshots::{Extra, Snapshot, Stock};
 use super::sums::{counts, exact_sums};
@@ -26,9 +27,6 @@ pub struct Options {
     least: u64,
 }
 
-/// Most cells of the grid.
-const MOST_CELLS: f64 = 1e7;
-
 /// A cell with particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
@@ -50,19 +48,12 @@ pub fn measure(
     snapshot: &Snapshot,
     transport: &impl Transport,
 ) -> Vec<Cell> {
-    let size = region.upper - region.lower;
-    let cells = size.map(|length| (length / edge).round().max(1.0));
-    let spacing = size.component_div(&cells);
-    let number = cells.map(|n| n as usize);
+    let grid = CoarseGrid::new(region, edge);
     let members: Vec<(usize, usize)> = (0..snapshot.len())
         .filter(|&i| region.contains(&snapshot.position[i]))
-        .map(|i| {
-            let place = (snapshot.position[i] - region.lower).component_div(&spacing);
-            let at = |a: usize| (place[a] as usize).min(number[a] - 1);
-            (i, at(0) + number[0] * (at(1) + number[1] * at(2)))
-        })
+        .map(|i| (i, grid.cell(&snapshot.position[i])))
         .collect();
-    let slots = number.iter().product();
+    let slots = grid.len();
     let count = counts(transport, slots, members.iter().map(|m| m.1));
     let sums = exact_sums(transport, 3 * slots, |add| {
         members.iter().for_each(|&(i, c)| (0..3).for_each(|a| add(3 * c + a, snapshot.velocity[i][a])));
@@ -72,9 +63,8 @@ pub fn measure(
         members.iter().for_each(|&(i, c)| add(c, (snapshot.velocity[i] - mean(c)).norm_squared()));
     });
     let cell = |c: usize| {
-        let at = [c % number[0], c / number[0] % number[1], c / (number[0] * number[1])];
-        let middle = Vec3::from_fn(|a, _| region.lower[a] + (at[a] as f64 + 0.5) * spacing[a]);
-        Cell { middle, count: count[c], velocity: mean(c), temperature: spread[c] / (3.0 * count[c] as f64) }
+        let temperature = spread[c] / (3.0 * count[c] as f64);
+        Cell { middle: grid.middle(c), count: count[c], velocity: mean(c), temperature }
     };
     (0..slots).filter(|&c| count[c] >= least).map(cell).collect()
 }
@@ -140,18 +130,7 @@ pub fn analyse(
             region = region.cropped(&snapshot, shapes, crop, transport)?;
         }
         axis = region.axis;
-        let edge = match options.cell {
-            Some(edge) => edge,
-            None => 3.0 * mean_diameter(&snapshot, shapes, 0..snapshot.len(), transport),
-        };
-        let volume = (region.upper - region.lower).product();
-        // Without particles there is no mean diameter, and nothing to see.
-        let edge = if edge.is_nan() && options.cell.is_none() { volume.cbrt() } else { edge };
-        if !(edge > 0.0 && volume / edge.powi(3) <= MOST_CELLS) {
-            return Err(RunError::case(format!(
-                "--cell {edge:.3e} m: makes too many cells of a region of {volume:.3e} m3; at most {MOST_CELLS:.0e} are possible, take larger ones"
-            )));
-        }
+        let edge = edge(options.cell, &region, (&snapshot, shapes), transport)?;
         let cells = measure(&region, edge, options.least, &snapshot, transport);
         let temperature = weighted(cells.iter(), |c| c.temperature);
         let flow = weighted(cells.iter(), |c| c.velocity.norm_squared() / 3.0);

@@ -4,13 +4,16 @@
 //! work together on each state; all sums are exact ([`sums`]), so the results have the same bits on any number of ranks.
 
 mod bed;
+mod coarse_grid;
 mod coordination;
 mod drum;
 mod ergun;
 mod fit;
+mod flow_rate;
 mod friction;
 mod granular_temperature;
 mod layers;
+mod mixing;
 mod orientation;
 mod picture;
 mod pixels;
@@ -67,6 +70,10 @@ pub enum Analysis {
     Drum(drum::Options),
     /// Granular temperature in the cells of a coarse grid.
     GranularTemperature(granular_temperature::Options),
+    /// Mixing index of Lacey and segregation in height of kinds of particles.
+    Mixing(mixing::Options),
+    /// Number and mass per time through flow planes, from the time series.
+    FlowRate(flow_rate::Options),
     /// Friction coefficient of a periodic array of resolved particles, over time.
     Friction(friction::Options),
     /// Flow through a fixed bed of resolved particles: pressure gradient, Ergun's alpha, tortuosity, axial profiles.
@@ -86,6 +93,8 @@ impl Analysis {
             Self::RunOut(options) => &options.common,
             Self::Drum(options) => &options.common,
             Self::GranularTemperature(options) => &options.common,
+            Self::Mixing(options) => &options.common,
+            Self::FlowRate(options) => &options.common,
             Self::Friction(options) => &options.common,
             Self::Bed(options) => &options.common,
             Self::Ergun(options) => &options.common,
@@ -112,6 +121,8 @@ pub fn run(analysis: &Analysis, job: &Job, transport: &MpiTransport) -> Result<(
         Analysis::GranularTemperature(options) => {
             granular_temperature::analyse(&stock, &states, options, transport)
         }
+        Analysis::Mixing(options) => mixing::analyse(&stock, &states, options, transport),
+        Analysis::FlowRate(options) => flow_rate::analyse(&stock, options, transport),
         Analysis::Friction(options) => friction::analyse(&stock, &states, options, transport),
         Analysis::Bed(options) => bed::analyse(&stock, &states, options, transport),
         Analysis::Ergun(options) => ergun::analyse((&stock, &states), options, (job, transport)),

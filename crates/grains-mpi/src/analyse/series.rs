@@ -51,7 +51,7 @@ impl TimeSeries {
         match self.columns.iter().position(|column| column == name) {
             Some(at) => Ok(self.rows.iter().map(|row| row[at]).collect()),
             None => Err(RunError::files(format!(
-                "{}: lacks the column `{name}` of runs with a fluid; run the case again",
+                "{}: lacks the column `{name}`: it is of a case without what the column tells of, or of an older version; run the case again",
                 self.path.display()
             ))),
         }
