@@ -160,6 +160,10 @@ fn wrong_type(types: Option<&Json>, value: &DeValue, path: &str) -> String {
     format!("must be {}, not {}{remedy}", type_in_words(wanted), type_in_words(type_of(value)))
 }
 
+/// Largest number of a case, and smallest one that must be positive; their products and powers stay within those of f64.
+const LARGEST: f64 = 1e30;
+const SMALLEST: f64 = 1e-30;
+
 /// Checks a number against the bounds of its schemas; returns a doubt if it is allowed but unlikely.
 fn check_range(schemas: &[&Json], number: f64) -> Result<Option<String>, String> {
     let find = |keyword: &str| schemas.iter().find_map(|schema| schema.get(keyword));
@@ -168,7 +172,17 @@ fn check_range(schemas: &[&Json], number: f64) -> Result<Option<String>, String>
         let may_be_infinite = find("x-infinite").is_some() && number == f64::INFINITY;
         return if may_be_infinite { Ok(None) } else { Err("must be a finite number".into()) };
     }
+    if number.abs() > LARGEST {
+        return Err(format!(
+            "beyond {LARGEST:e}: no quantity in SI units is that large: mend the exponent or the unit"
+        ));
+    }
     let (at_least, above) = (bound("minimum"), bound("exclusiveMinimum"));
+    if above == Some(0.0) && number > 0.0 && number < SMALLEST {
+        return Err(format!(
+            "below {SMALLEST:e}: no quantity in SI units is that small: mend the exponent or the unit"
+        ));
+    }
     let (at_most, below) = (bound("maximum"), bound("exclusiveMaximum"));
     let is_allowed = at_least.is_none_or(|b| number >= b)
         && above.is_none_or(|b| number > b)

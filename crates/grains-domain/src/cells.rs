@@ -41,10 +41,17 @@ impl CellGrid {
         let fitting = |width: f64| {
             std::array::from_fn::<usize, 3, _>(|a| (((upper[a] - lower[a]) / width) as usize).max(1))
         };
-        let mut own = fitting(width);
-        let excess = own.iter().map(|&n| n as f64).product::<f64>() / most as f64;
-        if excess > 1.0 {
-            own = fitting(width * excess.cbrt());
+        let (mut own, mut wide) = (fitting(width), width);
+        // An axis that is down to one cell yields no more: the others must.
+        loop {
+            let excess = own.iter().map(|&n| n as f64).product::<f64>() / most as f64;
+            let divided = own.iter().filter(|&&n| n > 1).count();
+            if excess <= 1.0 || divided == 0 {
+                break;
+            }
+            // At least a hundredth wider, so that rounding to whole cells cannot stop it.
+            wide *= excess.powf(1.0 / divided as f64).max(1.01);
+            own = fitting(wide);
         }
         let inverse_width: [f64; 3] = std::array::from_fn(|a| own[a] as f64 / (upper[a] - lower[a]));
         let layers = std::array::from_fn(|a| {
@@ -214,6 +221,18 @@ mod tests {
         let cells = Cells::new(&decomposition(), 0.01, &widest, &counts);
         let own: usize = cells.grids()[0].counts.iter().map(|n| n - 2).product();
         assert!((100..=144).contains(&own), "{own}");
+    }
+
+    #[test]
+    fn few_particles_get_few_cells_in_boxes_of_any_proportion() {
+        for extents in [[1e6, 1.0, 1.0], [1.0, 1e9, 1.0], [3.0, 1e5, 1e7], [1e4, 1e4, 1e4], [0.5, 0.5, 0.5]] {
+            let global = GlobalBox::new([0.0; 3], extents, [false; 3]);
+            let decomposition = Decomposition::new(global, [1; 3], 0, 0.1).unwrap();
+            let (widest, counts) = (per_class(&[(0, 0.05)]), per_class(&[(0, 10)]));
+            let cells = Cells::new(&decomposition, 0.05, &widest, &counts);
+            let own: usize = cells.grids()[0].counts.iter().map(|n| n - 2).product();
+            assert!(own <= CELLS_PER_PARTICLE * 10 + FEW_CELLS, "{extents:?}: {own}");
+        }
     }
 
     #[test]

@@ -14,6 +14,8 @@ mod check;
 mod composites;
 mod duration;
 mod error;
+#[cfg(test)]
+mod extreme_numbers;
 mod files;
 mod fluid;
 mod geometry;
@@ -94,11 +96,17 @@ struct RunArguments {
     #[arg(long, value_name = "FILE|latest")]
     restart: Option<PathBuf>,
     /// Write a checkpoint and leave after this wall-clock time (s).
-    #[arg(long, value_name = "SECONDS", default_value_t = f64::INFINITY)]
+    #[arg(long, value_name = "SECONDS", default_value_t = f64::INFINITY, value_parser = walltime)]
     max_walltime: f64,
     /// Options for PETSc, after `--`.
     #[arg(last = true, value_name = "PETSC OPTIONS")]
     petsc: Vec<String>,
+}
+
+/// A wall-clock time (s) from the command line.
+fn walltime(text: &str) -> Result<f64, String> {
+    let seconds = text.trim().parse::<f64>().ok().filter(|&seconds| seconds > 0.0);
+    seconds.ok_or_else(|| "give a number of seconds above 0, such as 3600".into())
 }
 
 fn main() {

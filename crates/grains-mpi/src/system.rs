@@ -42,6 +42,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         true => timestep::of_fluid(case),
         false => timestep::choose(case, &catalogue, kinds)?,
     };
+    resolved_positions(case, &global, &catalogue, kinds)?;
     let gravity = Vec3::from(case.gravity);
     // Particles that are held have no films.
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
@@ -179,6 +180,28 @@ fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
 /// Largest bounding radius any particle of the case can have (m).
 fn largest_radius(catalogue: &Catalogue, kinds: &[KindRange]) -> f64 {
     kinds.iter().map(|k| catalogue.shape(k.kind).bounding_radius * k.largest).fold(0.0, f64::max)
+}
+
+/// Refuses a box so large that its positions, multiples of one length, are too coarse for contacts of its particles.
+fn resolved_positions(
+    case: &Case,
+    global: &GlobalBox,
+    catalogue: &Catalogue,
+    kinds: &[KindRange],
+) -> Result<(), String> {
+    /// Largest spacing of positions over the smallest inscribed radius (-).
+    const COARSEST: f64 = 1e-8;
+    let radius = |k: &KindRange| catalogue.shape(k.kind).inscribed_radius * k.smallest;
+    let (spacing, smallest) =
+        (global.lattice.spacing(), kinds.iter().map(radius).fold(f64::INFINITY, f64::min));
+    if spacing <= COARSEST * smallest {
+        return Ok(());
+    }
+    let message = format!(
+        "positions in a domain of this size are multiples of {spacing:.1e} m, too coarse for particles with an inscribed radius of {smallest:.1e} m: make the domain smaller, at most {:.0e} radii wide, or check the unit of the radius",
+        COARSEST * 2.0_f64.powi(53)
+    );
+    Err(case.about("domain.upper", message))
 }
 
 /// How far particles may go before lists are rebuilt, where films of fluid (m) act between them.

@@ -53,7 +53,7 @@ pub struct Insert<Name = usize> {
     pub particles: Vec<Component<Name>>,
     /// Number of particles in all (-); may be left out for a file, of which all rows are then taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("minimum" = 1))]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000_000_u64))]
     pub count: Option<u64>,
     /// Where the particles appear.
     pub place: Place,

@@ -61,7 +61,7 @@ pub enum Place {
         window: Window,
         /// Attempts per particle before the insertion is given up (-).
         #[serde(default = "thousand")]
-        #[schemars(extend("minimum" = 1))]
+        #[schemars(extend("minimum" = 1, "maximum" = 1_000_000))]
         attempts: u64,
         /// Wait for room, and try again after this time (s), instead of refusing a first batch that does not fit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
