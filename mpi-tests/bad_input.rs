@@ -5,9 +5,10 @@
 
 mod common;
 
-use common::{case, folder, replaced, run, run_case};
+use common::{case, folder, python_with, replaced, run, run_case, skipped};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 /// A mistake: what is done wrong, and what the answer must say.
 struct Mistake {
@@ -303,4 +304,28 @@ fn outlets_make_leaving_legal() {
     let text = edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
     let output = run_case(2, &home, &text, &[]).succeeded();
     assert!(output.stdout.contains("1 inserted = 0 inside + 1 left"), "{}", output.text());
+}
+
+#[test]
+fn an_editor_with_the_schema_names_a_typo_once() {
+    let home = folder("bad_input_schema");
+    let Some(python) = python_with("import jsonschema, tomllib") else {
+        skipped("an_editor_with_the_schema_names_a_typo_once", "no Python with jsonschema");
+        return;
+    };
+    let schema = run(1, &home, &["schema"]).succeeded().stdout;
+    fs::write(home.join("schema.json"), schema).unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let checked = Command::new(python)
+        .arg(root.join("scripts/schema_typos.py"))
+        .arg(home.join("schema.json"))
+        .args(["cases", "mpi-tests/cases", "crates/grains-case/tests/good"].map(|folder| root.join(folder)))
+        .output()
+        .unwrap();
+    assert!(
+        checked.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&checked.stdout),
+        String::from_utf8_lossy(&checked.stderr)
+    );
 }

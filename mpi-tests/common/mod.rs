@@ -217,8 +217,12 @@ pub fn skipped(test: &str, reason: &str) {
 
 /// A Python that can read the files back: `$GRAINS_PYTHON` or `python3`, if it has vtk and h5py.
 pub fn python() -> Option<String> {
+    python_with("import h5py, numpy; from vtkmodules.vtkIOHDF import vtkHDFReader")
+}
+
+/// `$GRAINS_PYTHON` or `python3`, if it can do some imports.
+pub fn python_with(imports: &str) -> Option<String> {
     let candidates = [std::env::var("GRAINS_PYTHON").unwrap_or_default(), "python3".into()];
-    let imports = "import h5py, numpy; from vtkmodules.vtkIOHDF import vtkHDFReader";
     candidates.into_iter().filter(|p| !p.is_empty()).find(|python| {
         let probe = Command::new(python).args(["-c", imports]).stderr(Stdio::null()).status();
         probe.is_ok_and(|status| status.success())

@@ -14,6 +14,7 @@ mod case;
 mod check;
 mod csv_share;
 mod diagnostic;
+mod editor_schema;
 mod fit;
 mod particle_file;
 pub mod sections;

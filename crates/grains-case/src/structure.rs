@@ -13,10 +13,16 @@ use toml::de::{DeTable, DeValue};
 use crate::case::RawCase;
 use crate::check::Checker;
 use crate::diagnostic::{closest, unknown};
+use crate::editor_schema::for_editors;
 use crate::values;
 
 /// JSON schema (draft 2020-12) of the case file, generated from the types; for editors and manuals.
 pub fn schema() -> Json {
+    for_editors(schema_of_types())
+}
+
+/// The schema as the types give it, with alternatives.
+fn schema_of_types() -> Json {
     let mut schema = schemars::schema_for!(RawCase).to_value();
     remove_null_defaults(&mut schema);
     schema
@@ -41,7 +47,7 @@ fn remove_null_defaults(schema: &mut Json) {
 fn schema_for_reading(has_fluid: bool) -> &'static Json {
     static SCHEMAS: OnceLock<[Json; 2]> = OnceLock::new();
     let schemas = SCHEMAS.get_or_init(|| {
-        let with_fluid = schema();
+        let with_fluid = schema_of_types();
         let mut without = with_fluid.clone();
         let keys = without["then"]["required"].as_array().cloned().unwrap_or_default();
         for key in keys.iter().filter_map(Json::as_str) {
