@@ -347,3 +347,53 @@ fn compressed_snapshots_with_empty_steps_and_ranks_are_read_back() {
     assert_eq!((counts[0], counts.last()), (0, Some(&64)));
     read_back("drum", &home.join("results"));
 }
+
+/// What a run of one process in a folder says; unlike [`run`] it may run beside another.
+fn beside(home: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grains-mpi"));
+    let output = command.args(arguments).current_dir(home).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_second_run_in_the_directory_is_refused_and_leaves_the_first_alone() {
+    let home = folder("files_two_runs");
+    let results = home.join("results");
+    fs::write(home.join("case.toml"), shear(10.0)).unwrap();
+    let mut first = start(2, &home, &["case.toml"], 0);
+    first.wait_until("a checkpoint", || results.exists() && !checkpoints(&results).is_empty());
+    for arguments in [&["case.toml"][..], &["case.toml", "--restart", "latest"]] {
+        let (code, text) = beside(&home, arguments);
+        assert_eq!(code, Some(4), "{text}");
+        assert!(
+            text.contains("results: another run (process ") && text.contains("output.directory"),
+            "{text}"
+        );
+    }
+    assert!(!home.join("results.1").exists());
+    // A crash leaves no lock behind.
+    signal("KILL", &first.ranks());
+    assert_ne!(first.wait().code, Some(0));
+    let step = step_of(checkpoints(&results).last().unwrap());
+    let end = (step + 200) as f64 * 2.5e-5;
+    run_case(3, &home, &shear(end), &["--restart", "latest"]).succeeded();
+    let undisturbed = folder("files_one_run");
+    run_case(2, &undisturbed, &shear(end), &[]).succeeded();
+    let wanted = undisturbed.join("results");
+    assert_same_state(checkpoints(&wanted).last().unwrap(), checkpoints(&results).last().unwrap());
+    assert_same_series(&series(&wanted), &series(&results));
+}
+
+#[test]
+fn a_directory_that_is_renamed_under_a_run_ends_it_and_keeps_what_was_written() {
+    let home = folder("files_renamed");
+    let (results, aside) = (home.join("results"), home.join("moved"));
+    fs::write(home.join("case.toml"), shear(10.0)).unwrap();
+    let mut first = start(2, &home, &["case.toml"], 0);
+    first.wait_until("a checkpoint", || results.exists() && !checkpoints(&results).is_empty());
+    fs::rename(&results, &aside).unwrap();
+    let output = first.wait();
+    assert!(output.only_error(4).contains("results: has been renamed"), "{}", output.text());
+    assert!(!checkpoints(&aside).is_empty() && !results.exists());
+    checkpoints(&aside).iter().for_each(|path| drop(state(path)));
+}

@@ -3,6 +3,7 @@
 use crate::VERSION;
 use crate::error::RunError;
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
+use crate::lock::DirectoryLock;
 use crate::population::Population;
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
@@ -138,6 +139,8 @@ pub struct Files {
     fluid: Option<FluidFiles>,
     /// On rank 0 only.
     series: Option<Series>,
+    /// On rank 0 only.
+    lock: Option<DirectoryLock>,
 }
 
 impl Files {
@@ -158,8 +161,8 @@ impl Files {
             crate::restart::restore(case, transport, checkpoint, (dem, fluid), population)?;
         }
         let is_first = transport.rank() == 0;
-        let ready = if is_first { prepare_directory(&directory, restart.is_some()) } else { Ok(()) };
-        agree(communicator, ready)?;
+        let ready = is_first.then(|| prepare_directory(&directory, restart.is_some())).transpose();
+        let lock = agree(communicator, ready)?;
         let metadata = metadata(case, transport.size());
         agree(communicator, if is_first { write_side_files(case, dem, &directory) } else { Ok(()) })?;
         let precision = match case.output.precision {
@@ -226,7 +229,26 @@ impl Files {
             surfaces,
             fluid: fluid_files,
             series,
+            lock,
         })
+    }
+
+    /// Checks that the directory is still the one that was opened; collective.
+    ///
+    /// # Errors
+    /// One that was renamed, removed or replaced.
+    pub fn verify(&self, transport: &MpiTransport) -> Result<(), RunError> {
+        let there = self.lock.as_ref().map_or(Ok(()), DirectoryLock::verify);
+        Ok(agree(transport.communicator(), there)?)
+    }
+
+    /// The outcome of writing; what fails because the directory is gone is told as that. Collective if it failed.
+    pub fn explained<T>(
+        &self,
+        outcome: Result<T, RunError>,
+        transport: &MpiTransport,
+    ) -> Result<T, RunError> {
+        outcome.map_err(|error| self.verify(transport).err().unwrap_or(error))
     }
 
     /// Writes a snapshot of particles and walls.
@@ -364,6 +386,7 @@ impl Files {
         let (grids, clocks) = fluid.as_ref().map(FluidPhase::state).unwrap_or_default();
         texts.extend(clocks);
         texts.extend(self.metadata.iter().cloned());
+        self.verify(transport)?;
         write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &grids, &texts)?;
         if transport.rank() == 0 {
             remove_old(&self.directory, self.keep);
@@ -418,20 +441,27 @@ fn metadata(case: &Case, ranks: usize) -> Metadata {
     ]
 }
 
-/// Makes the directory; results of an earlier run are moved aside, unless this run continues them.
-fn prepare_directory(directory: &Path, is_restart: bool) -> Result<(), FileError> {
-    let holds_run = directory.join(RESOLVED_CASE).exists();
-    if holds_run && !is_restart {
-        let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
-        let aside = free.unwrap_or_else(|| directory.with_extension("old"));
-        std::fs::rename(directory, &aside).map_err(|e| {
-            FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}"))
-        })?;
-        say!("the earlier results in {} are now in {}", directory.display(), aside.display());
+/// Makes the directory and takes it; results of an earlier run are moved aside, unless this run continues them.
+fn prepare_directory(directory: &Path, is_restart: bool) -> Result<DirectoryLock, FileError> {
+    let make = || {
+        std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {
+            FileError::new(directory, format!("cannot be created: {e}; choose another output.directory"))
+        })
+    };
+    make()?;
+    let lock = DirectoryLock::take(directory)?;
+    if is_restart || !directory.join(RESOLVED_CASE).exists() {
+        return Ok(lock);
     }
-    std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {
-        FileError::new(directory, format!("cannot be created: {e}; choose another output.directory"))
-    })
+    let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
+    let aside = free.unwrap_or_else(|| directory.with_extension("old"));
+    std::fs::rename(directory, &aside).map_err(|e| {
+        FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}"))
+    })?;
+    say!("the earlier results in {} are now in {}", directory.display(), aside.display());
+    make()?;
+    // The earlier results stay locked until the new directory is.
+    DirectoryLock::take(directory)
 }
 
 /// The resolved case, the reference surfaces of the shapes, and a script that shows all in ParaView.

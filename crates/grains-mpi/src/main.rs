@@ -19,6 +19,7 @@ mod extreme_numbers;
 mod files;
 mod fluid;
 mod geometry;
+mod lock;
 mod population;
 mod random;
 mod restart;

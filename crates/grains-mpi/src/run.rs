@@ -190,7 +190,8 @@ impl<'a> Run<'a> {
                 self.checkpoint()?;
             }
             self.dem.add_forces(&self.transport);
-            let finished = self.observe(is_last)?;
+            let finished = self.observe(is_last);
+            let finished = self.files.explained(finished, &self.transport)?;
             if is_last {
                 self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
                 break;
@@ -272,7 +273,8 @@ impl<'a> Run<'a> {
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
         self.dem.clock.start();
-        self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport)?;
+        let written = self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport);
+        self.files.explained(written, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
         Ok(())
     }
@@ -301,6 +303,7 @@ impl<'a> Run<'a> {
         }
         self.dem.clock.start();
         self.dem.check_ledger(&self.transport).map_err(|e| self.failed(Failure::Here(e)))?;
+        self.files.verify(&self.transport)?;
         if snapshot && self.case.output.particles > 0.0 {
             self.files.snapshot(&self.dem, &self.transport)?;
         }
