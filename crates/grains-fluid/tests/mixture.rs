@@ -276,3 +276,38 @@ fn an_impossible_void_fraction_names_its_cell() {
     let error = flow.step(1e-3, &SERIAL).unwrap_err();
     assert!(error.to_string().contains("void fraction -0.1000 in cell [4, 2, 1]"), "{error}");
 }
+
+#[test]
+fn a_closed_or_periodic_box_stands_the_rounding_of_its_void_fraction_and_no_more() {
+    for periodic in [[false; 3], [true, false, true], [true; 3]] {
+        for model in [MixtureModel::A, MixtureModel::B] {
+            let grid = Grid::uniform([0.0; 3], [0.02, 0.02, 0.03], [6, 6, 9], periodic).unwrap();
+            let setup = FlowSetup { mixture: Some(model), ..FlowSetup::new(grid, 1000.0, 1e-3) };
+            let mut flow = Flow::new(setup, &SERIAL).unwrap();
+            let mut state = 7_u64;
+            let mut random = || {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 11) as f64 / 2.0_f64.powi(53)
+            };
+            let cells: Vec<[isize; 3]> = (0..6 * 6 * 9).map(|n| [n % 6, n / 6 % 6, n / 36]).collect();
+            let eps: Vec<f64> = cells.iter().map(|_| 0.4 + 0.6 * random()).collect();
+            let set = |flow: &mut Flow, change: &mut dyn FnMut(f64) -> f64| {
+                let mixture = flow.mixture.as_mut().unwrap();
+                for (&[i, j, k], &eps) in cells.iter().zip(&eps) {
+                    mixture.void_fraction.set(i, j, k, change(eps));
+                }
+            };
+            set(&mut flow, &mut |eps| eps);
+            flow.mixture.as_mut().unwrap().begin();
+            for _ in 0..20 {
+                // Deposited anew, in another order: the last two digits differ.
+                set(&mut flow, &mut |eps| eps * (1.0 + 4.4e-16 * (random() - 0.5)));
+                flow.step(2e-5, &SERIAL).unwrap();
+            }
+            // A particle of a millionth of the volume that comes from nowhere.
+            set(&mut flow, &mut |eps| eps - 1e-6);
+            let refused = flow.step(2e-5, &SERIAL).unwrap_err().to_string();
+            assert!(refused.contains("declare an outlet"), "{refused}");
+        }
+    }
+}

@@ -53,7 +53,7 @@ impl Kernel {
             return Ok(Self::Smooth { half_width });
         }
         Err(CouplingError::OutOfRange {
-            quantity: "kernel.width (half width in diameters)",
+            quantity: "fluid.coupling.kernel.half_width (diameters)",
             value: half_width,
             allowed: "in [0.5, 20]",
             remedy: "2.29 smooths like cells of three diameters",
