@@ -57,7 +57,8 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
     PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
 }
 
-const SURFACE_FIELDS: [FieldSpec; 3] =
+/// Fields of the triangles of particles.
+pub const SURFACE_FIELDS: [FieldSpec; 3] =
     [FieldSpec::integer("id"), FieldSpec::integer("shape"), FieldSpec::real("speed", "m/s", 1)];
 
 /// The case with every default spelt out; a directory that holds one holds a run.
@@ -284,10 +285,16 @@ impl Files {
     /// A full disk.
     pub fn surfaces(&mut self, dem: &Dem) -> Result<(), RunError> {
         let Some(file) = &mut self.surfaces else { return Ok(()) };
-        let (mut points, mut triangles) = (Vec::new(), Vec::new());
-        let (mut ids, mut shapes, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..dem.particles.owned {
-            let body = &dem.particles.bodies[i];
+        let bodies = &dem.particles.bodies[..dem.particles.owned];
+        let surface_of = |body: &grains_dem::Body| &dem.setup.catalogue.shape(body.kind).surface;
+        let [count, faces] = bodies.iter().map(surface_of).fold([0, 0], |[count, faces], surface| {
+            [count + surface.vertices.len(), faces + surface.triangles.len()]
+        });
+        // By far the largest arrays of a run: none is moved as it grows.
+        let (mut points, mut triangles) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * faces));
+        let (mut ids, mut shapes) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
+        let mut speeds = Vec::with_capacity(faces);
+        for (i, body) in bodies.iter().enumerate() {
             let shape = dem.setup.catalogue.shape(body.kind);
             let scale = body.radius / shape.bounding_radius;
             let center = Vec3::from(dem.setup.global.wrap(body.position.into()));

@@ -12,6 +12,7 @@ mod analyse;
 mod bench;
 mod check;
 mod composites;
+mod cost;
 mod duration;
 mod error;
 mod files;

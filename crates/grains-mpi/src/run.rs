@@ -395,6 +395,10 @@ impl<'a> Run<'a> {
         let ranks = self.transport.size();
         let mut extremes = [own as f64, -(own as f64), self.dem.report.worst_overlap, own_work as f64];
         self.transport.max(&mut extremes);
+        let peak = crate::cost::peak_memory().unwrap_or(f64::NAN);
+        let (mut memory, mut largest) = ([peak], [peak]);
+        self.transport.sum(&mut memory);
+        self.transport.max(&mut largest);
         if self.transport.rank() != 0 {
             return;
         }
@@ -403,6 +407,7 @@ impl<'a> Run<'a> {
             let (mean, most, least) = (sums[k] / ranks as f64, spans[2 * k], -spans[2 * k + 1]);
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
+        say!("memory: {:.0} MB in all, {:.0} MB on the largest rank", memory[0] / 1e6, largest[0] / 1e6);
         let [inside, inserted, left, cores_met, collisions, resting, work] = counts;
         if let Some(fluid) = &self.fluid {
             say!(

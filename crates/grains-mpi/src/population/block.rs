@@ -59,11 +59,11 @@ impl Block {
         self.insert.particles.iter().flat_map(of).collect()
     }
 
-    /// Mass of all its particles (kg); for a single rank, and before any is inserted.
-    pub fn mass(&self, case: &Case, seed: u64, catalogue: &Catalogue) -> f64 {
+    /// Sum of something over the kind and scale of all its particles; for a single rank, and before any is inserted.
+    pub fn sum(&self, case: &Case, seed: u64, catalogue: &Catalogue, of: impl Fn(Kind, f64) -> f64) -> f64 {
         (self.first_id..self.first_id + self.count)
             .map(|id| self.kind_and_scale(id, case, seed, catalogue))
-            .map(|(kind, scale)| catalogue.mass(kind, scale))
+            .map(|(kind, scale)| of(kind, scale))
             .sum()
     }
 
