@@ -48,7 +48,7 @@ fn the_silo_is_resolved_to_indices_units_and_defaults() {
     let beads = &case.inserts[0];
     assert_eq!((beads.particles[0].shape, beads.particles[0].material), (0, glass));
     assert_eq!(
-        (beads.count, beads.batch, beads.orientation),
+        (beads.count, beads.batch, beads.orientation.unwrap()),
         (Some(10_000), Some(10_000), Orientation::Random)
     );
     let Place::Lattice { spacing: Some(spacing), noise, .. } = beads.place else { panic!("lattice") };
@@ -69,7 +69,7 @@ fn the_mixture_has_every_kind_with_its_defaults() {
     assert!(
         matches!(&case.shapes[4].kind, ShapeKind::HullFile { path, .. } if path.is_absolute() && path.is_file())
     );
-    let Orientation::Quaternion(q) = case.inserts[0].orientation else { panic!("quaternion") };
+    let Orientation::Quaternion(q) = case.inserts[0].orientation.unwrap() else { panic!("quaternion") };
     assert!((q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-15);
     assert_eq!(case.inserts[0].particles[2].scale.largest(), 2.0);
     let WallKind::Cylinder { axis, height, side, .. } = case.walls[0].kind else { panic!("cylinder") };

@@ -97,6 +97,20 @@ pub fn lattice_sites(lower: [f64; 3], upper: [f64; 3], spacing: f64) -> [u64; 3]
 }
 
 impl Place {
+    /// Lower and upper corner (m) of the region of the centres; none for a file, which is not read here.
+    pub fn extents(&self) -> Option<[[f64; 3]; 2]> {
+        match self {
+            Self::Lattice { lower, upper, .. }
+            | Self::Window { window: Window::Box { lower, upper }, .. } => Some([*lower, *upper]),
+            Self::Window { window: Window::Disc { center, normal, radius }, .. } => {
+                let reach = normal.map(|n| radius * (1.0 - n * n).max(0.0).sqrt());
+                Some([-1.0, 1.0].map(|sign| [0, 1, 2].map(|a| center[a] + sign * reach[a])))
+            }
+            Self::Window { window: Window::Point { at }, .. } => Some([*at, *at]),
+            Self::File { .. } => None,
+        }
+    }
+
     pub(crate) fn check(&mut self, path: &str, domain: &Domain, checker: &mut Checker) {
         match self {
             Self::Lattice { lower, upper, .. } => {

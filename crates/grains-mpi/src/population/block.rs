@@ -235,7 +235,7 @@ impl Block {
             kind,
             scale,
             position: Vec3::zeros(),
-            orientation: orientation(&insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
+            orientation: orientation(insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
             velocity: Vec3::from(insert.velocity),
             angular_velocity: Vec3::from(insert.angular_velocity),
         };
