@@ -15,6 +15,7 @@ mod check;
 mod csv_share;
 mod diagnostic;
 mod fit;
+mod impact;
 mod particle_file;
 pub mod sections;
 mod source;
