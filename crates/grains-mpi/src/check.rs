@@ -4,11 +4,12 @@ use crate::composites::describe;
 use crate::cost::Cost;
 use crate::duration::duration;
 use crate::fluid;
+use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::{Encounter, TimeStepChoice};
 use crate::wall_surfaces::{WallTriangles, triangles_of};
-use grains_case::{Case, TimeStep};
+use grains_case::{Case, Face, TimeStep};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{Catalogue, CollisionModel, FaceContact, Failure};
 use grains_domain::{Decomposition, SerialTransport};
@@ -17,14 +18,16 @@ use std::fmt::Write;
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
 const COST: [f64; 2] = [0.8e-7, 0.9e-6];
 
-/// Explains a case for a number of ranks, and places what is inserted at the beginning.
+/// Explains a case for a number of ranks, and places what is inserted at the beginning; returns also what is odd about it.
 ///
 /// # Errors
 /// Whatever would stop the run before its first step.
-pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
+pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), String> {
     let catalogue = system::catalogue(case)?;
     let population = Population::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
-    let System { setup, step } = system::build(case, ranks, catalogue.clone(), population.kinds())?;
+    let system = system::build(case, ranks, catalogue.clone(), population.kinds())?;
+    let warnings = plausibility::warnings(case, &system, &population);
+    let System { setup, step } = system;
     let range = setup.interaction_range();
     let size: usize = setup.ranks.iter().product();
     if size != ranks && case.domain.ranks.is_none() {
@@ -55,7 +58,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             cost.disk / 1e6,
             case.output.directory.display()
         );
-        return Ok(text);
+        return Ok((text, warnings));
     }
     let _ = writeln!(
         out,
@@ -95,6 +98,15 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             }
         }
     }
+    let bare = plausibility::bare_faces(case, &setup.walls);
+    if !bare.is_empty() && !case.holds_particles() {
+        let names: Vec<&str> = bare.into_iter().map(Face::name).collect();
+        let names = names.join(", ");
+        let _ = writeln!(
+            out,
+            "open faces     {names}: no wall, no outlet, not periodic; a particle there ends the run"
+        );
+    }
     let _ = writeln!(out, "decomposition  {}; interaction range {range:.4e} m", subdomains(&decomposition));
     let _ = writeln!(out, "{}", memory(&cost, size));
     if case.collisions.is_hard() {
@@ -131,7 +143,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         cost.snapshots,
         cost.checkpoints
     );
-    Ok(text)
+    Ok((text, warnings))
 }
 
 /// Memory of all processes, and of each.

@@ -4,6 +4,7 @@ use crate::duration::duration;
 use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
+use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
 use grains_case::Case;
@@ -129,12 +130,14 @@ impl<'a> Run<'a> {
         world: &MpiTransport,
         options: RunOptions,
     ) -> Result<Self, RunError> {
-        let (System { setup, step }, mut population) = build(case, world)?;
+        let (system, mut population) = build(case, world)?;
+        let warnings = plausibility::warnings(case, &system, &population);
+        let System { setup, step } = system;
         let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         if transport.rank() == 0 {
-            step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
+            step.warning.iter().chain(&warnings).for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;

@@ -49,7 +49,6 @@ pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> R
     lines.push(format!("coupling       {}", describe(coupling)));
     let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
-    lines.extend(coarse_enough(case, fluid, coupling, &kinds));
     lines.extend(pressure_drop(case, catalogue, fluid, population));
     let (limit, line) = step_limit(case, fluid, longest, SETTLED);
     lines.push(line);
@@ -203,26 +202,6 @@ fn step_limit(case: &Case, fluid: &Fluid, longest: f64, void_fraction: f64) -> (
 fn courant(case: &Case, fluid: &Fluid, dt: f64) -> String {
     let fastest = fastest(case, fluid);
     format!("Courant number {:.3} at the {:.4} m/s imposed", fastest.rate * dt, fastest.speed)
-}
-
-/// A warning about cells too small for embedded cubes.
-fn coarse_enough(case: &Case, fluid: &Fluid, coupling: &Coupling, kinds: &[Settling]) -> Option<String> {
-    /// Edge of a cell over the diameter.
-    const COARSE: f64 = 3.0;
-    if coupling.kernel != Kernel::Cube {
-        return None;
-    }
-    let largest = kinds.iter().map(|k| k.diameter).fold(0.0, f64::max);
-    let axes = (0..3).filter(|a| fluid.cells[*a] > 1);
-    let narrowest = axes.map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min);
-    let ratio = narrowest / largest;
-    (ratio < COARSE).then(|| {
-        let message = format!(
-            "embedded cubes are for cells of three diameters and more, here some are {ratio:.2}: void fractions will \
-             be rough; take {{ kind = \"smooth\" }} or larger cells"
-        );
-        format!("warning: {}", case.about("fluid.coupling.kernel", message))
-    })
 }
 
 /// The pressure drop that carries all particles, where gravity lies along an axis.
