@@ -120,7 +120,9 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "fluid_force" => vectors(&|i| FlowLink::read(&particles.cargo[i]).force),
         "fluid_torque" => vectors(&|i| FlowLink::read(&particles.cargo[i]).torque),
         "orientation_wxyz" => {
-            let turns = owned.clone().map(|i| particles.record(i).orientation.into_inner());
+            // Of the shape as the case gives it, as insertions take it.
+            let to_user = |i: usize| dem.setup.catalogue.shape(body(i).kind).user_to_body.0.inverse();
+            let turns = owned.clone().map(|i| (particles.record(i).orientation * to_user(i)).into_inner());
             Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())
         }
         unknown => unreachable!("no field {unknown}"),
@@ -447,7 +449,9 @@ fn write_side_files(case: &Case, dem: &Dem, directory: &Path) -> Result<(), File
     write(RESOLVED_CASE, &format!("# grains-mpi {VERSION}; time step {dt:e} s\n{}", case.to_toml()))?;
     write("view.py", include_str!("view.py"))?;
     for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {
-        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(|&v| v.into()).collect();
+        // Turned as the case gives the shape, about its centre of mass.
+        let turned = |v: &Vec3| <[f64; 3]>::from(shape.user_to_body.0 * v);
+        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(turned).collect();
         write_shape(&directory.join(format!("shapes/{index}.vtp")), &vertices, &shape.surface.triangles)?;
     }
     Ok(())

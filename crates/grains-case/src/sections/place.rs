@@ -70,9 +70,9 @@ pub enum Place {
     },
     /// Positions from a file.
     ///
-    /// CSV with a header of the columns x,y,z (m) and, as needed, radius (m, spheres) or scale (-),
-    /// qw,qx,qy,qz, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5 with those data sets (numbers, and names
-    /// of variable length).
+    /// CSV with a header of the columns x,y,z (m) of the centres of mass and, as needed, radius (m, spheres) or scale (-),
+    /// qw,qx,qy,qz, which turn the shape as the case gives it, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5
+    /// with those data sets (numbers, and names of variable length). Snapshots write the same places and quaternions.
     File {
         /// CSV (.csv) or HDF5 (.h5) file, or the particles.vtkhdf of a run, of which the last snapshot is taken;
         /// relative to the folder of the case file.

@@ -249,12 +249,9 @@ impl Block {
             // A packing brings the velocities of its last moments.
             (new.velocity, new.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
         }
-        // The user's orientation is that of the shape as given; ours is that of its principal frame.
-        let (to_user, center) = &catalogue.shapes[kind.shape as usize].user_to_body;
-        if self.is_listed() {
-            new.position += new.orientation * (center * scale);
-        }
-        new.orientation *= to_user;
+        // The user's orientation is that of the shape as given; ours is that of its principal frame. Places are those of
+        // centres of mass in both.
+        new.orientation *= catalogue.shapes[kind.shape as usize].user_to_body.0;
         new
     }
 }
