@@ -352,3 +352,61 @@ fn films_are_between_spheres_only() {
     let warnings = parse(&held).expect("held spheres").warnings;
     assert!(warnings.iter().any(|w| w.key == "fluid.resolved.lubrication"), "{warnings:?}");
 }
+
+/// A ball above the floor of a box, with some passages replaced.
+fn impact_speed(edits: &[(&str, &str)]) -> f64 {
+    let text = "gravity = [0, 0, -10]
+domain = { lower = [0, 0, -1], upper = [2, 2, 3] }
+time = { end = 1 }
+
+[[material]]
+name = \"glass\"
+density = 2500
+
+[[shape]]
+name = \"ball\"
+kind = \"sphere\"
+radius = 0.01
+
+[[insert]]
+name = \"one\"
+particles = [{ shape = \"ball\", material = \"glass\" }]
+count = 1
+place = { kind = \"window\", window = { kind = \"box\", lower = [1, 1, 1], upper = [1.5, 1.5, 1.8] } }
+";
+    let text = edits.iter().fold(text.to_string(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replace(old, new)
+    });
+    Case::parse(&text, "fall.toml", Path::new(""))
+        .unwrap_or_else(|errors| panic!("{errors}"))
+        .time
+        .impact_speed
+}
+
+#[test]
+fn the_impact_speed_is_that_of_the_longest_fall_and_the_fastest_wall() {
+    let close =
+        |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1e-5, "{found} for {wanted}");
+    let count = |more: &'static str| ("count = 1", more);
+    // From z = 1.8 to -1 m.
+    close(impact_speed(&[]), 56.0_f64.sqrt());
+    close(impact_speed(&[count("count = 1\nvelocity = [3, 0, 4]")]), 81.0_f64.sqrt());
+    // Along x too, from x = 1 to 2 m.
+    close(impact_speed(&[("[0, 0, -10]", "[5, 0, -10]")]), 66.0_f64.sqrt());
+    let none = ("[0, 0, -10]", "[0, 0, 0]");
+    close(impact_speed(&[none]), 1.0);
+    close(impact_speed(&[none, count("count = 1\nvelocity = [0.1, 0, 0]")]), 0.1);
+    close(impact_speed(&[("end = 1", "end = 1, impact_speed = 7")]), 7.0);
+    let wall = |motion: &str| {
+        let contact = "[[contact]]\nbetween = [\"glass\", \"glass\"]\nnormal_stiffness = 1e4\nrestitution = 0.9\nfriction = 0\n";
+        let wall = "[[wall]]\nname = \"w\"\nmaterial = \"glass\"\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n";
+        impact_speed(&[none, ("[[shape]]", &format!("{contact}{wall}motion = {{ {motion} }}\n\n[[shape]]"))])
+    };
+    close(wall("kind = \"translation\", velocity = [0, 3, 4]"), 5.0);
+    let tau = std::f64::consts::TAU;
+    close(wall("kind = \"oscillation\", amplitude = [0, 0, 0.02], frequency = 50"), tau);
+    // To the corner that is farthest from the axis.
+    let turning = "kind = \"rotation\", point = [0, 0, 0], axis = [0, 0, 2], angular_velocity = -3";
+    close(wall(turning), 3.0 * 8.0_f64.sqrt());
+}

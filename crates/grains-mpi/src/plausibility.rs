@@ -20,6 +20,8 @@ struct Setting<'a> {
     population: &'a Population,
     /// Time step, and the one that "auto" would take (s).
     steps: [f64; 2],
+    /// Whether anything can touch anything.
+    has_contacts: bool,
 }
 
 /// Every rule; each looks at one kind of mistake.
@@ -46,7 +48,9 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 16] = [
 pub fn warnings(case: &Case, system: &System, population: &Population) -> Vec<String> {
     let setup = &system.setup;
     let steps = [system.step.dt, system.step.recommended];
-    let setting = Setting { case, walls: &setup.walls, catalogue: &setup.catalogue, population, steps };
+    let has_contacts = !system.step.encounters.is_empty();
+    let (walls, catalogue) = (&setup.walls, &setup.catalogue);
+    let setting = Setting { case, walls, catalogue, population, steps, has_contacts };
     let remarks = RULES.iter().flat_map(|rule| rule(&setting));
     remarks.map(|(key, message)| case.about(&key, message)).collect()
 }
@@ -474,7 +478,7 @@ const LONG_WAY: f64 = 0.2;
 fn fast_insertion(s: &Setting) -> Vec<Remark> {
     let (speed, index) = s.fastest_insertion();
     let way = speed * s.steps[0] / s.smallest_radius();
-    if !s.has_moving_particles() || way <= LONG_WAY {
+    if !s.has_contacts || way <= LONG_WAY {
         return Vec::new();
     }
     let message = format!(
@@ -487,7 +491,7 @@ fn fast_insertion(s: &Setting) -> Vec<Remark> {
 fn fast_wall(s: &Setting) -> Vec<Remark> {
     /// Steps per period of an oscillation below which it is not followed.
     const STEPS: f64 = 20.0;
-    if !s.has_moving_particles() {
+    if !s.has_contacts {
         return Vec::new();
     }
     let (dt, radius) = (s.steps[0], s.smallest_radius());
@@ -560,4 +564,50 @@ fn many_steps(s: &Setting) -> Vec<Remark> {
         "time.end".into(),
         format!("{steps:.1e} time steps of {:.1e} s take years; times are in seconds", s.steps[0]),
     )]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Draw;
+
+    /// Points of a face, those of its edges included.
+    fn points_of(face: Face, corners: [Vec3; 2]) -> impl Iterator<Item = Vec3> {
+        let [a, b, c, d] = corners_of(face, corners);
+        (0..=20).flat_map(move |i| {
+            (0..=20).map(move |j| {
+                let (u, v) = (f64::from(i) / 20.0, f64::from(j) / 20.0);
+                (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
+            })
+        })
+    }
+
+    #[test]
+    fn a_face_is_shut_where_no_point_of_it_is_on_the_particles_side() {
+        let mut found = [[0; 2]; 2];
+        for id in 0..20_000 {
+            let mut draw = Draw::new(3, id, 1);
+            let mut vector = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * draw.next() - 1.0));
+            let corners = [vector(1.0) - Vec3::repeat(1.5), vector(1.0) + Vec3::repeat(1.5)];
+            let (point, direction) = (vector(3.0), vector(1.0).normalize());
+            let face = Face::ALL[id as usize % 6];
+            let plane = Surface::Plane { point, normal: direction };
+            let side = |p: Vec3| direction.dot(&(p - point)) <= 0.0;
+            let is_shut = points_of(face, corners).all(side);
+            assert_eq!(shuts(&plane, face, corners), is_shut, "{face:?} {plane:?} {corners:?}");
+            found[0][usize::from(is_shut)] += 1;
+            // Tubes along the face.
+            let mut axis = direction;
+            axis[face.axis()] = 0.0;
+            let axis = axis.normalize();
+            let radius = 0.2 + 2.5 * vector(1.0).x.abs();
+            let tube = Surface::Tube { center: point, axis, radius, half_length: f64::INFINITY };
+            let is_outside = |p: Vec3| (p - point).cross(&axis).norm() >= radius;
+            let is_shut = shuts(&tube, face, corners);
+            // The other way round a tube beside the domain would shut what it does not hold.
+            assert!(!is_shut || points_of(face, corners).all(is_outside), "{face:?} {tube:?} {corners:?}");
+            found[1][usize::from(is_shut)] += 1;
+        }
+        assert!(found.iter().flatten().all(|&count| count > 500), "{found:?}");
+    }
 }
