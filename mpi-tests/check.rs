@@ -204,9 +204,364 @@ fn hard_collisions_are_explained_and_their_step_follows_the_way_of_an_impact() {
     ] {
         assert!(output.stdout.contains(word), "`{word}` is missing: {}", output.stdout);
     }
-    let coarse = replaced(&text, "dt = 4e-5", "dt = 1e-3");
+    let coarse = replaced(&text, "dt = 4e-5", "dt = 1e-3\nimpact_speed = 1");
     let output = check(&home, &coarse, &[]);
     assert!(output.only_error(2).contains("get 31.5 % of the smallest radius into each other in one step"));
     let output = check(&home, &text.replace("model = \"hard\"\nscheme = \"sequential\"", ""), &[]);
     assert!(output.only_error(2).contains("Only collisions.model = \"hard\" does without it"));
+}
+
+/// A bed of 64,000 beads or, with `edits`, something else.
+fn bed(edits: &[(&str, &str)]) -> String {
+    let text = "[domain]
+lower = [0, 0, 0]
+upper = [0.084, 0.084, 0.1]
+periodic = [true, true, false]
+
+[time]
+end = 1e-3
+dt = 1e-4
+accept_coarse_dt = true
+
+[[material]]
+name = \"glass\"
+density = 2500
+
+[[contact]]
+between = [\"glass\", \"glass\"]
+normal_stiffness = 1000
+restitution = 0.9
+friction = 0.1
+
+[[shape]]
+name = \"bead\"
+kind = \"sphere\"
+radius = 1e-3
+
+[[insert]]
+name = \"beads\"
+particles = [{ shape = \"bead\", material = \"glass\" }]
+count = 64000
+orientation = \"aligned\"
+place = { kind = \"lattice\", lower = [0, 0, 0], upper = [0.084, 0.084, 0.09], spacing = 0.00205 }
+
+[[wall]]
+name = \"floor\"
+material = \"glass\"
+kind = \"plane\"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+
+[output]
+directory = \"results\"
+particles = 5e-4
+series = 1e-4
+checkpoint = 5e-4
+";
+    edits.iter().fold(text.to_string(), |text, (old, new)| replaced(&text, old, new))
+}
+
+const LATTICE: &str =
+    "{ kind = \"lattice\", lower = [0, 0, 0], upper = [0.084, 0.084, 0.09], spacing = 0.00205 }";
+
+/// The number before a unit in the line of a text that begins with `start`.
+fn number(text: &str, start: &str, unit: &str) -> f64 {
+    let line = text.lines().find(|line| line.starts_with(start));
+    let line = line.unwrap_or_else(|| panic!("no line `{start}`: {text}"));
+    let before = line.split(unit).next().unwrap().trim_end();
+    before.rsplit(' ').next().unwrap().parse().unwrap_or_else(|e| panic!("{line}: {e}"))
+}
+
+fn bytes_below(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|e| if e.path().is_dir() { bytes_below(&e.path()) } else { e.metadata().unwrap().len() })
+        .sum()
+}
+
+/// Memory within a factor of 1.5, disk within 1.4, steps exactly.
+#[test]
+fn a_run_takes_what_check_says() {
+    let air = "[fluid]\ndensity = 1.2\nviscosity = 1.8e-5\ncells = [40, 40, 48]\n";
+    let (coupled, means) = (
+        format!("{air}coupling = {{ drag = \"beetstra\" }}\n\n[output]"),
+        format!("{air}output = {{ mean_from = 0 }}\n\n[output]"),
+    );
+    let resolved = format!(
+        "{}resolved = {{ motion = \"fixed\" }}\n\n[output]",
+        air.replace("[40, 40, 48]", "[84, 84, 100]")
+    );
+    let cube = ("kind = \"sphere\"\nradius = 1e-3", "kind = \"box\"\nedges = [2.04e-3, 2.04e-3, 2.04e-3]");
+    let few = ("count = 64000", "count = 3000");
+    let surfaces = ("series = 1e-4", "series = 1e-4\nsurfaces = 5e-4");
+    let small = ("[output]", "[output]\nprecision = \"f32\"");
+    let cases: [(&str, usize, String); 8] = [
+        ("beads", 1, bed(&[])),
+        ("beads on two ranks", 2, bed(&[])),
+        (
+            "touching cubes",
+            1,
+            bed(&[
+                cube,
+                ("count = 64000\n", ""),
+                (LATTICE, "{ kind = \"file\", path = \"../cubes.csv\" }"),
+                ("end = 1e-3\ndt = 1e-4", "end = 5e-5\ndt = 5e-6"),
+                ("series = 1e-4", "series = 5e-6"),
+                ("particles = 5e-4", "particles = 2.5e-5"),
+                ("checkpoint = 5e-4", "checkpoint = 2.5e-5"),
+            ]),
+        ),
+        ("surfaces of beads", 1, bed(&[few, surfaces])),
+        ("surfaces of cubes in 32 bits", 2, bed(&[cube, few, surfaces, small])),
+        ("beads in air", 1, bed(&[("[output]", &coupled)])),
+        (
+            "means of air",
+            1,
+            bed(&[
+                few,
+                ("[output]", &means.replace("output = ", "coupling = { drag = \"beetstra\" }\noutput = ")),
+            ]),
+        ),
+        (
+            "air around fixed beads",
+            1,
+            bed(&[
+                ("count = 64000", "count = 300"),
+                ("radius = 1e-3", "radius = 4e-3"),
+                ("spacing = 0.00205", "spacing = 0.0082"),
+                ("[output]", &resolved),
+            ]),
+        ),
+    ];
+    let home = folder("check_cost");
+    let mut rows = String::from("x,y,z\n");
+    for k in 0..20_000 {
+        let [x, y, z] = [k % 40, k / 40 % 40, k / 1600].map(|n| 1.1e-3 + 2.0395e-3 * f64::from(n));
+        rows += &format!("{x},{y},{z}\n");
+    }
+    fs::write(home.join("cubes.csv"), rows).unwrap();
+    let mut wrong = Vec::new();
+    println!("| case | memory of the run over that of check | disk | steps |\n|---|---|---|---|");
+    for (name, ranks, text) in cases {
+        let home = home.join(name.replace(' ', "_"));
+        fs::create_dir(&home).unwrap();
+        let said = check(&home, &text, &["--ranks", &ranks.to_string()]).succeeded().stdout;
+        let ran = run(ranks, &home, &["case.toml"]).succeeded().stdout;
+        let memory = number(&ran, "memory:", "MB") / number(&said, "memory  ", "MB");
+        let disk = bytes_below(&home.join("results")) as f64 / 1e6 / number(&said, "disk", "MB");
+        let last = ran.lines().rfind(|line| line.starts_with("step ")).unwrap();
+        let steps =
+            last.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / number(&said, "steps", "to t");
+        println!("| {name} | {memory:.2} | {disk:.2} | {steps} |");
+        let is_near = |ratio: f64, factor: f64| (1.0 / factor..=factor).contains(&ratio);
+        if !is_near(memory, 1.5) || !is_near(disk, 1.4) || !is_near(steps, 1.000_001) {
+            wrong.push(name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// A mistake that is no error: the case it is made in, what is changed there, the key named, and words of the answer.
+type Oddity =
+    (&'static str, &'static str, &'static [(&'static str, &'static str)], &'static str, &'static str);
+
+const STL: &str =
+    "[[wall]]\nname = \"plate\"\nmaterial = \"wall\"\nkind = \"mesh\"\npath = \"../plate.stl\"\n";
+const BOX: &str = "kind = \"box\"\nlower = [0.005, 0.005, 0.005]\nupper = [0.075, 0.059, 0.059]";
+const COUNT: &str = "count = 16";
+const PULSE: &str = "kind = \"inlet\"\nvelocity = [0, 0, \"0.1 * (1 + sin(20 * t))\"]";
+const JET: &str = "kind = \"inlet\"\nvelocity = [0.05, 0, 0.3]";
+const INITIAL: &str =
+    "initial = { velocity = [0, \"0.05 * sin(2 * pi * z / 0.2) * x / 0.1\", 0.1], pressure = \"20 * z\" }";
+const SMOOTH: &str = "kernel = { kind = \"smooth\", half_width = 1.5 }";
+
+const ODDITIES: &[Oddity] = &[
+    (
+        "a mesh in micrometres",
+        "base.toml",
+        &[("[output]", "SCALED 1e4")],
+        "wall[1].scale",
+        "scale is metres per unit",
+    ),
+    (
+        "a mesh in kilometres",
+        "base.toml",
+        &[("[output]", "SCALED 1e-3")],
+        "wall[1].scale",
+        "times smaller than the domain",
+    ),
+    (
+        "a mesh beside the domain",
+        "base.toml",
+        &[("[output]", "MOVED")],
+        "wall[1].translate",
+        "no particle meets it",
+    ),
+    ("a wall after the end", "base.toml", &[(BOX, "FROM")], "wall[1].from", "never exists"),
+    (
+        "a wall that moves after the end",
+        "base.toml",
+        &[(BOX, "START")],
+        "wall[0].motion.start",
+        "never moves",
+    ),
+    (
+        "a flow plane outside",
+        "base.toml",
+        &[("[output]", "[[flow_plane]]\nname = \"low\"\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n\n[output]")],
+        "flow_plane[0].point",
+        "nothing is ever counted",
+    ),
+    (
+        "a stop at once",
+        "base.toml",
+        &[("[output]", "[stop]\nkinetic_energy_below = 1e-9\n\n[output]")],
+        "stop.kinetic_energy_below",
+        "stop.after",
+    ),
+    (
+        "a domain in millimetres",
+        "base.toml",
+        &[("upper = [0.08, 0.06, 0.06]", "upper = [80, 0.06, 0.06]")],
+        "domain.upper[0]",
+        "times the particles' region",
+    ),
+    (
+        "an outlet behind a wall",
+        "base.toml",
+        &[("[domain]\n", "[domain]\noutlets = [\"-z\"]\n")],
+        "domain.outlets[0]",
+        "wall \"box\" closes this face",
+    ),
+    (
+        "no floor",
+        "base.toml",
+        &[(BOX, "kind = \"plane\"\npoint = [0, 0, 0.06]\nnormal = [0, 0, -1]")],
+        "domain",
+        "at -z",
+    ),
+    (
+        "a bed without sides",
+        "base.toml",
+        &[
+            (BOX, "kind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]"),
+            ("radius = 5e-3", "radius = 2e-3"),
+            ("spacing = 0.011", "spacing = 0.005"),
+            (COUNT, "count = 200"),
+        ],
+        "domain",
+        "at -x, +x, -y, +y",
+    ),
+    (
+        "a slow impact",
+        "base.toml",
+        &[(COUNT, "count = 16\nvelocity = [0, 0, -3]"), ("dt = 4e-5", "dt = 4e-5\nimpact_speed = 0.1")],
+        "time.impact_speed",
+        "30.0 times",
+    ),
+    (
+        "a velocity in mm/s",
+        "base.toml",
+        &[(COUNT, "count = 16\nvelocity = [0, 0, -300]")],
+        "insert[0].velocity",
+        "radii per time step",
+    ),
+    (
+        "a wall in mm/s",
+        "base.toml",
+        &[(BOX, "FAST")],
+        "wall[0].motion.velocity",
+        "radii of the smallest particle",
+    ),
+    (
+        "an oscillation in kHz",
+        "base.toml",
+        &[(BOX, "SHAKEN")],
+        "wall[0].motion.frequency",
+        "5.0 time steps per period",
+    ),
+    ("a step in nanoseconds", "base.toml", &[("dt = 4e-5", "dt = 1e-9")], "time.dt", "shorter than \"auto\""),
+    (
+        "an inlet that sucks",
+        "duct.toml",
+        &[(PULSE, "kind = \"parabolic_inlet\"\nmean = -0.1")],
+        "fluid.boundary[0].mean",
+        "blows out of the domain",
+    ),
+    (
+        "an outlet alone",
+        "duct.toml",
+        &[(PULSE, "kind = \"wall\""), (JET, "kind = \"wall\""), (INITIAL, "")],
+        "fluid.boundary[2].kind",
+        "nothing lets fluid in",
+    ),
+    (
+        "cells of half a diameter",
+        "bed.toml",
+        &[("cells = [12, 4, 16]", "cells = [64, 16, 80]")],
+        "fluid.cells",
+        "0.50 diameters wide",
+    ),
+    (
+        "cubes in cells of two diameters",
+        "bed.toml",
+        &[(SMOOTH, "kernel = { kind = \"cube\" }")],
+        "fluid.coupling.kernel",
+        "here some are 2.00",
+    ),
+    (
+        "an end of years",
+        "base.toml",
+        &[
+            ("end = 0.02", "end = 1e8"),
+            ("series = 0.001", "series = 1e6"),
+            ("particles = 0.01", "particles = 1e6"),
+            ("checkpoint = 0.01", "checkpoint = 1e6"),
+        ],
+        "time.end",
+        "take years",
+    ),
+];
+
+/// The text of a case with an oddity; words for longer passages are spelt out.
+fn odd(case_name: &str, edits: &[(&str, &str)]) -> String {
+    let plate = |more: &str| format!("{STL}{more}\n\n[output]");
+    let moved = |motion: &str| format!("{BOX}\nmotion = {{ {motion} }}");
+    edits.iter().fold(case(case_name), |text, &(old, new)| {
+        let new = match new.split_once(' ').unwrap_or((new, "")) {
+            ("SCALED", scale) => plate(&format!("scale = {scale}")),
+            ("MOVED", _) => plate("translate = [1, 0, 0]"),
+            ("FROM", _) => format!("{BOX}\n\n[[wall]]\nname = \"late\"\nmaterial = \"wall\"\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nfrom = 0.03"),
+            ("START", _) => moved("kind = \"translation\", velocity = [0, 0, 0.01], start = 1"),
+            ("FAST", _) => moved("kind = \"translation\", velocity = [0, 0, -200], start = 0.01"),
+            ("SHAKEN", _) => moved("kind = \"oscillation\", amplitude = [0, 0, 1e-6], frequency = 5e3"),
+            _ => new.to_string(),
+        };
+        replaced(&text, old, &new)
+    })
+}
+
+/// That there are none in good cases: [`every_case_of_the_repository_is_right`].
+#[test]
+fn every_oddity_is_warned_of_once_by_check_and_by_the_run() {
+    let home = folder("check_odd");
+    let corner = "solid plate\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.01 0\nvertex 0.01 0 0\nendloop\nendfacet\nendsolid plate\n";
+    fs::write(home.join("plate.stl"), corner).unwrap();
+    let warnings = |output: &Output| -> Vec<String> {
+        output.stderr.lines().filter(|line| line.starts_with("warning: ")).map(str::to_string).collect()
+    };
+    let mut wrong = Vec::new();
+    println!("| mistake | warning |\n|---|---|");
+    for (what, name, edits, key, words) in ODDITIES {
+        let home = home.join(what.replace(['/', ' '], "_"));
+        fs::create_dir(&home).unwrap();
+        let said = warnings(&check(&home, &odd(name, edits), &[]).succeeded());
+        let ran = warnings(&run(2, &home, &["case.toml", "--max-walltime", "0"]));
+        println!("| {what} | {} |", said.join("<br>").replace('|', "\\|"));
+        let is_right = matches!(&said[..], [one] if one.contains(&format!(" {key}")) && one.contains(words));
+        if !is_right || ran.iter().filter(|line| said.contains(line)).count() != said.len() {
+            wrong.push((what, said, ran));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -202,3 +202,139 @@ fn a_silo_from_stl_is_the_silo_of_polygons() {
         assert!(z < 0.0 || x.abs().max(y.abs()) < half_width, "particle {} at {x} {y} {z}", particle.id);
     }
 }
+
+/// Every kind of shape, off their origins and turned in their own coordinates where they can be.
+const SHAPES: [(&str, &str); 13] = [
+    ("sphere", "kind = \"sphere\"\nradius = 2e-3"),
+    ("box", "kind = \"box\"\nedges = [3e-3, 4e-3, 5e-3]"),
+    ("cylinder", "kind = \"cylinder\"\nradius = 1.5e-3\nheight = 4e-3"),
+    ("regular", "kind = \"regular\"\nsolid = \"tetrahedron\"\ncircumradius = 2e-3"),
+    ("superellipsoid", "kind = \"superellipsoid\"\nsemi_axes = [1e-3, 3e-3, 2e-3]\neps = [0.5, 0.8]"),
+    (
+        "hull",
+        "kind = \"hull\"\nvertices = [[0, 0, 0], [3e-3, 0, 0], [3e-3, 2e-3, 0], [0, 2e-3, 1e-3], [1e-3, 1e-3, 4e-3]]",
+    ),
+    ("hull_file", "kind = \"hull_file\"\npath = \"tetrahedron.stl\"\nscale = 1e-3"),
+    (
+        "glued",
+        "kind = \"glued\"\nparts = [{ kind = \"sphere\", radius = 1e-3, at = [2e-3, 1e-3, 0] }, { kind = \"box\", edges = [4e-3, 1e-3, 2e-3], orientation = [0.9, 0.1, 0.2, 0.3] }]",
+    ),
+    ("lobes", "kind = \"lobes\"\nlobes = 3\ndiameter = 3e-3\nlength = 4e-3\narea_fraction = 0.69"),
+    ("cross", "kind = \"cross\"\nbeams = 2\nbeam_width = 1e-3\nbeam_length = 4e-3"),
+    ("spheres", "kind = \"sphere_cylinder\"\nradius = 2e-3\nheight = 4e-3\nlayers = 2\nrings = [1, 6]"),
+    ("slices", "kind = \"sliced_cylinder\"\nradius = 1e-3\nheight = 4e-3\nslices = 3"),
+    ("mesh", "kind = \"mesh\"\npath = \"tetrahedron.stl\"\nscale = 1e-3"),
+];
+
+/// Corners of the file of a shape (mm).
+const TETRAHEDRON: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [4.0, 1.0, 1.0], [1.0, 3.5, 1.0], [1.5, 1.0, 3.0]];
+
+fn stl() -> String {
+    let facet = |[a, b, c]: [usize; 3]| {
+        let vertex = |k: usize| TETRAHEDRON[k].map(|x| x.to_string()).join(" ");
+        format!(
+            "facet normal 0 0 0\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+            vertex(a),
+            vertex(b),
+            vertex(c)
+        )
+    };
+    format!("solid t\n{}endsolid t\n", [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(facet).concat())
+}
+
+/// Bodies of all kinds, at rest and apart, put where `place` says.
+fn assortment(place: &str, directory: &str) -> String {
+    let text = replaced(&case("base.toml"), LATTICE, place);
+    let shapes = SHAPES.map(|(name, keys)| format!("[[shape]]\nname = \"{name}\"\n{keys}\n\n")).concat();
+    let mixture =
+        SHAPES.map(|(name, _)| format!("{{ shape = \"{name}\", material = \"glass\" }}")).join(", ");
+    let edits = [
+        ("name = \"base\"", "name = \"all\"\ngravity = [0, 0, 0]"),
+        ("[[shape]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 5e-3\n\n", &*shapes),
+        ("[{ shape = \"ball\", material = \"glass\" }]", &*format!("[{mixture}]")),
+        ("count = 16\n", if place.contains("file") { "" } else { "count = 100\n" }),
+        ("dt = 4e-5", "dt = 1e-6\naccept_coarse_dt = true"),
+        ("end = 0.02", "end = 2e-6"),
+        ("particles = 0.01", "particles = 1\nsurfaces = 1"),
+        ("directory = \"results\"", &*format!("directory = \"{directory}\"")),
+    ];
+    edits.iter().fold(text, |text, (old, new)| replaced(&text, old, new))
+}
+
+/// The arrays of the only or last state of a file, of rows of so many numbers.
+fn last(path: &std::path::Path, array: &str, count: usize) -> Vec<f64> {
+    let file = hdf5::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let values = file.dataset(&format!("VTKHDF/{array}")).unwrap().read_raw::<f64>().unwrap();
+    values[values.len() - count..].to_vec()
+}
+
+/// Corners of the triangles of each body (m), by its id.
+fn surfaces(folder: &std::path::Path) -> Vec<Vec<[f64; 3]>> {
+    let file = hdf5::File::open(folder.join("surfaces.vtkhdf")).unwrap();
+    let numbers = |array: &str| file.dataset(&format!("VTKHDF/{array}")).unwrap().read_raw::<f64>().unwrap();
+    let points = numbers("Points");
+    let mut bodies: Vec<Vec<[f64; 3]>> = vec![Vec::new(); 100];
+    for (id, corners) in numbers("CellData/id").iter().zip(numbers("Polygons/Connectivity").chunks_exact(3)) {
+        let corner = |k: &f64| std::array::from_fn(|a| points[3 * *k as usize + a]);
+        bodies[*id as usize].extend(corners.iter().map(corner));
+    }
+    bodies
+}
+
+/// A snapshot, and a table made of its arrays, give the bodies that wrote it, of every kind of shape.
+#[test]
+fn what_a_run_writes_of_its_bodies_places_the_same_bodies() {
+    let home = folder("insertion_again");
+    fs::write(home.join("tetrahedron.stl"), stl()).unwrap();
+    let lattice = "{ kind = \"lattice\", lower = [0.01, 0.007, 0.01], upper = [0.075, 0.059, 0.055], spacing = 0.0089 }";
+    run_case(1, &home, &assortment(lattice, "first"), &[]).succeeded();
+    let wanted = surfaces(&home.join("first"));
+    let snapshot = home.join("first/particles.vtkhdf");
+    let column = |name: &str, width: usize| last(&snapshot, &format!("PointData/{name}"), 100 * width);
+    let (ids, shapes, turns) = (column("id", 1), column("shape", 1), column("orientation_wxyz", 4));
+    let places = last(&snapshot, "Points", 300);
+    let mut table = String::from("shape,x,y,z,qw,qx,qy,qz\n");
+    for k in 0..100 {
+        let name = SHAPES[shapes[k] as usize].0;
+        let numbers = places[3 * k..3 * k + 3].iter().chain(&turns[4 * k..4 * k + 4]);
+        let _ = writeln!(table, "{name},{}", numbers.map(f64::to_string).collect::<Vec<_>>().join(","));
+    }
+    fs::write(home.join("table.csv"), table).unwrap();
+    let mut wrong = std::collections::BTreeSet::new();
+    for (file, directory) in [("first/particles.vtkhdf", "second"), ("table.csv", "third")] {
+        let text = assortment(&format!("{{ kind = \"file\", path = \"{file}\" }}"), directory);
+        run_case(1, &home, &text, &[]).succeeded();
+        for (row, found) in surfaces(&home.join(directory)).iter().enumerate() {
+            let wanted = &wanted[ids[row] as usize];
+            assert!(!wanted.is_empty() && wanted.len() == found.len(), "{file}, row {row}");
+            let apart = wanted.iter().zip(found).flat_map(|(p, q)| (0..3).map(|a| (p[a] - q[a]).abs()));
+            let apart = apart.fold(0.0, f64::max);
+            if apart > 1e-15 {
+                wrong.insert(format!("{file}: {} is {apart:.1e} m off", SHAPES[shapes[row] as usize].0));
+            }
+        }
+    }
+    assert_eq!(
+        shapes.iter().map(|&s| s as usize).collect::<std::collections::BTreeSet<_>>().len(),
+        SHAPES.len()
+    );
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Without quaternions bodies lie as the case gives their shape, with the centre of mass at the place of the file.
+#[test]
+fn a_hull_without_quaternions_lies_as_its_vertices_do() {
+    let home = folder("insertion_hull");
+    fs::write(home.join("tetrahedron.stl"), stl()).unwrap();
+    fs::write(home.join("table.csv"), "shape,x,y,z,wx,wy,wz\nhull_file,0.03,0.02,0.025,0,0,0\n").unwrap();
+    run_case(1, &home, &assortment("{ kind = \"file\", path = \"table.csv\" }", "out"), &[]).succeeded();
+    let found = &surfaces(&home.join("out"))[0];
+    let centre: [f64; 3] = std::array::from_fn(|a| TETRAHEDRON.iter().map(|v| v[a]).sum::<f64>() / 4.0);
+    for vertex in TETRAHEDRON {
+        let wanted: [f64; 3] =
+            std::array::from_fn(|a| [0.03, 0.02, 0.025][a] + 1e-3 * (vertex[a] - centre[a]));
+        let nearest = found.iter().map(|p| (0..3).map(|a| (p[a] - wanted[a]).abs()).fold(0.0, f64::max));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-9, "{wanted:?} is {nearest:.1e} m off");
+    }
+}

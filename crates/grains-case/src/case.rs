@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::check::{Checker, Names, nearby_file};
 use crate::diagnostic::{CaseErrors, Diagnostic};
 use crate::fit;
+use crate::impact::fastest_impact;
 use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
@@ -18,7 +19,7 @@ use crate::sections::material::Material;
 use crate::sections::output::{Field, Output, RawOutput};
 use crate::sections::run::{self, FlowPlane, Limits, Neighbours, Stop};
 use crate::sections::shape::{self, Shape, ShapeKind};
-use crate::sections::time::Time;
+use crate::sections::time::{RawTime, Time};
 use crate::sections::wall::{self, Wall};
 use crate::source::Source;
 use crate::structure;
@@ -46,7 +47,7 @@ pub struct RawCase {
     /// The box of the computation.
     pub domain: Domain,
     /// Duration and time step.
-    pub time: Time,
+    pub time: RawTime,
     /// Materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<Material>,
@@ -252,7 +253,7 @@ impl Case {
             seed: self.seed,
             gravity: self.gravity,
             domain: self.domain.clone(),
-            time: self.time.clone(),
+            time: self.time.to_raw(),
             material: self.materials.clone(),
             collisions: self.collisions.clone(),
             contact: self.contacts.iter().map(|c| c.clone().rename(|_, index| material(index))).collect(),
@@ -290,7 +291,6 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let end = raw.time.end;
     let not_spheres = names_of_other_shapes(&raw);
     raw.domain.check(checker);
-    raw.time.check(checker);
     check_gravity(raw.gravity, checker);
     let output = raw.output.check(&stem, end, checker);
     let fluid_context = fluid::Context {
@@ -301,6 +301,11 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         interval: output.particles,
         end,
     };
+    let context = insert::Context { domain: &raw.domain, materials: &raw.material, names: &names, end };
+    let inserts = insert::check(raw.insert, &context, checker);
+    let walls = wall::check(raw.wall, &raw.domain, &names, checker);
+    let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, raw.fluid.is_some());
+    let time = raw.time.check(fastest, checker);
     let mut case = Case {
         name: raw.name.unwrap_or_else(|| stem.to_string()),
         seed: raw.seed,
@@ -309,12 +314,8 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         contacts: contact::check(raw.contact, &names, checker),
         contact_points: raw.contact_points,
         shapes: shape::check(raw.shape, checker),
-        inserts: {
-            let context =
-                insert::Context { domain: &raw.domain, materials: &raw.material, names: &names, end };
-            insert::check(raw.insert, &context, checker)
-        },
-        walls: wall::check(raw.wall, &raw.domain, &names, checker),
+        inserts,
+        walls,
         flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
         fluid: raw.fluid.map(|fluid| fluid.check(&fluid_context, checker)),
         output,
@@ -322,7 +323,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         stop: raw.stop.check(&names, end, checker),
         neighbours: raw.neighbours,
         domain: raw.domain,
-        time: raw.time,
+        time,
         materials: raw.material,
         warnings: Vec::new(),
         written: Default::default(),

@@ -16,6 +16,7 @@ mod csv_share;
 mod diagnostic;
 mod editor_schema;
 mod fit;
+mod impact;
 mod particle_file;
 pub mod sections;
 mod source;

@@ -25,13 +25,13 @@ const MOST_REMARKS: usize = 20;
 pub struct ParticleColumns {
     /// Line of each particle in the file, from 1; for a file without lines, the row.
     pub lines: Vec<usize>,
-    /// Centres (m).
+    /// Centres of mass (m).
     pub position: Vec<[f64; 3]>,
     /// Radii (m), for spheres; excludes `scale`.
     pub radius: Option<Vec<f64>>,
     /// Factors on the lengths of the shape (-).
     pub scale: Option<Vec<f64>>,
-    /// Quaternions (w, x, y, z), body to world (-), of any length.
+    /// Quaternions (w, x, y, z) that turn the shape as the case gives it (-), of any length.
     pub orientation: Option<Vec<[f64; 4]>>,
     /// Velocities (m/s).
     pub velocity: Option<Vec<[f64; 3]>>,

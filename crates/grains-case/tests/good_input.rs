@@ -48,7 +48,7 @@ fn the_silo_is_resolved_to_indices_units_and_defaults() {
     let beads = &case.inserts[0];
     assert_eq!((beads.particles[0].shape, beads.particles[0].material), (0, glass));
     assert_eq!(
-        (beads.count, beads.batch, beads.orientation),
+        (beads.count, beads.batch, beads.orientation.unwrap()),
         (Some(10_000), Some(10_000), Orientation::Random)
     );
     let Place::Lattice { spacing: Some(spacing), noise, .. } = beads.place else { panic!("lattice") };
@@ -69,7 +69,7 @@ fn the_mixture_has_every_kind_with_its_defaults() {
     assert!(
         matches!(&case.shapes[4].kind, ShapeKind::HullFile { path, .. } if path.is_absolute() && path.is_file())
     );
-    let Orientation::Quaternion(q) = case.inserts[0].orientation else { panic!("quaternion") };
+    let Orientation::Quaternion(q) = case.inserts[0].orientation.unwrap() else { panic!("quaternion") };
     assert!((q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-15);
     assert_eq!(case.inserts[0].particles[2].scale.largest(), 2.0);
     let WallKind::Cylinder { axis, height, side, .. } = case.walls[0].kind else { panic!("cylinder") };
@@ -353,4 +353,62 @@ fn films_are_between_spheres_only() {
     let held = text.replace("motion = \"free\"", "motion = \"fixed\"");
     let warnings = parse(&held).expect("held spheres").warnings;
     assert!(warnings.iter().any(|w| w.key == "fluid.resolved.lubrication"), "{warnings:?}");
+}
+
+/// A ball above the floor of a box, with some passages replaced.
+fn impact_speed(edits: &[(&str, &str)]) -> f64 {
+    let text = "gravity = [0, 0, -10]
+domain = { lower = [0, 0, -1], upper = [2, 2, 3] }
+time = { end = 1 }
+
+[[material]]
+name = \"glass\"
+density = 2500
+
+[[shape]]
+name = \"ball\"
+kind = \"sphere\"
+radius = 0.01
+
+[[insert]]
+name = \"one\"
+particles = [{ shape = \"ball\", material = \"glass\" }]
+count = 1
+place = { kind = \"window\", window = { kind = \"box\", lower = [1, 1, 1], upper = [1.5, 1.5, 1.8] } }
+";
+    let text = edits.iter().fold(text.to_string(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replace(old, new)
+    });
+    Case::parse(&text, "fall.toml", Path::new(""))
+        .unwrap_or_else(|errors| panic!("{errors}"))
+        .time
+        .impact_speed
+}
+
+#[test]
+fn the_impact_speed_is_that_of_the_longest_fall_and_the_fastest_wall() {
+    let close =
+        |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1e-5, "{found} for {wanted}");
+    let count = |more: &'static str| ("count = 1", more);
+    // From z = 1.8 to -1 m.
+    close(impact_speed(&[]), 56.0_f64.sqrt());
+    close(impact_speed(&[count("count = 1\nvelocity = [3, 0, 4]")]), 81.0_f64.sqrt());
+    // Along x too, from x = 1 to 2 m.
+    close(impact_speed(&[("[0, 0, -10]", "[5, 0, -10]")]), 66.0_f64.sqrt());
+    let none = ("[0, 0, -10]", "[0, 0, 0]");
+    close(impact_speed(&[none]), 1.0);
+    close(impact_speed(&[none, count("count = 1\nvelocity = [0.1, 0, 0]")]), 0.1);
+    close(impact_speed(&[("end = 1", "end = 1, impact_speed = 7")]), 7.0);
+    let wall = |motion: &str| {
+        let contact = "[[contact]]\nbetween = [\"glass\", \"glass\"]\nnormal_stiffness = 1e4\nrestitution = 0.9\nfriction = 0\n";
+        let wall = "[[wall]]\nname = \"w\"\nmaterial = \"glass\"\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n";
+        impact_speed(&[none, ("[[shape]]", &format!("{contact}{wall}motion = {{ {motion} }}\n\n[[shape]]"))])
+    };
+    close(wall("kind = \"translation\", velocity = [0, 3, 4]"), 5.0);
+    let tau = std::f64::consts::TAU;
+    close(wall("kind = \"oscillation\", amplitude = [0, 0, 0.02], frequency = 50"), tau);
+    // To the corner that is farthest from the axis.
+    let turning = "kind = \"rotation\", point = [0, 0, 0], axis = [0, 0, 2], angular_velocity = -3";
+    close(wall(turning), 3.0 * 8.0_f64.sqrt());
 }

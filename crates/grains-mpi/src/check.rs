@@ -1,48 +1,33 @@
 //! `grains-mpi check`: what a case is and what it will cost, before it runs.
 
 use crate::composites::describe;
+use crate::cost::Cost;
 use crate::duration::duration;
-use crate::files::particle_fields;
 use crate::fluid;
+use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::{Encounter, TimeStepChoice};
-use grains_case::{Case, Precision, TimeStep};
+use crate::wall_surfaces::{WallTriangles, triangles_of};
+use grains_case::{Case, Face, TimeStep};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{Catalogue, CollisionModel, FaceContact, Failure};
 use grains_domain::{Decomposition, SerialTransport};
-use grains_output::Kind;
 use std::fmt::Write;
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
 const COST: [f64; 2] = [0.8e-7, 0.9e-6];
 
-/// Bytes per particle at the peak, when lists are rebuilt or a snapshot is written, for spheres and for other shapes.
-const MEMORY: [f64; 2] = [950.0, 5000.0];
-
-/// Bytes per particle of a checkpoint, for spheres and for other shapes.
-const CHECKPOINT: [f64; 2] = [370.0, 1250.0];
-
-/// Bytes per particle of an uncompressed snapshot.
-fn bytes_per_snapshot(case: &Case) -> f64 {
-    let real = if case.output.precision == Precision::F32 { 4.0 } else { 8.0 };
-    let (position, connectivity) = (3.0 * real, 16.0);
-    particle_fields(case)
-        .iter()
-        .map(|f| f.components as f64 * if f.kind == Kind::Integer { 8.0 } else { real })
-        .sum::<f64>()
-        + position
-        + connectivity
-}
-
-/// Explains a case for a number of ranks, and places what is inserted at the beginning.
+/// Explains a case for a number of ranks, and places what is inserted at the beginning; returns also what is odd about it.
 ///
 /// # Errors
 /// Whatever would stop the run before its first step.
-pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
+pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), String> {
     let catalogue = system::catalogue(case)?;
     let population = Population::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
-    let System { setup, step } = system::build(case, ranks, catalogue.clone(), population.kinds())?;
+    let system = system::build(case, ranks, catalogue.clone(), population.kinds())?;
+    let warnings = plausibility::warnings(case, &system, &population);
+    let System { setup, step } = system;
     let range = setup.interaction_range();
     let size: usize = setup.ranks.iter().product();
     if size != ranks && case.domain.ranks.is_none() {
@@ -50,7 +35,8 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     }
     let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, 0, range)
         .map_err(|e| case.about("domain", e.to_string()))?;
-    let placed = place(case, catalogue, population.clone())?;
+    let (placed, drawn) = place(case, catalogue, population.clone())?;
+    let cost = Cost::of(case, &setup.catalogue, &population, &drawn, size);
     let mut text = String::new();
     let out = &mut text;
     let count = population.total() as f64;
@@ -61,6 +47,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     if case.inserts.is_empty() {
         let _ = writeln!(out, "{}", of_fluid.join("\n"));
         let _ = writeln!(out, "decomposition  {}", subdomains(&decomposition));
+        let _ = writeln!(out, "{}", memory(&cost, size));
         if let Some(seconds) = fluid::check::least_seconds(case) {
             let seconds = duration(seconds / size as f64);
             let _ = writeln!(out, "time needed    at least {seconds} on {size} rank(s)");
@@ -68,10 +55,10 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
         let _ = writeln!(
             out,
             "disk           about {:.0} MB in {}",
-            fluid::check::bytes_on_disk(case) / 1e6,
+            cost.disk / 1e6,
             case.output.directory.display()
         );
-        return Ok(text);
+        return Ok((text, warnings));
     }
     let _ = writeln!(
         out,
@@ -111,13 +98,17 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
             }
         }
     }
+    let bare = plausibility::bare_faces(case, &setup.walls);
+    if !bare.is_empty() && !case.holds_particles() {
+        let names: Vec<&str> = bare.into_iter().map(Face::name).collect();
+        let names = names.join(", ");
+        let _ = writeln!(
+            out,
+            "open faces     {names}: no wall, no outlet, not periodic; a particle there ends the run"
+        );
+    }
     let _ = writeln!(out, "decomposition  {}; interaction range {range:.4e} m", subdomains(&decomposition));
-    let _ = writeln!(
-        out,
-        "memory         about {:.0} MB in all, {:.0} MB per rank",
-        30.0 * size as f64 + count * MEMORY[kind] / 1e6,
-        30.0 + count * MEMORY[kind] / 1e6 / size as f64
-    );
+    let _ = writeln!(out, "{}", memory(&cost, size));
     if case.collisions.is_hard() {
         hard_collisions(out, case, &setup.collisions, &step);
     } else {
@@ -144,18 +135,21 @@ pub fn explain(case: &Case, ranks: usize) -> Result<String, String> {
     if let Some(seconds) = fluid::check::least_seconds(case) {
         let _ = writeln!(out, "               at least {} for the fluid", duration(seconds / size as f64));
     }
-    let snapshots = if case.output.particles > 0.0 { case.time.end / case.output.particles } else { 0.0 };
     let _ = writeln!(
         out,
-        "disk           about {:.0} MB in {} ({snapshots:.0} snapshots, {} checkpoint(s))",
-        (fluid::check::bytes_on_disk(case)
-            + snapshots * count * bytes_per_snapshot(case)
-            + case.output.keep_checkpoints as f64 * count * CHECKPOINT[kind])
-            / 1e6,
+        "disk           about {:.0} MB in {} ({} snapshots, {} checkpoint(s))",
+        cost.disk / 1e6,
         case.output.directory.display(),
-        case.output.keep_checkpoints
+        cost.snapshots,
+        cost.checkpoints
     );
-    Ok(text)
+    Ok((text, warnings))
+}
+
+/// Memory of all processes, and of each.
+fn memory(cost: &Cost, ranks: usize) -> String {
+    let all = cost.memory / 1e6;
+    format!("memory         about {all:.0} MB in all, {:.0} MB per rank", all / ranks as f64)
 }
 
 /// Ranks per axis and the size of a subdomain.
@@ -242,8 +236,12 @@ fn pair(e: &Encounter) -> String {
     format!("{} - {}{}", e.materials[0], e.materials[1], if e.is_wall { " (wall)" } else { "" })
 }
 
-/// Inserts what a run would insert at its first step; returns how many.
-fn place(case: &Case, catalogue: Catalogue, mut population: Population) -> Result<u64, String> {
+/// Inserts what a run would insert at its first step; returns how many, and the walls as they are then.
+fn place(
+    case: &Case,
+    catalogue: Catalogue,
+    mut population: Population,
+) -> Result<(u64, WallTriangles), String> {
     let mut setup = system::build(case, 1, catalogue, population.kinds())?.setup;
     setup.ranks = [1; 3];
     let mut dem = system::dem(case, setup, 0)?;
@@ -254,7 +252,7 @@ fn place(case: &Case, catalogue: Catalogue, mut population: Population) -> Resul
     })?;
     match population.starting_overlap(case, &dem) {
         Some(message) => Err(message),
-        None => Ok(dem.particles.owned as u64),
+        None => Ok((dem.particles.owned as u64, triangles_of(&dem))),
     }
 }
 

@@ -58,7 +58,8 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
     PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
 }
 
-const SURFACE_FIELDS: [FieldSpec; 3] =
+/// Fields of the triangles of particles.
+pub const SURFACE_FIELDS: [FieldSpec; 3] =
     [FieldSpec::integer("id"), FieldSpec::integer("shape"), FieldSpec::real("speed", "m/s", 1)];
 
 /// The case with every default spelt out; a directory that holds one holds a run.
@@ -120,7 +121,9 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "fluid_force" => vectors(&|i| FlowLink::read(&particles.cargo[i]).force),
         "fluid_torque" => vectors(&|i| FlowLink::read(&particles.cargo[i]).torque),
         "orientation_wxyz" => {
-            let turns = owned.clone().map(|i| particles.record(i).orientation.into_inner());
+            // Of the shape as the case gives it, as insertions take it.
+            let to_user = |i: usize| dem.setup.catalogue.shape(body(i).kind).user_to_body.0.inverse();
+            let turns = owned.clone().map(|i| (particles.record(i).orientation * to_user(i)).into_inner());
             Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())
         }
         unknown => unreachable!("no field {unknown}"),
@@ -306,10 +309,16 @@ impl Files {
     /// A full disk.
     pub fn surfaces(&mut self, dem: &Dem) -> Result<(), RunError> {
         let Some(file) = &mut self.surfaces else { return Ok(()) };
-        let (mut points, mut triangles) = (Vec::new(), Vec::new());
-        let (mut ids, mut shapes, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..dem.particles.owned {
-            let body = &dem.particles.bodies[i];
+        let bodies = &dem.particles.bodies[..dem.particles.owned];
+        let surface_of = |body: &grains_dem::Body| &dem.setup.catalogue.shape(body.kind).surface;
+        let [count, faces] = bodies.iter().map(surface_of).fold([0, 0], |[count, faces], surface| {
+            [count + surface.vertices.len(), faces + surface.triangles.len()]
+        });
+        // By far the largest arrays of a run: none is moved as it grows.
+        let (mut points, mut triangles) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * faces));
+        let (mut ids, mut shapes) = (Vec::with_capacity(faces), Vec::with_capacity(faces));
+        let mut speeds = Vec::with_capacity(faces);
+        for (i, body) in bodies.iter().enumerate() {
             let shape = dem.setup.catalogue.shape(body.kind);
             let scale = body.radius / shape.bounding_radius;
             let center = Vec3::from(dem.setup.global.wrap(body.position.into()));
@@ -474,7 +483,9 @@ fn write_side_files(case: &Case, dem: &Dem, directory: &Path) -> Result<(), File
     write(RESOLVED_CASE, &format!("# grains-mpi {VERSION}; time step {dt:e} s\n{}", case.to_toml()))?;
     write("view.py", include_str!("view.py"))?;
     for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {
-        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(|&v| v.into()).collect();
+        // Turned as the case gives the shape, about its centre of mass.
+        let turned = |v: &Vec3| <[f64; 3]>::from(shape.user_to_body.0 * v);
+        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(turned).collect();
         write_shape(&directory.join(format!("shapes/{index}.vtp")), &vertices, &shape.surface.triangles)?;
     }
     Ok(())

@@ -12,6 +12,7 @@ mod analyse;
 mod bench;
 mod check;
 mod composites;
+mod cost;
 mod duration;
 mod error;
 #[cfg(test)]
@@ -20,6 +21,7 @@ mod files;
 mod fluid;
 mod geometry;
 mod lock;
+mod plausibility;
 mod population;
 mod random;
 mod restart;
@@ -164,7 +166,8 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             let case = load(&case, job, transport)?;
             if is_first {
                 let ranks = ranks.map_or(transport.size(), |n| n as usize);
-                let text = check::explain(&case, ranks).map_err(RunError::case)?;
+                let (text, warnings) = check::explain(&case, ranks).map_err(RunError::case)?;
+                warnings.iter().for_each(|w| eprintln!("warning: {w}"));
                 say!("{}", text.trim_end());
             }
             Ok(())

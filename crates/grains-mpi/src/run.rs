@@ -4,6 +4,7 @@ use crate::duration::duration;
 use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
+use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
 use grains_case::Case;
@@ -129,12 +130,14 @@ impl<'a> Run<'a> {
         world: &MpiTransport,
         options: RunOptions,
     ) -> Result<Self, RunError> {
-        let (System { setup, step }, mut population) = build(case, world)?;
+        let (system, mut population) = build(case, world)?;
+        let warnings = plausibility::warnings(case, &system, &population);
+        let System { setup, step } = system;
         let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         if transport.rank() == 0 {
-            step.warning.iter().for_each(|w| eprintln!("warning: {w}"));
+            step.warning.iter().chain(&warnings).for_each(|w| eprintln!("warning: {w}"));
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;
@@ -398,6 +401,10 @@ impl<'a> Run<'a> {
         let ranks = self.transport.size();
         let mut extremes = [own as f64, -(own as f64), self.dem.report.worst_overlap, own_work as f64];
         self.transport.max(&mut extremes);
+        let peak = crate::cost::peak_memory().unwrap_or(f64::NAN);
+        let (mut memory, mut largest) = ([peak], [peak]);
+        self.transport.sum(&mut memory);
+        self.transport.max(&mut largest);
         if self.transport.rank() != 0 {
             return;
         }
@@ -406,6 +413,7 @@ impl<'a> Run<'a> {
             let (mean, most, least) = (sums[k] / ranks as f64, spans[2 * k], -spans[2 * k + 1]);
             say!("  {name:<20} {least:>10.3} {mean:>10.3} {most:>10.3} {:>9.1} %", 100.0 * mean / elapsed);
         }
+        say!("memory: {:.0} MB in all, {:.0} MB on the largest rank", memory[0] / 1e6, largest[0] / 1e6);
         let [inside, inserted, left, cores_met, collisions, resting, work] = counts;
         if let Some(fluid) = &self.fluid {
             say!(

@@ -57,9 +57,10 @@ pub struct Insert<Name = usize> {
     pub count: Option<u64>,
     /// Where the particles appear.
     pub place: Place,
-    /// "random", "aligned", or a quaternion [w, x, y, z] (-), body to world.
-    #[serde(default = "random")]
-    pub orientation: Orientation,
+    /// "random", "aligned", or a quaternion [w, x, y, z] (-), body to world. By default random, and aligned where a
+    /// file gives the places but no quaternions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<Orientation>,
     /// Initial velocity (m/s).
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -78,10 +79,6 @@ pub struct Insert<Name = usize> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 1))]
     pub batch: Option<u64>,
-}
-
-fn random() -> Orientation {
-    Orientation::Random
 }
 
 /// What an insertion is checked against.
@@ -143,7 +140,8 @@ fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &m
         }
     }
     insert.place.check(&format!("{path}.place"), context.domain, checker);
-    if let Orientation::Quaternion(q) = &mut insert.orientation {
+    let usual = if insert.place.extents().is_some() { Orientation::Random } else { Orientation::Aligned };
+    if let Orientation::Quaternion(q) = insert.orientation.get_or_insert(usual) {
         *q = checker.direction(&format!("{path}.orientation"), *q);
     }
     insert.check_batches(path, checker);

@@ -70,9 +70,9 @@ pub enum Place {
     },
     /// Positions from a file.
     ///
-    /// CSV with a header of the columns x,y,z (m) and, as needed, radius (m, spheres) or scale (-),
-    /// qw,qx,qy,qz, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5 with those data sets (numbers, and names
-    /// of variable length).
+    /// CSV with a header of the columns x,y,z (m) of the centres of mass and, as needed, radius (m, spheres) or scale (-),
+    /// qw,qx,qy,qz, which turn the shape as the case gives it, vx,vy,vz (m/s), wx,wy,wz (rad/s), shape, material; or HDF5
+    /// with those data sets (numbers, and names of variable length). Snapshots write the same places and quaternions.
     File {
         /// CSV (.csv) or HDF5 (.h5) file, or the particles.vtkhdf of a run, of which the last snapshot is taken;
         /// relative to the folder of the case file.
@@ -97,6 +97,20 @@ pub fn lattice_sites(lower: [f64; 3], upper: [f64; 3], spacing: f64) -> [u64; 3]
 }
 
 impl Place {
+    /// Lower and upper corner (m) of the region of the centres; none for a file, which is not read here.
+    pub fn extents(&self) -> Option<[[f64; 3]; 2]> {
+        match self {
+            Self::Lattice { lower, upper, .. }
+            | Self::Window { window: Window::Box { lower, upper }, .. } => Some([*lower, *upper]),
+            Self::Window { window: Window::Disc { center, normal, radius }, .. } => {
+                let reach = normal.map(|n| radius * (1.0 - n * n).max(0.0).sqrt());
+                Some([-1.0, 1.0].map(|sign| [0, 1, 2].map(|a| center[a] + sign * reach[a])))
+            }
+            Self::Window { window: Window::Point { at }, .. } => Some([*at, *at]),
+            Self::File { .. } => None,
+        }
+    }
+
     pub(crate) fn check(&mut self, path: &str, domain: &Domain, checker: &mut Checker) {
         match self {
             Self::Lattice { lower, upper, .. } => {

@@ -59,7 +59,8 @@ pub struct SurfaceVertices {
     pub spacing: VertexSpacing,
 }
 
-/// The form of a body, in its own frame.
+/// The form of a body, in its own frame, whose axes are those of the domain where the orientation is "aligned"; where a
+/// body is placed, its centre of mass is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeKind {
@@ -126,7 +127,7 @@ pub enum ShapeKind {
         #[schemars(length(min = 1))]
         parts: Vec<GluedPart>,
     },
-    /// Lobed extrudate along z: a cylinder for each lobe and the prism through their axes.
+    /// Lobed extrudate along z: a cylinder for each lobe, the first one at +x, and the prism through their axes.
     Lobes {
         /// Number of lobes (-): 3 for a trilobe, 4 for a quadralobe.
         #[schemars(extend("minimum" = 3, "maximum" = 100))]

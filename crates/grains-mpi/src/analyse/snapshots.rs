@@ -260,8 +260,13 @@ impl Stock {
                 "{path}: names a shape the case lacks (it has {count}): give the case of this run"
             )));
         }
-        if matches!(self.stored, Stored::Checkpoint(_)) {
-            // It holds radii where a snapshot holds scales.
+        if matches!(self.stored, Stored::Snapshots(_)) {
+            // Snapshots turn the shape as the case gives it.
+            for (turn, &shape) in snapshot.orientation.iter_mut().zip(&snapshot.shape) {
+                *turn *= shapes[shape].user_to_body.0;
+            }
+        } else {
+            // A checkpoint holds radii where a snapshot holds scales.
             for (scale, &shape) in snapshot.scale.iter_mut().zip(&snapshot.shape) {
                 *scale /= shapes[shape].bounding_radius;
             }

@@ -59,14 +59,14 @@ impl Block {
         self.insert.particles.iter().flat_map(of).collect()
     }
 
-    /// Mass of all its particles (kg); of more than a million it is that of the first million, scaled up. For a single rank,
-    /// and before any is inserted.
-    pub fn mass(&self, case: &Case, seed: u64, catalogue: &Catalogue) -> f64 {
+    /// Sum of something over the kind and scale of all its particles; of more than a million it is that of the first million,
+    /// scaled up. For a single rank, and before any is inserted.
+    pub fn sum(&self, case: &Case, seed: u64, catalogue: &Catalogue, of: impl Fn(Kind, f64) -> f64) -> f64 {
         const SAMPLE: u64 = 1_000_000;
         let sample = if self.is_listed() { self.count } else { self.count.min(SAMPLE) };
         let of_sample: f64 = (self.first_id..self.first_id + sample)
             .map(|id| self.kind_and_scale(id, case, seed, catalogue))
-            .map(|(kind, scale)| catalogue.mass(kind, scale))
+            .map(|(kind, scale)| of(kind, scale))
             .sum();
         of_sample * (self.count as f64 / sample.max(1) as f64)
     }
@@ -239,7 +239,7 @@ impl Block {
             kind,
             scale,
             position: Vec3::zeros(),
-            orientation: orientation(&insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
+            orientation: orientation(insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
             velocity: Vec3::from(insert.velocity),
             angular_velocity: Vec3::from(insert.angular_velocity),
         };
@@ -253,12 +253,9 @@ impl Block {
             // A packing brings the velocities of its last moments.
             (new.velocity, new.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
         }
-        // The user's orientation is that of the shape as given; ours is that of its principal frame.
-        let (to_user, center) = &catalogue.shapes[kind.shape as usize].user_to_body;
-        if self.is_listed() {
-            new.position += new.orientation * (center * scale);
-        }
-        new.orientation *= to_user;
+        // The user's orientation is that of the shape as given; ours is that of its principal frame. Places are those of
+        // centres of mass in both.
+        new.orientation *= catalogue.shapes[kind.shape as usize].user_to_body.0;
         new
     }
 }

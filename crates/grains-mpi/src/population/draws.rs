@@ -54,10 +54,10 @@ pub fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
 }
 
 /// How a particle is turned, body to world.
-pub fn orientation(wanted: &Orientation, draw: &mut Draw) -> Rotation {
-    match wanted {
+pub fn orientation(wanted: Option<Orientation>, draw: &mut Draw) -> Rotation {
+    match wanted.unwrap_or(Orientation::Random) {
         Orientation::Aligned => Rotation::identity(),
-        Orientation::Quaternion(q) => quaternion(*q),
+        Orientation::Quaternion(q) => quaternion(q),
         Orientation::Random => {
             // Uniform over all rotations (Shoemake 1992).
             let (u, v, w) = (draw.next(), TAU * draw.next(), TAU * draw.next());

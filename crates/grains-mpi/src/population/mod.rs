@@ -12,7 +12,7 @@ pub use kinds::KindRange;
 use crate::error::RunError;
 use block::Block;
 use grains_case::Case;
-use grains_dem::{Catalogue, Dem, Partner, Touch};
+use grains_dem::{Catalogue, Dem, Kind, Partner, Touch};
 use grains_domain::Transport;
 
 /// All insertions of a case.
@@ -52,7 +52,12 @@ impl Population {
 
     /// Mass of all particles (kg), those still to come included; for a single rank, and before any is inserted.
     pub fn mass(&self, case: &Case, catalogue: &Catalogue) -> f64 {
-        self.blocks.iter().map(|block| block.mass(case, self.seed, catalogue)).sum()
+        self.sum(case, catalogue, |kind, scale| catalogue.mass(kind, scale))
+    }
+
+    /// Sum of something over the kind and scale of all particles; as for [`Self::mass`].
+    pub fn sum(&self, case: &Case, catalogue: &Catalogue, of: impl Fn(Kind, f64) -> f64) -> f64 {
+        self.blocks.iter().map(|block| block.sum(case, self.seed, catalogue, &of)).sum()
     }
 
     /// Particles inserted so far, per insertion.

@@ -5,10 +5,11 @@ mod kinds;
 mod resolved;
 
 use super::setup::drag_law;
+use crate::cost;
 use crate::population::Population;
 use crate::timestep;
 use grains_case::{
-    BodyMotion, Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, Precision, PressureMethod, TimeStep,
+    BodyMotion, Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, PressureMethod, TimeStep,
 };
 use grains_dem::Catalogue;
 use imposed::fastest;
@@ -17,9 +18,11 @@ use kinds::{Settling, kinds};
 /// Void fraction of a settled bed, at which beds are judged.
 const SETTLED: f64 = 0.4;
 
-/// Bytes per cell of the fields of one phase, of those that particles add, of the means over time, and of PETSc's
-/// matrices and vectors, and of what resolved bodies add.
-const BYTES: [f64; 5] = [110.0, 240.0, 100.0, 250.0, 60.0];
+/// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
+/// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
+/// and vectors, conjugate gradients, resolved bodies.
+const BYTES: [[f64; 2]; 6] =
+    [[105.0, 97.0], [240.0, 285.0], [60.0, 0.0], [0.0, 360.0], [0.0, 87.0], [60.0, 187.0]];
 
 /// Lines of `check` on the fluid and the particles to be inserted; none without a fluid.
 ///
@@ -27,7 +30,7 @@ const BYTES: [f64; 5] = [110.0, 240.0, 100.0, 250.0, 60.0];
 /// Shapes without a surface, or a time step that cannot be used.
 pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> Result<Vec<String>, String> {
     let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
-    let mut lines = vec![cells(case, fluid), memory(case, fluid)];
+    let mut lines = vec![cells(case, fluid), memory(case)];
     let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
     if let Some(given) = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty()) {
         lines.extend(resolved::lines(case, catalogue, fluid, given, population.kinds()));
@@ -46,7 +49,6 @@ pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> R
     lines.push(format!("coupling       {}", describe(coupling)));
     let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
-    lines.extend(coarse_enough(case, fluid, coupling, &kinds));
     lines.extend(pressure_drop(case, catalogue, fluid, population));
     let (limit, line) = step_limit(case, fluid, longest, SETTLED);
     lines.push(line);
@@ -104,11 +106,18 @@ pub fn bytes_on_disk(case: &Case) -> f64 {
         (FluidField::SolidVelocity | FluidField::VoidFraction, false) => 0.0,
     };
     let numbers: f64 = fluid.output.fields.iter().map(components).sum();
-    let real = if case.output.precision == Precision::F32 { 4.0 } else { 8.0 };
     let interval = fluid.output.interval.unwrap_or(case.output.particles);
-    let times = |from: f64| if interval > 0.0 { (case.time.end - from).max(0.0) / interval } else { 0.0 };
-    let snapshots = times(0.0) + fluid.output.mean_from.map_or(0.0, times);
-    cells * (snapshots * numbers * real + case.output.keep_checkpoints as f64 * state * 8.0)
+    let share = fluid.output.mean_from.map_or(0.0, |from| (1.0 - from / case.time.end).max(0.0));
+    let snapshots = cost::times(case, interval) * (1.0 + share);
+    // The sums of the means are part of the state.
+    let state = state + if fluid.output.mean_from.is_some() { components_of_all(has_particles) } else { 0.0 };
+    let kept = cost::times(case, case.output.checkpoint).max(1.0).min(case.output.keep_checkpoints as f64);
+    cells * (snapshots * numbers * cost::bytes_per_real(case) + kept * state * 8.0)
+}
+
+/// Numbers per cell of all fields.
+fn components_of_all(has_particles: bool) -> f64 {
+    if has_particles { 8.0 } else { 4.0 }
 }
 
 fn describe(coupling: &Coupling) -> String {
@@ -138,16 +147,33 @@ fn cells(case: &Case, fluid: &Fluid) -> String {
     )
 }
 
-fn memory(case: &Case, fluid: &Fluid) -> String {
-    let halo = super::plain_halo(fluid) as u64;
-    let cells: f64 = fluid.cells.iter().map(|n| (n + 2 * halo) as f64).product();
+/// Memory of the fluid on all ranks (bytes), each with the halo of its share of the cells.
+pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
+    let Some(fluid) = &case.fluid else { return 0.0 };
+    let halo = 2.0 * super::plain_halo(fluid) as f64;
+    // Shares are taken for cubes, whose halo is the least.
+    let cut = (ranks as f64).cbrt();
+    let [stored, cells] =
+        [cut * halo, 0.0].map(|more| fluid.cells.iter().map(|&n| n as f64 + more).product::<f64>());
     let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
-    let by_petsc = fluid.pressure.method == PressureMethod::Petsc;
-    let taken = [true, has_particles, fluid.output.mean_from.is_some(), by_petsc, fluid.resolved.is_some()];
-    let bytes: f64 = BYTES.iter().zip(taken).filter(|(_, taken)| *taken).map(|(bytes, _)| bytes).sum();
+    let method = fluid.pressure.method;
+    let taken = [
+        true,
+        has_particles,
+        fluid.output.mean_from.is_some(),
+        method == PressureMethod::Petsc,
+        method == PressureMethod::ConjugateGradients && !has_particles,
+        fluid.resolved.is_some(),
+    ];
+    let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
+    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum()
+}
+
+fn memory(case: &Case) -> String {
+    let bytes = bytes_in_memory(case, 1);
     format!(
-        "  memory       about {:.0} MB for the fluid, halos of one rank included",
-        (cells * bytes / 1e6).ceil()
+        "  memory       about {:.0} MB of it for the fluid, halos of one rank included",
+        (bytes / 1e6).ceil()
     )
 }
 
@@ -176,26 +202,6 @@ fn step_limit(case: &Case, fluid: &Fluid, longest: f64, void_fraction: f64) -> (
 fn courant(case: &Case, fluid: &Fluid, dt: f64) -> String {
     let fastest = fastest(case, fluid);
     format!("Courant number {:.3} at the {:.4} m/s imposed", fastest.rate * dt, fastest.speed)
-}
-
-/// A warning about cells too small for embedded cubes.
-fn coarse_enough(case: &Case, fluid: &Fluid, coupling: &Coupling, kinds: &[Settling]) -> Option<String> {
-    /// Edge of a cell over the diameter.
-    const COARSE: f64 = 3.0;
-    if coupling.kernel != Kernel::Cube {
-        return None;
-    }
-    let largest = kinds.iter().map(|k| k.diameter).fold(0.0, f64::max);
-    let axes = (0..3).filter(|a| fluid.cells[*a] > 1);
-    let narrowest = axes.map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min);
-    let ratio = narrowest / largest;
-    (ratio < COARSE).then(|| {
-        let message = format!(
-            "embedded cubes are for cells of three diameters and more, here some are {ratio:.2}: void fractions will \
-             be rough; take {{ kind = \"smooth\" }} or larger cells"
-        );
-        format!("warning: {}", case.about("fluid.coupling.kernel", message))
-    })
 }
 
 /// The pressure drop that carries all particles, where gravity lies along an axis.
