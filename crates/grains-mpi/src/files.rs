@@ -324,10 +324,11 @@ impl Files {
         transport.sum_counts(&mut counts);
         let mut overlap = [report.largest_overlap];
         transport.max(&mut overlap);
-        let Totals { momentum: p, .. } = totals;
+        let Totals { momentum: p, angular_momentum: l, .. } = totals;
         let mut values = vec![dem.time(), totals.particles as f64, counts[3] as f64, counts[4] as f64];
         values.extend([0.5 * counts[0] as f64, counts[1] as f64]);
         values.extend([totals.kinetic_translation, totals.kinetic_rotation, totals.potential, p.x, p.y, p.z]);
+        values.extend([l.x, l.y, l.z]);
         values.extend([overlap[0], totals.largest_speed, counts[2] as f64]);
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
         for load in &loads {
@@ -373,7 +374,7 @@ impl Files {
 
 /// Columns of the time series and their units.
 fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
-    const FIXED: [(&str, &str); 16] = [
+    const FIXED: [(&str, &str); 19] = [
         ("step", "-"),
         ("time", "s"),
         ("particles", "-"),
@@ -387,6 +388,9 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         ("momentum_x", "kg m/s"),
         ("momentum_y", "kg m/s"),
         ("momentum_z", "kg m/s"),
+        ("angular_momentum_x", "kg m2/s"),
+        ("angular_momentum_y", "kg m2/s"),
+        ("angular_momentum_z", "kg m2/s"),
         ("largest_overlap", "-"),
         ("largest_speed", "m/s"),
         ("cores_met", "-"),
