@@ -51,6 +51,24 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["case.toml:34:", "radius", "SI units"],
     ),
     mistake(
+        "a domain beyond all numbers",
+        &[("lower = [0, 0, 0]\nupper = [0.08,", "lower = [-1e308, 0, 0]\nupper = [1e308,")],
+        2,
+        &["case.toml:", "domain.lower[0]", "within -1e30 and 1e30", "unit"],
+    ),
+    mistake(
+        "a domain of planets",
+        &[("upper = [0.08,", "upper = [4.3e9,")],
+        2,
+        &["case.toml:", "shape[0].radius", "more than 2097151", "lengths are in metres"],
+    ),
+    mistake(
+        "a particle of nothing",
+        &[("radius = 5e-3", "radius = 1e-30")],
+        2,
+        &["case.toml:", "radius", "more than 2097151", "enlarge the particle"],
+    ),
+    mistake(
         "millimetres for metres",
         &[("radius = 5e-3", "radius = 5")],
         2,
@@ -303,4 +321,89 @@ fn outlets_make_leaving_legal() {
     let text = edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
     let output = run_case(2, &home, &text, &[]).succeeded();
     assert!(output.stdout.contains("1 inserted = 0 inside + 1 left"), "{}", output.text());
+}
+
+/// A number of a case and where it is.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let is_part = |c: char| c.is_ascii_digit() || "+-.e".contains(c);
+    let mut found = Vec::new();
+    let mut line_begin = 0;
+    for line in text.split_inclusive('\n') {
+        // Names and comments hold digits as well.
+        let code = &line[..line.find('#').unwrap_or(line.len())];
+        let Some(equals) = code.find('=') else {
+            line_begin += line.len();
+            continue;
+        };
+        let mut at = equals + 1;
+        let mut in_text = false;
+        while at < code.len() {
+            let c = code.as_bytes()[at] as char;
+            in_text ^= c == '"';
+            let end = at + code[at..].find(|c| !is_part(c)).unwrap_or(code.len() - at);
+            let before = code.as_bytes()[at - 1] as char;
+            if !in_text && end > at && " [".contains(before) && code[at..end].parse::<f64>().is_ok() {
+                found.push(line_begin + at..line_begin + end);
+                at = end;
+            } else {
+                at += 1;
+            }
+        }
+        line_begin += line.len();
+    }
+    found
+}
+
+/// Every number in turn of another order of magnitude: `check` ends soon, with a table or with messages that name the
+/// file, and never by a panic.
+#[test]
+fn no_order_of_magnitude_panics_or_hangs() {
+    let mut state = std::env::var("SEED").map_or(7_u64, |text| text.parse().unwrap());
+    let mut draw = |n: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % n
+    };
+    let draws: usize = std::env::var("DRAWS").map_or(24, |text| text.parse().unwrap());
+    let cases =
+        ["silo.toml", "bed.toml", "drum.toml", "resolved.toml", "shear.toml"].map(|name| (name, case(name)));
+    let home = folder("bad_magnitudes");
+    for _ in 0..draws {
+        let (name, text) = &cases[draw(5) as usize];
+        let places = numbers(text);
+        let place = places[draw(places.len() as u64) as usize].clone();
+        let is_whole = text[place.clone()].parse::<i64>().is_ok();
+        let sign = if draw(4) == 0 { "-" } else { "" };
+        let number = match is_whole {
+            true => format!("{sign}{}", 10_i64.pow(draw(19) as u32)),
+            false => format!("{sign}{}e{}", 1 + draw(9), draw(640) as i64 - 320),
+        };
+        let mut changed = text.clone();
+        changed.replace_range(place.clone(), &number);
+        let line = text[..place.start].matches('\n').count() + 1;
+        let what = format!("{name}, line {line}: {number}");
+        fs::write(home.join("case.toml"), &changed).unwrap();
+        let begun = std::time::Instant::now();
+        let output = run(1, &home, &["check", "case.toml"]);
+        let seconds = begun.elapsed().as_secs_f64();
+        assert!(!output.stderr.contains("panicked"), "{what}: {}", output.text());
+        assert!(seconds < 60.0, "{what}: {seconds} s");
+        match output.code {
+            Some(0) => (),
+            Some(2..=4) => assert!(output.stderr.contains("case.toml"), "{what}: {}", output.text()),
+            _ => panic!("{what}: {}", output.text()),
+        }
+        println!("{seconds:.1} s, code {:?}: {what}", output.code);
+    }
+}
+
+#[test]
+fn a_walltime_that_never_comes_is_refused() {
+    let home = folder("bad_walltime");
+    fs::write(home.join("case.toml"), case("base.toml")).unwrap();
+    for time in ["nan", "-1", "inf", "-inf", "1 h"] {
+        let output = run(1, &home, &["case.toml", &format!("--max-walltime={time}")]);
+        assert_ne!(output.code, Some(0), "{time}: {}", output.text());
+        assert!(output.stderr.contains("leave it out for no limit"), "{time}: {}", output.text());
+        assert!(!home.join("results").exists(), "{time}");
+    }
 }

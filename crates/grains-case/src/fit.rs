@@ -5,6 +5,7 @@ use crate::check::Checker;
 use crate::diagnostic::rounded;
 use crate::sections::fluid::check_thickness;
 use crate::sections::insert::Component;
+use crate::sections::place::MOST_PLACES;
 use crate::vector::norm;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -15,8 +16,24 @@ pub(crate) fn check_sizes(case: &Case, checker: &mut Checker) {
         if let Some(message) = misfit(case, component) {
             let key = case.shapes[component.shape].kind.size_key();
             checker.error(&format!("shape[{}].{key}", component.shape), message);
+        } else if let Some(message) = speck(case, component) {
+            let key = case.shapes[component.shape].kind.size_key();
+            checker.error(&format!("shape[{}].{key}", component.shape), message);
         }
     }
+}
+
+/// Why the smallest particle of a component is too small for the domain, if so.
+fn speck(case: &Case, component: &Component) -> Option<String> {
+    let size = component.scale.smallest() * case.shapes[component.shape].kind.diameter()?;
+    let extents = case.domain.extents();
+    let axis = (0..3).find(|&a| extents[a] > MOST_PLACES * size)?;
+    Some(format!(
+        "the domain is {:.3e} particles of {} m long along {}, more than {MOST_PLACES};          enlarge the particle or its scale, or shorten the domain: lengths are in metres",
+        extents[axis] / size,
+        rounded(size),
+        AXES[axis]
+    ))
 }
 
 /// Why the largest particle of a component does not fit, if so.

@@ -160,6 +160,9 @@ fn wrong_type(types: Option<&Json>, value: &DeValue, path: &str) -> String {
     format!("must be {}, not {}{remedy}", type_in_words(wanted), type_in_words(type_of(value)))
 }
 
+/// Largest magnitude of a number: its powers, up to the tenth, are finite.
+const LARGEST: f64 = 1e30;
+
 /// Checks a number against the bounds of its schemas; returns a doubt if it is allowed but unlikely.
 fn check_range(schemas: &[&Json], number: f64) -> Result<Option<String>, String> {
     let find = |keyword: &str| schemas.iter().find_map(|schema| schema.get(keyword));
@@ -167,6 +170,9 @@ fn check_range(schemas: &[&Json], number: f64) -> Result<Option<String>, String>
     if !number.is_finite() {
         let may_be_infinite = find("x-infinite").is_some() && number == f64::INFINITY;
         return if may_be_infinite { Ok(None) } else { Err("must be a finite number".into()) };
+    }
+    if number.abs() > LARGEST {
+        return Err(format!("must be within -{LARGEST:e} and {LARGEST:e}; is the unit right?"));
     }
     let (at_least, above) = (bound("minimum"), bound("exclusiveMinimum"));
     let (at_most, below) = (bound("maximum"), bound("exclusiveMaximum"));

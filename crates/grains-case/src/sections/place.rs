@@ -61,7 +61,7 @@ pub enum Place {
         window: Window,
         /// Attempts per particle before the insertion is given up (-).
         #[serde(default = "thousand")]
-        #[schemars(extend("minimum" = 1))]
+        #[schemars(extend("minimum" = 1, "maximum" = 1_000_000))]
         attempts: u64,
         /// Wait for room, and try again after this time (s), instead of refusing a first batch that does not fit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -89,6 +89,9 @@ fn thousand() -> u64 {
 pub fn default_spacing(bounding_radius: f64, noise: f64) -> f64 {
     2.002 * bounding_radius / (1.0 - 2.0 * noise)
 }
+
+/// Most places (-) along an axis: those of three axes can be numbered in 64 bits.
+pub(crate) const MOST_PLACES: f64 = 2_097_151.0;
 
 /// Number of lattice cells (-) of an edge (m) that fit along each axis between two corners (m).
 pub fn lattice_sites(lower: [f64; 3], upper: [f64; 3], spacing: f64) -> [u64; 3] {
