@@ -52,6 +52,24 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["case.toml:34:", "radius", "SI units"],
     ),
     mistake(
+        "a domain beyond all numbers",
+        &[("lower = [0, 0, 0]\nupper = [0.08,", "lower = [-1e308, 0, 0]\nupper = [1e308,")],
+        2,
+        &["case.toml:", "domain.lower[0]", "within -1e30 and 1e30", "unit"],
+    ),
+    mistake(
+        "a domain of planets",
+        &[("upper = [0.08,", "upper = [4.3e9,")],
+        2,
+        &["case.toml:", "shape[0].radius", "more than 2097151", "lengths are in metres"],
+    ),
+    mistake(
+        "a particle of nothing",
+        &[("radius = 5e-3", "radius = 1e-30")],
+        2,
+        &["case.toml:", "radius", "more than 2097151", "enlarge the particle"],
+    ),
+    mistake(
         "millimetres for metres",
         &[("radius = 5e-3", "radius = 5")],
         2,
@@ -328,4 +346,16 @@ fn an_editor_with_the_schema_names_a_typo_once() {
         String::from_utf8_lossy(&checked.stdout),
         String::from_utf8_lossy(&checked.stderr)
     );
+}
+
+#[test]
+fn a_walltime_that_never_comes_is_refused() {
+    let home = folder("bad_walltime");
+    fs::write(home.join("case.toml"), case("base.toml")).unwrap();
+    for time in ["nan", "-1", "inf", "-inf", "1 h"] {
+        let output = run(1, &home, &["case.toml", &format!("--max-walltime={time}")]);
+        assert_ne!(output.code, Some(0), "{time}: {}", output.text());
+        assert!(output.stderr.contains("leave it out for no limit"), "{time}: {}", output.text());
+        assert!(!home.join("results").exists(), "{time}");
+    }
 }

@@ -98,18 +98,20 @@ struct RunArguments {
     /// Continue from a checkpoint file, or from the last valid one with `latest`.
     #[arg(long, value_name = "FILE|latest")]
     restart: Option<PathBuf>,
-    /// Write a checkpoint and leave after this wall-clock time (s).
-    #[arg(long, value_name = "SECONDS", default_value_t = f64::INFINITY, value_parser = walltime)]
-    max_walltime: f64,
+    /// Write a checkpoint and leave after this wall-clock time (s); without it there is no limit.
+    #[arg(long, value_name = "SECONDS", value_parser = walltime)]
+    max_walltime: Option<f64>,
     /// Options for PETSc, after `--`.
     #[arg(last = true, value_name = "PETSC OPTIONS")]
     petsc: Vec<String>,
 }
 
-/// A wall-clock time (s) from the command line.
+/// A time that comes.
 fn walltime(text: &str) -> Result<f64, String> {
-    let seconds = text.trim().parse::<f64>().ok().filter(|&seconds| seconds > 0.0);
-    seconds.ok_or_else(|| "give a number of seconds above 0, such as 3600".into())
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds >= 0.0 => Ok(seconds),
+        _ => Err("must be a number of seconds, 0 or more; leave it out for no limit".into()),
+    }
 }
 
 fn main() {
@@ -188,7 +190,7 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             }
             let options = RunOptions {
                 restart: arguments.restart,
-                max_walltime: arguments.max_walltime,
+                max_walltime: arguments.max_walltime.unwrap_or(f64::INFINITY),
                 interrupted,
                 petsc: arguments.petsc,
             };

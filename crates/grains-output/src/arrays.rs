@@ -1,6 +1,7 @@
 //! The arrays of a temporal VTKHDF PolyData file and what each holds per step.
 
-use crate::collective::{Participants, write_rows};
+use crate::checkpoint::checksum;
+use crate::collective::{Participants, read_rows, write_rows};
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
 use hdf5::{Dataset, File, Group, H5Type};
@@ -82,6 +83,12 @@ impl Place {
         }
     }
 
+    /// Checksum of when and where the step is.
+    pub fn digest(&self) -> u64 {
+        let sizes = [self.first_point, self.points, self.first_cell, self.cells].map(|n| n as u64);
+        checksum(self.step, std::iter::once(self.time.to_bits()).chain(sizes))
+    }
+
     /// First row in `Offsets`, which has one more row than cells per step.
     pub fn first_offset(&self) -> usize {
         self.first_counted + self.step
@@ -155,18 +162,34 @@ fn per_step(cells: Cells, specs: &[FieldSpec]) -> Vec<(String, Entry)> {
 pub(crate) fn places(file: &File, cells: Cells) -> hdf5::Result<Vec<Place>> {
     let root = file.group("VTKHDF")?;
     let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()? as usize;
-    let times = root.dataset("Steps/Values")?.read_raw::<f64>()?;
-    let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
-    let cells = root.dataset(&format!("{}/NumberOfCells", cells.name()))?.read_raw::<i64>()?;
-    if times.len().min(points.len()).min(cells.len()) < steps {
-        return Err("it has fewer entries than steps".into());
-    }
+    let rows = root.dataset("Points")?.shape()[0];
+    let ids = root.dataset(&format!("{}/Connectivity", cells.name()))?.shape()[0];
+    let times: Vec<f64> = first_rows(&root.dataset("Steps/Values")?, steps)?;
+    let points: Vec<i64> = first_rows(&root.dataset("NumberOfPoints")?, steps)?;
+    let counts: Vec<i64> = first_rows(&root.dataset(&format!("{}/NumberOfCells", cells.name()))?, steps)?;
     let mut places: Vec<Place> = Vec::with_capacity(steps);
     for k in 0..steps {
-        let (points, cells) = (points[k] as usize, cells[k] as usize);
-        places.push(Place::next(places.last(), times[k], points, cells));
+        let (points, counts) = (points[k] as usize, counts[k] as usize);
+        // Before they are added: damaged numbers must not overflow.
+        if points > rows || counts > ids {
+            return Err("its steps have more rows than it".into());
+        }
+        places.push(Place::next(places.last(), times[k], points, counts));
     }
     Ok(places)
+}
+
+/// The first rows of an array with one row per step.
+pub(crate) fn first_rows<T: H5Type + Default + Clone>(
+    dataset: &Dataset,
+    rows: usize,
+) -> hdf5::Result<Vec<T>> {
+    if dataset.ndim() != 1 || dataset.shape()[0] < rows {
+        return Err("it has fewer entries than steps".into());
+    }
+    let mut values = vec![T::default(); rows];
+    read_rows(dataset, 0, 1, &mut values)?;
+    Ok(values)
 }
 
 impl Arrays {

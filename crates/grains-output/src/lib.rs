@@ -21,6 +21,7 @@ mod arrays;
 mod checkpoint;
 mod collective;
 mod columns;
+mod digests;
 mod error;
 mod fields;
 mod grid;

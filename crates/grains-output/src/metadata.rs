@@ -47,6 +47,21 @@ pub(crate) fn write_metadata(file: &File, group: &str, metadata: &Metadata) -> h
     Ok(())
 }
 
+/// The metadata of a file.
+pub(crate) fn read_metadata(file: &File) -> hdf5::Result<Metadata> {
+    let group = file.group(GROUP)?;
+    let text = |name: String| {
+        let value = group.attr(&name)?.read_scalar::<VarLenUnicode>()?;
+        Ok((name, utf8(value.as_bytes())?))
+    };
+    group.attr_names()?.into_iter().map(text).collect()
+}
+
+/// The text of bytes that may be damaged.
+pub(crate) fn utf8(bytes: &[u8]) -> hdf5::Result<String> {
+    String::from_utf8(bytes.to_vec()).map_err(|_| "a text is damaged".into())
+}
+
 /// A text as HDF5 holds it; it cannot hold the character NUL.
 pub(crate) fn text(value: &str) -> hdf5::Result<VarLenUnicode> {
     value.replace('\0', " ").parse().map_err(|_| "a text cannot be stored".into())

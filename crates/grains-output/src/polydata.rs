@@ -1,6 +1,7 @@
 //! Temporal VTKHDF 2.0 PolyData: points as vertices, or triangles, one part per step.
 
 use crate::arrays::{Arrays, Cells, Place};
+use crate::digests::{of_data, of_reals};
 use crate::error::{FileError, Shared};
 use crate::fields::{Data, FieldSpec, Precision, fit};
 use crate::growing::shortened;
@@ -29,8 +30,7 @@ pub struct Step<'a> {
 /// A growing file of particles or of surfaces; all calls are collective.
 ///
 /// It is complete after each [`PolyDataFile::append`], so that a run may be killed at any time. The
-/// `.xdmf` file beside it is renewed at each step up to step 200, then each time it lags by 0.5 %, and when
-/// the file is dropped.
+/// `.xdmf` file beside it grows by a text per step, and is written anew where steps are forgotten.
 pub struct PolyDataFile(Temporal<PolyData>);
 
 impl PolyDataFile {
@@ -145,7 +145,7 @@ impl Layout for PolyData {
         arrays: &Arrays,
         before: &[Place],
         step: &Step<'_>,
-    ) -> Result<Place, FileError> {
+    ) -> Result<(Place, Vec<u64>), FileError> {
         let own_points = step.points.len() / 3;
         let (first_point, points) = share(shared, own_points);
         let (first_cell, own_cells, cells) = match self.cells {
@@ -164,19 +164,34 @@ impl Layout for PolyData {
                 Cells::Vertices => place.first_point,
                 Cells::Triangles => place.first_cell,
             };
+        let mut digests = vec![of_reals(3 * first_point, step.points, self.precision)];
+        for (spec, data) in self.specs.iter().zip(step.fields) {
+            digests.push(of_data(first_cell * spec.components, data, self.precision));
+        }
         for (field, data) in step.fields.iter().enumerate() {
             shared.written(self.write_field(arrays, field, row, data))?;
         }
         self.write_cells(shared, arrays, &place, step, [first_point, first_cell, own_cells])?;
         let entries = if shared.is_first() { arrays.write_step(&place) } else { Ok(()) };
         shared.written(entries)?;
-        shared.written(arrays.publish(place.step + 1))?;
-        Ok(place)
+        Ok((place, digests))
     }
 
-    fn description(&self, file: &str, steps: &[Place]) -> String {
+    fn arrays(&self) -> Vec<String> {
+        std::iter::once("Points").chain(self.specs.iter().map(|spec| spec.name)).map(String::from).collect()
+    }
+
+    fn digest(&self, place: &Place) -> u64 {
+        place.digest()
+    }
+
+    fn publish(&self, arrays: &Arrays, steps: usize) -> hdf5::Result<()> {
+        arrays.publish(steps)
+    }
+
+    fn description(&self, file: &str, _step: usize, place: &Place) -> String {
         let Self { cells, specs, precision } = self;
-        Sidecar { cells: *cells, specs, precision: *precision, steps }.text(file)
+        Sidecar { cells: *cells, specs, precision: *precision }.text(file, place)
     }
 }
 

@@ -2,14 +2,20 @@
 
 use crate::arrays::{Cells, Place, places};
 use crate::collective::read_rows;
+use crate::digests::{Digested, Stored};
 use crate::error::{FileError, agree};
-use crate::metadata::{GROUP, Metadata};
-use hdf5::types::VarLenUnicode;
-use hdf5::{Dataset, File, H5Type};
+use crate::metadata::{Metadata, read_metadata};
+use hdf5::{Dataset, File};
+use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::Communicator;
+use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+/// Values per row of a particle: no field has more.
+const LARGEST_WIDTH: usize = 16;
+/// Rows that are read at once for their checksum.
+const ROWS_AT_ONCE: usize = 1 << 16;
 
 const UNREADABLE: &str = "cannot be read as snapshots of particles";
 
@@ -23,6 +29,8 @@ pub struct SnapshotFile {
     fields: Vec<String>,
     metadata: Metadata,
     steps: Vec<Place>,
+    /// None in a file of a version without.
+    digests: Option<Stored>,
 }
 
 /// What opening a file finds.
@@ -31,6 +39,8 @@ struct Contents {
     fields: Vec<String>,
     metadata: Metadata,
     steps: Vec<Place>,
+    /// None in a file of a version without.
+    digests: Option<Stored>,
 }
 
 impl SnapshotFile {
@@ -43,10 +53,10 @@ impl SnapshotFile {
         let found = std::fs::File::open(path)
             .map_err(|e| FileError::new(path, e))
             .and_then(|_| Contents::of(path).map_err(|e| refuse(path, &e)));
-        let Contents { file, fields, metadata, steps } = agree(communicator, found)?;
+        let Contents { file, fields, metadata, steps, digests } = agree(communicator, found)?;
         let communicator = communicator.duplicate();
         let share = (communicator.rank() as usize, communicator.size() as usize);
-        Ok(Self { communicator, share, path: path.to_path_buf(), file, fields, metadata, steps })
+        Ok(Self { communicator, share, path: path.to_path_buf(), file, fields, metadata, steps, digests })
     }
 
     /// Opens a file for this rank alone, which reads share `k` of `n` of the particles; nothing is collective then.
@@ -97,15 +107,49 @@ impl SnapshotFile {
         self.rows(&format!("VTKHDF/{}/{field}", Cells::Vertices.data()), step)
     }
 
-    /// This rank's rows of an array; HDF5 converts numbers of 32 bits.
-    fn rows<T: H5Type + Default + Clone>(&self, name: &str, step: usize) -> Result<Vec<T>, FileError> {
+    /// This rank's rows of an array, whose checksum is that of the file; HDF5 converts numbers of 32 bits.
+    fn rows<T: Digested>(&self, name: &str, step: usize) -> Result<Vec<T>, FileError> {
         let rows = self.share(step);
-        let read = (|| -> hdf5::Result<Vec<T>> {
+        let read = (|| -> hdf5::Result<(Vec<T>, u64)> {
             let dataset = self.file.dataset(name)?;
-            let width = dataset.shape().get(1).copied().unwrap_or(1);
-            part(&dataset, rows, width)
+            let width = width_of(&dataset)?;
+            let values: Vec<T> = part(&dataset, rows.clone(), width)?;
+            let own = if self.reads_with_others() {
+                T::digest((rows.start - self.steps[step].first_point) * width, &values)
+            } else if self.digests.is_some() && self.share.0 == 0 {
+                self.whole_digest::<T>(&dataset, step, width)?
+            } else {
+                0
+            };
+            Ok((values, own))
         })();
-        agree(&self.communicator, read.map_err(|e| refuse(&self.path, &e)))
+        let (values, own) = agree(&self.communicator, read.map_err(|e| refuse(&self.path, &e)))?;
+        let mut found = 0_u64;
+        self.communicator.all_reduce_into(&own, &mut found, SystemOperation::sum());
+        let array = name.rsplit('/').next().unwrap_or(name);
+        match &self.digests {
+            // Of shares read without the others the first verifies all.
+            Some(digests) if self.reads_with_others() || self.share.0 == 0 => {
+                digests.compare(step, array, found).map_err(|e| refuse(&self.path, &e))?;
+            }
+            _ => (),
+        }
+        Ok(values)
+    }
+
+    /// Whether all shares are read at once.
+    fn reads_with_others(&self) -> bool {
+        self.communicator.size() as usize == self.share.1
+    }
+
+    /// Checksum of an array of a step, read by this rank alone.
+    fn whole_digest<T: Digested>(&self, dataset: &Dataset, step: usize, width: usize) -> hdf5::Result<u64> {
+        let Place { first_point, points, .. } = self.steps[step];
+        let end = first_point + points;
+        (first_point..end).step_by(ROWS_AT_ONCE).try_fold(0_u64, |sum, first| {
+            let values: Vec<T> = part(dataset, first..end.min(first + ROWS_AT_ONCE), width)?;
+            Ok(sum.wrapping_add(T::digest((first - first_point) * width, &values)))
+        })
     }
 
     fn share(&self, step: usize) -> Range<usize> {
@@ -120,13 +164,10 @@ impl Contents {
         let file = File::open(path)?;
         let fields = file.group(&format!("VTKHDF/{}", Cells::Vertices.data()))?.member_names()?;
         let steps = places(&file, Cells::Vertices)?;
-        let group = file.group(GROUP)?;
-        let text = |name: String| {
-            let value = group.attr(&name)?.read_scalar::<VarLenUnicode>()?.to_string();
-            Ok((name, value))
-        };
-        let metadata = group.attr_names()?.into_iter().map(text).collect::<hdf5::Result<_>>()?;
-        Ok(Self { file, fields, metadata, steps })
+        let metadata = read_metadata(&file)?;
+        let places: Vec<u64> = steps.iter().map(Place::digest).collect();
+        let digests = Stored::read(&file, &fields, &metadata, &places)?;
+        Ok(Self { file, fields, metadata, steps, digests })
     }
 }
 
@@ -136,16 +177,21 @@ fn refuse(path: &Path, error: &hdf5::Error) -> FileError {
     FileError::new(
         path,
         format!(
-            "{UNREADABLE}: {first}; give the directory of a finished run, its particles.vtkhdf or a checkpoint"
+            "{UNREADABLE}: {first}; it is damaged, or none: give the directory of a finished run, its particles.vtkhdf or a checkpoint"
         ),
     )
 }
 
-fn part<T: H5Type + Default + Clone>(
-    dataset: &Dataset,
-    rows: Range<usize>,
-    width: usize,
-) -> hdf5::Result<Vec<T>> {
+/// Values per row; a damaged number must not be taken for a size.
+fn width_of(dataset: &Dataset) -> hdf5::Result<usize> {
+    match dataset.shape()[..] {
+        [_] => Ok(1),
+        [_, width] if width <= LARGEST_WIDTH => Ok(width),
+        _ => Err(format!("`{}` has another shape than arrays of particles have", dataset.name()).into()),
+    }
+}
+
+fn part<T: Digested>(dataset: &Dataset, rows: Range<usize>, width: usize) -> hdf5::Result<Vec<T>> {
     if dataset.shape().first().is_none_or(|&all| all < rows.end) {
         return Err(format!("`{}` has fewer rows than the steps need", dataset.name()).into());
     }

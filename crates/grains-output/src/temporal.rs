@@ -1,9 +1,11 @@
 //! What all files of snapshots have in common: begun, continued, appended to, described by an XDMF file.
 
+use crate::digests::Digests;
 use crate::error::{FileError, Shared};
 use crate::metadata::{GROUP, Metadata, write_metadata};
-use crate::xdmf;
+use crate::xdmf::{Description, name_of};
 use hdf5::File;
+use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::Path;
@@ -37,21 +39,30 @@ pub(crate) trait Layout {
     fn time_of(step: &Self::Step<'_>) -> f64;
     /// Whether this rank's share of a step is as long as it must be.
     fn fits(&self, step: &Self::Step<'_>) -> Result<(), String>;
-    /// Writes a step after others; all ranks take part.
+    /// Names of the arrays that have checksums.
+    fn arrays(&self) -> Vec<String>;
+    /// Checksum of where and when a step is.
+    fn digest(&self, place: &Self::Place) -> u64;
+    /// Writes a step after others, and returns where and this rank's part of the checksums of its arrays; all ranks
+    /// take part.
     fn write(
         &self,
         shared: &Shared,
         arrays: &Self::Arrays,
         before: &[Self::Place],
         step: &Self::Step<'_>,
-    ) -> Result<Self::Place, FileError>;
-    /// The XDMF grids of the steps; `file` is the name of the data as XML wants it.
-    fn description(&self, file: &str, steps: &[Self::Place]) -> String;
+    ) -> Result<(Self::Place, Vec<u64>), FileError>;
+    /// Lets readers see the steps; all ranks take part.
+    fn publish(&self, arrays: &Self::Arrays, steps: usize) -> hdf5::Result<()>;
+    /// The XDMF grids of the step of a number; `file` is the name of the data as XML wants it.
+    fn description(&self, file: &str, step: usize, place: &Self::Place) -> String;
 }
 
 /// The arrays come first: the file closes only when nothing in it is open any more.
 struct Opened<A> {
     arrays: A,
+    /// None in a file of a version without.
+    digests: Option<Digests>,
     file: File,
 }
 
@@ -66,8 +77,8 @@ pub(crate) struct Temporal<L: Layout> {
     /// Open for all ranks; none after a failed write.
     opened: Option<Opened<L::Arrays>>,
     steps: Vec<L::Place>,
-    /// Steps the XDMF file knew when it was last written.
-    described: usize,
+    /// The XDMF file beside it, on rank 0, from the first step on.
+    description: Option<Description>,
 }
 
 impl<L: Layout> Temporal<L> {
@@ -92,13 +103,15 @@ impl<L: Layout> Temporal<L> {
             let arrays = shared.all("cannot be written", layout.create(&file, compress, ranks))?;
             shared.written(layout.begin(&shared, &file))?;
             shared.written(write_metadata(&file, GROUP, metadata))?;
+            let digests = Digests::create(&file, &layout.arrays(), metadata);
+            let digests = shared.all("cannot be written", digests)?;
             shared.written(file.flush())?;
-            Ok(arrays)
+            Ok((arrays, digests))
         })();
         match begun {
-            Ok(arrays) => {
-                let opened = Some(Opened { arrays, file });
-                Ok(Self { shared, layout, opened, steps: Vec::new(), described: 0 })
+            Ok((arrays, digests)) => {
+                let opened = Some(Opened { arrays, digests: Some(digests), file });
+                Ok(Self { shared, layout, opened, steps: Vec::new(), description: None })
             }
             Err(error) => {
                 std::mem::forget(file);
@@ -123,7 +136,7 @@ impl<L: Layout> Temporal<L> {
         // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
         let found = File::open(path).and_then(|file| layout.places(&file));
         let steps = shared.all(UNFIT, found)?;
-        let mut file = Self { shared, layout, opened: None, steps, described: 0 };
+        let mut file = Self { shared, layout, opened: None, steps, description: None };
         let is_kept = |place: &&L::Place| {
             let at = L::time(place);
             at <= time || is_same_time(at, time)
@@ -169,24 +182,34 @@ impl<L: Layout> Temporal<L> {
         if kept < self.steps.len() {
             self.keep(kept)?;
         }
-        let Opened { file, arrays } = self.opened()?;
-        let place = self.layout.write(&self.shared, arrays, &self.steps, step)?;
+        let Opened { file, arrays, digests } = self.opened()?;
+        let (place, own) = self.layout.write(&self.shared, arrays, &self.steps, step)?;
+        if let Some(digests) = digests {
+            let mut row = vec![0_u64; own.len() + 1];
+            self.shared.communicator.all_reduce_into(&own[..], &mut row[1..], SystemOperation::sum());
+            row[0] = self.layout.digest(&place);
+            let at = self.steps.len();
+            self.shared.written(digests.resize(at + 1))?;
+            self.shared.written(if self.shared.is_first() { digests.write(at, &row) } else { Ok(()) })?;
+        }
+        self.shared.written(self.layout.publish(arrays, self.steps.len() + 1))?;
         self.shared.written(file.flush())?;
         self.steps.push(place);
-        if self.steps.len() > self.described + self.steps.len() / 200 {
-            self.describe()?;
-        }
-        Ok(())
+        self.describe()
     }
 
-    /// Brings the XDMF file up to date.
+    /// Brings the XDMF file up to date: by the last step, or all if steps were forgotten.
     fn describe(&mut self) -> Result<(), FileError> {
-        self.described = self.steps.len();
-        self.shared.first(|| self.write_description())
-    }
-
-    fn write_description(&self) -> Result<(), FileError> {
-        xdmf::write(&self.shared.path, |file| self.layout.description(file, &self.steps))
+        let Self { shared, layout, steps, description, .. } = self;
+        let file = name_of(&shared.path);
+        let text = |step: usize| layout.description(&file, step, &steps[step]);
+        shared.first(|| {
+            match description {
+                Some(description) => description.append(&text(steps.len() - 1))?,
+                None => *description = Some(Description::create(&shared.path, (0..steps.len()).map(text))?),
+            }
+            Ok(())
+        })
     }
 
     /// Keeps the first `kept` steps and opens the file for all ranks.
@@ -197,10 +220,11 @@ impl<L: Layout> Temporal<L> {
         self.shared.communicator.barrier();
         if kept < self.steps.len() {
             self.steps.truncate(kept);
-            self.described = 0;
+            self.description = None;
             let cut = || {
                 let file = File::open_rw(&self.shared.path)?;
                 self.layout.cut(&self.layout.open(&file, 1)?, &self.steps)?;
+                Digests::open(&file)?.map_or(Ok(()), |digests| digests.resize(kept))?;
                 file.close()
             };
             let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
@@ -210,22 +234,14 @@ impl<L: Layout> Temporal<L> {
         let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(&self.shared.path);
         let file = self.shared.all(UNFIT, file)?;
         let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
-        self.opened = Some(Opened { arrays, file });
+        let digests = self.shared.all(UNFIT, Digests::open(&file))?;
+        self.opened = Some(Opened { arrays, digests, file });
         Ok(())
     }
 
     fn opened(&self) -> Result<&Opened<L::Arrays>, FileError> {
         let closed = || FileError::new(&self.shared.path, "is closed after an earlier error");
         self.opened.as_ref().ok_or_else(closed)
-    }
-}
-
-impl<L: Layout> Drop for Temporal<L> {
-    fn drop(&mut self) {
-        if self.shared.is_first() && self.described < self.steps.len() {
-            // Nobody is left to hear of a failure; the data of record are complete without.
-            let _ = self.write_description();
-        }
     }
 }
 

@@ -4,25 +4,75 @@ use crate::arrays::{Cells, Place};
 use crate::error::FileError;
 use crate::fields::{FieldSpec, Kind, Precision};
 use std::fmt::Write;
-use std::path::Path;
+use std::fs::{File, OpenOptions};
+use std::io::{BufWriter, Seek, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
 
-/// Writes a description aside and renames it, so that it is always complete.
-///
-/// `grids` gets the name of the data as XML wants it and returns the grids of all steps.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(crate) fn write(data: &Path, grids: impl FnOnce(&str) -> String) -> Result<(), FileError> {
-    let path = data.with_extension("xdmf");
-    let aside = data.with_extension("xdmf.tmp");
-    let name = data.file_name().unwrap_or_default().to_string_lossy();
-    let text = format!(
-        "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"steps\" GridType=\"Collection\" CollectionType=\"Temporal\">\n{}</Grid>\n</Domain>\n</Xdmf>\n",
-        grids(&escaped(&name))
-    );
-    std::fs::write(&aside, text)
-        .and_then(|()| std::fs::rename(&aside, &path))
-        .map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
+const HEADER: &str = "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n<Domain>\n<Grid Name=\"steps\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+const FOOTER: &str = "</Grid>\n</Domain>\n</Xdmf>\n";
+
+/// A description that grows by the grids of a step: their text is written once and not kept.
+pub(crate) struct Description {
+    path: PathBuf,
+    file: File,
+    /// Where the footer begins.
+    end: u64,
+}
+
+impl Description {
+    /// Writes the description of a number of steps aside and renames it, so that it is always complete.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn create(data: &Path, steps: impl Iterator<Item = String>) -> Result<Self, FileError> {
+        let path = data.with_extension("xdmf");
+        let aside = data.with_extension("xdmf.tmp");
+        let written = (|| {
+            let file = OpenOptions::new().write(true).create(true).truncate(true).open(&aside)?;
+            let mut text = BufWriter::new(&file);
+            text.write_all(HEADER.as_bytes())?;
+            let mut end = HEADER.len() as u64;
+            for step in steps {
+                text.write_all(step.as_bytes())?;
+                end += step.len() as u64;
+            }
+            text.write_all(FOOTER.as_bytes())?;
+            text.flush()?;
+            drop(text);
+            std::fs::rename(&aside, &path)?;
+            Ok((file, end))
+        })();
+        let (file, end) = written.map_err(|e| unwritten(&path, &e))?;
+        Ok(Self { path, file, end })
+    }
+
+    /// Appends the grids of a step and the footer, in one write.
+    ///
+    /// # Errors
+    /// A full disk; the steps before stay described.
+    pub fn append(&mut self, step: &str) -> Result<(), FileError> {
+        self.put(&[step, FOOTER].concat()).map_err(|e| {
+            let _ = self.put(FOOTER);
+            let _ = self.file.set_len(self.end + FOOTER.len() as u64);
+            unwritten(&self.path, &e)
+        })?;
+        self.end += step.len() as u64;
+        Ok(())
+    }
+
+    fn put(&mut self, text: &str) -> std::io::Result<()> {
+        self.file.seek(SeekFrom::Start(self.end))?;
+        self.file.write_all(text.as_bytes())
+    }
+}
+
+fn unwritten(path: &Path, error: &std::io::Error) -> FileError {
+    FileError::new(path, format!("cannot be written: {error}; free space, then --restart latest"))
+}
+
+/// The name of the data of a description as XML wants it.
+pub(crate) fn name_of(data: &Path) -> String {
+    escaped(&data.file_name().unwrap_or_default().to_string_lossy())
 }
 
 /// Number type of an array as XDMF names it.
@@ -86,7 +136,6 @@ pub(crate) struct Sidecar<'a> {
     pub cells: Cells,
     pub specs: &'a [FieldSpec],
     pub precision: Precision,
-    pub steps: &'a [Place],
 }
 
 /// Rows of an array that belong to a step.
@@ -101,22 +150,19 @@ struct Slab<'a> {
 }
 
 impl Sidecar<'_> {
-    /// The grids of all steps.
-    pub fn text(&self, file: &str) -> String {
-        let mut text = String::new();
-        let end = Place::next(self.steps.last(), 0.0, 0, 0);
-        for place in self.steps {
-            // A collection may be empty: VTK's reader divides by zero or worse at a grid without points.
-            text += "<Grid Name=\"step\" GridType=\"Collection\" CollectionType=\"Spatial\">\n";
-            let _ = writeln!(text, "<Time Value=\"{:?}\"/>", place.time);
-            if place.cells > 0 {
-                text += "<Grid Name=\"all\" GridType=\"Uniform\">\n";
-                self.write_grid(&mut text, file, place, &end);
-                text += "</Grid>\n";
-            }
+    /// The grids of a step; the sizes of the arrays are those at its end, and grow no more in this text.
+    pub fn text(&self, file: &str, place: &Place) -> String {
+        let end = Place::next(Some(place), 0.0, 0, 0);
+        // A collection may be empty: VTK's reader divides by zero or worse at a grid without points.
+        let mut text =
+            String::from("<Grid Name=\"step\" GridType=\"Collection\" CollectionType=\"Spatial\">\n");
+        let _ = writeln!(text, "<Time Value=\"{:?}\"/>", place.time);
+        if place.cells > 0 {
+            text += "<Grid Name=\"all\" GridType=\"Uniform\">\n";
+            self.write_grid(&mut text, file, place, &end);
             text += "</Grid>\n";
         }
-        text
+        text + "</Grid>\n"
     }
 
     fn write_grid(&self, text: &mut String, file: &str, place: &Place, end: &Place) {

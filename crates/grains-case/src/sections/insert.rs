@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
 use crate::diagnostic::rounded;
-use crate::sections::place::{Place, default_spacing, lattice_sites};
+use crate::sections::place::{MOST_PLACES, Place, default_spacing, lattice_sites};
 use crate::sections::scale::Scale;
 use crate::sections::shape::Shape;
 use crate::sections::{domain::Domain, material::Material};
+use crate::vector::norm;
 
 /// One kind of particle in a mixture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -121,6 +122,11 @@ pub(crate) fn check(raw: Vec<Insert<String>>, context: &Context<'_>, checker: &m
     inserts.map(|(i, insert)| check_one(insert, &format!("insert[{i}]"), context, checker)).collect()
 }
 
+/// Largest speed (m/s) of particles that are inserted: ten times that of what falls from space.
+const FASTEST: f64 = 1e5;
+/// Largest angular speed (rad/s) of particles that are inserted: that of 1e5 m/s at a radius of 0.1 µm.
+const FASTEST_TURN: f64 = 1e12;
+
 fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &mut Checker) -> Insert {
     let errors_before = checker.error_count();
     let mut insert = raw.rename(|i, key, name| {
@@ -143,6 +149,20 @@ fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &m
     let usual = if insert.place.extents().is_some() { Orientation::Random } else { Orientation::Aligned };
     if let Orientation::Quaternion(q) = insert.orientation.get_or_insert(usual) {
         *q = checker.direction(&format!("{path}.orientation"), *q);
+    }
+    if norm(insert.velocity) > FASTEST {
+        let message = format!(
+            "{:e} m/s, but no grain is faster than {FASTEST:e} m/s; is the unit right?",
+            norm(insert.velocity)
+        );
+        checker.error(&format!("{path}.velocity"), message);
+    }
+    if norm(insert.angular_velocity) > FASTEST_TURN {
+        let message = format!(
+            "{:e} rad/s, but no grain turns faster than {FASTEST_TURN:e} rad/s; is the unit right?",
+            norm(insert.angular_velocity)
+        );
+        checker.error(&format!("{path}.angular_velocity"), message);
     }
     insert.check_batches(path, checker);
     insert.check_times(path, context.end, checker);
@@ -201,6 +221,15 @@ impl Insert {
             *spacing = largest.map(|radius| default_spacing(radius, *noise));
         }
         let Some(spacing) = *spacing else { return };
+        let longest = (0..3).map(|a| upper[a] - lower[a]).fold(0.0, f64::max);
+        if longest / spacing > MOST_PLACES {
+            let message = format!(
+                "{:.3e} places along {} m, more than {MOST_PLACES}; raise the spacing or shorten the region",
+                longest / spacing,
+                rounded(longest)
+            );
+            return checker.error(&format!("{path}.place.spacing"), message);
+        }
         let [x, y, z] = lattice_sites(*lower, *upper, spacing);
         if x.saturating_mul(y).saturating_mul(z) < batch {
             checker.error(

@@ -90,6 +90,9 @@ pub fn default_spacing(bounding_radius: f64, noise: f64) -> f64 {
     2.002 * bounding_radius / (1.0 - 2.0 * noise)
 }
 
+/// Most places (-) along an axis: those of three axes can be numbered in 64 bits.
+pub(crate) const MOST_PLACES: f64 = 2_097_151.0;
+
 /// Number of lattice cells (-) of an edge (m) that fit along each axis between two corners (m).
 pub fn lattice_sites(lower: [f64; 3], upper: [f64; 3], spacing: f64) -> [u64; 3] {
     // The tolerance lets a region made for a whole number of cells hold that number.

@@ -57,6 +57,9 @@ impl FlowFile {
     /// # Errors
     /// A damaged file.
     pub fn layers(&self, step: usize, axis: usize, transport: &MpiTransport) -> Result<Vec<Layer>, RunError> {
+        for field in FIELDS {
+            self.0.verify(step, field, transport.communicator())?;
+        }
         let nodes = self.0.nodes();
         let all = nodes.each_ref().map(|nodes| nodes.len() - 1);
         let read = |field: &str, range: Range<usize>| {

@@ -148,12 +148,21 @@ fn of_snapshot(path: &Path, share: (usize, usize)) -> Result<ParticleColumns, St
     let has = |name: &str| file.fields().iter().any(|field| field == name);
     let real = |name: &str| file.real(last, name).map_err(|e| e.to_string());
     let vectors = |name: &str| if has(name) { real(name).map(|v| Some(rows(&v))) } else { Ok(None) };
-    let names = |field: &str, of: &dyn Fn(usize) -> String| -> Result<Option<Vec<String>>, String> {
+    let names = |field: &str, of: &dyn Fn(usize) -> Option<String>| -> Result<Option<Vec<String>>, String> {
         if !has(field) {
             return Ok(None);
         }
         let numbers = file.integer(last, field).map_err(|e| e.to_string())?;
-        Ok(Some(numbers.iter().map(|&k| of(k as usize)).collect()))
+        let name = |&k: &i64| {
+            let foreign = || {
+                format!(
+                    "{}: a particle has {field} {k}, which its case has not; take another file",
+                    path.display()
+                )
+            };
+            usize::try_from(k).ok().and_then(of).ok_or_else(foreign)
+        };
+        numbers.iter().map(name).collect::<Result<_, _>>().map(Some)
     };
     Ok(ParticleColumns {
         lines: Vec::new(),
@@ -163,8 +172,8 @@ fn of_snapshot(path: &Path, share: (usize, usize)) -> Result<ParticleColumns, St
         orientation: Some(rows(&real("orientation_wxyz")?)),
         velocity: vectors("velocity")?,
         angular_velocity: vectors("angular_velocity")?,
-        shape: names("shape", &|k| source.shapes[k].name.clone())?,
-        material: names("material", &|k| source.materials[k].name.clone())?,
+        shape: names("shape", &|k| Some(source.shapes.get(k)?.name.clone()))?,
+        material: names("material", &|k| Some(source.materials.get(k)?.name.clone()))?,
     })
 }
 

@@ -69,7 +69,7 @@ impl Values {
 }
 
 /// Sum of hashes of (place, bits): it does not depend on which rank holds which rows.
-fn checksum(first: usize, bits: impl Iterator<Item = u64>) -> u64 {
+pub(crate) fn checksum(first: usize, bits: impl Iterator<Item = u64>) -> u64 {
     bits.enumerate().fold(0_u64, |sum, (k, bits)| {
         // The finaliser of SplitMix64 (Steele, Lea & Flood 2014): every bit of the input moves every bit.
         let x = ((first + k) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ bits.rotate_left(17);
@@ -79,7 +79,7 @@ fn checksum(first: usize, bits: impl Iterator<Item = u64>) -> u64 {
     })
 }
 
-fn checksum_of_text(text: &[u8]) -> u64 {
+pub(crate) fn checksum_of_text(text: &[u8]) -> u64 {
     checksum(text.len(), text.iter().map(|&byte| u64::from(byte)))
 }
 

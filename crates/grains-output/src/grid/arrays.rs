@@ -1,6 +1,8 @@
 //! The arrays of a temporal VTKHDF file of cells.
 
 use super::GridGeometry;
+use crate::arrays::first_rows;
+use crate::checkpoint::checksum;
 use crate::collective::{Participants, write_part, write_rows};
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
@@ -182,20 +184,28 @@ pub(super) fn write_nodes(file: &File, grid: &GridGeometry, is_first: bool) -> h
     })
 }
 
+/// Checksum of the time (s) of a step and of the nodes of its grid.
+pub(super) fn digest_of_step(time: f64, nodes: &[Vec<f64>; 3]) -> u64 {
+    let nodes = nodes.iter().flat_map(|axis| [axis.len() as f64].into_iter().chain(axis.iter().copied()));
+    checksum(0, std::iter::once(time).chain(nodes).map(f64::to_bits))
+}
+
 /// Times (s) of the steps of a file, from their group.
 pub(super) fn read_times(steps: &Group) -> hdf5::Result<Vec<f64>> {
-    let mut times = steps.dataset("Values")?.read_raw::<f64>()?;
     let count = steps.attr("NSteps")?.read_scalar::<i64>()? as usize;
-    if times.len() < count {
-        return Err(TOO_FEW.into());
-    }
-    times.truncate(count);
-    Ok(times)
+    first_rows(&steps.dataset("Values")?, count)
 }
 
 /// The coordinates of the nodes of a file.
 pub(super) fn read_nodes(file: &File) -> hdf5::Result<[Vec<f64>; 3]> {
-    let [x, y, z] = AXES.map(|axis| file.dataset(&format!("{GRID}/{axis}"))?.read_raw::<f64>());
+    let [x, y, z] = AXES.map(|axis| {
+        let dataset = file.dataset(&format!("{GRID}/{axis}"))?;
+        // A damaged number must not be taken for a size.
+        if dataset.size().saturating_mul(8) as u64 > file.size() {
+            return Err(format!("`{GRID}/{axis}` has more values than the file").into());
+        }
+        dataset.read_raw::<f64>()
+    });
     Ok([x?, y?, z?])
 }
 

@@ -1,8 +1,9 @@
 //! Temporal VTKHDF files of fields on the cells of a grid.
 
-use super::GridGeometry;
-use super::arrays::{Arrays, read_nodes, write_nodes};
+use super::arrays::{Arrays, digest_of_step, read_nodes, write_nodes};
 use super::xdmf::Sidecar;
+use super::{GridBlock, GridGeometry};
+use crate::digests::of_data;
 use crate::error::{FileError, Shared};
 use crate::fields::{Data, FieldSpec, Precision, fit};
 use crate::growing::shortened;
@@ -24,7 +25,7 @@ use std::path::Path;
 /// ```
 ///
 /// It is complete after each [`GridFile::append`], so that a run may be killed at any time. The `.xdmf` file
-/// beside it, renewed as that of a [`PolyDataFile`](crate::PolyDataFile), describes a 3DCoRectMesh or a
+/// beside it, which grows as that of a [`PolyDataFile`](crate::PolyDataFile), describes a 3DCoRectMesh or a
 /// 3DRectMesh.
 pub struct GridFile(Temporal<Cells>);
 
@@ -169,7 +170,7 @@ impl Layout for Cells {
         arrays: &Arrays,
         before: &[f64],
         step: &Step<'_>,
-    ) -> Result<f64, FileError> {
+    ) -> Result<(f64, Vec<u64>), FileError> {
         let at = before.len();
         shared.written(arrays.resize(at + 1))?;
         for (field, data) in step.fields.iter().enumerate() {
@@ -183,12 +184,40 @@ impl Layout for Cells {
         }
         let entries = if shared.is_first() { arrays.write_step(at, step.time) } else { Ok(()) };
         shared.written(entries)?;
-        shared.written(arrays.publish(at + 1))?;
-        Ok(step.time)
+        let digests =
+            self.specs.iter().zip(step.fields).map(|(spec, data)| {
+                digest_of_block(&self.grid.block(), spec.components, data, self.precision)
+            });
+        Ok((step.time, digests.collect()))
     }
 
-    fn description(&self, file: &str, steps: &[f64]) -> String {
-        let Self { grid, specs, precision } = self;
-        Sidecar { grid, specs, precision: *precision, times: steps }.text(file)
+    fn arrays(&self) -> Vec<String> {
+        self.specs.iter().map(|spec| spec.name.to_string()).collect()
     }
+
+    fn digest(&self, time: &f64) -> u64 {
+        digest_of_step(*time, &self.grid.nodes)
+    }
+
+    fn publish(&self, arrays: &Arrays, steps: usize) -> hdf5::Result<()> {
+        arrays.publish(steps)
+    }
+
+    fn description(&self, file: &str, step: usize, time: &f64) -> String {
+        let Self { grid, specs, precision } = self;
+        Sidecar { grid, specs, precision: *precision }.text(file, step, *time)
+    }
+}
+
+/// This rank's part of the checksum of a field, by the places of the values in the whole array.
+fn digest_of_block(block: &GridBlock, width: usize, data: &Data, precision: Precision) -> u64 {
+    let length = block.own[0] * width;
+    block.rows().enumerate().fold(0, |sum: u64, (k, first)| {
+        let own = k * length..(k + 1) * length;
+        let row = match data {
+            Data::Real(values) => Data::Real(&values[own]),
+            Data::Integer(values) => Data::Integer(&values[own]),
+        };
+        sum.wrapping_add(of_data(first * width, &row, precision))
+    })
 }

@@ -1,11 +1,15 @@
 //! Reading fields on the cells of a grid back, on any number of ranks.
 
 use super::GridBlock;
-use super::arrays::{DATA, read_nodes, read_times};
+use super::arrays::{DATA, digest_of_step, read_nodes, read_times};
 use crate::collective::read_part;
+use crate::digests::{Digested, Stored};
 use crate::error::{FileError, agree};
+use crate::metadata::read_metadata;
 use hdf5::File;
+use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
 
 /// A file of [`GridFile`](crate::GridFile), open for reading.
@@ -15,7 +19,12 @@ pub struct GridSnapshotFile {
     fields: Vec<String>,
     nodes: [Vec<f64>; 3],
     times: Vec<f64>,
+    /// None in a file of a version without.
+    digests: Option<Stored>,
 }
+
+/// Cells that are read at once for their checksum.
+const CELLS_AT_ONCE: usize = 1 << 18;
 
 impl GridSnapshotFile {
     /// Opens a file, each rank by itself; collective.
@@ -34,7 +43,40 @@ impl GridSnapshotFile {
         let root = file.group("VTKHDF")?;
         let fields = root.group(DATA)?.member_names()?;
         let (nodes, times) = (read_nodes(&file)?, read_times(&root.group("Steps")?)?);
-        Ok(Self { path: path.to_path_buf(), file, fields, nodes, times })
+        let places: Vec<u64> = times.iter().map(|&time| digest_of_step(time, &nodes)).collect();
+        let digests = Stored::read(&file, &fields, &read_metadata(&file)?, &places)?;
+        Ok(Self { path: path.to_path_buf(), file, fields, nodes, times, digests })
+    }
+
+    /// Compares a field of real numbers of a step with its checksum, each rank a share of the cells; collective.
+    ///
+    /// # Errors
+    /// A field that the file lacks, or a damaged file.
+    pub fn verify(
+        &self,
+        step: usize,
+        field: &str,
+        communicator: &SimpleCommunicator,
+    ) -> Result<(), FileError> {
+        let Some(digests) = &self.digests else { return Ok(()) };
+        let (rank, size) = (communicator.rank() as usize, communicator.size() as usize);
+        let all = self.nodes.each_ref().map(|nodes| nodes.len().saturating_sub(1));
+        let share = all[2] * rank / size..all[2] * (rank + 1) / size;
+        let layers = (CELLS_AT_ONCE / (all[0] * all[1]).max(1)).max(1);
+        let mut own = 0_u64;
+        let read = share.clone().step_by(layers).try_for_each(|first| {
+            let count = layers.min(share.end - first);
+            let block = GridBlock { all, first: [0, 0, first], own: [all[0], all[1], count] };
+            let values = self.block(step, field, &block)?;
+            // Whole layers follow each other in the array.
+            let width = values.len() / block.count().max(1);
+            own = own.wrapping_add(f64::digest(first * all[0] * all[1] * width, &values));
+            Ok(())
+        });
+        agree(communicator, read)?;
+        let mut found = 0_u64;
+        communicator.all_reduce_into(&own, &mut found, SystemOperation::sum());
+        digests.compare(step, field, found).map_err(|e| refuse(&self.path, &e))
     }
 
     /// Times of the steps (s), rising.
@@ -59,7 +101,11 @@ impl GridSnapshotFile {
     pub fn block(&self, step: usize, field: &str, block: &GridBlock) -> Result<Vec<f64>, FileError> {
         let read = (|| {
             let dataset = self.file.dataset(&format!("VTKHDF/{DATA}/{field}"))?;
-            let width = dataset.shape().get(4).copied().unwrap_or(1);
+            let width = match dataset.shape()[..] {
+                [_, _, _, _] => 1,
+                [_, _, _, _, width] if width <= 3 => width,
+                _ => return Err(format!("`{field}` has another shape than fields have").into()),
+            };
             let mut values = vec![0.0; block.count() * width];
             read_part(&dataset, &block.part(&[step], width), &mut values)?;
             Ok(values)

@@ -10,22 +10,17 @@ pub(super) struct Sidecar<'a> {
     pub grid: &'a GridGeometry,
     pub specs: &'a [FieldSpec],
     pub precision: Precision,
-    /// Times (s) of the steps.
-    pub times: &'a [f64],
 }
 
 impl Sidecar<'_> {
-    /// The grids of all steps.
-    pub fn text(&self, file: &str) -> String {
-        let mesh = self.mesh(file);
-        let mut text = String::new();
-        for (step, time) in self.times.iter().enumerate() {
-            let _ = writeln!(text, "<Grid Name=\"cells\" GridType=\"Uniform\">\n<Time Value=\"{time:?}\"/>");
-            text += &mesh;
-            self.specs.iter().for_each(|spec| self.write_field(&mut text, file, step, spec));
-            text += "</Grid>\n";
-        }
-        text
+    /// The grid of a step at a time (s).
+    pub fn text(&self, file: &str, step: usize, time: f64) -> String {
+        let mut text = format!(
+            "<Grid Name=\"cells\" GridType=\"Uniform\">\n<Time Value=\"{time:?}\"/>\n{}",
+            self.mesh(file)
+        );
+        self.specs.iter().for_each(|spec| self.write_field(&mut text, file, step, spec));
+        text + "</Grid>\n"
     }
 
     /// Topology and geometry; XDMF names z first, but for the coordinates of nodes.
@@ -65,7 +60,7 @@ impl Sidecar<'_> {
             number: Number::of(spec.kind, self.precision),
             first: &[step, 0, 0, 0, 0][..used],
             count: &[1, z, y, x, spec.components][..used],
-            whole: &[self.times.len(), z, y, x, spec.components][..used],
+            whole: &[step + 1, z, y, x, spec.components][..used],
             // Without that of the steps: the reader wants as many dimensions as the mesh has.
             shape: &[z, y, x, spec.components][..used - 1],
         };
