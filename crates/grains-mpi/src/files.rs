@@ -4,6 +4,7 @@ use crate::VERSION;
 use crate::error::RunError;
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::population::Population;
+use crate::restart::State;
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
@@ -229,12 +230,12 @@ impl Files {
         })
     }
 
-    /// Writes a snapshot of particles and walls.
+    /// Writes a snapshot of particles and walls, unless the files hold it.
     ///
     /// # Errors
     /// A full disk.
     pub fn snapshot(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
-        if let Some(file) = &mut self.particles {
+        if let Some(file) = self.particles.as_mut().filter(|file| !file.holds(dem.time())) {
             let particles = &dem.particles;
             let wrapped = |i: usize| dem.setup.global.wrap(particles.bodies[i].position.into());
             let points: Vec<f64> = (0..particles.owned).flat_map(wrapped).collect();
@@ -244,7 +245,7 @@ impl Files {
             let fields: Vec<Data> = values.iter().map(Values::data).collect();
             file.append(&Step { time: dem.time(), points: &points, triangles: &[], fields: &fields })?;
         }
-        if let Some(file) = &mut self.walls {
+        if let Some(file) = self.walls.as_mut().filter(|file| !file.holds(dem.time())) {
             let surface = if transport.rank() == 0 { triangles_of(dem) } else { Default::default() };
             let fields = [Data::Integer(&surface.walls), Data::Real(&surface.velocities)];
             file.append(&Step {
@@ -278,12 +279,12 @@ impl Files {
         self.fluid.as_mut().map_or(Ok(()), |files| files.snapshot(fluid, dem, transport))
     }
 
-    /// Writes the true surfaces of all particles.
+    /// Writes the true surfaces of all particles, unless the file holds them.
     ///
     /// # Errors
     /// A full disk.
     pub fn surfaces(&mut self, dem: &Dem) -> Result<(), RunError> {
-        let Some(file) = &mut self.surfaces else { return Ok(()) };
+        let Some(file) = self.surfaces.as_mut().filter(|file| !file.holds(dem.time())) else { return Ok(()) };
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
         let (mut ids, mut shapes, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..dem.particles.owned {
@@ -304,7 +305,7 @@ impl Files {
         Ok(())
     }
 
-    /// Writes a row of the time series, at its end what is told of the fluid.
+    /// Writes a row of the time series, at its end what is told of the fluid, unless the file holds it.
     ///
     /// # Errors
     /// A full disk.
@@ -335,8 +336,8 @@ impl Files {
         }
         values.extend(of_fluid);
         let written = match &mut self.series {
-            Some(series) => series.append(dem.step, &values),
-            None => Ok(()),
+            Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
+            _ => Ok(()),
         };
         agree(transport.communicator(), written)?;
         Ok(Row {
@@ -351,16 +352,17 @@ impl Files {
 
     /// Writes a checkpoint and deletes old ones.
     ///
+    /// The state of the particles was taken before the contacts of the step, that of the fluid is the present one.
+    ///
     /// # Errors
     /// A full disk; earlier checkpoints stay.
     pub fn checkpoint(
         &mut self,
-        (dem, fluid): (&mut Dem, &Option<FluidPhase>),
-        population: &Population,
+        (dem, fluid): (&Dem, &Option<FluidPhase>),
+        (arrays, mut texts): State,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
-        let (arrays, mut texts) = crate::restart::state(dem, population, transport);
-        let (grids, clocks) = fluid.as_ref().map(FluidPhase::state).unwrap_or_default();
+        let (grids, clocks) = fluid.as_ref().map(|f| f.state(dem, transport)).unwrap_or_default();
         texts.extend(clocks);
         texts.extend(self.metadata.iter().cloned());
         write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &grids, &texts)?;

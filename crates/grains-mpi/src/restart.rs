@@ -12,8 +12,11 @@ use grains_output::{Array, CheckpointFile, Metadata, Values, latest_valid};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The state of this rank.
-pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> (Vec<Array>, Metadata) {
+/// Arrays and texts of a checkpoint.
+pub type State = (Vec<Array>, Metadata);
+
+/// The state of this rank; what contacts remember is that before those of the present step are evaluated.
+pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> State {
     let crossings = dem.crossings(transport);
     let (lengths, memory) = dem.packed_memory();
     let mut records = Vec::new();

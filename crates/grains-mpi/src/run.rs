@@ -1,10 +1,15 @@
-//! The run loop: refresh, checkpoint, contacts, output, advance.
+//! The run loop: refresh, contacts, output, checkpoint, advance.
+//!
+//! A checkpoint of step n is the state of step n before its contacts are evaluated, since they change what contacts remember. It
+//! is written after all else that is due at step n. So the files of a directory are complete up to the step of each of its
+//! checkpoints, whenever the run is stopped or killed, and one that continues writes at this step only what the files lack.
 
 use crate::duration::duration;
 use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
 use crate::population::Population;
+use crate::restart::{self, State};
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
@@ -177,22 +182,23 @@ impl<'a> Run<'a> {
             {
                 fluid.begin(&self.dem, &self.transport)?;
             }
+            let is_last = step >= self.schedule.end;
+            let is_saved = self.dem.interrupt || self.schedule.checkpoint.is_due(step) || is_last;
+            let state = (is_saved && step > self.first_step).then(|| self.state());
+            self.dem.add_forces(&self.transport);
+            let finished = self.observe(is_last)?;
+            if let Some(state) = state {
+                self.checkpoint(state)?;
+            }
+            if is_last {
+                self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
+                break;
+            }
             if self.dem.interrupt {
-                self.checkpoint()?;
                 self.say(&format!(
                     "stopped at step {step}, t = {:.6} s: continue with --restart latest",
                     self.dem.time()
                 ));
-                break;
-            }
-            let is_last = step >= self.schedule.end;
-            if step > self.first_step && (self.schedule.checkpoint.is_due(step) || is_last) {
-                self.checkpoint()?;
-            }
-            self.dem.add_forces(&self.transport);
-            let finished = self.observe(is_last)?;
-            if is_last {
-                self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
                 break;
             }
             if finished {
@@ -270,14 +276,22 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn checkpoint(&mut self) -> Result<(), RunError> {
+    /// The granular state of a checkpoint, to be taken before the contacts of its step.
+    fn state(&mut self) -> State {
         self.dem.clock.start();
-        self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport)?;
+        let state = restart::state(&mut self.dem, &self.population, &self.transport);
+        self.dem.clock.charge(Phase::Output);
+        state
+    }
+
+    fn checkpoint(&mut self, state: State) -> Result<(), RunError> {
+        self.dem.clock.start();
+        self.files.checkpoint((&self.dem, &self.fluid), state, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
         Ok(())
     }
 
-    /// Writes what is due; returns whether the case's stop condition holds.
+    /// Writes what is due and not yet in the files; returns whether the case's stop condition holds.
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
         let step = self.dem.step;
         let wants = |events: Events| events.is_due(step) || is_last;
@@ -287,15 +301,6 @@ impl<'a> Run<'a> {
             self.schedule.surfaces.is_due(step),
             self.fluid.is_some() && wants(self.schedule.fluid),
         );
-        // What a checkpoint was written beside is there already, and the fluid knows its last step no more.
-        let is_continued = self.options.restart.is_some() && step == self.first_step;
-        if let (true, Some(phase)) = (is_continued, &mut self.fluid) {
-            // The checkpoint was written before the sample of its step was taken.
-            if row {
-                phase.take_means(self.case, &self.dem, &self.transport)?;
-            }
-            return Ok(false);
-        }
         if !(row || snapshot || surfaces || fluid) {
             return Ok(false);
         }
