@@ -1,10 +1,10 @@
 //! The files of a run: what of the state goes where.
 
 use crate::VERSION;
-use crate::error::RunError;
+use crate::changes;
+use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
-use crate::population::Population;
-use crate::restart::State;
+use crate::restart::{Continued, HISTORY, INPUTS, State};
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
@@ -12,8 +12,8 @@ use grains_dem::{Dem, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
-    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old, utc_now,
-    write_checkpoint, write_shape,
+    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, abandon_later, agree,
+    from_rank, remove_old, utc_now, write_checkpoint, write_shape,
 };
 use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
@@ -142,26 +142,28 @@ pub struct Files {
 }
 
 impl Files {
-    /// Opens the files of a run, new or continued; a continued run takes its state from a checkpoint.
+    /// Opens the files of a run: new, or those of a run that is continued from a checkpoint among them.
     ///
     /// # Errors
-    /// A directory or file that cannot be used, or a checkpoint of another case.
+    /// A directory or file that cannot be used.
     pub fn open(
         case: &Case,
         transport: &MpiTransport,
-        restart: &Option<PathBuf>,
-        (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
-        population: &mut Population,
+        continued: Option<&Continued>,
+        dem: &Dem,
+        fluid: &Option<FluidPhase>,
     ) -> Result<Self, RunError> {
         let communicator = transport.communicator();
         let directory = case.output.directory.clone();
-        if let Some(checkpoint) = restart {
-            crate::restart::restore(case, transport, checkpoint, (dem, fluid), population)?;
-        }
+        let is_own = continued.is_some_and(|continued| continued.is_own);
         let is_first = transport.rank() == 0;
-        let ready = if is_first { prepare_directory(&directory, restart.is_some()) } else { Ok(()) };
+        let ready = if is_first { prepare_directory(&directory, is_own) } else { Ok(()) };
         agree(communicator, ready)?;
-        let metadata = metadata(case, transport.size());
+        if is_first && is_own {
+            // What the files say of later steps is cut off: no later checkpoint may be continued from.
+            abandon_later(&directory, dem.step);
+        }
+        let metadata = metadata(case, transport, continued)?;
         agree(communicator, if is_first { write_side_files(case, dem, &directory) } else { Ok(()) })?;
         let precision = match case.output.precision {
             CasePrecision::F64 => Precision::F64,
@@ -174,7 +176,7 @@ impl Files {
                 return Ok(None);
             }
             // A restart right at the beginning, or one that asks for a file the first run did not write.
-            let file = if restart.is_some() && transport.any(is_first && path.exists()) {
+            let file = if is_own && transport.any(is_first && path.exists()) {
                 PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time).and_then(
                     |file| {
                         file.record_restart(&metadata)?;
@@ -197,7 +199,7 @@ impl Files {
             directory: &directory,
             format: (precision, case.output.compress),
             metadata: &metadata,
-            restart: restart.as_ref().map(|_| (dem.step, time)),
+            restart: is_own.then_some((dem.step, time)),
         };
         let fluid_files =
             fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
@@ -205,8 +207,12 @@ impl Files {
             let path = directory.join("series.csv");
             let all = columns(dem).into_iter().chain(fluid::columns(case));
             let (columns, units): (Vec<String>, Vec<&str>) = all.unzip();
-            if restart.is_some() && path.exists() {
-                Series::resume(&path, &columns, dem.step).map(Some)
+            if is_own && path.exists() {
+                Series::resume(&path, &columns, dem.step).and_then(|mut series| {
+                    let changes = continued.map_or(String::new(), |continued| continued.changes.join("\n"));
+                    series.note(&[(format!("from step {}", dem.step), changes)])?;
+                    Ok(Some(series))
+                })
             } else {
                 let mut comments = metadata.clone();
                 comments.push(("units".into(), units.join(",")));
@@ -406,14 +412,27 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     columns
 }
 
-fn metadata(case: &Case, ranks: usize) -> Metadata {
-    vec![
+fn metadata(
+    case: &Case,
+    transport: &MpiTransport,
+    continued: Option<&Continued>,
+) -> Result<Metadata, RunError> {
+    let text = case.to_toml();
+    let inputs = if transport.rank() == 0 { changes::inputs(&text) } else { Ok(String::new()) };
+    let inputs = agreed(transport, inputs.map_err(RunError::case))?;
+    let ranks = transport.size();
+    let mut metadata: Metadata = vec![
         ("program".into(), format!("grains-mpi {VERSION}")),
         ("ranks".into(), ranks.to_string()),
         ("begun".into(), utc_now()),
         ("seed".into(), case.seed.to_string()),
-        ("case".into(), case.to_toml()),
-    ]
+        ("case".into(), text),
+    ];
+    let inputs = from_rank(transport.communicator(), 0, &inputs);
+    let history = continued.map_or(String::new(), |continued| continued.history.clone());
+    let lists = [(INPUTS, inputs), (HISTORY, history)].into_iter().filter(|(_, text)| !text.is_empty());
+    metadata.extend(lists.map(|(name, text)| (name.to_string(), text)));
+    Ok(metadata)
 }
 
 /// Makes the directory; results of an earlier run are moved aside, unless this run continues them.

@@ -13,7 +13,7 @@ use crate::restart::{self, State};
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
-use grains_dem::{Dem, Failure, Phase};
+use grains_dem::{Dem, Failure, Origin, Phase};
 use grains_domain::Transport;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -49,21 +49,24 @@ pub fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), 
 struct Events {
     /// Steps between two of them, not whole in general; infinite for never.
     every: f64,
+    /// The step at which time would be zero: zero until the time step changes.
+    zero: f64,
 }
 
 impl Events {
-    fn new(interval: f64, dt: f64) -> Self {
-        Self { every: if interval > 0.0 { (interval / dt).max(1.0) } else { f64::INFINITY } }
+    fn new(interval: f64, dt: f64, origin: &Origin) -> Self {
+        let zero = origin.step as f64 - origin.time / dt;
+        Self { every: if interval > 0.0 { (interval / dt).max(1.0) } else { f64::INFINITY }, zero }
     }
 
     /// Step of the event with a number; halves fall to the same side, however their intervals are rounded.
     fn at(self, number: f64) -> u64 {
-        (number * self.every - 1e-4).round() as u64
+        (self.zero + number * self.every - 1e-4).round() as u64
     }
 
     /// The first event after a step.
     fn next(self, step: u64) -> u64 {
-        let number = (step as f64 / self.every).floor();
+        let number = ((step as f64 - self.zero) / self.every).floor();
         [0.0, 1.0, 2.0]
             .map(|n| self.at(number + n))
             .into_iter()
@@ -87,15 +90,15 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn new(case: &Case, dt: f64) -> Self {
-        let (every, out) = (|seconds| Events::new(seconds, dt), &case.output);
+    fn new(case: &Case, dt: f64, origin: &Origin) -> Self {
+        let (every, out) = (|seconds| Events::new(seconds, dt, origin), &case.output);
         Self {
             particles: every(out.particles),
             series: every(out.series),
             checkpoint: every(out.checkpoint),
             surfaces: every(out.surfaces),
             fluid: every(case.fluid.as_ref().map_or(0.0, |f| f.output.interval.unwrap_or(out.particles))),
-            end: Events::new(case.time.end, dt).at(1.0),
+            end: every(case.time.end).at(1.0),
         }
     }
 
@@ -120,6 +123,8 @@ pub struct Run<'a> {
     options: RunOptions,
     begun: Instant,
     first_step: u64,
+    /// Whether the fluid begins with this run.
+    is_fluid_new: bool,
     last_progress: Instant,
 }
 
@@ -135,7 +140,6 @@ impl<'a> Run<'a> {
         options: RunOptions,
     ) -> Result<Self, RunError> {
         let (System { setup, step }, mut population) = build(case, world)?;
-        let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         if transport.rank() == 0 {
@@ -143,8 +147,17 @@ impl<'a> Run<'a> {
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;
-        let files = Files::open(case, &transport, &options.restart, (&mut dem, &mut fluid), &mut population)?;
+        let continued = match &options.restart {
+            Some(checkpoint) => {
+                let state = (&mut dem, &mut fluid);
+                Some(restart::restore(case, &transport, checkpoint, state, &mut population)?)
+            }
+            None => None,
+        };
+        let files = Files::open(case, &transport, continued.as_ref(), &dem, &fluid)?;
+        let schedule = Schedule::new(case, dem.setup.rates.dt, &dem.origin);
         let first_step = dem.step;
+        let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
             case,
             transport,
@@ -156,6 +169,7 @@ impl<'a> Run<'a> {
             options,
             begun: Instant::now(),
             first_step,
+            is_fluid_new,
             last_progress: Instant::now(),
         })
     }
@@ -165,8 +179,7 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A state that can no longer be trusted, or a file that cannot be written.
     pub fn go(&mut self) -> Result<(), RunError> {
-        let is_restart = self.options.restart.is_some();
-        let mut is_inserted = is_restart;
+        let mut is_inserted = self.options.restart.is_some();
         loop {
             // A checkpoint holds what was inserted at its step.
             if !std::mem::take(&mut is_inserted) {
@@ -177,7 +190,7 @@ impl<'a> Run<'a> {
             self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
             self.follow_borders()?;
             if step == self.first_step
-                && !is_restart
+                && self.is_fluid_new
                 && let Some(fluid) = &mut self.fluid
             {
                 fluid.begin(&self.dem, &self.transport)?;
@@ -478,11 +491,12 @@ impl<'a> Run<'a> {
 #[cfg(test)]
 mod tests {
     use super::{Events, Schedule};
+    use grains_dem::Origin;
 
     #[test]
     fn events_of_commensurate_intervals_coincide_and_keep_to_their_times() {
         for dt in [7e-6, 2.5e-6, 1e-4, 3.3e-4, 9.1e-6] {
-            let every = |seconds| Events::new(seconds, dt);
+            let every = |seconds| Events::new(seconds, dt, &Origin::default());
             let end = every(10.0).at(1.0);
             let [series, particles, checkpoint] = [0.002, 0.1, 1.0].map(every);
             let (surfaces, fluid) = (every(0.0), every(0.3));
@@ -507,8 +521,25 @@ mod tests {
     }
 
     #[test]
+    fn events_keep_to_their_times_when_the_time_step_changes() {
+        let origin = Origin { step: 1000, time: 0.1 };
+        for dt in [3e-5, 2.5e-4, 1e-4 / 7.0] {
+            let events = Events::new(0.004, dt, &origin);
+            let mut step = origin.step;
+            for number in 26..100 {
+                step = events.next(step);
+                assert!(
+                    (origin.time_of(step, dt) - 0.004 * f64::from(number)).abs() <= 0.501 * dt,
+                    "{dt} {number}"
+                );
+                assert!(events.is_due(step) && !events.is_due(step + 1));
+            }
+        }
+    }
+
+    #[test]
     fn intervals_below_a_step_come_at_every_step() {
-        let events = Events::new(1e-9, 1e-6);
+        let events = Events::new(1e-9, 1e-6, &Origin::default());
         assert_eq!([0, 1, 2].map(|step| events.next(step)), [1, 2, 3]);
         assert!(events.is_due(0) && events.is_due(7));
     }

@@ -83,6 +83,19 @@ impl Series {
         self.last.is_some_and(|(last, _)| last == step)
     }
 
+    /// Appends comments after the last row, in lines `# name: value`; they go with it if it is replaced.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn note(&mut self, comments: &[(String, String)]) -> Result<(), FileError> {
+        let text = commented(comments);
+        self.file
+            .write_all(text.as_bytes())
+            .map_err(|e| FileError::new(&self.path, format!("cannot be written: {e}")))?;
+        self.length += text.len() as u64;
+        Ok(())
+    }
+
     /// Appends a row: the step, then a value per further column. Rows of the same step, which a restart
     /// left, are replaced.
     ///
@@ -147,11 +160,12 @@ fn header(path: &Path, columns: &[String], comments: &[(String, String)]) -> Res
         let problem = format!("the column `{column}` has one of , \" # or a line end in its name: rename it");
         return Err(FileError::new(path, problem));
     }
-    let mut text = String::new();
-    for (name, value) in comments {
-        value.lines().for_each(|line| text += &format!("# {name}: {line}\n"));
-    }
-    Ok(text + &columns.join(",") + "\n")
+    Ok(commented(comments) + &columns.join(",") + "\n")
+}
+
+fn commented(comments: &[(String, String)]) -> String {
+    let lines = comments.iter().flat_map(|(name, value)| value.lines().map(move |line| (name, line)));
+    lines.map(|(name, line)| format!("# {name}: {line}\n")).collect()
 }
 
 /// Lines of `width` values, each after the same beginning.

@@ -202,6 +202,22 @@ impl FluidPhase {
         Ok(())
     }
 
+    /// Begins now, in a run whose particles were there before.
+    pub fn begin_at(&mut self, dem: &Dem) {
+        self.flow.state.time = dem.time();
+        self.next_step = dem.step;
+    }
+
+    /// Keeps to what is left of a step of the fluid (s) when the time step of the particles is `ratio` times that before.
+    pub fn change_step(&mut self, step: u64, ratio: f64) {
+        let changed = |steps: u64| (steps as f64 / ratio).round().max(1.0) as u64;
+        if ratio != 1.0 {
+            let left = self.next_step.saturating_sub(step);
+            self.next_step = step + if left == 0 { 0 } else { changed(left) };
+            self.last_span = changed(self.last_span);
+        }
+    }
+
     /// Takes the own values of all fields, by the name and the block of an array, and the clocks.
     ///
     /// # Errors
