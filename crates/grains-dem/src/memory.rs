@@ -252,11 +252,6 @@ mod tests {
             assert_eq!(message, copy);
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::renumber_walls;
 
     /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.
     fn memory(walls: &[f64]) -> Vec<f64> {
