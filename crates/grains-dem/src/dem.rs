@@ -14,7 +14,7 @@ use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
 use crate::neighbours::{Inner, Neighbours, Skin};
 use crate::spheres;
-use crate::walls::{self, Wall, WallLoad, WallScene, WallState};
+use crate::walls::{self, Wall, WallLoad, WallPlace, WallScene, WallState};
 use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
 use grains_contact::Lubrication;
 use grains_domain::{
@@ -117,6 +117,27 @@ enum With {
     Clones,
 }
 
+/// From where time is counted: t = `time` + (n − `step`) Δt at step n; other than zero after the time step has changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Origin {
+    /// Step.
+    pub step: u64,
+    /// Time then (s).
+    pub time: f64,
+}
+
+impl Origin {
+    /// Time (s) of a step.
+    pub fn time_of(&self, step: u64, dt: f64) -> f64 {
+        self.time + (step - self.step) as f64 * dt
+    }
+
+    /// The step nearest to a time (s).
+    pub fn step_at(&self, time: f64, dt: f64) -> u64 {
+        (self.step as f64 + ((time - self.time) / dt).round()) as u64
+    }
+}
+
 /// Particles in and out, summed over this rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ledger {
@@ -137,6 +158,10 @@ pub struct Dem {
     pub particles: Particles,
     /// Steps done.
     pub step: u64,
+    /// From where time is counted.
+    pub origin: Origin,
+    /// Places of the walls before they move; none for those that lie where the case has them.
+    pub wall_places: Vec<Option<WallPlace>>,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
     /// Time by phase.
@@ -179,6 +204,8 @@ impl Dem {
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,
+            origin: Origin::default(),
+            wall_places: vec![None; setup.walls.len()],
             ledger: Ledger::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
@@ -208,7 +235,7 @@ impl Dem {
 
     /// Time of the present positions (s).
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.setup.rates.dt
+        self.origin.time_of(self.step, self.setup.rates.dt)
     }
 
     /// Continues from a step, as after a restart: the walls take their places.
@@ -470,7 +497,11 @@ impl Dem {
     fn place_walls(&mut self) {
         let time = self.time();
         self.states.clear();
-        self.states.extend(self.setup.walls.iter().map(|w| w.motion.at(time)));
+        let walls = self.setup.walls.iter().zip(&self.wall_places);
+        self.states.extend(walls.map(|(wall, place)| match place {
+            Some(place) => wall.motion.at(time).of_place(place),
+            None => wall.motion.at(time),
+        }));
     }
 
     /// What this rank has worked since the start, in units of a pair of spheres in a step.

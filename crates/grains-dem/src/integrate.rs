@@ -32,6 +32,12 @@ pub fn half_step_back(velocity: Vec3, rates: &Rates) -> Vec3 {
     velocity - rates.gravity * (0.5 * rates.dt)
 }
 
+/// Velocity v(t − Δt'/2) that goes with the velocity v(t) and v(t − Δt/2) under the same acceleration, of `ratio` Δt'/Δt; any
+/// that the leap-frog kicks, as angular momenta.
+pub fn other_half_step(now: Vec3, half: Vec3, ratio: f64) -> Vec3 {
+    now - (now - half) * ratio
+}
+
 /// Kicks and drifts all owned particles and empties their loads; returns whether the lists are stale.
 pub(crate) fn advance(
     particles: &mut Particles,

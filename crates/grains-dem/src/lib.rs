@@ -57,14 +57,15 @@ mod walls;
 
 pub use catalogue::{Catalogue, ContactTable, FaceContact, Kind};
 pub use clock::{Clock, Phase};
-pub use dem::{Dem, DemSetup, Failure, Ledger, MemoryUse, Partner, StepReport, Touch};
+pub use dem::{Dem, DemSetup, Failure, Ledger, MemoryUse, Origin, Partner, StepReport, Touch};
 pub use error::StepError;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
-pub use integrate::{Rates, half_step_back, inertia};
+pub use integrate::{Rates, half_step_back, inertia, other_half_step};
 pub use measure::{FlowPlane, Totals};
+pub use memory::renumber_walls;
 pub use neighbours::Skin;
 pub use record::ParticleRecord;
 pub use store::{Body, CARGO_LENGTH, Cargo, Load, Particles};
 pub use updates::{ExchangeStrategy, Traffic};
-pub use walls::{Motion, Surface, Wall, WallLoad, WallState};
+pub use walls::{Motion, Surface, Wall, WallLoad, WallPlace, WallState};

@@ -107,6 +107,20 @@ pub(crate) struct Memories {
     pub(crate) walls: Rows<WallMemory>,
 }
 
+/// What the contacts of a particle remember, as of [`Dem::packed_memory`](crate::Dem::packed_memory), with walls that have
+/// other numbers now; those without one are forgotten.
+pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Vec<f64> {
+    let mut memories = Memories::default();
+    memories.read(packed);
+    let walls = memories.walls.row(0).iter().filter_map(|m| Some(WallMemory { wall: number(m.wall)?, ..*m }));
+    let mut renumbered = Rows::default();
+    renumbered.push_row(walls);
+    memories.walls = renumbered;
+    let mut packed = Vec::new();
+    memories.write(0, &mut packed);
+    packed
+}
+
 impl Memories {
     /// Gathers entries (owned particle, memory) into rows.
     pub(crate) fn fill(
@@ -237,5 +251,26 @@ mod tests {
             again.write(row, &mut copy);
             assert_eq!(message, copy);
         }
+    }
+
+    /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.
+    fn memory(walls: &[f64]) -> Vec<f64> {
+        let mut packed = vec![1.0, 0.0, walls.len() as f64, 7.0, 0.1, 0.2, 0.3];
+        for (k, wall) in walls.iter().enumerate() {
+            packed.extend([*wall, 1.0, 0.0, 5.0, 13.0, 0.5 + k as f64, 0.25, 0.125, 2.0, 0.0]);
+        }
+        packed
+    }
+
+    #[test]
+    fn contacts_keep_to_their_walls_when_others_come_and_go() {
+        let packed = memory(&[0.0, 1.0, 2.0]);
+        assert_eq!(renumber_walls(&packed, Some), packed);
+        assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), memory(&[3.0, 4.0, 5.0]));
+        // The first is gone: the springs of the others stay with them.
+        let moved = renumber_walls(&packed, |wall| wall.checked_sub(1));
+        let wanted: Vec<f64> =
+            [&[1.0, 0.0, 2.0], &packed[3..7], &[0.0], &packed[18..27], &[1.0], &packed[28..]].concat();
+        assert_eq!(moved, wanted);
     }
 }

@@ -1,10 +1,11 @@
 //! The files of a run: what of the state goes where.
 
 use crate::VERSION;
-use crate::error::RunError;
+use crate::changes;
+use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::lock::DirectoryLock;
-use crate::population::Population;
+use crate::restart::{Continued, HISTORY, INPUTS, State};
 use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
@@ -12,8 +13,8 @@ use grains_dem::{Dem, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
-    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, agree, remove_old, utc_now,
-    write_checkpoint, write_shape,
+    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, abandon_later, agree,
+    from_rank, remove_old, utc_now, write_checkpoint, write_shape,
 };
 use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
@@ -147,26 +148,28 @@ pub struct Files {
 }
 
 impl Files {
-    /// Opens the files of a run, new or continued; a continued run takes its state from a checkpoint.
+    /// Opens the files of a run: new, or those of a run that is continued from a checkpoint among them.
     ///
     /// # Errors
-    /// A directory or file that cannot be used, or a checkpoint of another case.
+    /// A directory or file that cannot be used.
     pub fn open(
         case: &Case,
         transport: &MpiTransport,
-        restart: &Option<PathBuf>,
-        (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
-        population: &mut Population,
+        continued: Option<&Continued>,
+        dem: &Dem,
+        fluid: &Option<FluidPhase>,
     ) -> Result<Self, RunError> {
         let communicator = transport.communicator();
         let directory = case.output.directory.clone();
-        if let Some(checkpoint) = restart {
-            crate::restart::restore(case, transport, checkpoint, (dem, fluid), population)?;
-        }
+        let is_own = continued.is_some_and(|continued| continued.is_own);
         let is_first = transport.rank() == 0;
-        let ready = is_first.then(|| prepare_directory(&directory, restart.is_some())).transpose();
+        let ready = is_first.then(|| prepare_directory(&directory, is_own)).transpose();
         let lock = agree(communicator, ready)?;
-        let metadata = metadata(case, transport.size());
+        if is_first && is_own {
+            // What the files say of later steps is cut off: no later checkpoint may be continued from.
+            abandon_later(&directory, dem.step);
+        }
+        let metadata = metadata(case, transport, continued)?;
         agree(communicator, if is_first { write_side_files(case, dem, &directory) } else { Ok(()) })?;
         let precision = match case.output.precision {
             CasePrecision::F64 => Precision::F64,
@@ -179,7 +182,7 @@ impl Files {
                 return Ok(None);
             }
             // A restart right at the beginning, or one that asks for a file the first run did not write.
-            let file = if restart.is_some() && transport.any(is_first && path.exists()) {
+            let file = if is_own && transport.any(is_first && path.exists()) {
                 PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time).and_then(
                     |file| {
                         file.record_restart(&metadata)?;
@@ -202,7 +205,7 @@ impl Files {
             directory: &directory,
             format: (precision, case.output.compress),
             metadata: &metadata,
-            restart: restart.as_ref().map(|_| (dem.step, time)),
+            restart: is_own.then_some((dem.step, time)),
         };
         let fluid_files =
             fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
@@ -210,8 +213,12 @@ impl Files {
             let path = directory.join("series.csv");
             let all = columns(dem).into_iter().chain(fluid::columns(case));
             let (columns, units): (Vec<String>, Vec<&str>) = all.unzip();
-            if restart.is_some() && path.exists() {
-                Series::resume(&path, &columns, dem.step).map(Some)
+            if is_own && path.exists() {
+                Series::resume(&path, &columns, dem.step).and_then(|mut series| {
+                    let changes = continued.map_or(String::new(), |continued| continued.changes.join("\n"));
+                    series.note(&[(format!("from step {}", dem.step), changes)])?;
+                    Ok(Some(series))
+                })
             } else {
                 let mut comments = metadata.clone();
                 comments.push(("units".into(), units.join(",")));
@@ -254,12 +261,12 @@ impl Files {
         outcome.map_err(|error| self.verify(transport).err().unwrap_or(error))
     }
 
-    /// Writes a snapshot of particles and walls.
+    /// Writes a snapshot of particles and walls, unless the files hold it.
     ///
     /// # Errors
     /// A full disk.
     pub fn snapshot(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
-        if let Some(file) = &mut self.particles {
+        if let Some(file) = self.particles.as_mut().filter(|file| !file.holds(dem.time())) {
             let particles = &dem.particles;
             let wrapped = |i: usize| dem.setup.global.wrap(particles.bodies[i].position.into());
             let points: Vec<f64> = (0..particles.owned).flat_map(wrapped).collect();
@@ -269,7 +276,7 @@ impl Files {
             let fields: Vec<Data> = values.iter().map(Values::data).collect();
             file.append(&Step { time: dem.time(), points: &points, triangles: &[], fields: &fields })?;
         }
-        if let Some(file) = &mut self.walls {
+        if let Some(file) = self.walls.as_mut().filter(|file| !file.holds(dem.time())) {
             let surface = if transport.rank() == 0 { triangles_of(dem) } else { Default::default() };
             let fields = [Data::Integer(&surface.walls), Data::Real(&surface.velocities)];
             file.append(&Step {
@@ -303,12 +310,12 @@ impl Files {
         self.fluid.as_mut().map_or(Ok(()), |files| files.snapshot(fluid, dem, transport))
     }
 
-    /// Writes the true surfaces of all particles.
+    /// Writes the true surfaces of all particles, unless the file holds them.
     ///
     /// # Errors
     /// A full disk.
     pub fn surfaces(&mut self, dem: &Dem) -> Result<(), RunError> {
-        let Some(file) = &mut self.surfaces else { return Ok(()) };
+        let Some(file) = self.surfaces.as_mut().filter(|file| !file.holds(dem.time())) else { return Ok(()) };
         let bodies = &dem.particles.bodies[..dem.particles.owned];
         let surface_of = |body: &grains_dem::Body| &dem.setup.catalogue.shape(body.kind).surface;
         let [count, faces] = bodies.iter().map(surface_of).fold([0, 0], |[count, faces], surface| {
@@ -335,7 +342,7 @@ impl Files {
         Ok(())
     }
 
-    /// Writes a row of the time series, at its end what is told of the fluid.
+    /// Writes a row of the time series, at its end what is told of the fluid, unless the file holds it.
     ///
     /// # Errors
     /// A full disk.
@@ -367,8 +374,8 @@ impl Files {
         }
         values.extend(of_fluid);
         let written = match &mut self.series {
-            Some(series) => series.append(dem.step, &values),
-            None => Ok(()),
+            Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
+            _ => Ok(()),
         };
         agree(transport.communicator(), written)?;
         Ok(Row {
@@ -383,16 +390,17 @@ impl Files {
 
     /// Writes a checkpoint and deletes old ones.
     ///
+    /// The state of the particles was taken before the contacts of the step, that of the fluid is the present one.
+    ///
     /// # Errors
     /// A full disk; earlier checkpoints stay.
     pub fn checkpoint(
         &mut self,
-        (dem, fluid): (&mut Dem, &Option<FluidPhase>),
-        population: &Population,
+        (dem, fluid): (&Dem, &Option<FluidPhase>),
+        (arrays, mut texts): State,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
-        let (arrays, mut texts) = crate::restart::state(dem, population, transport);
-        let (grids, clocks) = fluid.as_ref().map(FluidPhase::state).unwrap_or_default();
+        let (grids, clocks) = fluid.as_ref().map(|f| f.state(dem, transport)).unwrap_or_default();
         texts.extend(clocks);
         texts.extend(self.metadata.iter().cloned());
         self.verify(transport)?;
@@ -440,14 +448,27 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     columns
 }
 
-fn metadata(case: &Case, ranks: usize) -> Metadata {
-    vec![
+fn metadata(
+    case: &Case,
+    transport: &MpiTransport,
+    continued: Option<&Continued>,
+) -> Result<Metadata, RunError> {
+    let text = case.to_toml();
+    let inputs = if transport.rank() == 0 { changes::inputs(&text) } else { Ok(String::new()) };
+    let inputs = agreed(transport, inputs.map_err(RunError::case))?;
+    let ranks = transport.size();
+    let mut metadata: Metadata = vec![
         ("program".into(), format!("grains-mpi {VERSION}")),
         ("ranks".into(), ranks.to_string()),
         ("begun".into(), utc_now()),
         ("seed".into(), case.seed.to_string()),
-        ("case".into(), case.to_toml()),
-    ]
+        ("case".into(), text),
+    ];
+    let inputs = from_rank(transport.communicator(), 0, &inputs);
+    let history = continued.map_or(String::new(), |continued| continued.history.clone());
+    let lists = [(INPUTS, inputs), (HISTORY, history)].into_iter().filter(|(_, text)| !text.is_empty());
+    metadata.extend(lists.map(|(name, text)| (name.to_string(), text)));
+    Ok(metadata)
 }
 
 /// Makes the directory and takes it; results of an earlier run are moved aside, unless this run continues them.

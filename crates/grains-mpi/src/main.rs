@@ -10,6 +10,7 @@ macro_rules! say {
 
 mod analyse;
 mod bench;
+mod changes;
 mod check;
 mod composites;
 mod cost;

@@ -1,4 +1,8 @@
-//! The run loop: refresh, checkpoint, contacts, output, advance.
+//! The run loop: refresh, contacts, output, checkpoint, advance.
+//!
+//! A checkpoint of step n is the state of step n before its contacts are evaluated, since they change what contacts remember. It
+//! is written after all else that is due at step n. So the files of a directory are complete up to the step of each of its
+//! checkpoints, whenever the run is stopped or killed, and one that continues writes at this step only what the files lack.
 
 use crate::duration::duration;
 use crate::error::{RunError, agreed};
@@ -6,10 +10,11 @@ use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
 use crate::plausibility;
 use crate::population::Population;
+use crate::restart::{self, State};
 use crate::system::{self, System};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport, exit};
-use grains_dem::{Dem, Failure, Phase};
+use grains_dem::{Dem, Failure, Origin, Phase};
 use grains_domain::Transport;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -45,21 +50,24 @@ pub fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), 
 struct Events {
     /// Steps between two of them, not whole in general; infinite for never.
     every: f64,
+    /// The step at which time would be zero: zero until the time step changes.
+    zero: f64,
 }
 
 impl Events {
-    fn new(interval: f64, dt: f64) -> Self {
-        Self { every: if interval > 0.0 { (interval / dt).max(1.0) } else { f64::INFINITY } }
+    fn new(interval: f64, dt: f64, origin: &Origin) -> Self {
+        let zero = origin.step as f64 - origin.time / dt;
+        Self { every: if interval > 0.0 { (interval / dt).max(1.0) } else { f64::INFINITY }, zero }
     }
 
     /// Step of the event with a number; halves fall to the same side, however their intervals are rounded.
     fn at(self, number: f64) -> u64 {
-        (number * self.every - 1e-4).round() as u64
+        (self.zero + number * self.every - 1e-4).round() as u64
     }
 
     /// The first event after a step.
     fn next(self, step: u64) -> u64 {
-        let number = (step as f64 / self.every).floor();
+        let number = ((step as f64 - self.zero) / self.every).floor();
         [0.0, 1.0, 2.0]
             .map(|n| self.at(number + n))
             .into_iter()
@@ -83,15 +91,15 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn new(case: &Case, dt: f64) -> Self {
-        let (every, out) = (|seconds| Events::new(seconds, dt), &case.output);
+    fn new(case: &Case, dt: f64, origin: &Origin) -> Self {
+        let (every, out) = (|seconds| Events::new(seconds, dt, origin), &case.output);
         Self {
             particles: every(out.particles),
             series: every(out.series),
             checkpoint: every(out.checkpoint),
             surfaces: every(out.surfaces),
             fluid: every(case.fluid.as_ref().map_or(0.0, |f| f.output.interval.unwrap_or(out.particles))),
-            end: Events::new(case.time.end, dt).at(1.0),
+            end: every(case.time.end).at(1.0),
         }
     }
 
@@ -116,6 +124,8 @@ pub struct Run<'a> {
     options: RunOptions,
     begun: Instant,
     first_step: u64,
+    /// Whether the fluid begins with this run.
+    is_fluid_new: bool,
     last_progress: Instant,
 }
 
@@ -133,7 +143,6 @@ impl<'a> Run<'a> {
         let (system, mut population) = build(case, world)?;
         let warnings = plausibility::warnings(case, &system, &population);
         let System { setup, step } = system;
-        let schedule = Schedule::new(case, setup.rates.dt);
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
         if transport.rank() == 0 {
@@ -141,8 +150,17 @@ impl<'a> Run<'a> {
             say!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let mut fluid = FluidPhase::new(case, &options.petsc, &mut dem, population.kinds(), &transport)?;
-        let files = Files::open(case, &transport, &options.restart, (&mut dem, &mut fluid), &mut population)?;
+        let continued = match &options.restart {
+            Some(checkpoint) => {
+                let state = (&mut dem, &mut fluid);
+                Some(restart::restore(case, &transport, checkpoint, state, &mut population)?)
+            }
+            None => None,
+        };
+        let files = Files::open(case, &transport, continued.as_ref(), &dem, &fluid)?;
+        let schedule = Schedule::new(case, dem.setup.rates.dt, &dem.origin);
         let first_step = dem.step;
+        let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
             case,
             transport,
@@ -154,6 +172,7 @@ impl<'a> Run<'a> {
             options,
             begun: Instant::now(),
             first_step,
+            is_fluid_new,
             last_progress: Instant::now(),
         })
     }
@@ -163,8 +182,7 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A state that can no longer be trusted, or a file that cannot be written.
     pub fn go(&mut self) -> Result<(), RunError> {
-        let is_restart = self.options.restart.is_some();
-        let mut is_inserted = is_restart;
+        let mut is_inserted = self.options.restart.is_some();
         loop {
             // A checkpoint holds what was inserted at its step.
             if !std::mem::take(&mut is_inserted) {
@@ -175,28 +193,29 @@ impl<'a> Run<'a> {
             self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
             self.follow_borders()?;
             if step == self.first_step
-                && !is_restart
+                && self.is_fluid_new
                 && let Some(fluid) = &mut self.fluid
             {
                 fluid.begin(&self.dem, &self.transport)?;
             }
+            let is_last = step >= self.schedule.end;
+            let is_saved = self.dem.interrupt || self.schedule.checkpoint.is_due(step) || is_last;
+            let state = (is_saved && step > self.first_step).then(|| self.state());
+            self.dem.add_forces(&self.transport);
+            let finished = self.observe(is_last);
+            let finished = self.files.explained(finished, &self.transport)?;
+            if let Some(state) = state {
+                self.checkpoint(state)?;
+            }
+            if is_last {
+                self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
+                break;
+            }
             if self.dem.interrupt {
-                self.checkpoint()?;
                 self.say(&format!(
                     "stopped at step {step}, t = {:.6} s: continue with --restart latest",
                     self.dem.time()
                 ));
-                break;
-            }
-            let is_last = step >= self.schedule.end;
-            if step > self.first_step && (self.schedule.checkpoint.is_due(step) || is_last) {
-                self.checkpoint()?;
-            }
-            self.dem.add_forces(&self.transport);
-            let finished = self.observe(is_last);
-            let finished = self.files.explained(finished, &self.transport)?;
-            if is_last {
-                self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
                 break;
             }
             if finished {
@@ -274,15 +293,23 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn checkpoint(&mut self) -> Result<(), RunError> {
+    /// The granular state of a checkpoint, to be taken before the contacts of its step.
+    fn state(&mut self) -> State {
         self.dem.clock.start();
-        let written = self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport);
+        let state = restart::state(&mut self.dem, &self.population, &self.transport);
+        self.dem.clock.charge(Phase::Output);
+        state
+    }
+
+    fn checkpoint(&mut self, state: State) -> Result<(), RunError> {
+        self.dem.clock.start();
+        let written = self.files.checkpoint((&self.dem, &self.fluid), state, &self.transport);
         self.files.explained(written, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
         Ok(())
     }
 
-    /// Writes what is due; returns whether the case's stop condition holds.
+    /// Writes what is due and not yet in the files; returns whether the case's stop condition holds.
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
         let step = self.dem.step;
         let wants = |events: Events| events.is_due(step) || is_last;
@@ -292,15 +319,6 @@ impl<'a> Run<'a> {
             self.schedule.surfaces.is_due(step),
             self.fluid.is_some() && wants(self.schedule.fluid),
         );
-        // What a checkpoint was written beside is there already, and the fluid knows its last step no more.
-        let is_continued = self.options.restart.is_some() && step == self.first_step;
-        if let (true, Some(phase)) = (is_continued, &mut self.fluid) {
-            // The checkpoint was written before the sample of its step was taken.
-            if row {
-                phase.take_means(self.case, &self.dem, &self.transport)?;
-            }
-            return Ok(false);
-        }
         if !(row || snapshot || surfaces || fluid) {
             return Ok(false);
         }
@@ -484,11 +502,12 @@ impl<'a> Run<'a> {
 #[cfg(test)]
 mod tests {
     use super::{Events, Schedule};
+    use grains_dem::Origin;
 
     #[test]
     fn events_of_commensurate_intervals_coincide_and_keep_to_their_times() {
         for dt in [7e-6, 2.5e-6, 1e-4, 3.3e-4, 9.1e-6] {
-            let every = |seconds| Events::new(seconds, dt);
+            let every = |seconds| Events::new(seconds, dt, &Origin::default());
             let end = every(10.0).at(1.0);
             let [series, particles, checkpoint] = [0.002, 0.1, 1.0].map(every);
             let (surfaces, fluid) = (every(0.0), every(0.3));
@@ -513,8 +532,25 @@ mod tests {
     }
 
     #[test]
+    fn events_keep_to_their_times_when_the_time_step_changes() {
+        let origin = Origin { step: 1000, time: 0.1 };
+        for dt in [3e-5, 2.5e-4, 1e-4 / 7.0] {
+            let events = Events::new(0.004, dt, &origin);
+            let mut step = origin.step;
+            for number in 26..100 {
+                step = events.next(step);
+                assert!(
+                    (origin.time_of(step, dt) - 0.004 * f64::from(number)).abs() <= 0.501 * dt,
+                    "{dt} {number}"
+                );
+                assert!(events.is_due(step) && !events.is_due(step + 1));
+            }
+        }
+    }
+
+    #[test]
     fn intervals_below_a_step_come_at_every_step() {
-        let events = Events::new(1e-9, 1e-6);
+        let events = Events::new(1e-9, 1e-6, &Origin::default());
         assert_eq!([0, 1, 2].map(|step| events.next(step)), [1, 2, 3]);
         assert!(events.is_due(0) && events.is_due(7));
     }

@@ -56,7 +56,7 @@ pub fn agree<T>(communicator: &impl Communicator, outcome: Result<T, FileError>)
 }
 
 /// A text of one rank on all ranks.
-pub(crate) fn from_rank(communicator: &impl Communicator, rank: i32, text: &str) -> String {
+pub fn from_rank(communicator: &impl Communicator, rank: i32, text: &str) -> String {
     let root = communicator.process_at_rank(rank);
     let mut length = text.len() as u64;
     root.broadcast_into(&mut length);

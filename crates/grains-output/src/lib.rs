@@ -34,9 +34,12 @@ mod snapshots;
 mod temporal;
 mod xdmf;
 
-pub use checkpoint::{Array, CheckpointFile, GridArray, Values, latest_valid, remove_old, write_checkpoint};
+pub use checkpoint::{
+    Array, CheckpointFile, GridArray, Values, abandon_later, checksum_of_bytes, latest_valid, remove_old,
+    write_checkpoint,
+};
 pub use columns::read_columns_as_csv;
-pub use error::{FileError, agree};
+pub use error::{FileError, agree, from_rank};
 pub use fields::{Data, FieldSpec, Kind, Precision};
 pub use grid::{GridBlock, GridFile, GridGeometry, GridSnapshotFile};
 pub use metadata::{Metadata, utc_now};

@@ -76,6 +76,11 @@ impl PolyDataFile {
         self.0.record_restart(metadata)
     }
 
+    /// Whether the file ends with the step at `time` (s), as one that was continued from there.
+    pub fn holds(&self, time: f64) -> bool {
+        self.0.holds(time)
+    }
+
     /// Appends a step; one at the same time or later, left from an earlier run, is replaced.
     ///
     /// # Errors

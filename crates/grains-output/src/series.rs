@@ -25,8 +25,9 @@ impl Series {
     /// A file that cannot be written, or a column whose name holds a comma, quote or line end.
     pub fn create(path: &Path, columns: &[String], comments: &[(String, String)]) -> Result<Self, FileError> {
         let text = header(path, columns, comments)?;
-        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(path);
-        let mut file = opened.map_err(|e| FileError::new(path, format!("cannot be created: {e}")))?;
+        // All is written at the end, wherever that is after rows were cut off.
+        let emptied = File::create(path).and_then(|_| OpenOptions::new().append(true).open(path));
+        let mut file = emptied.map_err(|e| FileError::new(path, format!("cannot be created: {e}")))?;
         file.write_all(text.as_bytes())
             .map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
         let length = text.len() as u64;
@@ -75,6 +76,24 @@ impl Series {
             .and_then(|()| OpenOptions::new().append(true).open(path));
         let file = opened.map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
         Ok(Self { path: path.to_path_buf(), file, columns: columns.len(), length: kept as u64, last })
+    }
+
+    /// Whether the file ends with rows of a step, as one that was continued from there.
+    pub fn holds(&self, step: u64) -> bool {
+        self.last.is_some_and(|(last, _)| last == step)
+    }
+
+    /// Appends comments after the last row, in lines `# name: value`; they go with it if it is replaced.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn note(&mut self, comments: &[(String, String)]) -> Result<(), FileError> {
+        let text = commented(comments);
+        self.file
+            .write_all(text.as_bytes())
+            .map_err(|e| FileError::new(&self.path, format!("cannot be written: {e}")))?;
+        self.length += text.len() as u64;
+        Ok(())
     }
 
     /// Appends a row: the step, then a value per further column. Rows of the same step, which a restart
@@ -141,11 +160,12 @@ fn header(path: &Path, columns: &[String], comments: &[(String, String)]) -> Res
         let problem = format!("the column `{column}` has one of , \" # or a line end in its name: rename it");
         return Err(FileError::new(path, problem));
     }
-    let mut text = String::new();
-    for (name, value) in comments {
-        value.lines().for_each(|line| text += &format!("# {name}: {line}\n"));
-    }
-    Ok(text + &columns.join(",") + "\n")
+    Ok(commented(comments) + &columns.join(",") + "\n")
+}
+
+fn commented(comments: &[(String, String)]) -> String {
+    let lines = comments.iter().flat_map(|(name, value)| value.lines().map(move |line| (name, line)));
+    lines.map(|(name, line)| format!("# {name}: {line}\n")).collect()
 }
 
 /// Lines of `width` values, each after the same beginning.
@@ -182,6 +202,7 @@ mod tests {
         series.append(30, &[7.0]).unwrap();
         series.append(50, &[8.0]).unwrap();
         assert!(series.append(60, &[8.0, 9.0]).is_err());
+        assert!(series.holds(50) && !series.holds(30));
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(
             text,
@@ -189,6 +210,25 @@ mod tests {
         );
         let other = ["step".to_string(), "time".to_string()];
         assert!(Series::resume(&path, &other, 30).is_err_and(|e| e.to_string().contains("has the columns")));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_row_written_twice_is_there_once_in_a_new_file_and_in_a_continued_one() {
+        let folder = std::env::temp_dir().join(format!("grains-twice-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("series.csv");
+        let columns = ["step".to_string(), "time".to_string()];
+        let twice = |mut series: Series| {
+            for value in [1.0, 2.5] {
+                series.append(10, &[value]).unwrap();
+            }
+            series.append(20, &[3.0]).unwrap();
+            std::fs::read_to_string(&path).unwrap()
+        };
+        let created = twice(Series::create(&path, &columns, &[]).unwrap());
+        assert_eq!(created, "step,time\n10,2.5\n20,3.0\n");
+        assert_eq!(twice(Series::resume(&path, &columns, 10).unwrap()), created);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

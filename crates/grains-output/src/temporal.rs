@@ -160,6 +160,11 @@ impl<L: Layout> Temporal<L> {
         self.shared.written(written)
     }
 
+    /// Whether the last step is that at `time` (s).
+    pub fn holds(&self, time: f64) -> bool {
+        self.steps.last().is_some_and(|last| is_same_time(L::time(last), time))
+    }
+
     /// Appends a step; one at the same time or later, left from an earlier run, is replaced.
     ///
     /// # Errors

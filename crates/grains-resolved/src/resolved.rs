@@ -102,6 +102,11 @@ impl Resolved {
         self.multipliers.iterations
     }
 
+    /// Takes over the iterations of the last solve before a restart.
+    pub fn resume_iterations(&mut self, iterations: usize) {
+        self.multipliers.iterations = iterations;
+    }
+
     /// Goes on from the forces and velocities of a flow that was continued; collective.
     pub fn resume(&mut self, flow: &mut Flow, transport: &dyn Transport) {
         let Some(immersed) = &flow.immersed else { return };

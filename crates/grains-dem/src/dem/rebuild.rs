@@ -82,7 +82,7 @@ impl Dem {
             largest_radius: setup.largest_radius,
             film: setup.film(),
             dt: setup.rates.dt,
-            time: self.step as f64 * setup.rates.dt,
+            time: self.origin.time_of(self.step, setup.rates.dt),
         };
         let (mut ranges, counts) = widest(particles, stays, &around);
         transport.max(&mut ranges);

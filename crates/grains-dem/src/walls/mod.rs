@@ -4,7 +4,7 @@ mod contacts;
 mod motion;
 mod surface;
 
-pub use motion::{Motion, WallState};
+pub use motion::{Motion, WallPlace, WallState};
 pub use surface::Surface;
 
 pub(crate) use contacts::{

@@ -63,7 +63,63 @@ pub struct WallState {
     pub is_displaced: bool,
 }
 
+/// Where a wall's frame lies before its motion moves it: a point p of the frame is at `rotation` p + `translation`.
+///
+/// A wall whose motion changes at a restart stays where it is and goes on from there: its place is M⁻¹ P, of the pose P it has
+/// and the one M that the new motion alone would give it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallPlace {
+    /// Rotation.
+    pub rotation: Mat3,
+    /// Translation (m).
+    pub translation: Vec3,
+}
+
+impl WallPlace {
+    /// The place that gives a wall the pose `now` where its motion alone would give it `alone`; none if they are the same.
+    pub fn between(alone: &WallState, now: &WallPlace) -> Option<Self> {
+        let place = Self {
+            rotation: alone.rotation.tr_mul(&now.rotation),
+            translation: alone.rotation.tr_mul(&(now.translation - alone.translation)),
+        };
+        let is_same = alone.rotation == now.rotation && alone.translation == now.translation;
+        (!is_same).then_some(place)
+    }
+
+    /// Its numbers, the columns of the rotation first.
+    pub fn numbers(&self) -> [f64; 12] {
+        let mut numbers = [0.0; 12];
+        let values = self.rotation.iter().chain(self.translation.iter());
+        numbers.iter_mut().zip(values).for_each(|(to, from)| *to = *from);
+        numbers
+    }
+
+    /// The place of the numbers.
+    pub fn from_numbers(numbers: &[f64; 12]) -> Self {
+        let (rotation, translation) = numbers.split_at(9);
+        Self {
+            rotation: Mat3::from_column_slice(rotation),
+            translation: Vec3::from_column_slice(translation),
+        }
+    }
+}
+
 impl WallState {
+    /// Its pose.
+    pub fn pose(&self) -> WallPlace {
+        WallPlace { rotation: self.rotation, translation: self.translation }
+    }
+
+    /// The state of a wall whose frame lies elsewhere before this motion.
+    pub fn of_place(self, place: &WallPlace) -> Self {
+        Self {
+            rotation: self.rotation * place.rotation,
+            translation: self.rotation * place.translation + self.translation,
+            is_displaced: true,
+            ..self
+        }
+    }
+
     /// The pose at time zero, at rest.
     pub fn at_rest() -> Self {
         Self {
@@ -163,6 +219,40 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_wall_goes_on_from_where_it_is_when_its_motion_changes() {
+        let drum = |rate: f64| Motion::Rotation {
+            point: Vec3::new(0.3, 0.1, -0.2),
+            axis: Vec3::new(0.0, 0.6, 0.8),
+            rate,
+            start: 0.0,
+            end: f64::INFINITY,
+        };
+        let lift = Motion::Translation { velocity: Vec3::new(1.0, -2.0, 0.5), start: 0.0, end: 1.5 };
+        let p = Vec3::new(0.7, -0.4, 0.9);
+        let (mut place, mut time): (Option<WallPlace>, f64) = (None, 0.0);
+        let motions = [drum(1.0), drum(2.5), lift, drum(-1.0), Motion::Fixed, drum(0.5)];
+        let state = |motion: &Motion, place: &Option<WallPlace>, t: f64| match place {
+            Some(place) => motion.at(t).of_place(place),
+            None => motion.at(t),
+        };
+        for pair in motions.windows(2) {
+            time += 0.4;
+            let before = state(&pair[0], &place, time);
+            place = WallPlace::between(&pair[1].at(time), &before.pose());
+            let after = state(&pair[1], &place, time);
+            let at = |s: &WallState| s.rotation * p + s.translation;
+            assert!((at(&before) - at(&after)).norm() < 1e-14);
+            // What it does from then on is the new motion.
+            let h = 1e-6;
+            let slope = (at(&state(&pair[1], &place, time + h)) - at(&after)) / h;
+            assert!((after.velocity_at(&at(&after)) - slope).norm() < 1e-5, "{pair:?}");
+            let numbers = after.pose().numbers();
+            assert_eq!(WallPlace::from_numbers(&numbers), after.pose());
+        }
+        assert_eq!(WallPlace::between(&drum(2.0).at(0.7), &drum(2.0).at(0.7).pose()), None);
+    }
 
     #[test]
     fn velocities_are_the_derivatives_of_the_poses() {

@@ -50,7 +50,7 @@ impl FluidPhase {
         let (cells, before) = (setup.grid.cells(), setup.ownership.clone());
         let (arrays, clocks) = (self.arrays(), self.clocks());
         // Nothing is held twice: the old fields go before the new ones come.
-        let Self { flow, exchange, report, steps, iterations, seconds, .. } = self;
+        let Self { flow, exchange, report, sampled, steps, iterations, seconds, .. } = self;
         let (clock, account) = (flow.clock.clone(), exchange.map(|exchange| exchange.account));
         drop(flow);
         let arrays = exchanged(arrays, cells, (&before, &now), transport);
@@ -67,7 +67,8 @@ impl FluidPhase {
         if let (Some(exchange), Some(account)) = (&mut fluid.exchange, account) {
             exchange.account = account;
         }
-        (fluid.report, fluid.steps, fluid.iterations, fluid.seconds) = (report, steps, iterations, seconds);
+        (fluid.report, fluid.sampled) = (report, sampled);
+        (fluid.steps, fluid.iterations, fluid.seconds) = (steps, iterations, seconds);
         fluid.seconds[1] += begun.elapsed().as_secs_f64();
         Ok(fluid)
     }

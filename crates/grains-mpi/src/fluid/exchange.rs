@@ -65,7 +65,7 @@ pub struct Account {
     /// Least void fraction of the last step (-).
     pub least_void_fraction: f64,
     /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
-    rise: [[f64; 2]; 3],
+    pub rise: [[f64; 2]; 3],
 }
 
 impl Default for Account {

@@ -93,7 +93,7 @@ impl FluidFiles {
         Ok(())
     }
 
-    /// Writes the fields now, and their means so far.
+    /// Writes the fields now, their means so far and the profiles of both, unless the files hold them.
     ///
     /// # Errors
     /// A full disk, or a particle beyond the halo.
@@ -116,8 +116,8 @@ impl FluidFiles {
             let with_time: Vec<f64> =
                 rows.iter().flat_map(|row| std::iter::once(time).chain(row.iter().copied())).collect();
             let written = match self.profiles.get_mut(k) {
-                Some(series) => series.append_block(dem.step, &with_time),
-                None => Ok(()),
+                Some(series) if !series.holds(dem.step) => series.append_block(dem.step, &with_time),
+                _ => Ok(()),
             };
             agree(transport.communicator(), written)?;
             if let Some(means) = &means {
@@ -135,7 +135,11 @@ impl FluidFiles {
     }
 }
 
+/// Appends the fields at a time (s), unless the file holds them.
 fn append(file: &mut GridFile, time: f64, fields: &[Observation]) -> Result<(), FileError> {
+    if file.holds(time) {
+        return Ok(());
+    }
     let values: Vec<Vec<f64>> = fields.iter().map(Observation::interleaved).collect();
     let data: Vec<Data> = values.iter().map(|v| Data::Real(v)).collect();
     file.append(time, &data)

@@ -74,6 +74,8 @@ pub struct FluidPhase {
     pub seconds: [f64; 2],
     /// Sums of the fields since the case's `mean_from`, if it has one.
     pub means: Option<Sums>,
+    /// Particle step of the last sample in these.
+    sampled: Option<u64>,
     /// Lines and planes that are written.
     pub profiles: Vec<Sampler>,
     halo: Halo,
@@ -146,6 +148,7 @@ impl FluidPhase {
             iterations: 0,
             seconds: [0.0; 2],
             means,
+            sampled: None,
             profiles,
             halo,
             limits,
@@ -164,15 +167,16 @@ impl FluidPhase {
         of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()
     }
 
-    /// Adds what the cells hold now to the means, if it is time; collective.
+    /// Adds what the cells hold now to the means, if it is time and they are not in them; collective.
     ///
     /// # Errors
     /// A particle beyond the halo.
     pub fn take_means(&mut self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
         let from = case.fluid.as_ref().and_then(|f| f.output.mean_from);
-        if from.is_none_or(|from| dem.time() < from) {
+        if from.is_none_or(|from| dem.time() < from) || self.sampled == Some(dem.step) {
             return Ok(());
         }
+        self.sampled = Some(dem.step);
         let sample = self.sample(dem, transport)?;
         if let Some(means) = &mut self.means {
             means.add(&sample);

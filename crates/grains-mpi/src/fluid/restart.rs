@@ -1,11 +1,14 @@
 //! The state of the fluid as arrays of a checkpoint, and back on any ranks.
 
 use super::FluidPhase;
+use super::exchange::Exchange;
 use crate::error::RunError;
 use grains_comm::MpiTransport;
 use grains_coupling::owed;
 use grains_dem::Dem;
-use grains_fluid::{Flow, Layout, Ownership};
+use grains_domain::Transport;
+use grains_fluid::{Field, Flow, Layout, Ownership};
+use grains_geometry::Vec3;
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 
 const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
@@ -17,6 +20,8 @@ const MEANS: [&str; 9] =
 
 /// What a text of a checkpoint says of the clocks of the fluid.
 const CLOCKS: &str = "fluid";
+/// What one says of the last step of the fluid.
+const LAST_STEP: &str = "fluid_last_step";
 
 /// Times and counts of the fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,10 +60,84 @@ impl Clocks {
     }
 }
 
+/// What rows of the time series tell of the last step of the fluid, and the step of the last sample of the means.
+struct LastStep {
+    dt: f64,
+    iterations: [u64; 2],
+    least_void_fraction: f64,
+    /// Of all ranks together.
+    rise: [[f64; 2]; 3],
+    /// Of all ranks together (N s).
+    imbalance: [f64; 3],
+    sampled: Option<u64>,
+}
+
+impl LastStep {
+    fn text(&self) -> String {
+        let reals = [self.dt, self.least_void_fraction].into_iter();
+        let reals = reals.chain(self.rise.as_flattened().iter().copied()).chain(self.imbalance);
+        let counts = self.iterations.into_iter().chain(self.sampled).map(|n| n.to_string());
+        reals.map(|x| format!("{:x}", x.to_bits())).chain(counts).collect::<Vec<_>>().join(" ")
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let bits = |word: &&str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+        let reals: Vec<f64> = words.get(..11)?.iter().map(bits).collect::<Option<_>>()?;
+        let count = |k: usize| words.get(k)?.parse::<u64>().ok();
+        Some(Self {
+            dt: reals[0],
+            least_void_fraction: reals[1],
+            rise: std::array::from_fn(|a| [reals[2 + 2 * a], reals[3 + 2 * a]]),
+            imbalance: std::array::from_fn(|a| reals[8 + a]),
+            iterations: [count(11)?, count(12)?],
+            sampled: count(13),
+        })
+    }
+}
+
 impl FluidPhase {
-    /// The state of this rank.
-    pub fn state(&self) -> (Vec<GridArray>, Metadata) {
-        (self.arrays(), vec![(CLOCKS.into(), self.clocks().text())])
+    /// The state of this rank; collective.
+    pub fn state(&self, dem: &Dem, transport: &MpiTransport) -> (Vec<GridArray>, Metadata) {
+        let texts = [(CLOCKS, self.clocks().text()), (LAST_STEP, self.last_step(dem, transport).text())];
+        (self.arrays(), texts.map(|(name, text)| (name.into(), text)).into())
+    }
+
+    fn last_step(&self, dem: &Dem, transport: &MpiTransport) -> LastStep {
+        let account = self.exchange.as_ref().map(|exchange| &exchange.account);
+        let mut rise = account.map_or([[0.0; 2]; 3], |account| account.rise);
+        transport.sum(rise.as_flattened_mut());
+        let imbalance = self.exchange.as_ref().map(|exchange| exchange.imbalance(&dem.particles, transport));
+        let mut least = [-account.map_or(1.0, |account| account.least_void_fraction)];
+        transport.max(&mut least);
+        let multipliers = self.resolved.as_ref().map_or(0, |resolved| resolved.bodies.iterations());
+        LastStep {
+            dt: self.report.dt,
+            iterations: [self.report.solve.iterations, multipliers].map(|n| n as u64),
+            least_void_fraction: -least[0],
+            rise,
+            imbalance: imbalance.map_or([0.0; 3], Into::into),
+            sampled: self.sampled,
+        }
+    }
+
+    /// Takes what is told of the last step; sums over ranks go to the first one.
+    fn take_last_step(&mut self, last: &LastStep, dem: &Dem, is_first: bool) {
+        self.report.dt = last.dt;
+        self.report.solve.iterations = last.iterations[0] as usize;
+        if let Some(resolved) = &mut self.resolved {
+            resolved.bodies.resume_iterations(last.iterations[1] as usize);
+        }
+        if let Some(Exchange { account, .. }) = &mut self.exchange {
+            account.least_void_fraction = last.least_void_fraction;
+            // What is owed was given before.
+            account.ledger.given = owed(&dem.particles);
+            if is_first {
+                account.rise = last.rise;
+                account.ledger.given += Vec3::from(last.imbalance);
+            }
+        }
+        self.sampled = last.sampled;
     }
 
     pub(super) fn clocks(&self) -> Clocks {
@@ -117,12 +196,26 @@ impl FluidPhase {
         let clocks = file.text(CLOCKS).and_then(Clocks::parse).ok_or_else(lacking);
         let read = clocks.and_then(|clocks| self.take(|name, block| file.grid(name, 1, block), &clocks));
         agree(transport.communicator(), read)?;
-        if let Some(exchange) = &mut self.exchange {
-            // What is owed was given before: the account goes on from zero.
-            exchange.account.ledger.given = owed(&dem.particles);
-        }
+        let last = file.text(LAST_STEP).and_then(LastStep::parse).ok_or_else(lacking)?;
+        self.take_last_step(&last, dem, transport.rank() == 0);
         self.resume(dem, transport);
         Ok(())
+    }
+
+    /// Begins now, in a run whose particles were there before.
+    pub fn begin_at(&mut self, dem: &Dem) {
+        self.flow.state.time = dem.time();
+        self.next_step = dem.step;
+    }
+
+    /// Keeps to what is left of a step of the fluid (s) when the time step of the particles is `ratio` times that before.
+    pub fn change_step(&mut self, step: u64, ratio: f64) {
+        let changed = |steps: u64| (steps as f64 / ratio).round().max(1.0) as u64;
+        if ratio != 1.0 {
+            let left = self.next_step.saturating_sub(step);
+            self.next_step = step + if left == 0 { 0 } else { changed(left) };
+            self.last_span = changed(self.last_span);
+        }
     }
 
     /// Takes the own values of all fields, by the name and the block of an array, and the clocks.
@@ -177,6 +270,11 @@ impl FluidPhase {
     /// Makes all else fit the fields that were taken; collective.
     pub(super) fn resume(&mut self, dem: &Dem, transport: &MpiTransport) {
         self.flow.synchronise(transport);
+        // Profiles interpolate means beyond the own cells.
+        if let Some(means) = &mut self.means {
+            let mut fields: Vec<&mut [f64]> = means.fields.iter_mut().map(Field::data_mut).collect();
+            self.halo.fill(&mut fields, transport);
+        }
         if let Some(resolved) = &mut self.resolved {
             resolved.bodies.resume(&mut self.flow, transport);
             resolved.place(dem, &mut self.flow, transport);

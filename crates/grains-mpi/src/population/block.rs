@@ -13,6 +13,32 @@ use grains_domain::Transport;
 use grains_geometry::Vec3;
 use std::collections::BTreeMap;
 
+/// How far an insertion has come, as of [`Block`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    first_id: u64,
+    count: u64,
+    done: u64,
+    before: u64,
+    start: f64,
+}
+
+impl Progress {
+    /// As a checkpoint holds it.
+    pub fn text(&self) -> String {
+        let Self { first_id, count, done, before, start } = self;
+        format!("{first_id} {count} {done} {before} {:x}", start.to_bits())
+    }
+
+    /// From a checkpoint.
+    pub fn parse(text: &str) -> Option<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let count = |k: usize| words.get(k)?.parse::<u64>().ok();
+        let start = f64::from_bits(u64::from_str_radix(words.get(4)?, 16).ok()?);
+        Some(Self { first_id: count(0)?, count: count(1)?, done: count(2)?, before: count(3)?, start })
+    }
+}
+
 /// One `[[insert]]` and how far it has come.
 #[derive(Clone, Debug)]
 pub struct Block {
@@ -24,6 +50,10 @@ pub struct Block {
     pub count: u64,
     /// Those inserted so far.
     pub done: u64,
+    /// Those inserted before its batches were counted: others than none after a restart that changed it.
+    pub before: u64,
+    /// Time at which the first of these batches is due (s).
+    pub start: f64,
     /// Step of the last batch and the first id in it.
     pub last_batch: (u64, u64),
     /// This rank's rows of its file, until all are inserted.
@@ -47,7 +77,8 @@ impl Block {
         };
         let listed = rows.as_ref().map_or(u64::MAX, |rows| rows.total);
         let count = insert.count.unwrap_or(u64::MAX).min(listed);
-        Ok(Self { insert: insert.clone(), first_id, count, done: 0, last_batch: (u64::MAX, 0), rows })
+        let (insert, start) = (insert.clone(), insert.start);
+        Ok(Self { insert, first_id, count, done: 0, before: 0, start, last_batch: (u64::MAX, 0), rows })
     }
 
     /// The kinds of particles it can insert, before any is inserted; collective.
@@ -76,10 +107,42 @@ impl Block {
         matches!(self.insert.place, Place::File { .. })
     }
 
+    /// Whether all its particles are inserted.
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.count
+    }
+
+    /// How far it has come.
+    pub fn progress(&self) -> Progress {
+        let Self { first_id, count, done, before, start, .. } = *self;
+        Progress { first_id, count, done, before, start }
+    }
+
+    /// Goes on where the insertion of the same name stood at a time (s), or begins if there was none; `next_id` is the first
+    /// identity that no particle has.
+    pub fn go_on(&mut self, old: Option<Progress>, is_changed: bool, next_id: &mut u64, time: f64) {
+        if let Some(old) = old {
+            self.first_id = old.first_id;
+            // Further particles get identities beyond all others.
+            if self.count > old.count {
+                self.first_id = *next_id - old.done;
+                *next_id += self.count - old.done;
+            }
+            (self.before, self.start) = (old.before, old.start);
+            self.advance_to(old.done);
+        } else {
+            self.first_id = *next_id;
+            *next_id += self.count;
+        }
+        if is_changed {
+            (self.before, self.start) = (self.done, self.insert.start.max(time));
+        }
+    }
+
     /// Takes so many particles for inserted.
-    pub fn advance_to(&mut self, done: u64) {
+    fn advance_to(&mut self, done: u64) {
         self.done = done;
-        if done == self.count {
+        if self.is_complete() {
             self.rows = None;
         }
     }
@@ -201,7 +264,7 @@ impl Block {
         }
         let sites =
             self.sites(dem).ok_or("room for no particle at all; enlarge the region or lower the spacing")?;
-        let before = due.start - due.start % self.batch();
+        let before = due.start - (due.start - self.before) % self.batch();
         let near = sites.near(&dem.decomposition, due.start - before..due.end - before);
         Ok(near.map(|site| self.first_id + before + site).collect())
     }

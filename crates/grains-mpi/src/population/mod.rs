@@ -9,16 +9,20 @@ mod window;
 
 pub use kinds::KindRange;
 
+use crate::changes::{Change, names};
 use crate::error::RunError;
-use block::Block;
+use block::{Block, Progress};
 use grains_case::Case;
 use grains_dem::{Catalogue, Dem, Kind, Partner, Touch};
 use grains_domain::Transport;
+use toml::Table;
 
 /// All insertions of a case.
 #[derive(Clone, Debug)]
 pub struct Population {
     blocks: Vec<Block>,
+    /// Beyond the identities of all particles so far, those still to come included.
+    next_id: u64,
     kinds: Vec<KindRange>,
     seed: u64,
 }
@@ -37,7 +41,7 @@ impl Population {
             kinds.extend(block.kinds(case, catalogue, transport));
             blocks.push(block);
         }
-        Ok(Self { blocks, kinds, seed: case.seed })
+        Ok(Self { blocks, next_id: first_id, kinds, seed: case.seed })
     }
 
     /// Every kind of particle that can be inserted and the scales it can have; a kind may come several times.
@@ -60,21 +64,41 @@ impl Population {
         self.blocks.iter().map(|block| block.sum(case, self.seed, catalogue, &of)).sum()
     }
 
-    /// Particles inserted so far, per insertion.
-    pub fn done(&self) -> Vec<i64> {
-        self.blocks.iter().map(|b| b.done as i64).collect()
+    /// Whether particles of a kind and of scales (-) are among those that can be inserted, but for rounding.
+    pub fn covers(&self, kind: Kind, smallest: f64, largest: f64) -> bool {
+        let of_kind = || self.kinds.iter().filter(|range| range.kind == kind);
+        let least = of_kind().map(|range| range.smallest).fold(f64::INFINITY, f64::min);
+        let most = of_kind().map(|range| range.largest).fold(0.0, f64::max);
+        smallest >= least * (1.0 - 1e-9) && largest <= most * (1.0 + 1e-9)
     }
 
-    /// Continues where a checkpoint stood.
-    pub fn restore(&mut self, done: &[i64]) {
-        for (block, &done) in self.blocks.iter_mut().zip(done) {
-            block.advance_to(done as u64);
+    /// How far the insertions have come, in their order, for a checkpoint.
+    pub fn progress(&self) -> String {
+        let lines = self.blocks.iter().map(|block| block.progress().text());
+        lines.chain([self.next_id.to_string()]).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Continues where the insertions of a checkpoint's case stood at a time (s), as of [`Population::progress`].
+    ///
+    /// They are known by their names. Particles an insertion has inserted count, whatever it says now. The next batch of one that
+    /// has changed is due at its start, now at the earliest, and so is the first of a new one.
+    pub fn restore(&mut self, before: &Table, progress: &str, changes: &[Change], time: f64) {
+        let names = names(before, "insert");
+        let mut lines: Vec<&str> = progress.lines().collect();
+        let mut next_id = lines.pop().and_then(|id| id.parse().ok()).unwrap_or(0);
+        let known: Vec<Option<Progress>> = lines.into_iter().map(Progress::parse).collect();
+        for block in &mut self.blocks {
+            let old = names.iter().position(|name| *name == block.insert.name);
+            let old = old.and_then(|old| known.get(old).copied().flatten());
+            let is_changed = changes.iter().any(|change| change.is_within(&["insert", &block.insert.name]));
+            block.go_on(old, is_changed, &mut next_id, time);
         }
+        self.next_id = next_id;
     }
 
-    /// Index of the insertion a particle comes from.
-    fn origin(&self, id: u64) -> usize {
-        self.blocks.partition_point(|b| id >= b.first_id && id - b.first_id >= b.count)
+    /// The insertion a particle comes from, and its index; none if that was one of an earlier case.
+    fn origin(&self, id: u64) -> Option<(usize, &Block)> {
+        self.blocks.iter().enumerate().find(|(_, b)| id >= b.first_id && id - b.first_id < b.count)
     }
 
     /// What is wrong with the particles inserted at the present step, if one starts inside another or a wall;
@@ -84,11 +108,12 @@ impl Population {
         dem.for_each_contact(|touch| {
             let ids = [Some(dem.particles.ids[touch.particle]), partner_id(dem, touch)];
             let is_new = |id: u64| {
-                let block = &self.blocks[self.origin(id)];
-                block.last_batch.0 == dem.step && id >= block.last_batch.1
+                let block = self.origin(id).map(|(_, block)| block);
+                block.is_some_and(|block| block.last_batch.0 == dem.step && id >= block.last_batch.1)
             };
             // A settled state from a file may overlap a little.
-            let is_listed = ids.into_iter().flatten().all(|id| self.blocks[self.origin(id)].is_listed());
+            let is_listed =
+                ids.into_iter().flatten().all(|id| self.origin(id).is_some_and(|(_, b)| b.is_listed()));
             let allowed = if is_listed { dem.setup.overlap_limit } else { 1e-9 };
             let ratio = touch.overlap / touch.radius;
             if ids.into_iter().flatten().any(is_new)
@@ -104,7 +129,8 @@ impl Population {
             (Partner::Wall(w), _) => format!("wall `{}`", dem.setup.walls[w].name),
             (_, other) => {
                 let other = other.unwrap_or(0);
-                format!("particle {other} of insert `{}`", self.blocks[self.origin(other)].insert.name)
+                let name = self.origin(other).map_or("(earlier)", |(_, block)| &block.insert.name);
+                format!("particle {other} of insert `{name}`")
             }
         };
         let x = dem.particles.bodies[touch.particle].position;
@@ -116,17 +142,18 @@ impl Population {
             touch.overlap,
             100.0 * ratio
         );
-        Some(case.about(&format!("insert[{}].place", self.origin(id)), message))
+        let index = self.origin(id).map_or(0, |(index, _)| index);
+        Some(case.about(&format!("insert[{index}].place"), message))
     }
 
     /// Insertions that are not complete: their names, and how many particles each still lacks.
     pub fn missing(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.blocks.iter().filter(|b| b.done < b.count).map(|b| (&*b.insert.name, b.count - b.done))
+        self.blocks.iter().filter(|b| !b.is_complete()).map(|b| (&*b.insert.name, b.count - b.done))
     }
 
     /// Whether every insertion is complete.
     pub fn is_complete(&self) -> bool {
-        self.blocks.iter().all(|b| b.done == b.count)
+        self.blocks.iter().all(Block::is_complete)
     }
 
     /// Inserts what is due at the present step; returns whether anything was. Collective.
@@ -143,12 +170,12 @@ impl Population {
         let mut inserted = false;
         for (index, block) in self.blocks.iter_mut().enumerate() {
             let batch = block.insert.batch.unwrap_or(block.count).max(1);
-            let batches = block.done / batch;
-            let due = block.insert.start + batches as f64 * block.insert.interval;
-            if block.done == block.count || dem.step < (due / dem.setup.rates.dt).round() as u64 {
+            let batches = (block.done.max(block.before) - block.before) / batch;
+            let due = block.start + batches as f64 * block.insert.interval;
+            if block.is_complete() || dem.step < dem.origin.step_at(due, dem.setup.rates.dt) {
                 continue;
             }
-            let until = ((batches + 1) * batch).min(block.count);
+            let until = (block.before + (batches + 1) * batch).min(block.count);
             inserted |= block.insert_until(until, index, case, self.seed, dem, transport)?;
         }
         if inserted {

@@ -36,8 +36,9 @@ pub fn remove_old(directory: &Path, keep: usize) {
     }
 }
 
-/// Takes checkpoints after a step out of the way: they are of a future that did not happen.
-pub(super) fn abandon_later(directory: &Path, step: u64) {
+/// Takes checkpoints after a step out of the way, by the ending `.abandoned`: they are of a future that did not happen. Call it
+/// on one rank.
+pub fn abandon_later(directory: &Path, step: u64) {
     for (_, path) in checkpoints(directory).iter().filter(|(s, _)| *s > step) {
         let _ = std::fs::rename(path, path.with_extension("h5.abandoned"));
     }

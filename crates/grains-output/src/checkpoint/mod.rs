@@ -16,7 +16,7 @@ mod grid;
 mod read;
 mod write;
 
-pub use folder::{latest_valid, remove_old};
+pub use folder::{abandon_later, latest_valid, remove_old};
 pub use grid::GridArray;
 pub use read::CheckpointFile;
 pub use write::write_checkpoint;
@@ -77,6 +77,11 @@ pub(crate) fn checksum(first: usize, bits: impl Iterator<Item = u64>) -> u64 {
         let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         sum.wrapping_add(x ^ (x >> 31))
     })
+}
+
+/// Checksum of the content of a file.
+pub fn checksum_of_bytes(bytes: &[u8]) -> u64 {
+    checksum_of_text(bytes)
 }
 
 pub(crate) fn checksum_of_text(text: &[u8]) -> u64 {

@@ -130,6 +130,11 @@ impl CheckpointFile {
         }
     }
 
+    /// Whether there is an array of rows of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.arrays.iter().any(|array| array.name == name)
+    }
+
     /// Whether there is an array on a grid of this name.
     pub fn has_grid(&self, name: &str) -> bool {
         self.grids.iter().any(|grid| grid.name == name)

@@ -83,6 +83,11 @@ impl GridFile {
         grid.check(&self.0.shared.path, &self.0.shared.communicator)
     }
 
+    /// Whether the file ends with the step at `time` (s), as one that was continued from there.
+    pub fn holds(&self, time: f64) -> bool {
+        self.0.holds(time)
+    }
+
     /// Appends a step at `time` (s); one at the same time or later, left from an earlier run, is replaced.
     ///
     /// `fields` come in the order of the file's specifications, `[z][y][x][components]` of the own cells.

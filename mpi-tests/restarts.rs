@@ -1,0 +1,523 @@
+//! Restarts: nothing is lost or doubled wherever a run is stopped.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::results::{Series, assert_same_state, checkpoints, last_step, series, snapshots, state, step_of};
+use common::{Output, case, folder, replaced, run, run_case, signal, start};
+use std::fs;
+use std::path::Path;
+
+/// Columns that a fluid's iterations or rounding make, which are others on other ranks.
+const ROUNDING: [&str; 4] = ["iterations", "divergence", "imbalance", "cores_met"];
+
+/// Asserts that the files of two runs hold the same steps, and values that are the same but for the sums over ranks and the
+/// tolerance of the fluid's solvers, `share` of the largest of a column.
+fn assert_same_files(wanted: &Path, found: &Path, share: f64) {
+    for file in ["particles.vtkhdf", "walls.vtkhdf", "surfaces.vtkhdf"] {
+        if wanted.join(file).exists() {
+            assert_eq!(snapshots(&wanted.join(file)), snapshots(&found.join(file)), "{file}");
+        }
+    }
+    for file in ["fluid.vtkhdf", "fluid-mean.vtkhdf"] {
+        if wanted.join(file).exists() {
+            assert_eq!(times(&wanted.join(file)), times(&found.join(file)), "{file}");
+        }
+    }
+    assert_same_rows(&series(wanted), &series(found), share);
+    for entry in fs::read_dir(wanted).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if name.starts_with("profile-") && name.ends_with(".csv") {
+            let [a, b] = [wanted, found].map(|folder| table(&folder.join(&name)));
+            assert_same_rows(&a, &b, share);
+        }
+    }
+}
+
+fn times(file: &Path) -> Vec<f64> {
+    let steps = hdf5::File::open(file).unwrap().group("VTKHDF/Steps").unwrap();
+    let count = steps.attr("NSteps").unwrap().read_scalar::<i64>().unwrap() as usize;
+    let mut times = steps.dataset("Values").unwrap().read_raw::<f64>().unwrap();
+    times.truncate(count);
+    times
+}
+
+fn table(path: &Path) -> Series {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let columns = lines.next().unwrap().split(',').map(String::from).collect();
+    let rows = lines.map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+    Series { columns, rows }
+}
+
+fn assert_same_rows(wanted: &Series, found: &Series, share: f64) {
+    assert_eq!(wanted.columns, found.columns);
+    let first = &wanted.columns[0];
+    assert_eq!(wanted.column(first), found.column(first), "column {first}");
+    // Components of a vector are measured by the largest of them.
+    let vector = |name: &str| name.trim_end_matches(['x', 'y', 'z']).to_string();
+    for name in wanted.columns.iter().filter(|name| !ROUNDING.iter().any(|r| name.contains(r))) {
+        let alike = wanted.columns.iter().filter(|other| vector(other) == vector(name));
+        let largest = alike.flat_map(|n| wanted.column(n)).filter(|x| x.is_finite()).map(f64::abs);
+        let tolerance = share * largest.fold(0.0, f64::max);
+        for (row, (a, b)) in wanted.column(name).into_iter().zip(found.column(name)).enumerate() {
+            let same = (a - b).abs() <= tolerance || a.is_nan() && b.is_nan();
+            assert!(same, "column {name}, row {row}: {b:e} for {a:e}, within {tolerance:e}");
+        }
+    }
+}
+
+/// What is written of a case at every `every`th of its `steps` steps.
+fn often(name: &str, (steps, every): (u32, u32)) -> String {
+    let text = case(name);
+    let dt: f64 = key(&text, "dt").parse().unwrap();
+    let interval = format!("{:e}", dt * f64::from(every));
+    let end = format!("{:e}", dt * f64::from(steps));
+    let text = replaced(&text, &format!("\nend = {}\n", key(&text, "end")), &format!("\nend = {end}\n"));
+    // The checkpoints are those of stops alone.
+    let values = [("particles", &*interval), ("series", &interval), ("checkpoint", "1e3")];
+    let (before, output) = text.split_once("\n[output]\n").unwrap();
+    let output = values.iter().fold(format!("\n{output}"), |text, (name, value)| {
+        let old = format!("\n{name} = {}\n", key(&text, name));
+        replaced(&text, &old, &format!("\n{name} = {value}\n"))
+    });
+    format!("{before}\n[output]{output}")
+}
+
+/// Value of the first key of a name in a case.
+fn key(text: &str, name: &str) -> String {
+    let line = text.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
+    line.split_once(" = ").unwrap().1.to_string()
+}
+
+/// Stops a run at each of its steps in turn, on other ranks each time, and compares its files with those of one that was not.
+fn stopped_at_every_step(name: &str, text: &str, share: f64) {
+    let undisturbed = folder(&format!("restarts_{name}_undisturbed"));
+    run_case(2, &undisturbed, text, &[]).succeeded();
+    let stopped = folder(&format!("restarts_{name}_stopped"));
+    let results = stopped.join("results");
+    fs::write(stopped.join("case.toml"), text).unwrap();
+    let end = last_step(&undisturbed.join("results"));
+    let mut arguments = vec!["case.toml", "--max-walltime", "0"];
+    let mut reached = 0;
+    // Three ranks are too many for the few large bodies.
+    let ranks = if name.starts_with("resolved") { [2, 1, 4] } else { [2, 1, 3] };
+    for ranks in ranks.into_iter().cycle() {
+        let output = run(ranks, &stopped, &arguments).succeeded();
+        let step = step_of(checkpoints(&results).last().unwrap());
+        assert!(step > reached, "{}", output.text());
+        reached = step;
+        arguments = vec!["case.toml", "--max-walltime", "0", "--restart", "latest"];
+        if step >= end {
+            break;
+        }
+    }
+    // Once more at the end: nothing is left to do, and nothing is written twice.
+    run(2, &stopped, &arguments).succeeded();
+    let wanted = undisturbed.join("results");
+    assert_same_files(&wanted, &results, share);
+    if share == 0.0 || !results.join("fluid.vtkhdf").exists() {
+        assert_same_state(checkpoints(&wanted).last().unwrap(), checkpoints(&results).last().unwrap());
+    }
+}
+
+/// With the output `every` steps, of `steps`.
+fn at_every_step(name: &str, steps: u32, every: u32) {
+    let text = often(&format!("{name}.toml"), (steps, every));
+    stopped_at_every_step(&format!("{name}_{every}"), &text, 1e-5);
+}
+
+#[test]
+fn a_sheared_packing_stopped_at_every_step_loses_no_row_and_no_snapshot() {
+    at_every_step("shear", 9, 1);
+    at_every_step("shear", 9, 4);
+}
+
+#[test]
+fn a_fluidised_bed_stopped_at_every_step_loses_no_row_and_no_snapshot() {
+    at_every_step("bed", 9, 1);
+}
+
+#[test]
+fn a_bed_stopped_between_the_steps_of_its_fluid_tells_the_same_of_it() {
+    at_every_step("bed", 9, 4);
+}
+
+#[test]
+fn bodies_in_a_flow_stopped_at_every_step_lose_no_row_and_no_snapshot() {
+    at_every_step("resolved", 6, 1);
+    at_every_step("resolved", 7, 3);
+}
+
+#[test]
+fn a_duct_stopped_at_every_step_loses_no_row_snapshot_profile_or_sample() {
+    let text = replaced(&often("duct.toml", (12, 1)), "mean_from = 0.1", "mean_from = 0.04");
+    stopped_at_every_step("duct", &text, 1e-5);
+}
+
+/// Kills all ranks of a run `times` times, wherever it is, and continues it on others from the checkpoint before.
+fn killed(name: &str, text: &str, times: u64) {
+    let undisturbed = folder(&format!("restarts_{name}_alive"));
+    run_case(2, &undisturbed, text, &[]).succeeded();
+    let end = last_step(&undisturbed.join("results"));
+    let home = folder(&format!("restarts_{name}_killed"));
+    let results = home.join("results");
+    fs::write(home.join("case.toml"), text).unwrap();
+    let mut arguments = vec!["case.toml"];
+    for (kill, ranks) in (1..=times).zip([2, 3, 1].into_iter().cycle()) {
+        let mut running = start(ranks, &home, &arguments, 0);
+        let from = end * kill / (times + 1);
+        let has_come =
+            || results.exists() && last_step(&results) >= from && !checkpoints(&results).is_empty();
+        running.wait_until("far enough", has_come);
+        signal("KILL", &running.ranks());
+        assert_ne!(running.wait().code, Some(0));
+        arguments = vec!["case.toml", "--restart", "latest"];
+    }
+    run(2, &home, &arguments).succeeded();
+    assert_same_files(&undisturbed.join("results"), &results, 1e-5);
+}
+
+#[test]
+fn runs_that_are_killed_lose_and_double_nothing() {
+    for (name, steps, saved) in [("bed", 90, 7), ("duct", 120, 3), ("shear", 300, 10)] {
+        let text = often(&format!("{name}.toml"), (steps, 1));
+        let dt: f64 = key(&text, "dt").parse().unwrap();
+        let interval = format!("checkpoint = {:e}", dt * f64::from(saved));
+        killed(name, &replaced(&text, "checkpoint = 1e3", &interval), 2);
+    }
+}
+
+/// Runs a case into the folder `results` named in it.
+fn staged(ranks: usize, home: &Path, text: &str, from: &str) -> Output {
+    run_case(ranks, home, text, &["--restart", from]).succeeded()
+}
+
+fn into(folder: &str, text: &str) -> String {
+    replaced(text, "directory = \"results\"", &format!("directory = {folder:?}"))
+}
+
+#[test]
+fn a_silo_that_is_opened_at_a_restart_is_the_one_that_opens_by_itself() {
+    let home = folder("restarts_silo");
+    let with = |end: f64, until: f64| {
+        let text = replaced(&case("silo.toml"), "end = 0.24", &format!("end = {end}"));
+        replaced(&text, "until = 0.1", &format!("until = {until}"))
+    };
+    // The walls come in another order, and there is one more.
+    let opened = with(0.14, 0.1);
+    let (before, walls) = opened.split_once("[[wall]]").unwrap();
+    let (silo, rest) = walls.split_once("[[wall]]").unwrap();
+    let (plate, after) = rest.split_once("[[flow_plane]]").unwrap();
+    let lid = "\nname = \"lid\"\nmaterial = \"wall\"\nkind = \"plane\"\npoint = [0, 0, 0.13]\nnormal = [0, 0, -1]\n\n";
+    let opened = format!("{before}[[wall]]{plate}[[wall]]{lid}[[wall]]{silo}[[flow_plane]]{after}");
+    run_case(2, &home, &with(0.08, 0.3), &[]).succeeded();
+    let output = staged(3, &home, &into("opened", &opened), "results");
+    for words in
+        ["differs", "wall.plate.until = 0.1, was 0.3", "wall.lid is new", "time.end = 0.14, was 0.08"]
+    {
+        assert!(output.stdout.contains(words), "{words}: {}", output.text());
+    }
+    let own = folder("restarts_silo_at_once");
+    run_case(2, &own, &opened, &[]).succeeded();
+    let last = |folder: &Path| checkpoints(folder).last().unwrap().clone();
+    assert_same_state(&last(&own.join("results")), &last(&home.join("opened")));
+    // The files of the new folder begin with the state of the checkpoint and tell where they come from.
+    let [whole, stage] = [own.join("results"), home.join("opened")].map(|folder| series(&folder));
+    assert_eq!(stage.column("step")[0], 2000.0);
+    let later = whole.rows.iter().filter(|row| row[0] >= 2000.0);
+    assert_same_rows(
+        &Series { columns: whole.columns.clone(), rows: later.cloned().collect() },
+        &stage,
+        1e-12,
+    );
+    let text = fs::read_to_string(home.join("opened/series.csv")).unwrap();
+    assert!(
+        text.contains("# changes: from step 2000, t = 0.08 s: wall.plate.until = 0.1, was 0.3"),
+        "{text}"
+    );
+    // The first run is as it was, and a checkpoint of the second one holds what was changed.
+    assert_eq!(step_of(&last(&home.join("results"))), 2000);
+    let history =
+        hdf5::File::open(last(&home.join("opened"))).unwrap().dataset("grains-mpi/changes").unwrap();
+    let history = String::from_utf8(history.read_raw::<u8>().unwrap()).unwrap();
+    assert!(history.contains("wall.lid is new"), "{history}");
+}
+
+/// Angle (rad) about y of the lifter of the drum in the last snapshot of its walls: that of its corners nearest to the axis.
+fn lifter(folder: &Path) -> f64 {
+    let file = hdf5::File::open(folder.join("walls.vtkhdf")).unwrap();
+    let points = file.dataset("VTKHDF/Points").unwrap().read_raw::<f64>().unwrap();
+    let count = *snapshots(&folder.join("walls.vtkhdf")).1.last().unwrap() as usize;
+    let last = points[points.len() - 3 * count..].chunks(3).filter(|p| p[0].hypot(p[2]) < 0.032);
+    let [x, z] = last.fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[2]]);
+    f64::atan2(-z, x)
+}
+
+#[test]
+fn a_drum_whose_speed_changes_goes_on_from_where_it_is() {
+    let home = folder("restarts_drum");
+    let turning = |end: f64, rate: f64| {
+        let text = replaced(&case("drum.toml"), "end = 0.24", &format!("end = {end}"));
+        text.replace("angular_velocity = 12", &format!("angular_velocity = {rate}"))
+    };
+    run_case(2, &home, &turning(0.08, 12.0), &[]).succeeded();
+    assert!((lifter(&home.join("results")) - 12.0 * 0.08).abs() < 1e-9);
+    let text = turning(0.16, -6.0);
+    let output = staged(3, &home, &into("slower", &text), "results");
+    assert!(output.stdout.contains("wall.lifter.motion.angular_velocity = -6"), "{}", output.text());
+    let slower = home.join("slower");
+    assert!((lifter(&slower) - (12.0 * 0.08 - 6.0 * 0.08)).abs() < 1e-9, "{}", lifter(&slower));
+    // No particle is thrown by a wall that jumps.
+    let speed = |folder: &Path| series(folder).column("largest_speed").into_iter().fold(0.0, f64::max);
+    assert!(speed(&slower) < 1.5 * speed(&home.join("results")), "{}", speed(&slower));
+    // From there it is continued like any run: the places of its walls are in its checkpoints.
+    let own = home.join("own");
+    fs::create_dir(&own).unwrap();
+    fs::copy(slower.join("checkpoint-000000003000.h5"), own.join("middle.h5")).unwrap();
+    let output = staged(1, &own, &text, "middle.h5");
+    assert!(!output.stdout.contains("wall."), "{}", output.text());
+    let last = |folder: &Path| checkpoints(folder).last().unwrap().clone();
+    assert_same_state(&last(&slower), &last(&own.join("results")));
+    // Back to the first speed in the same folder: the rows go on.
+    staged(2, &home, &into("slower", &turning(0.17, 12.0)), "latest");
+    assert!((lifter(&slower) - (6.0 * 0.08 + 12.0 * 0.01)).abs() < 1e-9);
+    let text = fs::read_to_string(slower.join("series.csv")).unwrap();
+    assert!(
+        text.contains("\n# from step 4000: wall.drum.motion.angular_velocity = 12.0, was -6.0\n"),
+        "{text}"
+    );
+    assert_eq!(series(&slower).last_step(), 4250);
+}
+
+/// Two bodies that fall and spin freely for `end` (s) in steps of `dt` (s).
+fn falling(end: f64, dt: f64) -> String {
+    format!(
+        r#"
+[domain]
+lower = [0, 0, 0]
+upper = [0.4, 0.4, 1]
+[time]
+end = {end}
+dt = {dt}
+accept_coarse_dt = true
+[[material]]
+name = "m"
+density = 1000
+[[contact]]
+between = ["m", "m"]
+normal_stiffness = 1e2
+restitution = 0.8
+friction = 0.3
+[[shape]]
+name = "ball"
+kind = "sphere"
+radius = 0.02
+[[shape]]
+name = "brick"
+kind = "box"
+edges = [0.03, 0.04, 0.05]
+[[insert]]
+name = "two"
+particles = [{{ shape = "ball", material = "m" }}, {{ shape = "brick", material = "m" }}]
+count = 6
+place = {{ kind = "lattice", lower = [0.05, 0.05, 0.8], upper = [0.35, 0.35, 0.9], spacing = 0.1, noise = 0 }}
+angular_velocity = [3, 5, -2]
+[output]
+directory = "results"
+series = 0.01
+checkpoint = 0.05
+"#
+    )
+}
+
+#[test]
+fn another_time_step_goes_on_at_the_same_time_and_to_second_order() {
+    let home = folder("restarts_time_step");
+    run_case(1, &home, &falling(0.1, 1e-3), &[]).succeeded();
+    let output = staged(2, &home, &falling(0.2, 3.7e-4), "latest");
+    assert!(output.stdout.contains("time step 3.7e-4 s, was 1e-3 s"), "{}", output.text());
+    // And once more, from a step that is no multiple of the new one.
+    staged(1, &home, &falling(0.3, 7e-4), "latest");
+    let table = series(&home.join("results"));
+    let (times, steps) = (table.column("time"), table.column("step"));
+    assert!(times.windows(2).all(|t| t[0] < t[1]) && steps.windows(2).all(|s| s[0] < s[1]), "{times:?}");
+    for (number, time) in (0..=10).map(|k: usize| (k, 0.01 * k as f64)) {
+        assert!((times[number] - time).abs() < 1e-9, "{times:?}");
+    }
+    assert!((times.last().unwrap() - 0.3).abs() <= 7e-4 && times.len() >= 31, "{times:?}");
+    // A leap-frog falls without an error, if its velocities are those of half a step of its own before.
+    let [potential, momentum] = ["potential", "momentum_z"].map(|name| table.column(name));
+    let mass = -momentum[10] / (9.81 * times[10]);
+    for (k, t) in times.iter().enumerate() {
+        let fallen = (potential[0] - potential[k]) / (mass * 9.81);
+        assert!((fallen - 0.5 * 9.81 * t * t).abs() < 1e-9, "fallen {fallen} at {t}");
+        assert!((momentum[k] + mass * 9.81 * t).abs() < 1e-9 * mass, "momentum {} at {t}", momentum[k]);
+    }
+    let turning = table.column("kinetic_rotation");
+    assert!(turning.iter().all(|e| (e / turning[0] - 1.0).abs() < 1e-6), "{turning:?}");
+}
+
+#[test]
+fn what_is_inserted_is_known_by_its_name() {
+    let home = folder("restarts_insertion");
+    run_case(2, &home, &falling(0.02, 1e-3), &[]).succeeded();
+    // The first one gets two more where they have room by now, the other is new and comes before it in the case.
+    let text = replaced(&falling(0.1, 1e-3), "count = 6", "count = 8\nstart = 0.09");
+    let text = replaced(
+        &text,
+        "lower = [0.05, 0.05, 0.8], upper = [0.35, 0.35, 0.9]",
+        "lower = [0.05, 0.05, 0.88], upper = [0.35, 0.35, 0.98]",
+    );
+    let more = r#"[[insert]]
+name = "more"
+particles = [{ shape = "ball", material = "m" }]
+count = 4
+batch = 2
+interval = 0.02
+velocity = [0, 0, -3]
+place = { kind = "lattice", lower = [0.05, 0.05, 0.5], upper = [0.35, 0.35, 0.6], spacing = 0.1, noise = 0 }
+[[insert]]
+name = "two"
+"#;
+    let text = replaced(&text, "[[insert]]\nname = \"two\"\n", more);
+    let output = staged(1, &home, &text, "latest");
+    assert!(output.stdout.contains("insert.two.count = 8, was 6"), "{}", output.text());
+    let count =
+        |table: &Series| table.column("time").into_iter().zip(table.column("particles")).collect::<Vec<_>>();
+    let results = home.join("results");
+    let found = count(&series(&results));
+    let wanted = [6, 6, 6, 8, 10, 10, 10, 10, 10, 12, 12];
+    assert_eq!(found.iter().map(|(_, n)| *n as u64).collect::<Vec<_>>(), wanted, "{found:?}");
+    let ids: Vec<u64> = state(checkpoints(&results).last().unwrap()).iter().map(|p| p.id).collect();
+    assert_eq!(ids, (0..12).collect::<Vec<_>>());
+    // The same again from between two of its batches, on other ranks.
+    let middle = checkpoints(&results).into_iter().find(|path| step_of(path) == 50).unwrap();
+    let end = home.join("end.h5");
+    fs::copy(checkpoints(&results).last().unwrap(), &end).unwrap();
+    staged(3, &home, &text, middle.to_str().unwrap());
+    assert_same_state(&end, checkpoints(&results).last().unwrap());
+}
+
+#[test]
+fn a_state_without_meaning_in_the_case_is_refused_with_the_reason() {
+    let home = folder("restarts_refused");
+    run_case(2, &home, &falling(0.02, 1e-3), &[]).succeeded();
+    let unused = "[[shape]]\nname = \"pebble\"\nkind = \"sphere\"\nradius = 0.01\n[[insert]]\n";
+    let base = falling(0.03, 1e-3);
+    for (old, new, reason) in [
+        ("upper = [0.4, 0.4, 1]", "upper = [0.4, 0.4, 1.1]", "domain.upper"),
+        ("lower = [0, 0, 0]", "lower = [0, 0, 0]\nperiodic = [true, false, false]", "domain.periodic"),
+        ("density = 1000", "density = 1001", "material.m.density"),
+        ("radius = 0.02", "radius = 0.021", "shape.ball.radius"),
+        ("{ shape = \"ball\", material = \"m\" }, ", "", "shape `ball`"),
+    ] {
+        let refused = run_case(2, &home, &replaced(&base, old, new), &["--restart", "latest"]);
+        let message = refused.only_error(2);
+        assert!(message.contains(reason) && message.contains("cannot be continued"), "{new}: {message}");
+    }
+    // Others are no part of the state.
+    for (old, new) in [
+        ("restitution = 0.8", "restitution = 0.5"),
+        ("normal_stiffness = 1e2", "normal_stiffness = 2e2"),
+        ("[domain]\n", "gravity = [0, 0, -5]\n[domain]\n"),
+        ("[domain]\n", "seed = 9\n[domain]\n"),
+        ("upper = [0.4, 0.4, 1]", "upper = [0.4, 0.4, 1]\noutlets = [\"-z\"]"),
+        ("[[insert]]\n", unused),
+    ] {
+        let own = folder("restarts_accepted");
+        fs::copy(checkpoints(&home.join("results")).last().unwrap(), own.join("from.h5")).unwrap();
+        let output = staged(1, &own, &replaced(&base, old, new), "from.h5");
+        assert!(output.stdout.contains("differs"), "{new}: {}", output.text());
+    }
+}
+
+/// A triangle mesh of two triangles, a floor of height z that reaches over the box of [`falling`].
+fn floor(z: f64) -> String {
+    let corner = |x: f64, y: f64| format!("vertex {x} {y} {z}\n");
+    let (a, b, c, d) = (corner(-0.1, -0.1), corner(0.5, -0.1), corner(0.5, 0.5), corner(-0.1, 0.5));
+    let facet =
+        |p: &str, q: &str, r: &str| format!("facet normal 0 0 1\nouter loop\n{p}{q}{r}endloop\nendfacet\n");
+    format!("solid floor\n{}{}endsolid floor\n", facet(&a, &b, &c), facet(&a, &c, &d))
+}
+
+#[test]
+fn input_files_are_known_by_their_content_wherever_they_lie() {
+    let wall =
+        "[[wall]]\nname = \"floor\"\nmaterial = \"m\"\nkind = \"mesh\"\npath = \"floor.stl\"\n[output]\n";
+    let text = |end: f64| replaced(&falling(end, 1e-3), "[output]\n", wall);
+    let home = folder("restarts_inputs");
+    let here = home.join("here");
+    fs::create_dir(&here).unwrap();
+    fs::write(here.join("floor.stl"), floor(0.1)).unwrap();
+    run_case(2, &here, &text(0.02), &[]).succeeded();
+    // The folder moves.
+    let there = home.join("there");
+    fs::rename(&here, &there).unwrap();
+    let output = staged(1, &there, &text(0.03), "latest");
+    assert!(!output.stdout.contains("wall.floor"), "{}", output.text());
+    // The mesh is another one: it is said, and holds from here on.
+    fs::write(there.join("floor.stl"), floor(0.2)).unwrap();
+    let output = staged(2, &there, &text(0.04), "latest");
+    assert!(output.stdout.contains("wall.floor.path"), "{}", output.text());
+    // So is a table of an insertion to come.
+    let table = "[[insert]]\nname = \"later\"\nparticles = [{ shape = \"ball\", material = \"m\" }]\nstart = 0.06\nplace = { kind = \"file\", path = \"later.csv\" }\n[output]\n";
+    let text = |end: f64| replaced(&replaced(&falling(end, 1e-3), "[output]\n", wall), "[output]\n", table);
+    fs::write(there.join("later.csv"), "x,y,z\n0.1,0.1,0.5\n").unwrap();
+    staged(2, &there, &text(0.05), "latest");
+    fs::write(there.join("later.csv"), "x,y,z\n0.1,0.1,0.5\n0.3,0.3,0.5\n").unwrap();
+    let output = staged(2, &there, &text(0.07), "latest");
+    assert!(output.stdout.contains("insert.later.place.path"), "{}", output.text());
+    assert_eq!(series(&there.join("results")).column("particles").last(), Some(&8.0));
+}
+
+#[test]
+fn a_fluid_comes_to_particles_at_rest_and_goes() {
+    let home = folder("restarts_fluid");
+    let flowing = |end: u32| {
+        let text = replaced(&often("bed.toml", (end, 5)), "checkpoint = 1e3", "checkpoint = 1e-4");
+        replaced(&text, "velocity = [0, 0, 1.0]", "velocity = [0, 0, 0.5]")
+    };
+    let still = |end: u32| {
+        let text = flowing(end);
+        let (before, fluid) = text.split_once("[fluid]\n").unwrap();
+        format!("{before}[output]\n{}", fluid.split_once("[output]\n").unwrap().1)
+    };
+    run_case(2, &home, &still(20), &[]).succeeded();
+    let output = staged(1, &home, &into("flow", &flowing(40)), "results");
+    assert!(output.stdout.contains("fluid is new"), "{}", output.text());
+    let flow = home.join("flow");
+    let table = series(&flow);
+    assert_eq!(table.column("step"), [20.0, 25.0, 30.0, 35.0, 40.0]);
+    assert!(table.column("superficial_z").iter().skip(1).all(|u| (u - 0.5).abs() < 0.05));
+    assert!(*table.column("pressure_drop").last().unwrap() > 0.0);
+    assert_eq!(times(&flow.join("fluid.vtkhdf")).len(), 5);
+    // It is continued as any, also from its first checkpoint, with another inlet; and then the fluid goes.
+    let faster = replaced(&flowing(45), "velocity = [0, 0, 0.5]", "velocity = [0, 0, 0.6]");
+    staged(2, &home, &into("flow", &faster), "latest");
+    let table = series(&flow);
+    assert!((table.column("superficial_z").last().unwrap() - 0.6).abs() < 0.06);
+    let output = staged(2, &home, &into("rest", &still(50)), "flow");
+    assert!(output.stdout.contains("fluid is gone"), "{}", output.text());
+    assert_eq!(series(&home.join("rest")).column("step"), [45.0, 50.0]);
+    // Another grid is refused.
+    let other = replaced(&into("flow", &flowing(60)), "cells = [12, 4, 16]", "cells = [12, 4, 18]");
+    let refused = run_case(2, &home, &other, &["--restart", "latest"]);
+    assert!(refused.only_error(2).contains("fluid.cells"), "{}", refused.text());
+}
+
+#[test]
+fn a_run_killed_after_a_restart_does_not_go_on_from_a_later_checkpoint() {
+    let home = folder("restarts_abandoned");
+    let text = replaced(&falling(0.2, 1e-3), "checkpoint = 0.05", "checkpoint = 0.05\nkeep_checkpoints = 9");
+    run_case(1, &home, &text, &[]).succeeded();
+    let results = home.join("results");
+    // The rows after step 50 are cut off; until the next checkpoint it is the newest one.
+    let from = "results/checkpoint-000000000050.h5";
+    let stop = run_case(2, &home, &text, &["--restart", from, "--max-walltime", "0"]).succeeded();
+    assert!(stop.stdout.contains("stopped at step 51"), "{}", stop.text());
+    assert_eq!(checkpoints(&results).iter().map(|p| step_of(p)).collect::<Vec<_>>(), [50, 51]);
+    run_case(2, &home, &text, &["--restart", "latest"]).succeeded();
+    assert_eq!(series(&results).column("step"), (0..=20).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
+}
