@@ -30,6 +30,8 @@ pub struct Coefficients {
     pub(crate) tangential_stiffness: f64,
     /// 2 γt m (N s/m).
     pub(crate) tangential_dashpot: f64,
+    /// Reduced mass over the number of contacts that share it (kg).
+    pub(crate) mass: f64,
     pub(crate) friction: f64,
     pub(crate) rolling_friction: f64,
     /// Whether friction is limited by the whole normal force, not by its elastic part.
@@ -180,6 +182,7 @@ impl PreparedLaw {
             dashpot: self.dashpot * root,
             tangential_stiffness: self.tangential_stiffness,
             tangential_dashpot: self.per_mass * reduced_mass + self.per_root * root,
+            mass: reduced_mass,
             friction: self.friction,
             rolling_friction: self.rolling_friction,
             limits_by_total: self.limits_by_total,
@@ -196,29 +199,54 @@ impl PreparedLaw {
 impl Coefficients {
     /// Force on body 1 (N): F1 = −(kn δ + 2 γn m dδ/dt) n + Ft, with |Ft| ≤ μ kn δ.
     ///
-    /// `spring` is the tangential displacement ξ (m) of the contact, zero when it begins; it is turned
-    /// into the contact plane, advanced by Vrt `dt`, and shortened while the contact slides so that
-    /// kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2). Without a
-    /// tangential stiffness the force is the memoryless one of thesis eqs 3.20-3.21 and ξ stays zero;
-    /// [`Tangential::ContactTime`] caps it by the whole normal force.
+    /// The tangential displacement ξ (m) is turned into the contact plane, advanced with the slip Vrt, and shortened while
+    /// the contact slides so that kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2).
+    /// A contact that begins slides, as δ = 0: its ξ is −2 γt m Vrt/kt, and its force grows from nothing. One that
+    /// sticks until it ends drops its force, weighted as in [`share_in_contact`].
+    ///
+    /// `spring` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
+    /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
+    /// thesis eqs 3.20-3.21 and ξ stays zero; [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
     pub fn force(&self, contact: &Contact, spring: &mut Vec3, dt: f64) -> Vec3 {
         let Contact { normal, overlap, velocity } = *contact;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
-        let along = self.dashpot * share_in_contact(overlap, opening, dt) * opening - elastic;
+        let share = share_in_contact(overlap, opening, dt);
+        let along = self.dashpot * share * opening - elastic;
         let normal_force = normal * along;
         let sliding = velocity - normal * opening;
-        let viscous = sliding * self.tangential_dashpot;
         let limit = self.friction * if self.limits_by_total { along.abs() } else { elastic };
         if self.tangential_stiffness == 0.0 {
-            return normal_force + capped(viscous, limit).0;
+            let viscous = sliding * self.tangential_dashpot;
+            let (slides, on_cone) = on_cone(&viscous, limit);
+            return normal_force + viscous * if slides { on_cone } else { share };
         }
-        let mut stretched = *spring + sliding * dt;
+        let (stiffness, compliance) = (self.tangential_stiffness, 1.0 / self.tangential_stiffness);
+        let dashpot = self.tangential_dashpot + self.step_dashpot(dt);
+        let viscous = sliding * dashpot;
+        let is_new = (spring.x == 0.0) & (spring.y == 0.0) & (spring.z == 0.0);
+        let begins = begins(share, opening) & is_new;
+        let since = if begins { (share - 0.5) * dt - dashpot * compliance } else { 0.5 * dt };
+        let mut stretched = *spring + sliding * since;
         stretched -= normal * stretched.dot(&normal);
-        let (force, slides) = capped(stretched * self.tangential_stiffness + viscous, limit);
-        *spring = if slides { (force - viscous) / self.tangential_stiffness } else { stretched };
+        let sticking = stretched * stiffness + viscous;
+        let (slides, on_cone) = on_cone(&sticking, limit);
+        let force = sticking * if slides { on_cone } else { share_at_end(share, opening) };
+        let stretched = if slides { (force - viscous) * compliance } else { stretched };
+        *spring = stretched + sliding * (0.5 * dt);
         normal_force + force
+    }
+
+    /// Dashpot (N s/m) that keeps the tangential springs stable: kt dt min((ωt dt)², 1/2), ωt² = 7/2 kt/m.
+    ///
+    /// Velocities at the time of the positions are extrapolated with the last acceleration; by the trapezoidal rule
+    /// that feeds a spring ωt⁴ dt³/8 of its amplitude per second, and N² times that to one of N springs of a body. The
+    /// dashpot takes it back for N up to 4. It is of third order in dt; half of kt dt is that of the rule of Euler.
+    #[inline(always)]
+    pub(crate) fn step_dashpot(&self, dt: f64) -> f64 {
+        let stiff = self.tangential_stiffness * dt;
+        stiff * (3.5 * stiff * dt / self.mass).min(0.5)
     }
 
     /// Whether bodies resist rolling.
@@ -234,7 +262,7 @@ impl Coefficients {
     #[inline(always)]
     pub fn rolling_torque(&self, contact: &Contact, spin: &Vec3, arm: f64) -> Vec3 {
         let viscous = -spin * (self.tangential_dashpot * arm * arm);
-        capped(viscous, self.rolling_friction * arm * self.stiffness * contact.overlap).0
+        capped(viscous, self.rolling_friction * arm * self.stiffness * contact.overlap)
     }
 }
 
@@ -249,11 +277,30 @@ pub(crate) fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
     if overlap < way { 0.5 + overlap / way } else { 1.0 }
 }
 
-/// The vector shortened to `limit` if it is longer, and whether it was.
+/// Whether a contact begins in this step: it is less than its share of it, less 1/2, old.
 #[inline(always)]
-fn capped(vector: Vec3, limit: f64) -> (Vec3, bool) {
+pub(crate) fn begins(share: f64, opening: f64) -> bool {
+    (opening < 0.0) & (share != 1.0)
+}
+
+/// The share of [`share_in_contact`] of a contact that ends, else 1.
+#[inline(always)]
+pub(crate) fn share_at_end(share: f64, opening: f64) -> f64 {
+    if opening < 0.0 { 1.0 } else { share }
+}
+
+/// Whether a vector is longer than `limit`, and its share that is not.
+#[inline(always)]
+fn on_cone(vector: &Vec3, limit: f64) -> (bool, f64) {
     let square = vector.norm_squared();
-    if square > limit * limit { (vector * (limit / square.sqrt()), true) } else { (vector, false) }
+    (square > limit * limit, limit / square.sqrt())
+}
+
+/// The vector, shortened to `limit` if it is longer.
+#[inline(always)]
+fn capped(vector: Vec3, limit: f64) -> Vec3 {
+    let (is_longer, share) = on_cone(&vector, limit);
+    vector * if is_longer { share } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Contacts spread over an area or a line, and contacts that share one pair of bodies.
 
-use crate::law::share_in_contact;
+use crate::law::{begins, share_at_end, share_in_contact};
 use crate::{Coefficients, Contact};
 use nalgebra::{Matrix3, Vector3};
 
@@ -41,6 +41,7 @@ impl Coefficients {
                 Self {
                     dashpot: self.dashpot * damping,
                     tangential_dashpot: self.tangential_dashpot * tangential,
+                    mass: self.mass / n,
                     ..*self
                 }
             }
@@ -49,6 +50,7 @@ impl Coefficients {
                 dashpot: self.dashpot / n,
                 tangential_stiffness: self.tangential_stiffness / n,
                 tangential_dashpot: self.tangential_dashpot / n,
+                mass: self.mass / n,
                 ..*self
             },
         }
@@ -57,8 +59,8 @@ impl Coefficients {
     /// Torque on body 1 about the centre of a spread contact, beside that of its force (N m).
     ///
     /// With Δω = ω2 − ω1 (`spin`, rad/s): −kn M × n + 2 γn m S Δω from the normal forces at the corners, and a
-    /// spring against twisting, (kt ψ + 2 γt m Δω·n) ρ² n with ρ² = tr S, at most μ kn δ ρ. `twist` is ψ
-    /// (rad), zero when the contact begins.
+    /// spring against twisting, (kt ψ + 2 γt m Δω·n) ρ² n with ρ² = tr S, at most μ kn δ ρ. `twist` is ψ half a
+    /// step on (rad), as for the spring of [`Coefficients::force`], zero when the contact begins.
     pub fn spread_torque(
         &self,
         contact: &Contact,
@@ -68,20 +70,30 @@ impl Coefficients {
         dt: f64,
     ) -> Vec3 {
         let Contact { normal, overlap, velocity } = *contact;
-        let share = share_in_contact(overlap, velocity.dot(&normal), dt);
+        let opening = velocity.dot(&normal);
+        let share = share_in_contact(overlap, opening, dt);
         let tilting =
             spread.second * spin * (self.dashpot * share) - spread.moment.cross(&normal) * self.stiffness;
         let (turning, radius2) = (spin.dot(&normal), spread.second.trace());
         let limit = self.friction * self.stiffness * overlap * radius2.sqrt();
-        let viscous = self.tangential_dashpot * turning * radius2;
+        let on_cone = |torque: f64| (torque.abs() > limit).then(|| limit.copysign(torque));
         if self.tangential_stiffness == 0.0 {
-            return tilting + normal * viscous.clamp(-limit, limit);
+            let viscous = self.tangential_dashpot * turning * radius2;
+            return tilting + normal * on_cone(viscous).unwrap_or(viscous * share);
         }
+        let dashpot = self.tangential_dashpot + self.step_dashpot(dt);
+        let viscous = dashpot * turning * radius2;
         let stiffness = self.tangential_stiffness * radius2;
-        let wound = *twist + turning * dt;
-        let torque = (stiffness * wound + viscous).clamp(-limit, limit);
-        let slips = torque.abs() == limit && stiffness > 0.0;
-        *twist = if slips { (torque - viscous) / stiffness } else { wound };
+        let begins = begins(share, opening) && *twist == 0.0;
+        let relaxation = dashpot / self.tangential_stiffness;
+        let since = if begins { (share - 0.5) * dt - relaxation } else { 0.5 * dt };
+        let wound = *twist + turning * since;
+        let sticking = stiffness * wound + viscous;
+        let (torque, wound) = match on_cone(sticking) {
+            Some(torque) if stiffness > 0.0 => (torque, (torque - viscous) / stiffness),
+            _ => (sticking * share_at_end(share, opening), wound),
+        };
+        *twist = wound + turning * (0.5 * dt);
         tilting + normal * torque
     }
 }

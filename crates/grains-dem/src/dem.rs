@@ -371,6 +371,24 @@ impl Dem {
         self.add_films(&mut tally);
         self.clock.charge(Phase::Walls);
         self.note(tally);
+        if self.particles.is_carrying() {
+            self.check_contact_forces();
+        }
+    }
+
+    /// Looks for a sum of contact forces that is not exact, before other forces join it.
+    fn check_contact_forces(&mut self) {
+        let largest = self.lattice.largest_force;
+        let is_beyond = |load: &Load| load.force.amax() > largest;
+        if let Some(i) = self.particles.loads.iter().position(is_beyond) {
+            let force = self.particles.loads[i].force.norm();
+            self.overloaded(i, force);
+        }
+    }
+
+    fn overloaded(&mut self, i: usize, force: f64) {
+        let (id, place) = (self.particles.ids[i], vector(&self.particles.bodies[i].position));
+        self.error = self.error.take().or(Some(StepError::Load { id, place, force }));
     }
 
     /// Adds the loads of the contacts of owned particles with each other, or with clones.
@@ -448,17 +466,18 @@ impl Dem {
             collisions.relocate(particles);
             particles.loads.fill(Load::default());
         }
+        // What a fluid adds is no contact force: those were looked at before.
+        let largest_force = if particles.is_carrying() { f64::INFINITY } else { lattice.largest_force };
         let outcome = integrate::advance(
             particles,
             neighbours,
             &setup.catalogue,
             &setup.global.lattice,
             &setup.rates,
-            lattice.largest_force,
+            largest_force,
         );
-        if let (Some((i, force)), None) = (outcome.overloaded, &self.error) {
-            let (id, place) = (self.particles.ids[i], vector(&self.particles.bodies[i].position));
-            self.error = Some(StepError::Load { id, place, force });
+        if let Some((i, force)) = outcome.overloaded {
+            self.overloaded(i, force);
         }
         self.step += 1;
         self.steps_since_build += 1;

@@ -72,6 +72,27 @@ fn a_load_beyond_what_sums_can_hold_is_named() {
     assert!(matches!(&error, StepError::Load { force, .. } if *force > 100.0), "{error}");
 }
 
+/// Drag, buoyancy and the like have no bound by stiffness: sums of contact forces are to be exact, others are added last.
+#[test]
+fn a_force_that_is_none_of_contacts_has_no_limit() {
+    let pushed = |gap: f64, speed: f64| {
+        let mut dem = pair(gap, Vec3::new(speed, 0.0, 0.0));
+        dem.particles.carry();
+        let results = (0..3).map(|_| {
+            dem.refresh(&SerialTransport)?;
+            dem.add_forces(&SerialTransport);
+            dem.particles.loads.iter_mut().for_each(|load| load.force.y += 1e9);
+            dem.advance(&SerialTransport)
+        });
+        results.collect::<Result<Vec<_>, _>>()
+    };
+    let failure = pushed(-1e-6, -5e3).unwrap_err();
+    assert!(matches!(&failure, Failure::Here(StepError::Load { .. })), "{failure:?}");
+    // Apart they fly off, which other checks may see, not this one.
+    let found = pushed(0.1, 0.0);
+    assert!(!matches!(&found, Err(Failure::Here(StepError::Load { .. }))), "{found:?}");
+}
+
 #[test]
 fn a_ledger_that_does_not_close_is_an_error() {
     let mut dem = pair(1e-3, Vec3::zeros());

@@ -84,7 +84,7 @@ fn pairs(dem: &Dem) -> Vec<[u64; 2]> {
 fn every_contact_of_a_mixture_is_found() {
     let scene = spheres();
     let mut serial = scene.start([1; 3], 0);
-    for _ in 0..400 {
+    for _ in 0..450 {
         serial.step(&SerialTransport).unwrap();
     }
     serial.refresh(&SerialTransport).unwrap();
@@ -114,7 +114,7 @@ fn every_contact_of_a_mixture_is_found() {
     for ranks in [[1, 1, 1], [2, 2, 2]] {
         let mut found = on_ranks(ranks.iter().product(), |transport| {
             let mut dem = scene.start(ranks, transport.rank());
-            for _ in 0..400 {
+            for _ in 0..450 {
                 dem.step(&transport).unwrap();
             }
             dem.refresh(&transport).unwrap();

@@ -2,8 +2,8 @@
 
 use crate::population::KindRange;
 use grains_case::{Case, TimeStep};
-use grains_contact::{CollisionEstimate, Sharing};
-use grains_dem::Catalogue;
+use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
+use grains_dem::{Catalogue, SurfaceMobility};
 
 /// One collision that can happen in the case, and what it asks of the time step.
 #[derive(Clone, Debug)]
@@ -74,10 +74,10 @@ struct Lightest {
     mass: f64,
     /// Inscribed radius (m) of the lightest particle.
     radius: f64,
-    /// Smallest mass (kg) felt by a hit whose line misses the centre: 1/m' = 1/m (1 + m l²/I).
-    off_centre_mass: f64,
-    /// Largest m/m'.
-    quickening: f64,
+    /// Smallest mass (kg) felt anywhere on the surface, 1/(n·K n).
+    felt_mass: f64,
+    /// Largest t·K t/(n·K n) anywhere on the surface (-).
+    along_surface: f64,
     /// Contacts that may act at once as so many springs side by side.
     springs: usize,
 }
@@ -111,7 +111,7 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
         }
     }
     let (dt, reason) = recommended;
-    let dt = if dt.is_finite() { dt } else { 1e-3 * case.time.end };
+    let (dt, reason) = if dt.is_finite() { (dt, reason) } else { of_free_flight(case) };
     let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
     match case.time.dt {
         TimeStep::Auto => choice.dt = rounded_down(dt),
@@ -122,6 +122,11 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
         }
     }
     Ok(choice)
+}
+
+/// The step where particles meet nothing (s), and its reason.
+fn of_free_flight(case: &Case) -> (f64, String) {
+    (1e-3 * case.time.end, "a thousandth of time.end, as nothing can touch".to_string())
 }
 
 /// The tick of the clock where there are no particles: the step given, or a small fraction of the shortest time between
@@ -197,22 +202,20 @@ fn judge(choice: &mut TimeStepChoice, accept_coarse: bool) -> Result<(), String>
 
 fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Encounter> {
     let lightest = lightest(case, catalogue, kinds);
+    let is_alone = kinds.iter().all(|kind| kind.is_alone);
     let name = |m: usize| case.materials[m].name.clone();
     let mut found = Vec::new();
     for contact in &case.contacts {
         let [a, b] = contact.between;
         let law = catalogue.contacts.law(a as u16, b as u16);
         let mut add = |materials: [usize; 2], body: Lightest, other: Option<Lightest>| {
-            let reduced = other.map_or(body.mass, |o| grains_contact::reduced_mass(body.mass, o.mass));
-            let felt = other.map_or(body.off_centre_mass, |o| {
-                grains_contact::reduced_mass(body.off_centre_mass, o.off_centre_mass)
-            });
-            let quickening = other.map_or(body.quickening, |o| body.quickening.max(o.quickening));
+            let reduced = other.map_or(body.mass, |o| reduced_mass(body.mass, o.mass));
+            let felt = other.map_or(body.felt_mass, |o| reduced_mass(body.felt_mass, o.felt_mass));
+            let share = other.map_or(body.along_surface, |o| body.along_surface.max(o.along_surface));
             let springs = other.map_or(body.springs, |o| body.springs.max(o.springs)) as f64;
             let collision = CollisionEstimate::new(law, reduced);
-            // A sphere slides under 7/2 of the tangential damping: its spin helps (errata R16-21).
-            let share = if quickening > 1.0 { 1.0 + quickening } else { 3.5 };
-            let rate = law.tangential_rate(reduced);
+            // The slip of a sphere decays at 7/2 of the rate of tangential damping: its spin helps (errata R16-21).
+            let rate = law.tangential_rate(felt);
             found.push(Encounter {
                 materials: materials.map(name),
                 is_wall: other.is_none(),
@@ -224,7 +227,7 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
                 collision,
             });
         };
-        if let (Some(body), Some(other)) = (lightest[a], lightest[b]) {
+        if let (Some(body), Some(other), false) = (lightest[a], lightest[b], is_alone) {
             add([a, b], body, Some(other));
         }
         let is_wall = |m: usize| case.walls.iter().any(|w| w.material == m);
@@ -242,23 +245,24 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
 /// The lightest particles of each material.
 fn lightest(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Option<Lightest>> {
     let mut lightest: Vec<Option<Lightest>> = vec![None; case.materials.len()];
+    let mobilities: Vec<_> = catalogue.shapes.iter().map(SurfaceMobility::of).collect();
     let mut consider = |material: usize, shape: usize, scale: f64| {
         let form = &catalogue.shapes[shape];
         let mass = catalogue.densities[material] * form.volume * scale.powi(3);
-        let lever = form.bounding_radius.powi(2) - form.inscribed_radius.powi(2);
-        let quickening = if form.is_sphere() { 1.0 } else { 1.0 + lever * form.volume / form.inertia.min() };
+        let SurfaceMobility { along_normal, along_surface } = mobilities[shape];
+        let felt_mass = mass / along_normal;
         let radius = form.inscribed_radius * scale;
         let springs = match catalogue.sharing {
             Sharing::Mean => 1,
             Sharing::Sum => form.parts.len(),
         };
-        let new = Lightest { mass, radius, off_centre_mass: mass / quickening, quickening, springs };
+        let new = Lightest { mass, radius, felt_mass, along_surface, springs };
         let known = lightest[material].get_or_insert(new);
         if mass < known.mass {
             (known.mass, known.radius) = (mass, radius);
         }
-        known.off_centre_mass = known.off_centre_mass.min(new.off_centre_mass);
-        known.quickening = known.quickening.max(quickening);
+        known.felt_mass = known.felt_mass.min(felt_mass);
+        known.along_surface = known.along_surface.max(along_surface);
         known.springs = known.springs.max(springs);
     };
     for range in kinds {

@@ -14,6 +14,8 @@ pub struct KindRange {
     pub smallest: f64,
     /// Largest scale (-).
     pub largest: f64,
+    /// Whether it is the only particle of the case, which meets walls at most.
+    pub is_alone: bool,
 }
 
 /// Shape and material of a component.
@@ -24,7 +26,8 @@ pub fn component_kind(component: &Component) -> Kind {
 /// The kind of a component, by the distribution of its sizes.
 pub fn of_component(component: &Component) -> KindRange {
     let scale = &component.scale;
-    KindRange { kind: component_kind(component), smallest: scale.smallest(), largest: scale.largest() }
+    let (smallest, largest) = (scale.smallest(), scale.largest());
+    KindRange { kind: component_kind(component), smallest, largest, is_alone: false }
 }
 
 /// The kinds among the rows of a file that a component completes, in the order of the rows; collective.
@@ -50,7 +53,7 @@ pub fn of_rows(
     for (place, &[smallest, largest, first]) in table.iter().enumerate() {
         let kind = Kind { shape: (place / materials) as u16, material: (place % materials) as u16 };
         if largest.is_finite() {
-            found.push((-first, KindRange { kind, smallest: -smallest, largest }));
+            found.push((-first, KindRange { kind, smallest: -smallest, largest, is_alone: false }));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -34,13 +34,15 @@ impl Population {
     /// Particle files that cannot be read, or are wrong.
     pub fn read(case: &Case, catalogue: &Catalogue, transport: &impl Transport) -> Result<Self, RunError> {
         let mut first_id = 0;
-        let (mut blocks, mut kinds) = (Vec::new(), Vec::new());
+        let (mut blocks, mut kinds) = (Vec::new(), Vec::<KindRange>::new());
         for insert in &case.inserts {
             let block = Block::read(case, insert, first_id, transport)?;
             first_id += block.count;
             kinds.extend(block.kinds(case, catalogue, transport));
             blocks.push(block);
         }
+        let is_alone = first_id == 1;
+        kinds.iter_mut().for_each(|kind| kind.is_alone = is_alone);
         Ok(Self { blocks, next_id: first_id, kinds, seed: case.seed })
     }
 

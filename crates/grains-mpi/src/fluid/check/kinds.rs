@@ -80,7 +80,7 @@ pub fn kinds(
     ranges: &[KindRange],
 ) -> Result<Vec<Settling>, String> {
     let mut sizes: Vec<(Kind, [f64; 2])> = Vec::new();
-    for &KindRange { kind, smallest, largest } in ranges {
+    for &KindRange { kind, smallest, largest, .. } in ranges {
         match sizes.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, [least, most])) => (*least, *most) = (least.min(smallest), most.max(largest)),
             None => sizes.push((kind, [smallest, largest])),
