@@ -6,8 +6,9 @@ mod surface;
 use crate::report::{MassSource, ShapeReport};
 use crate::shapes::polyhedron_part_of;
 use crate::{
-    ConvexHull, Core, MassProperties, PIXELS, Part, Rotation, Shape, ShapeError, Vec3, principal_axes,
+    ConvexHull, Core, MassProperties, PIXELS, Part, Rotation, Shape, ShapeError, Vec3,
 };
+use crate::mass::principal_moments;
 use crate::{Mat3, shape::crust_thickness};
 use contact::Contacts;
 use nalgebra::Rotation3;
@@ -120,7 +121,7 @@ pub(crate) fn glue(
             (MassProperties::sum(&all), MassSource::Parts)
         }
     });
-    let (axes, inertia) = principal_axes(&mass.inertia);
+    let (axes, inertia) = principal_moments(&mass)?;
     let surfaces: Vec<_> = components.iter().map(|c| (&c.shape.surface, c.frame())).collect();
     let user_to_body = (as_rotation(axes), mass.center);
     let surface = surface::union(&surfaces, &placed, size).transformed(
