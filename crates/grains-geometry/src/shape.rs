@@ -46,6 +46,16 @@ pub enum ShapeError {
         /// Largest (m^5).
         z: f64,
     },
+    /// A union whose mass properties cannot be resolved.
+    #[error(
+        "volume and inertia of the union are uncertain by {error:.1e} with {lines} chords per edge, but must be known to 2e-3: give thicker parts, or parts that only touch"
+    )]
+    Unresolved {
+        /// Estimated relative error (-).
+        error: f64,
+        /// Chords along either edge of the finest grid (-).
+        lines: u32,
+    },
     /// A composite of nothing.
     #[error("a composite needs at least one part, but none is given: add parts")]
     NoComponents,
