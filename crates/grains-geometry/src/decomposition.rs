@@ -11,6 +11,7 @@ use crate::shape::check_length;
 use crate::solid::solid_mass;
 use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3, read_mesh};
 use pieces::Pieces;
+pub use pieces::catches_panics;
 use std::path::{Path, PathBuf};
 
 /// How a mesh is cut into convex parts.

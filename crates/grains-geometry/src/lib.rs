@@ -38,7 +38,7 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
-pub use decomposition::DecompositionOptions;
+pub use decomposition::{DecompositionOptions, catches_panics};
 pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
 pub use footprint::Footprint;
 pub use gjk::{GjkError, Simplex};
