@@ -327,6 +327,9 @@ impl Support for BoxCore {
     }
 }
 
+/// Squares below this have lost digits: what lies across an axis by less than its root points nowhere.
+pub(crate) const NO_DIRECTION: f64 = 1e-280;
+
 /// Cylinder about z.
 pub(crate) struct CylinderCore {
     pub radius: f64,
@@ -338,10 +341,10 @@ impl Support for CylinderCore {
 
     #[inline(always)]
     fn farthest(&self, direction: &Vec3) -> Vec3 {
-        let radial = (direction.x * direction.x + direction.y * direction.y).sqrt();
+        let squared = direction.x * direction.x + direction.y * direction.y;
         let z = self.half_height.copysign(direction.z);
-        if radial > 0.0 {
-            let scale = self.radius / radial;
+        if squared > NO_DIRECTION {
+            let scale = self.radius / squared.sqrt();
             Vec3::new(direction.x * scale, direction.y * scale, z)
         } else {
             Vec3::new(self.radius, 0.0, z)

@@ -11,10 +11,8 @@ use crate::shape::check_length;
 use crate::solid::solid_mass;
 use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3, read_mesh};
 use pieces::Pieces;
+pub use pieces::catches_panics;
 use std::path::{Path, PathBuf};
-
-/// Cells per direction of the pixel rule that compares the parts with the mesh.
-const VOLUME_CELLS: u32 = 300;
 
 /// How a mesh is cut into convex parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,7 +82,7 @@ impl Shape {
             pieces: pieces.found,
             merged: pieces.merged,
             dropped: pieces.dropped,
-            volume_error: MassProperties::of_pixels(&shape.parts, VOLUME_CELLS).volume / mass.volume - 1.0,
+            volume_error: MassProperties::of_chords(&shape.parts).0.volume / mass.volume - 1.0,
             cached,
         });
         Ok(shape.named("mesh"))

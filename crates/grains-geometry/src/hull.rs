@@ -1,19 +1,17 @@
 //! Convex polyhedra: hull of points, polygonal faces, and erosion by a crust.
 
 mod faces;
+mod half_spaces;
 mod triangulated;
 
-use crate::{Mat3, TriMesh, Vec3};
+use crate::{TriMesh, Vec3};
 use faces::join_coplanar;
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 use thiserror::Error;
 use triangulated::triangulated_hull;
 
 /// Points closer than this to a plane lie on it (relative to the size of the body).
 const COPLANAR: f64 = 1e-11;
-/// Corners of a core this far outside a face are rounding (relative to the size of the body).
-const OUTSIDE: f64 = 1e-12;
 /// Points closer than this to each other are one point (relative to the size of the body).
 const COINCIDENT: f64 = 1e-9;
 /// Bodies thinner than this are flat (relative to their size).
@@ -151,7 +149,7 @@ impl ConvexHull {
             })
             .collect();
         let flat = |thickness| HullError::Coplanar { thickness, size: 1.0 };
-        let vertices = intersect_half_spaces(&planes).map_err(flat)?;
+        let vertices = half_spaces::corners(&planes).map_err(flat)?;
         Ok(vertices.iter().map(|v| v.component_mul(&stretch) + centre).collect())
     }
 
@@ -218,41 +216,4 @@ fn spread_points(points: &[Vec3]) -> Result<[usize; 4], f64> {
     let fourth = farthest(&|p| (p - a).dot(&normal).abs());
     let thickness = (points[fourth] - a).dot(&normal).abs();
     if thickness > FLAT { Ok([0, second, third, fourth]) } else { Err(thickness) }
-}
-
-/// Vertices of `{x : n_i·x <= e_i}` for unit normals and e_i > 0: each face of the hull of the dual
-/// points n_i/e_i is a vertex, solved from all planes through it.
-fn intersect_half_spaces(planes: &[(Vec3, f64)]) -> Result<Vec<Vec3>, f64> {
-    let dual: Vec<Vec3> = planes.iter().map(|(n, e)| n / *e).collect();
-    let (centre, size) = extent(&dual);
-    let unit: Vec<Vec3> = dual.iter().map(|y| (y - centre) / size).collect();
-    let dual_hull = unit_hull(&unit)?;
-    let plane_of = index_of_points(&unit, &dual_hull.vertices);
-    let inside = |v: &Vec3| planes.iter().all(|(n, e)| n.dot(v) - e <= OUTSIDE);
-    let corner = |face: &Face| {
-        let through: Vec<(Vec3, f64)> = face.vertices.iter().map(|&i| planes[plane_of[i as usize]]).collect();
-        // Planes that nearly share a line fix no point on it; the corners on both sides of it do.
-        meeting_point(&through).filter(inside)
-    };
-    Ok(dual_hull.faces.iter().filter_map(corner).collect())
-}
-
-/// For each of `some`, its index among `all` (bitwise equal).
-fn index_of_points(all: &[Vec3], some: &[Vec3]) -> Vec<usize> {
-    let key = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
-    let places: BTreeMap<[u64; 3], usize> = all.iter().enumerate().map(|(i, p)| (key(p), i)).collect();
-    some.iter().map(|p| places[&key(p)]).collect()
-}
-
-/// Point nearest to three or more planes n·x = e (least squares, refined to rounding).
-fn meeting_point(planes: &[(Vec3, f64)]) -> Option<Vec3> {
-    let normal_matrix = planes.iter().map(|(n, _)| n * n.transpose()).sum::<Mat3>();
-    let inverse = normal_matrix.try_inverse()?;
-    let mut x = Vec3::zeros();
-    // The normal equations square the condition number; correcting by the residual twice restores it.
-    for _ in 0..3 {
-        let residual: Vec3 = planes.iter().map(|(n, e)| n * (e - n.dot(&x))).sum();
-        x += inverse * residual;
-    }
-    Some(x)
 }

@@ -38,13 +38,13 @@ pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
 pub use core::{Core, Placement, Polyhedron};
-pub use decomposition::DecompositionOptions;
+pub use decomposition::{DecompositionOptions, catches_panics};
 pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
 pub use footprint::Footprint;
 pub use gjk::{GjkError, Simplex};
 pub use glued::Component;
 pub use hull::{ConvexHull, Face, HullError};
-pub use mass::{MassProperties, PIXELS, principal_axes, sphere_equivalent_diameter};
+pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};
 pub use mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
 pub use mesh_file::{
     ImportedMesh, MeshFileError, ParseError, parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,

@@ -3,7 +3,7 @@
 use crate::{MassProperties, Shape};
 
 /// Where volume, centre of mass and inertia come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MassSource {
     /// A closed form.
     #[default]
@@ -12,10 +12,14 @@ pub enum MassSource {
     ClosedMesh,
     /// The sum over parts that do not overlap.
     Parts,
-    /// The pixel rule ([`MassProperties::of_pixels`]).
-    Pixels {
-        /// Cells per direction (-).
-        cells: u32,
+    /// The sum over the pieces of polyhedra cut along each other's faces.
+    Clipped,
+    /// Chords through the union ([`MassProperties::of_chords`]).
+    Chords {
+        /// Lines per edge of the grid (-).
+        lines: u32,
+        /// Relative difference from the grid of half as many (-).
+        error: f64,
     },
 }
 
@@ -41,35 +45,39 @@ pub struct DecompositionReport {
     pub merged: usize,
     /// Pieces dropped because they are flat or tiny (-).
     pub dropped: usize,
-    /// Volume of the union of the parts less that of the mesh, over that of the mesh (-), by the pixel rule.
+    /// Volume of the union of the parts less that of the mesh, over that of the mesh (-), by chords.
     pub volume_error: f64,
     /// Whether the parts were found on disk, where an earlier decomposition had left them.
     pub cached: bool,
 }
 
-/// The pixel rule beside the mass properties a shape keeps.
+/// The rule of chords on the parts beside the mass properties a shape keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassReport {
     /// Where the mass properties of the shape come from.
     pub source: MassSource,
-    /// Cells per direction of the pixel rule (-).
-    pub cells: u32,
-    /// Volume by the pixel rule less that of the shape, over that of the shape (-).
+    /// Lines per edge of the grid of chords (-).
+    pub lines: u32,
+    /// Relative difference from the grid of half as many (-).
+    pub error: f64,
+    /// Volume by chords less that of the shape, over that of the shape (-).
     pub volume_difference: f64,
     /// Largest such difference of a principal moment of inertia (-).
     pub inertia_difference: f64,
 }
 
 impl Shape {
-    /// Compares the mass properties with those of the pixel rule on the parts.
-    pub fn mass_report(&self, cells: u32) -> MassReport {
-        let pixels = MassProperties::of_pixels(&self.parts, cells);
-        let relative = |a: usize| pixels.inertia[(a, a)] / self.inertia[a] - 1.0;
-        let worst = (0..3).map(relative).fold(0.0, |w: f64, r| if r.abs() > w.abs() { r } else { w });
+    /// Compares the mass properties with those of chords through the parts.
+    pub fn mass_report(&self) -> MassReport {
+        let (mass, lines, error) = MassProperties::of_chords(&self.parts);
+        let relative = |a: usize| mass.inertia[(a, a)] / self.inertia[a] - 1.0;
+        // NaN is the worst.
+        let worst = (0..3).map(relative).fold(0.0, |w: f64, r| if r.abs() <= w.abs() { w } else { r });
         MassReport {
             source: self.report.mass,
-            cells,
-            volume_difference: pixels.volume / self.volume - 1.0,
+            lines,
+            error,
+            volume_difference: mass.volume / self.volume - 1.0,
             inertia_difference: worst,
         }
     }

@@ -32,6 +32,30 @@ pub enum ShapeError {
     /// A mesh that bounds no solid.
     #[error(transparent)]
     Solid(#[from] SolidError),
+    /// Mass properties that no solid has, NaN among them.
+    #[error(
+        "volume {volume:e} m3 and principal moments of inertia {x:e}, {y:e}, {z:e} m5 are those of no solid: correct the vertices or the parts"
+    )]
+    Mass {
+        /// Volume (m^3).
+        volume: f64,
+        /// Smallest principal moment of inertia for unit density (m^5).
+        x: f64,
+        /// The next (m^5).
+        y: f64,
+        /// Largest (m^5).
+        z: f64,
+    },
+    /// A union whose mass properties cannot be resolved.
+    #[error(
+        "volume and inertia of the union are uncertain by {error:.1e} with {lines} chords per edge, but must be known to 2e-3: give thicker parts, or parts that only touch"
+    )]
+    Unresolved {
+        /// Estimated relative error (-).
+        error: f64,
+        /// Chords along either edge of the finest grid (-).
+        lines: u32,
+    },
     /// A composite of nothing.
     #[error("a composite needs at least one part, but none is given: add parts")]
     NoComponents,

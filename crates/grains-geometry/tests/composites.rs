@@ -4,7 +4,7 @@
 mod support;
 
 use grains_geometry::{
-    Component, ConvexHull, Core, Lobes, MassSource, PIXELS, RegularSolid, Rotation, Shape, ShapeError,
+    Component, ConvexHull, Core, Lobes, MassSource, RegularSolid, Rotation, Shape, ShapeError,
     SphereArrangement, Vec3,
 };
 use std::f64::consts::PI;
@@ -58,8 +58,8 @@ fn a_cut_cylinder_has_the_mass_of_the_whole() {
     close(whole.volume, 2.664071e-7, 1e-6);
     close(density * whole.inertia.x, 1.966e-9, 2e-4);
     close(density * whole.inertia.z, 2.480e-9, 2e-4);
-    let pixels = Shape::sliced_cylinder(radius, height, 10, 0.02).unwrap().mass_report(500);
-    assert!(pixels.volume_difference.abs() < 1e-4 && pixels.inertia_difference.abs() < 1e-3, "{pixels:?}");
+    let chords = Shape::sliced_cylinder(radius, height, 10, 0.02).unwrap().mass_report();
+    assert!(chords.volume_difference.abs() < 5e-5 && chords.inertia_difference.abs() < 1e-4, "{chords:?}");
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_box_cut_in_eight_has_the_mass_of_the_whole_and_no_seams() {
     close(cut.bounding_radius, whole.bounding_radius, 1e-12);
 }
 
-/// Balls outside each other are summed exactly, those that overlap by pixels.
+/// Balls outside each other are summed exactly, those that overlap by chords.
 #[test]
 fn two_balls_have_the_volume_of_their_union() {
     let ball = Shape::sphere(1.0).unwrap();
@@ -91,7 +91,7 @@ fn two_balls_have_the_volume_of_their_union() {
     assert!((touching.user_to_body.1 - Vec3::new(6.0, 3.0, 4.0)).norm() < 1e-14);
     assert_eq!(touching.bounding_radius, 2.0);
     let overlapping = pair(1.0);
-    assert_eq!(overlapping.report.mass, MassSource::Pixels { cells: PIXELS });
+    assert!(matches!(overlapping.report.mass, MassSource::Chords { .. }));
     let lens = PI / 12.0 * (4.0 + 1.0) * (2.0 - 1.0) * (2.0 - 1.0);
     close(overlapping.volume, 2.0 * ball.volume - lens, 1e-4);
     close(overlapping.bounding_radius, 1.5, 1e-4);
@@ -195,10 +195,10 @@ fn lobes_have_the_area_of_the_thesis_and_their_closed_moments() {
         let lobes = Lobes::with_area_fraction(count, 0.8e-3, fraction).unwrap();
         let shape = Shape::lobes(lobes, length * 1e-3, 0.02).unwrap();
         assert_eq!((shape.parts.len(), shape.report.mass), (count as usize + 1, MassSource::ClosedForm));
-        let pixels = shape.mass_report(500);
+        let chords = shape.mass_report();
         assert!(
-            pixels.volume_difference.abs() < 3e-4 && pixels.inertia_difference.abs() < 5e-4,
-            "{pixels:?}"
+            chords.volume_difference.abs() < 5e-5 && chords.inertia_difference.abs() < 1e-4,
+            "{chords:?}"
         );
         let (volume, inertia) = monte_carlo(&shape, 400_000);
         close(volume, shape.volume, 0.01);
@@ -249,8 +249,8 @@ fn crosses_have_their_closed_forms() {
         let surface = w * w * (ends * (4.0 * 2.0 + 1.0) + bare);
         let round = PI.cbrt() * (6.0 * cross.volume).powf(2.0 / 3.0);
         close(round / surface, sphericity, 1e-4);
-        let pixels = cross.mass_report(PIXELS);
-        assert!(pixels.volume_difference.abs() < 1e-3, "{pixels:?}");
+        let chords = cross.mass_report();
+        assert!(chords.volume_difference.abs() < 5e-5, "{chords:?}");
         close(cross.bounding_radius, w * (2.5f64.powi(2) + 0.5).sqrt(), 0.01);
     }
     assert!(Shape::cross(4, 1.0, 5.0, 0.02).is_err() && Shape::cross(2, 1.0, 1.0, 0.02).is_err());

@@ -159,5 +159,5 @@ fn a_rough_stone_is_cut_within_its_volume_error() {
     let shape = Shape::of_mesh(&mesh, 1e-2, &options(16, 64), 0.02).unwrap();
     let report = shape.report.decomposition.clone().unwrap();
     assert!(shape.parts.len() <= 16 && report.volume_error.abs() < 0.03, "{report:?}");
-    assert!(shape.mass_report(200).volume_difference.abs() < 0.03);
+    assert!(shape.mass_report().volume_difference.abs() < 0.03);
 }

@@ -207,6 +207,34 @@ fn random_pairs_are_certified_warm_and_cold() {
     println!("warm and cold differ by {worst:e}");
 }
 
+/// Slender and flat cylinders on an axis of a superellipsoid, or off it by next to nothing: components of directions of 1e-160,
+/// whose squares lose their digits, must not move support points off the rim. Far apart and near, turned and not.
+#[test]
+fn cylinders_on_an_axis_are_certified() {
+    let mut random = Random(12);
+    let mut pool: Vec<Core> = (0..300).map(|k| core(&mut random, if k % 2 == 0 { 1.1 } else { 5.0 }, 1.0)).collect();
+    for eps in [[1.816, 0.748], [1.3, 1.9], [1.98, 0.07]] {
+        let shape = Shape::superellipsoid(Vec3::new(0.98, 0.95, 1.0), eps, 0.02).unwrap();
+        pool.push(shape.parts[0].core.clone());
+    }
+    for number in 0..150_000 {
+        let a = pool[random.below(pool.len())].clone();
+        let b = Core::Cylinder { radius: random.log(0.003, 1.0), half_height: random.log(0.003, 1.0) };
+        let rotation = if random.below(4) == 0 { random.rotation() } else { random.aligned() };
+        let axis = Vec3::ith(random.below(3), if random.below(2) == 0 { 1.0 } else { -1.0 });
+        let off = if random.below(2) == 0 { random.log(1e-16, 1e-2) } else { 0.0 };
+        let direction = (axis + random.direction() * off).normalize();
+        let apart = direction * ((a.radius() + b.radius()) * random.log(0.5, 5.0));
+        let pair = Pair::new(a, b, place(&rotation, 1.0, apart));
+        let pair = if number % 2 == 0 { pair } else { pair.exchanged() };
+        let mut simplex = Simplex::default();
+        let gap = pair.certify(&pair.query(&mut simplex));
+        assert!(gap < 1e-9, "{number}: gap {gap:e}");
+        let gap = pair.certify(&pair.query(&mut simplex));
+        assert!(gap < 1e-9, "{number}: gap {gap:e} warm");
+    }
+}
+
 #[test]
 fn distances_are_symmetric_and_turn_with_the_bodies() {
     for_all_pairs(5, 20_000, |_, partner, pair| {

@@ -77,7 +77,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
             shape.bounding_radius,
             shape.parts[0].crust
         );
-        out.push_str(&describe(shape));
+        out.push_str(&describe(shape)?);
     }
     if kind == 1 {
         let _ = writeln!(out, "contacts       {}", contact_points(&setup.catalogue));

@@ -3,7 +3,7 @@
 use crate::geometry::convex;
 use grains_case::{GluedPart, ShapeKind, beam_size, layer_radius};
 use grains_geometry::{
-    Component, DecompositionOptions, Lobes, MassSource, PIXELS, Rotation, Shape, ShapeError,
+    Component, DecompositionOptions, Lobes, MassSource, Rotation, Shape, ShapeError,
     SphereArrangement, Vec3,
 };
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -57,28 +57,46 @@ fn component(part: &GluedPart, crust: f64) -> Result<Component, ShapeError> {
 }
 
 /// Lines of `check` about a shape that is no simple convex body: parts, mass properties, decomposition.
-pub(crate) fn describe(shape: &Shape) -> String {
+///
+/// # Errors
+/// Parts without mass properties to compare with.
+pub(crate) fn describe(shape: &Shape) -> Result<String, String> {
     let mut text = String::new();
     if shape.parts.len() == 1 && shape.report.mass == MassSource::ClosedForm {
-        return text;
+        return Ok(text);
     }
     let source = match shape.report.mass {
         MassSource::ClosedForm => "in closed form".to_string(),
         MassSource::ClosedMesh => "by integrals over the closed surface".to_string(),
         MassSource::Parts => "as the sum of the parts, which do not overlap".to_string(),
-        MassSource::Pixels { cells } => format!("by the pixel rule with {cells} cells per direction"),
+        MassSource::Clipped => "of the union of the parts, exact".to_string(),
+        MassSource::Chords { lines, error } => {
+            format!("of the union of the parts, by {lines} x {lines} chords (error about {error:.0e})")
+        }
     };
-    // Where the rule is all there is, another grid shows its error.
-    let cells = if let MassSource::Pixels { cells } = shape.report.mass { cells / 2 + 1 } else { PIXELS };
-    let report = shape.mass_report(cells);
+    let report = shape.mass_report();
+    if report.volume_difference.is_nan() || report.inertia_difference.is_nan() {
+        return Err(format!(
+            "shape \"{}\": its parts under the crust bound no volume, so that its contacts would be wrong: choose a smaller `crust`, or vertices farther apart",
+            shape.name
+        ));
+    }
     let count = shape.parts.len();
     let _ = writeln!(
         text,
-        "    {count} part{}; mass properties {source}; the pixel rule with {cells} differs by {:+.1e} in volume, {:+.1e} in inertia",
+        "    {count} part{}; mass properties {source}; those of the parts by chords differ by {:+.1e} in volume, {:+.1e} in inertia",
         if count == 1 { "" } else { "s" },
         report.volume_difference,
         report.inertia_difference
     );
+    let worst = report.volume_difference.abs().max(report.inertia_difference.abs());
+    if worst > NOTABLE_DIFFERENCE && shape.report.decomposition.is_none() {
+        let _ = writeln!(
+            text,
+            "    warning: the parts that make contact differ from the body that has the mass by {:.2} %: choose a smaller `crust`",
+            100.0 * worst
+        );
+    }
     if let Some(cut) = &shape.report.decomposition {
         let _ = writeln!(
             text,
@@ -97,8 +115,11 @@ pub(crate) fn describe(shape: &Shape) -> String {
             );
         }
     }
-    text
+    Ok(text)
 }
+
+/// Difference of mass properties that is worth a warning (-).
+const NOTABLE_DIFFERENCE: f64 = 2e-3;
 
 /// Volume error of a decomposition that is worth a warning (-).
 const LARGE_ERROR: f64 = 0.05;

@@ -124,7 +124,7 @@ fn main() {
         let _ = answer.print();
         std::process::exit(answer.exit_code());
     });
-    let job = match Job::start() {
+    let job = match Job::start(grains_geometry::catches_panics) {
         Ok(job) => job,
         Err(message) => {
             eprintln!("grains-mpi: {message}");

@@ -13,7 +13,7 @@ use std::time::Instant;
 const REPEATS: usize = 8;
 
 fn main() {
-    let job = Job::start().expect("MPI starts");
+    let job = Job::start(|| false).expect("MPI starts");
     if let Err(error) = run(&job) {
         eprintln!("error: {error}");
         grains_comm::abort(2);

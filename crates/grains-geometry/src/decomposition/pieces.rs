@@ -7,7 +7,9 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d_f64::transformation::voxelization::{FillMode, Voxel, VoxelSet, VoxelizedVolume};
+use std::cell::Cell;
 use std::collections::BTreeSet;
+use std::panic::{UnwindSafe, catch_unwind};
 
 /// Points of a piece closer than this become one (voxels).
 const WELD: f64 = 0.05;
@@ -93,6 +95,25 @@ fn convex(unit: &TriMesh) -> Option<ConvexHull> {
     (volume(&hull.triangles()) <= volume(unit) * (1.0 + FILLED)).then_some(hull)
 }
 
+thread_local! {
+    /// Whether a panic of this thread would be caught here.
+    static CATCHES: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether a panic of this thread is caught by this crate and becomes an error: a panic hook that ends the program must
+/// not do so then.
+pub fn catches_panics() -> bool {
+    CATCHES.get()
+}
+
+/// The result of `work`, none if it panics.
+fn caught<T>(work: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
+    CATCHES.set(true);
+    let result = catch_unwind(work);
+    CATCHES.set(false);
+    result.ok()
+}
+
 /// Points that span each piece: where the mesh crosses its voxels, and the corners of its voxels that lie
 /// inside the mesh along a cut.
 fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>> {
@@ -104,7 +125,7 @@ fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>>
         ..VHACDParameters::default()
     };
     // The library asserts where it meets a set of points without a hull.
-    let found = std::panic::catch_unwind(|| {
+    let found = caught(|| {
         let fill = FillMode::FloodFill { detect_cavities: false };
         let volume = VoxelizedVolume::voxelize(&points, &unit.triangles, options.resolution, fill, true);
         let voxels = VoxelSet::from(volume);
@@ -121,7 +142,7 @@ fn cut(unit: &TriMesh, options: &DecompositionOptions) -> Option<Vec<Vec<Vec3>>>
         pieces.collect::<Vec<_>>()
     });
     let vector = |p: &Vector| Vec3::new(p.x, p.y, p.z);
-    Some(found.ok()?.iter().map(|piece| piece.iter().map(vector).collect()).collect())
+    Some(found?.iter().map(|piece| piece.iter().map(vector).collect()).collect())
 }
 
 fn voxel_corners(set: &VoxelSet, voxel: &Voxel) -> impl Iterator<Item = Vector> + use<> {
@@ -175,5 +196,26 @@ impl Union {
         let (a, b) = (&pieces[first], &pieces[second]);
         let piece = a.is_near(b, voxel).then(|| a.union(b, WELD * voxel))??;
         Some(Self { first, second, cost: piece.volume - a.volume - b.volume, piece })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// Panics that a hook sees as caught, and others.
+    static SEEN: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
+
+    #[test]
+    fn a_hook_can_tell_the_panics_that_become_errors() {
+        std::panic::set_hook(Box::new(|_| {
+            SEEN[usize::from(catches_panics())].fetch_add(1, Ordering::Relaxed);
+        }));
+        assert_eq!(caught(|| 3), Some(3));
+        assert_eq!(caught(|| -> u32 { panic!("no hull") }), None);
+        let _ = catch_unwind(|| panic!("a bug"));
+        let _ = std::panic::take_hook();
+        assert_eq!(SEEN.each_ref().map(|n| n.load(Ordering::Relaxed)), [1, 1]);
     }
 }

@@ -7,7 +7,7 @@
 //! caller certifies the result by support points and carries on without it.
 
 use super::Simplex;
-use crate::core::{CylinderCore, Support};
+use crate::core::{CylinderCore, NO_DIRECTION, Support};
 use crate::{Placement, Vec3};
 
 /// Newton steps before giving up; a start 1e-4 off takes two.
@@ -84,8 +84,9 @@ impl Circle {
     #[inline(always)]
     fn face(&mut self, direction: &Vec3) {
         let (c, s) = (self.cosine.dot(direction), self.sine.dot(direction));
-        let norm = (c * c + s * s).sqrt();
-        if norm > 0.0 {
+        let squared = c * c + s * s;
+        if squared > NO_DIRECTION {
+            let norm = squared.sqrt();
             self.angle = [c / norm, s / norm];
         }
     }

@@ -238,7 +238,8 @@ impl Query<'_> {
 
     /// With the support function h, (v·t − h_A(v) − h_B(−v))/|v| is a lower bound of the distance.
     ///
-    /// It is compared in squares to spare the root.
+    /// It is compared in squares to spare the root. A bound clearly above |v| says that v joins no points of the
+    /// cores: that is no answer either.
     #[inline(always)]
     fn judge<A: Support, B: Support>(&self, a: &A, b: &B, v: &Vec3, squared: f64, tolerance: f64) -> Verdict {
         let reach = b.height(&-self.placement.matrix.tr_mul(v));
@@ -247,10 +248,13 @@ impl Query<'_> {
             return Verdict::Beyond;
         }
         let slack = squared - height;
-        if slack <= 0.0 || slack * slack <= tolerance * tolerance * squared {
+        let off = slack * slack;
+        // Rounding may put the bound a little above.
+        let is_above = slack <= 0.0 && off <= (STALLED_TOLERANCE / TOLERANCE * tolerance).powi(2) * squared;
+        if is_above || off <= tolerance * tolerance * squared {
             return Verdict::Nearest;
         }
-        Verdict::Improvable { gap: slack / squared.sqrt() }
+        Verdict::Improvable { gap: slack.abs() / squared.sqrt() }
     }
 
     /// Solves the touching features as equations and certifies the result like any other.

@@ -1,6 +1,16 @@
 //! Where a line along x crosses a convex part with sharp edges.
 
-use crate::{ConvexHull, Core, Part, Vec3};
+use crate::mesh::leaders;
+use crate::{ConvexHull, Core, Part, Superellipsoid, Vec3};
+
+/// Corners closer than this are one (relative to the size of a polyhedron).
+const COINCIDENT: f64 = 4e-9;
+/// Halvings that look for a point of a line inside a superellipsoid; it is passed by if it is that flat there.
+const HALVINGS: usize = 40;
+/// Newton steps to an end of a chord, which approach it from outside.
+const STEPS: usize = 100;
+/// Step at which an end is found (relative to the size of the superellipsoid).
+const FOUND: f64 = 1e-13;
 
 /// A convex part with sharp edges, ready to be cut by lines along x.
 pub(super) struct Solid<'a> {
@@ -24,11 +34,6 @@ impl<'a> Solid<'a> {
         (1..3).all(|a| self.lower[a] <= point[a] && point[a] <= self.upper[a])
     }
 
-    /// Whether a point lies in the part.
-    pub fn contains(&self, point: &Vec3) -> bool {
-        self.part.contains(&self.part.rotation.tr_mul(&(point - self.part.center)))
-    }
-
     /// Where the line from `origin` along x enters and leaves the part, to rounding (m from the origin).
     pub fn chord(&self, origin: &Vec3) -> Option<(f64, f64)> {
         let (part, along) = (self.part, &self.along);
@@ -47,8 +52,9 @@ impl<'a> Solid<'a> {
                 let room = face.offset + part.crust - face.normal.dot(&start);
                 below(chord, face.normal.dot(along), room)
             }),
-            // No closed form: the ends are found cell by cell.
-            _ => Some((self.lower.x - origin.x, self.upper.x - origin.x)),
+            Core::Superellipsoid(body) => within_superellipsoid(body, &start, along),
+            // A piece of a wall has no inside.
+            Core::Triangle(_) => None,
         }
     }
 }
@@ -62,6 +68,45 @@ fn within_ball(pp: f64, pd: f64, dd: f64, radius: f64) -> Option<(f64, f64)> {
     }
     let root = pd * pd - dd * (pp - radius * radius);
     (root >= 0.0).then(|| ((-pd - root.sqrt()) / dd, (-pd + root.sqrt()) / dd))
+}
+
+/// Part of a line where the gauge, which is convex, is at most 1.
+fn within_superellipsoid(body: &Superellipsoid, start: &Vec3, along: &Vec3) -> Option<(f64, f64)> {
+    let gauge = |s: f64| {
+        let (gauge, gradient) = body.gauge(&(start + along * s));
+        (gauge, gradient.dot(along))
+    };
+    let (size, nearest) = (body.sharp_axes().norm(), -start.dot(along));
+    let ends = (nearest - size, nearest + size);
+    let (mut low, mut high) = ends;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        let (value, slope) = gauge(middle);
+        if value <= 1.0 {
+            let end = |mut s: f64| {
+                for _ in 0..STEPS {
+                    let (value, slope) = gauge(s);
+                    let step = (value - 1.0) / slope;
+                    s -= step;
+                    if step.abs() <= FOUND * size {
+                        break;
+                    }
+                }
+                s
+            };
+            return Some((end(ends.0), end(ends.1)));
+        }
+        // The tangent is below the gauge.
+        if value - slope.abs() * 0.5 * (high - low) > 1.0 {
+            return None;
+        }
+        if slope > 0.0 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    None
 }
 
 /// Part of a chord where |p + s d| <= half.
@@ -110,5 +155,9 @@ pub(crate) fn sharp_corners(part: &Part) -> Vec<Vec3> {
     let vertices = core.vertices().to_vec();
     let centre = vertices.iter().sum::<Vec3>() / vertices.len() as f64;
     let hull = ConvexHull { vertices, faces: core.faces().to_vec() };
-    hull.eroded_vertices(&centre, -part.crust).unwrap_or_default()
+    let corners = hull.eroded_vertices(&centre, -part.crust).unwrap_or_default();
+    let size = corners.iter().map(|v| (v - centre).amax()).fold(0.0, f64::max);
+    let leader = leaders(&corners, COINCIDENT * size);
+    let kept = corners.iter().zip(&leader).enumerate().filter(|(k, (_, leader))| *k as u32 == **leader);
+    kept.map(|(_, (corner, _))| *corner).collect()
 }

@@ -1,6 +1,6 @@
 //! Convex polyhedra.
 
-use crate::mass::{MassProperties, principal_axes};
+use crate::mass::{MassProperties, principal_moments};
 use crate::shape::{check_length, crust_thickness};
 use crate::{
     ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport,
@@ -23,7 +23,7 @@ impl Shape {
     pub fn hull(vertices: &[Vec3], crust_fraction: f64) -> Result<Self, ShapeError> {
         let user = ConvexHull::new(vertices)?;
         let mass = MassProperties::of_closed_mesh(&user.triangles());
-        let (axes, inertia) = principal_axes(&mass.inertia);
+        let (axes, inertia) = principal_moments(&mass)?;
         let hull = in_body_frame(&user, &axes, &mass.center);
         let inscribed_radius = hull.depth_of(&Vec3::zeros());
         let crust = crust_thickness(crust_fraction, inscribed_radius)?;

@@ -238,7 +238,7 @@ impl Pair {
         (axis.dot(&self.placement.translation) - reach) / axis.norm()
     }
 
-    /// Duality gap of an answer relative to the size; panics if it is no answer.
+    /// Duality gap of an answer relative to the size, whichever bound is the higher; panics if it is no answer.
     pub fn certify(&self, answer: &Separation) -> f64 {
         let Separation::Apart { distance, normal, point_a, point_b } = answer else { return 0.0 };
         let slack = 1e-13 * self.size;
@@ -248,6 +248,6 @@ impl Pair {
         assert!(holds(&self.b, &in_b, slack / scale2.sqrt()), "witness off B");
         assert!((normal.norm() - 1.0).abs() < 1e-14);
         assert!((point_b - point_a - normal * *distance).norm() < slack);
-        (distance - self.lower_bound(normal)) / self.size
+        (distance - self.lower_bound(normal)).abs() / self.size
     }
 }

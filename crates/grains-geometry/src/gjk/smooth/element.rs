@@ -1,7 +1,7 @@
 //! Vertices, edges and faces of polyhedral cores and rim, side and ends of cylinders, as they face a superellipsoid.
 
 use super::super::nearest::on_triangle;
-use crate::core::{CylinderCore, Support};
+use crate::core::{CylinderCore, NO_DIRECTION, Support};
 use crate::{Placement, Vec3};
 
 /// Cosine between points of a circle above which they mark one point of it, below which a disc.
@@ -90,8 +90,8 @@ impl Element {
             Self::Rim([center, axis], radius) => {
                 let off = from - center;
                 let radial = off - axis * axis.dot(&off);
-                let length = radial.norm();
-                (length > 0.0).then(|| center + radial * (radius / length))
+                let squared = radial.norm_squared();
+                (squared > NO_DIRECTION).then(|| center + radial * (radius / squared.sqrt()))
             }
             Self::End([center, axis], radius) => {
                 let off = from - center;

@@ -1,7 +1,7 @@
 //! Distance of a superellipsoid from a vertex, edge or face, or from a cylinder, solved as equations.
 
 use super::super::search::Query;
-use super::super::{MEETING, Separation, Simplex, TOLERANCE};
+use super::super::{MEETING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use super::element::Element;
 use super::{MAX_STEPS, Matrix2, PATIENCE, apply, limit, solve};
 use crate::Vec3;
@@ -94,7 +94,9 @@ fn nearest(
         }
         let distance = length - reach;
         let slack = distance - lower;
-        if slack <= TOLERANCE * size && lower > MEETING * size {
+        // A bound clearly above the distance is that of other bodies.
+        let is_certain = slack <= TOLERANCE * size && slack >= -STALLED_TOLERANCE * size;
+        if is_certain && lower > MEETING * size {
             let point_b = core_point + n * distance;
             return Some((Separation::Apart { distance, normal: n, point_a: core_point, point_b }, local));
         }
