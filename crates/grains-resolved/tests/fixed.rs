@@ -138,6 +138,36 @@ fn an_array_of_cylinders_resists_as_sangani_and_acrivos_found() {
     }
 }
 
+/// Amplitude of the force per length on cylinders in a flow that swings, and of that on the fluid.
+fn swinging(cells: usize) -> [f64; 2] {
+    // Boundary layers of sqrt(2 ν/ω) = 0.11 about cylinders 0.5 across.
+    let (omega, h) = (160.0, 1.0 / cells as f64);
+    let mut scene = cylinders(0.19635, cells, [0.3, 0.1], Drive::PressureGradient(-1.0));
+    let steps = 400;
+    let dt = 2.0 * std::f64::consts::TAU / omega / steps as f64;
+    let mut pending = [0.0; 6];
+    let mut most = [0.0_f64; 2];
+    for step in 0..steps {
+        let time = (step as f64 + 0.5) * dt;
+        scene.flow.state.force[0] = (omega * time).cos();
+        scene.step(dt, &SerialTransport);
+        let action = &scene.actions[0];
+        let [force, _] = action.on_held(&pending, dt);
+        pending = action.pending;
+        if step >= steps / 2 {
+            most = [most[0].max(force.x.abs() / h), most[1].max(action.force.x.abs() / h)];
+        }
+    }
+    most
+}
+
+#[test]
+fn the_force_of_an_unsteady_flow_does_not_depend_on_the_cells() {
+    let [[coarse, on_fluid], [fine, _]] = [16, 64].map(swinging);
+    assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse} {fine}");
+    assert!((coarse - fine).abs() < 0.5 * (on_fluid - fine).abs(), "{coarse} {on_fluid} {fine}");
+}
+
 #[test]
 fn spheres_that_touch_their_images_let_fluid_pass() {
     let touching = friction_of_array(std::f64::consts::PI / 6.0, 16, 0.0, CUBIC);
