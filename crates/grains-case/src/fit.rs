@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::check::Checker;
 use crate::diagnostic::rounded;
-use crate::sections::fluid::check_thickness;
+use crate::sections::fluid::{check_step, check_thickness};
 use crate::sections::insert::Component;
 use crate::vector::norm;
 
@@ -88,6 +88,7 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
 /// Cells of the fluid should not be far smaller than particles, and walls without particles do nothing.
 pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
     let Some(fluid) = &case.fluid else { return };
+    check_step(fluid, &case.domain, &case.time, checker);
     let components = case.inserts.iter().flat_map(|insert| &insert.particles);
     let smallest = components
         .filter_map(|c| Some(c.scale.smallest() * case.shapes[c.shape].kind.diameter()?))

@@ -309,6 +309,14 @@ fn bodies_that_are_held_need_no_contacts() {
     assert!(message.contains("fluid.cells") && message.contains("do not resolve particles"), "{message}");
     let message = refused("point_spacing = 1.2", "point_spacing = 0.2");
     assert!(message.contains("point_spacing"), "{message}");
+    let message = refused("diffusion_number = 2.0", "diffusion_number = 2.01");
+    assert!(message.contains("fluid.resolved.diffusion_number") && message.contains("beyond 2"), "{message}");
+    // ν Δt/Δx² of 2 with ν = 1e-5 m²/s on cells of 1/320 m.
+    let message = refused("end = 1.0\ndt = \"auto\"", "end = 10.0\ndt = 1.96");
+    assert!(message.contains("time.dt") && message.contains("1.953"), "{message}");
+    let parabolas = text.replace("method = \"multiplier\"", "method = \"direct\"");
+    let parabolas = parabolas.replace("diffusion_number = 2.0", "diffusion_number = 20.0");
+    assert!(Case::parse(&parabolas, "bodies.toml", Path::new("")).is_ok(), "{parabolas}");
 }
 
 /// The good files together use every key but the few that exclude each other.

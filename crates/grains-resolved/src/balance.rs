@@ -73,6 +73,15 @@ pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
 }
 
 impl Action {
+    /// Force (N) and torque (N m) of the flow on a body that is held fast, over a step `dt` (s) before which `pending` was left:
+    /// −J/Δt + (Eⁿ⁺¹ − Eⁿ)/Δt.
+    ///
+    /// The force on the fluid also changes the momentum E of what continues the flow inside, which the fluid outside never had.
+    pub fn on_held(&self, pending: &[f64; 6], dt: f64) -> [Vec3; 2] {
+        let change = |k: usize| Vec3::from_fn(|a, _| (self.pending[k + a] - pending[k + a]) / dt);
+        [change(0) - self.force, change(3) - self.torque]
+    }
+
     pub(crate) fn read(sums: &[f64; 12]) -> Self {
         let vector = |k: usize| Vec3::from_column_slice(&sums[k..k + 3]);
         Self { force: vector(0), torque: vector(3), pending: std::array::from_fn(|a| sums[6 + a]) }

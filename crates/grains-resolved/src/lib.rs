@@ -28,8 +28,8 @@
 //!
 //! Deep inside, velocities are those of the body. Those next to the surface *continue the flow*: along the normal through a
 //! velocity at depth d the one relative to the body is a polynomial that is 0 on the surface and takes the flow at the points t,
-//! 2 t and, in a cubic, 3 t; s = Σ|n_a| Δx_a is the distance of the planes between which a cell fits, t = ⅔ s for a cubic and s for
-//! a parabola ([`Extrapolation`]):
+//! 2 t and, in a cubic, 3 t; s = Σ|n_a| Δx_a is the distance of the planes between which a cell fits, t = 0.8 s for a cubic and s
+//! for a parabola ([`Extrapolation`]):
 //!
 //! ```text
 //!  body |  fluid                  w(−d) = Σ b_k w(k t),   with b_k such that w = y, y², y³ come out exactly when w(k t) is
@@ -41,7 +41,8 @@
 //! Otherwise the polynomial is of a lower degree. Differences of velocities across the surface then are those of a smooth flow:
 //! drag converges with the third power of the cell width along cubics and the second along parabolas, where imposing the body's
 //! velocity on all nodes inside is of first order. Cubics need boundary layers of several cells; parabolas are steadier, and what
-//! free bodies use by default. No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
+//! free bodies use by default. Cubics are left where forces would alternate from step to step: they settle up to ν Δt/Δx² = 2
+//! ([`LARGEST_DIFFUSION_NUMBER`]). No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
 //! bodies cannot feed each other.
 //!
 //! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In
@@ -84,6 +85,8 @@ mod points;
 mod resolved;
 mod skin;
 mod solid;
+#[cfg(test)]
+mod spectrum;
 mod spread;
 mod subgrid;
 
@@ -94,6 +97,6 @@ pub use motion::{FlowLink, Surroundings, bodies};
 pub use multiplier::{Interpolation, MultiplierMethod};
 pub use points::{SurfacePoint, surface_points};
 pub use resolved::{Forcing, Method, Resolved};
-pub use skin::Extrapolation;
+pub use skin::{Extrapolation, LARGEST_DIFFUSION_NUMBER};
 pub use spread::Spread;
 pub use subgrid::Subgrid;

@@ -118,10 +118,13 @@ impl Surroundings {
         (0..particles.owned).map(motion).collect()
     }
 
-    /// Lets particles that stay where they are know what the flow does to them.
-    pub fn note(dem: &mut Dem, actions: &[Action]) {
+    /// Lets particles that stay where they are know what the flow did to them in a step of the fluid `dt` (s).
+    pub fn note(dem: &mut Dem, actions: &[Action], dt: f64) {
         for (cargo, action) in dem.particles.cargo.iter_mut().zip(actions) {
-            *cargo = FlowLink { force: -action.force, torque: -action.torque, ..FlowLink::default() }.write();
+            let [linear, angular] = FlowLink::read(cargo).pending;
+            let [force, torque] = action.on_held(&six(&linear, &angular), dt);
+            let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
+            *cargo = FlowLink { force, torque, pending, ..FlowLink::default() }.write();
         }
     }
 

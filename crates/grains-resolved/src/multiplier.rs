@@ -16,7 +16,7 @@ use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
 use nalgebra::Vector6;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// How velocities are found at points of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +96,9 @@ impl Multipliers {
                 surface_points(&shapes[body.shape as usize], spacing, across.as_ref())
             });
         }
+        // Sizes that are drawn at random and bodies that turn in two dimensions would bring ever more.
+        let there: HashSet<SurfaceKey> = bodies.iter().map(key).collect();
+        self.surfaces.retain(|key, _| there.contains(key));
         let surfaces: Vec<&[SurfacePoint]> = bodies.iter().map(|body| &*self.surfaces[&key(body)]).collect();
         self.constraints = Constraints::new(nodes, bodies, shapes, &surfaces, subgrid, method.interpolation);
         self.values.clear();

@@ -9,6 +9,22 @@ const MOST_BEYOND: f64 = 1.5;
 /// Least cosine between the normal and that of the surface opposite, reversed.
 const FACING: f64 = 0.3;
 
+/// Largest S of a continued velocity (-): with it forces settle wherever ν Δt/Δx² is at most [`LARGEST_DIFFUSION_NUMBER`].
+///
+/// Forces that alternate from step to step obey f = κ (L_ii − W L_oi) f, κ = ν Δt/Δx², with L the sum of differences from the
+/// neighbours, i the velocities inside, o those in the fluid, and W the weights of the continuation.
+/// They die out where κ λ < 1 for the largest eigenvalue λ of L_ii − W L_oi.
+/// Into a body with a flat side they decay by 1/S per cell, S = −Σ W_io n_o with n_o neighbours of o inside, which gives
+/// λ = S + 1/S − 2 for S > 1, and less than 0 otherwise: at most ½ for S = 2.
+/// Straight lines and parabolas stay below 0 in any pose.
+const MOST_ANSWERED: f64 = 2.0;
+/// Samples whose velocities may lie beside the body: further ones lie beyond the neighbours that S counts.
+const NEAR: usize = 2;
+/// What rounding may make of S, which is 2 at depths of 0.4 cells: all ranks take one polynomial (-).
+const ROUNDING: f64 = 1e-9;
+/// Largest ν Δt/Δx² with cubics (-).
+pub const LARGEST_DIFFUSION_NUMBER: f64 = 2.0;
+
 /// How velocities just inside a body follow those in the fluid: along a polynomial that is the body's on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extrapolation {
@@ -33,6 +49,8 @@ pub(crate) struct Rule {
     most_weight: f64,
     /// What may come of velocities that are continued themselves: loops among close bodies must not feed themselves (-).
     most_fed_back: f64,
+    /// S: what the velocities beside continued ones may weigh, times the number of these (-).
+    most_answered: f64,
 }
 
 impl Extrapolation {
@@ -40,14 +58,14 @@ impl Extrapolation {
     ///
     /// Far or few samples are less exact; near and many of them amplify what the grid does not resolve.
     pub(crate) fn rule(self) -> Option<Rule> {
-        let rule = |samples, spacing, most_weight, most_fed_back| {
-            Some(Rule { samples, spacing, most_weight, most_fed_back })
+        let rule = |samples, spacing, most_weight, most_fed_back, most_answered| {
+            Some(Rule { samples, spacing, most_weight, most_fed_back, most_answered })
         };
         match self {
             Self::Rigid => None,
-            Self::Linear => rule(1, 1.0, 5.0, 0.25),
-            Self::Quadratic => rule(2, 1.0, 5.0, 0.25),
-            Self::Cubic => rule(3, 2.0 / 3.0, 12.0, 0.5),
+            Self::Linear => rule(1, 1.0, 5.0, 0.25, f64::INFINITY),
+            Self::Quadratic => rule(2, 1.0, 5.0, 0.25, f64::INFINITY),
+            Self::Cubic => rule(3, 0.8, 12.0, 0.5, MOST_ANSWERED),
         }
     }
 }
@@ -55,17 +73,18 @@ impl Extrapolation {
 impl Rule {
     /// The same for the velocity at a place.
     ///
-    /// A velocity in the fluid of whose neighbours n are continued from it with weights −w answers to them a step later, stably
-    /// if n w is below 6 + 2 Δx²/(ν Δt).
+    /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are continued.
     pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
-        let strides = subgrid.layout.strides();
-        let around = |place: usize| {
-            (0..3).filter(|&a| subgrid.active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
-        };
-        let hidden = |place: usize| around(place).filter(|&p| is_hidden(p)).count();
-        let most = around(place).filter(|&p| !is_hidden(p)).map(hidden).max();
+        let hidden = |place: usize| around(subgrid, place).filter(|&p| is_hidden(p)).count();
+        let most = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
         Self { most_weight: self.most_weight / most.unwrap_or(1).max(1) as f64, ..self }
     }
+}
+
+/// Places next to one along the axes on which the flow varies.
+fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
+    let (strides, active) = (subgrid.layout.strides(), subgrid.active);
+    (0..3).filter(move |&a| active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
 }
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
@@ -152,7 +171,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     fn fit(&self, samples: &[Sample]) -> Option<Skin> {
         let unit = pitch(&self.way.direction, self.subgrid);
         let mut values = Mat3::identity();
-        let (mut wanted, mut hidden) = (Vec3::zeros(), Vec3::zeros());
+        let (mut wanted, mut hidden, mut answered) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (n, sample) in samples.iter().enumerate() {
             wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
             values[(n, n)] = 0.0;
@@ -161,13 +180,18 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
                 Sample::Flow(distance, stencil) => {
                     let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
                     hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
+                    if n < NEAR && self.rule.most_answered.is_finite() {
+                        answered[n] = self.answered(stencil);
+                    }
                     self.powers(distance / unit, stencil, unit)
                 }
             };
             (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
         }
         let weights = values.lu().solve(&wanted)?;
-        if weights.abs().dot(&hidden) > self.rule.most_fed_back || weights.abs().sum() > self.rule.most_weight
+        if weights.abs().dot(&hidden) > self.rule.most_fed_back
+            || weights.abs().sum() > self.rule.most_weight
+            || -weights.dot(&answered) > self.rule.most_answered + ROUNDING
         {
             return None;
         }
@@ -187,6 +211,17 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             }
         }
         Some(skin)
+    }
+
+    /// Mean over the fluid's corners of a stencil of the number of their neighbours inside bodies.
+    fn answered(&self, stencil: &Stencil) -> f64 {
+        let strides = self.subgrid.layout.strides();
+        let holds = |place: usize| (self.holder)(place).is_some();
+        let of_corner = |(place, weight): (usize, f64)| match holds(place) {
+            true => 0.0,
+            false => weight * around(self.subgrid, place).filter(|&p| holds(p)).count() as f64,
+        };
+        stencil.corners(strides).map(of_corner).sum()
     }
 
     /// What multilinear interpolation makes of y, y², y³ at y, the distance along the normal in a unit (m): their means over
@@ -263,4 +298,12 @@ impl Skin {
 /// Distance (m) of two parallel planes between which a cell fits.
 pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
     (0..3).filter(|&a| subgrid.active[a]).map(|a| normal[a].abs() * subgrid.spacing[a]).sum()
+}
+
+#[cfg(test)]
+impl Skin {
+    /// What velocities in the fluid add to the continued one.
+    pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
+        self.fluid.iter().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
+    }
 }

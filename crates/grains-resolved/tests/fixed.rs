@@ -8,18 +8,28 @@ use common::{CUBIC, MULTIPLIERS, Scene, body, difference, joined, on_ranks, orde
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{Drive, FlowSetup, Grid};
 use grains_geometry::{Shape, Vec3};
-use grains_resolved::{Action, Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod};
+use grains_resolved::{
+    Action, Extrapolation, FollowError, Forcing, Interpolation, LARGEST_DIFFUSION_NUMBER, Method,
+    MultiplierMethod,
+};
+
+/// A sphere of a simple cubic array on unit cells, so many cells from the middle.
+fn spheres(fraction: f64, cells: usize, offset: f64, drive: Drive, forcing: Forcing) -> Scene {
+    let h = 1.0 / cells as f64;
+    let radius = (fraction * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [cells; 3], [true; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 1.0);
+    setup.drive[0] = drive;
+    let sphere = Shape::sphere(radius).unwrap();
+    let center = Vec3::repeat(0.5) + Vec3::new(1.0, 0.7, 0.3) * (offset * h);
+    Scene::new(&setup, [1; 3], (&sphere, &[body(1, center)]), forcing, &SerialTransport)
+}
 
 /// Friction coefficient K = F/(6π μ a U) of a simple cubic array of spheres in Stokes flow.
 fn friction_of_array(fraction: f64, cells: usize, offset: f64, forcing: Forcing) -> f64 {
     let h = 1.0 / cells as f64;
     let radius = (fraction * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
-    let grid = Grid::uniform([0.0; 3], [1.0; 3], [cells; 3], [true; 3]).unwrap();
-    let mut setup = FlowSetup::new(grid, 1.0, 1.0);
-    setup.drive[0] = Drive::PressureGradient(-1.0);
-    let sphere = Shape::sphere(radius).unwrap();
-    let center = Vec3::repeat(0.5) + Vec3::new(1.0, 0.7, 0.3) * (offset * h);
-    let mut scene = Scene::new(&setup, [1; 3], (&sphere, &[body(1, center)]), forcing, &SerialTransport);
+    let mut scene = spheres(fraction, cells, offset, Drive::PressureGradient(-1.0), forcing);
     let mut last = 0.0;
     for step in 1..4000 {
         scene.step(h * h, &SerialTransport);
@@ -48,21 +58,75 @@ fn an_array_of_spheres_resists_as_zick_and_homsy_found() {
     assert!((elsewhere / dense - 1.0).abs() < 0.01, "{elsewhere} {dense}");
 }
 
-/// Force per length over μ U of a square array of cylinders, in two dimensions.
-fn friction_of_cylinders(fraction: f64, cells: usize) -> f64 {
+/// A cylinder of a square array on unit cells, its centre so many cells from the middle, in two dimensions.
+fn cylinders(fraction: f64, cells: usize, [x, z]: [f64; 2], drive: Drive) -> Scene {
     let h = 1.0 / cells as f64;
     let grid = Grid::uniform([0.0; 3], [1.0, h, 1.0], [cells, 1, cells], [true; 3]).unwrap();
     let mut setup = FlowSetup::new(grid, 1.0, 1.0);
-    setup.drive[0] = Drive::PressureGradient(-1.0);
+    setup.drive[0] = drive;
     let disc = Shape::cylinder((fraction / std::f64::consts::PI).sqrt(), h, 0.02).unwrap();
-    let mut upright = body(1, Vec3::new(0.5 + 0.3 * h, 0.5 * h, 0.5 + 0.1 * h));
+    let mut upright = body(1, Vec3::new(0.5 + x * h, 0.5 * h, 0.5 + z * h));
     upright.rotation =
         nalgebra::Rotation3::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0).into_inner();
-    let mut scene = Scene::new(&setup, [1; 3], (&disc, &[upright]), CUBIC, &SerialTransport);
+    Scene::new(&setup, [1; 3], (&disc, &[upright]), CUBIC, &SerialTransport)
+}
+
+/// Force per length over μ U of a square array of cylinders.
+fn friction_of_cylinders(fraction: f64, cells: usize) -> f64 {
+    let h = 1.0 / cells as f64;
+    let mut scene = cylinders(fraction, cells, [0.3, 0.1], Drive::PressureGradient(-1.0));
     for _ in 0..(0.5 / (h * h)) as usize {
         scene.step(h * h, &SerialTransport);
     }
     1.0 / scene.flow.mean_velocity(0, &SerialTransport)
+}
+
+/// Steps until the force changes by less than 1e-8 of itself in each of ten steps at a diffusion number, and that force
+/// per volume and the gradient that drives the flow; panics if it never does.
+fn settled(mut scene: Scene, diffusion_number: f64) -> [f64; 2] {
+    let width = scene.resolved.subgrid.spacing.x;
+    let (mut last, mut steady) = (0.0_f64, 0);
+    for _ in 0..6000 {
+        scene.step(diffusion_number * width * width, &SerialTransport);
+        let force = -scene.actions[0].force.x;
+        steady = if (force - last).abs() < 1e-8 * force.abs() { steady + 1 } else { 0 };
+        last = force;
+        if steady == 10 {
+            let volume: f64 = (0..3).map(|a| scene.flow.setup.grid.axis(a).length()).product();
+            return [force / volume, scene.flow.state.force[0]];
+        }
+    }
+    panic!("the force goes on changing: {last} at ν Δt/Δx² = {diffusion_number}");
+}
+
+#[test]
+fn force_and_gradient_settle_at_any_diffusion_number_that_is_allowed() {
+    let drive = Drive::MeanVelocity(1e-3);
+    for diffusion_number in [0.3, 1.0, LARGEST_DIFFUSION_NUMBER] {
+        for (fraction, cells, found) in [(0.05, 32, 15.56), (0.2, 26, 51.53), (0.3, 32, 102.9)]
+            .into_iter()
+            .chain([(0.4, 32, 217.89), (0.5, 32, 532.55)])
+        {
+            for offset in [[0.32, 0.96], [0.0, 0.0], [0.3, 0.1], [0.25, 0.4]] {
+                let [force, gradient] = settled(cylinders(fraction, cells, offset, drive), diffusion_number);
+                let case = format!("{fraction} {offset:?} {diffusion_number}: {force} {gradient}");
+                assert!((force / gradient - 1.0).abs() < 1e-5, "{case}");
+                assert!((1e3 * force / found - 1.0).abs() < 0.015, "{case}");
+            }
+        }
+        for (fraction, cells, found, error) in
+            [(0.125, 13, 4.292, 0.04), (0.343, 18, 15.4, 0.025), (0.45, 16, 28.1, 0.06)]
+        {
+            let [force, gradient] = settled(spheres(fraction, cells, 0.3, drive, CUBIC), diffusion_number);
+            let radius = (fraction * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
+            let friction = 1e3 * force / (6.0 * std::f64::consts::PI * radius);
+            assert!(
+                (force / gradient - 1.0).abs() < 1e-5,
+                "{fraction} {diffusion_number}: {force} {gradient}"
+            );
+            assert!((friction / found - 1.0).abs() < error, "{fraction} {diffusion_number}: {friction}");
+        }
+    }
 }
 
 #[test]
@@ -72,6 +136,36 @@ fn an_array_of_cylinders_resists_as_sangani_and_acrivos_found() {
         let here = friction_of_cylinders(fraction, cells);
         assert!((here / found - 1.0).abs() < error, "{fraction}: {here} on {cells} cells");
     }
+}
+
+/// Amplitude of the force per length on cylinders in a flow that swings, and of that on the fluid.
+fn swinging(cells: usize) -> [f64; 2] {
+    // Boundary layers of sqrt(2 ν/ω) = 0.11 about cylinders 0.5 across.
+    let (omega, h) = (160.0, 1.0 / cells as f64);
+    let mut scene = cylinders(0.19635, cells, [0.3, 0.1], Drive::PressureGradient(-1.0));
+    let steps = 400;
+    let dt = 2.0 * std::f64::consts::TAU / omega / steps as f64;
+    let mut pending = [0.0; 6];
+    let mut most = [0.0_f64; 2];
+    for step in 0..steps {
+        let time = (step as f64 + 0.5) * dt;
+        scene.flow.state.force[0] = (omega * time).cos();
+        scene.step(dt, &SerialTransport);
+        let action = &scene.actions[0];
+        let [force, _] = action.on_held(&pending, dt);
+        pending = action.pending;
+        if step >= steps / 2 {
+            most = [most[0].max(force.x.abs() / h), most[1].max(action.force.x.abs() / h)];
+        }
+    }
+    most
+}
+
+#[test]
+fn the_force_of_an_unsteady_flow_does_not_depend_on_the_cells() {
+    let [[coarse, on_fluid], [fine, _]] = [16, 64].map(swinging);
+    assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse} {fine}");
+    assert!((coarse - fine).abs() < 0.5 * (on_fluid - fine).abs(), "{coarse} {on_fluid} {fine}");
 }
 
 #[test]

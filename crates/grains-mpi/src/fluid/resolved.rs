@@ -108,7 +108,7 @@ impl ResolvedBodies {
         if motions.is_some() {
             self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);
         } else {
-            Surroundings::note(dem, &actions);
+            Surroundings::note(dem, &actions, dt);
         }
         Ok(())
     }

@@ -19,6 +19,7 @@ pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
 pub use output::{Axis, FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
+pub(crate) use resolved::check_step;
 pub use resolved::{Extrapolation, Interpolation, Method as ResolvedMethod, Motion as BodyMotion, Resolved};
 
 use crate::check::Checker;

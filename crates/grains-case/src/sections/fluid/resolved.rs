@@ -6,10 +6,16 @@ use serde::{Deserialize, Serialize};
 use super::{Context, Fluid};
 use crate::check::Checker;
 use crate::diagnostic::rounded;
+use crate::sections::domain::Domain;
+use crate::sections::time::{Time, TimeStep};
 
 /// Most that widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
 /// further than the halo reaches.
 const MOST_STRETCHED: f64 = 2.0;
+
+/// Largest ν Δt/Δx² at which the forces of particles settle, with cubics and with multipliers: beyond it they alternate from
+/// step to step.
+const LARGEST_DIFFUSION_NUMBER: f64 = 2.0;
 
 /// What particles do in the flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -113,13 +119,24 @@ pub struct Resolved {
     /// Films of fluid too thin for the grid, between spheres and at walls; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
-    /// Largest ν Δt/Δx² of a step of the fluid (-).
+    /// Largest ν Δt/Δx² of a step of the fluid (-), Δx that of the narrowest cells; with cubics and multipliers at most 2, beyond
+    /// which forces may alternate from step to step.
     #[serde(default = "crate::sections::one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub diffusion_number: f64,
 }
 
 impl Resolved {
+    /// Largest diffusion number at which forces settle.
+    fn largest_diffusion_number(&self) -> f64 {
+        match (self.method, self.extrapolation()) {
+            (Method::Direct, Extrapolation::Quadratic | Extrapolation::Linear | Extrapolation::Rigid) => {
+                f64::INFINITY
+            }
+            (Method::Direct, Extrapolation::Cubic) | (Method::Multiplier, _) => LARGEST_DIFFUSION_NUMBER,
+        }
+    }
+
     /// The extrapolation given, or the default for the motion.
     pub fn extrapolation(&self) -> Extrapolation {
         self.extrapolation.unwrap_or(match self.motion {
@@ -139,6 +156,32 @@ fn usual_tolerance() -> f64 {
 
 fn usual_iterations() -> u64 {
     500
+}
+
+/// Refuses steps of the fluid in which the forces of particles would alternate.
+pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &mut Checker) {
+    let Some(resolved) = &fluid.resolved else { return };
+    let most = resolved.largest_diffusion_number();
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(domain, a)[0]);
+    let width = widths.fold(f64::INFINITY, f64::min);
+    let longest = most * width * width * fluid.density / fluid.viscosity;
+    if resolved.diffusion_number > most {
+        let message = format!(
+            "the forces of particles alternate from step to step beyond {most}; lower it, or take extrapolation = \"quadratic\""
+        );
+        checker.error("fluid.resolved.diffusion_number", message);
+    }
+    // Past fixed particles each step is one of the fluid.
+    if let TimeStep::Seconds(dt) = time.dt
+        && fluid.holds_particles()
+        && dt > longest
+    {
+        let message = format!(
+            "the forces of particles alternate from step to step beyond {} s, nu dt/dx2 = {most}; lower it, or take \"auto\"",
+            rounded(longest)
+        );
+        checker.error("time.dt", message);
+    }
 }
 
 /// Particles need cells of one width, and collisions that are soft.
