@@ -13,6 +13,7 @@ use crate::lubrication;
 use crate::measure::{self, Crossings, FlowPlane};
 use crate::memory::Memories;
 use crate::neighbours::{Inner, Neighbours, Skin};
+use crate::passing;
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallPlace, WallScene, WallState};
 use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
@@ -386,6 +387,14 @@ impl Dem {
         }
     }
 
+    /// Looks for what particles that went far in this step may have passed through.
+    fn check_passing(&mut self, fast: &[usize]) {
+        let scene = WallScene::new(&self.setup, &self.states, self.time());
+        let (catalogue, step) = (&self.setup.catalogue, self.step + 1);
+        let found = passing::check(&self.particles, &self.neighbours, fast, &scene, catalogue, step);
+        self.error = self.error.take().or(found);
+    }
+
     fn overloaded(&mut self, i: usize, force: f64) {
         let (id, place) = (self.particles.ids[i], vector(&self.particles.bodies[i].position));
         self.error = self.error.take().or(Some(StepError::Load { id, place, force }));
@@ -478,6 +487,9 @@ impl Dem {
         );
         if let Some((i, force)) = outcome.overloaded {
             self.overloaded(i, force);
+        }
+        if !outcome.fast.is_empty() && self.setup.collisions != CollisionModel::Held {
+            self.check_passing(&outcome.fast);
         }
         self.step += 1;
         self.steps_since_build += 1;

@@ -49,7 +49,7 @@ pub enum StepError {
     },
     /// A particle moved farther than it may between two builds of the lists.
     #[error(
-        "particle {id} moved {distance:.4e} m since the neighbour lists were built, more than the {allowed:.4e} m in which nothing can be missed, at {place} (velocity {velocity}): the time step is too large"
+        "particle {id} moved {distance:.4e} m since the neighbour lists were built, turning included, more than the {allowed:.4e} m in which nothing can be missed, at {place} (velocity {velocity}): the time step is too large"
     )]
     Jump {
         /// Identity.
@@ -62,6 +62,26 @@ pub enum StepError {
         place: String,
         /// Velocity.
         velocity: String,
+    },
+    /// A particle went so far in a step that it may have passed through something.
+    #[error(
+        "particle {id} went {way:.4e} m past {other} in step {step}, turning included, more than the {allowed:.4e} m that both are thick by half: it may have passed through it unseen, at {place}; take a time.dt of at most {dt:.1e} s"
+    )]
+    Passing {
+        /// Identity.
+        id: u64,
+        /// The other body.
+        other: String,
+        /// Step.
+        step: u64,
+        /// Way of the one past the other (m).
+        way: f64,
+        /// Half thicknesses of both (m).
+        allowed: f64,
+        /// Time step that would do (s).
+        dt: f64,
+        /// Position.
+        place: String,
     },
     /// A particle moved to a subdomain that is no neighbour of the one it was in.
     #[error(

@@ -5,6 +5,7 @@
 //! contact second order in dt, where the lagged velocity of most codes is first order.
 
 use crate::neighbours::{Neighbours, Reference};
+use crate::passing;
 use crate::rotation::{Tops, angular_velocity};
 use crate::{Catalogue, Load, Particles};
 use grains_domain::Lattice;
@@ -47,7 +48,7 @@ pub(crate) fn advance(
     rates: &Rates,
     largest_force: f64,
 ) -> Advance {
-    let mut outcome = Advance { is_stale: false, overloaded: None };
+    let mut outcome = Advance { is_stale: false, overloaded: None, fast: Vec::new() };
     let all_spheres = catalogue.all_spheres();
     let (half, dt) = (0.5 * rates.dt, rates.dt);
     let mut turning = Turning::default();
@@ -70,19 +71,22 @@ pub(crate) fn advance(
             let spin = particles.half_spin[i] + acceleration * dt;
             particles.half_spin[i] = spin;
             body.angular_velocity = spin + acceleration * half;
+            if velocity.norm_squared() * (dt * dt) > body.radius * body.radius {
+                outcome.fast.push(i);
+            }
             if !all_spheres {
                 particles.travelled[i] += (body.position - before).norm();
             }
         } else {
             turning.push(i, before, load);
             if turning.is_full() {
-                outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt);
+                outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt, &mut outcome.fast);
             }
             continue;
         }
         outcome.is_stale |= !is_within_reach(particles, neighbours, i);
     }
-    outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt);
+    outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt, &mut outcome.fast);
     outcome
 }
 
@@ -92,6 +96,8 @@ pub(crate) struct Advance {
     pub(crate) is_stale: bool,
     /// A particle under a force (N) that the sums cannot hold.
     pub(crate) overloaded: Option<(usize, f64)>,
+    /// Particles that went farther than they are thick by half.
+    pub(crate) fast: Vec<usize>,
 }
 
 /// Bodies turned together.
@@ -121,6 +127,7 @@ impl Turning {
         neighbours: &Neighbours,
         catalogue: &Catalogue,
         dt: f64,
+        fast: &mut Vec<usize>,
     ) -> bool {
         let waiting = &self.waiting[..std::mem::take(&mut self.count)];
         let mut tops = Tops::<TOGETHER>::default();
@@ -140,6 +147,9 @@ impl Turning {
             particles.bodies[i].angular_velocity =
                 angular_velocity(&particles.frames[i], &inertias[lane], &predicted);
             is_stale |= !is_within_reach(particles, neighbours, i);
+            if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+                fast.push(i);
+            }
         }
         is_stale
     }

@@ -49,6 +49,7 @@ mod measure;
 mod memory;
 mod mobility;
 mod neighbours;
+mod passing;
 mod record;
 mod rotation;
 mod spheres;

@@ -5,9 +5,10 @@
 mod common;
 
 use common::{law, setup};
-use grains_dem::{Dem, Failure, Kind, NewParticle, StepError};
+use grains_dem::{Dem, Failure, Kind, Motion, NewParticle, StepError, Surface};
 use grains_domain::SerialTransport;
-use grains_geometry::{Rotation, Shape, Vec3};
+use grains_geometry::{Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
+use std::sync::Arc;
 
 const RADIUS: f64 = 1.5e-3;
 
@@ -91,6 +92,89 @@ fn a_force_that_is_none_of_contacts_has_no_limit() {
     // Apart they fly off, which other checks may see, not this one.
     let found = pushed(0.1, 0.0);
     assert!(!matches!(&found, Err(Failure::Here(StepError::Load { .. }))), "{found:?}");
+}
+
+/// A fibre that turns, or a ball that flies, beside a thin plate or towards a sheet, for a quarter of a turn or 20 mm.
+fn sweeping(dt: f64, fibre: bool, sheet: bool) -> Result<(), StepError> {
+    let shapes = vec![
+        Shape::cylinder(0.5e-3, 0.03, 0.02).unwrap(),
+        Shape::cuboid(Vec3::new(0.01, 0.001, 0.01), 0.02).unwrap(),
+        Shape::sphere(0.5e-3).unwrap(),
+    ];
+    let mut setup = setup([0.2; 3], [false; 3], shapes, law(true));
+    setup.rates.gravity = Vec3::zeros();
+    setup.rates.dt = dt;
+    let middle = Vec3::repeat(0.1);
+    // The fibre lies along z and turns about x: its upper end goes towards -y, the ball flies there.
+    let aside = Vec3::new(0.0, -8e-3, 8e-3);
+    if sheet {
+        let corner = |x: f64, z: f64| middle + Vec3::new(x, aside.y, z);
+        let corners =
+            vec![corner(-0.05, -0.05), corner(0.05, -0.05), corner(0.05, 0.05), corner(-0.05, 0.05)];
+        let mesh = TriMesh::from_polygons(corners, &[vec![0, 1, 2, 3]]).unwrap();
+        let mesh = Surface::Mesh(Arc::new(WallMesh::new(&mesh, SMOOTH_ANGLE).unwrap()));
+        setup.walls = vec![common::wall("sheet", mesh, Motion::Fixed)];
+    }
+    let mut dem = Dem::new(setup, 0).unwrap();
+    let body = |id: u64, shape: u16, position: Vec3| NewParticle {
+        id,
+        kind: Kind { shape, material: 0 },
+        scale: 1.0,
+        position,
+        orientation: Rotation::identity(),
+        velocity: Vec3::zeros(),
+        angular_velocity: Vec3::zeros(),
+    };
+    let mut first = body(0, if fibre { 0 } else { 2 }, middle);
+    let duration = 2e-3;
+    match fibre {
+        true => first.angular_velocity.x = 1.5 / duration,
+        false => {
+            first.position.z += aside.z;
+            first.velocity.y = -0.015 / duration;
+        }
+    }
+    let plate = body(1, 1, middle + aside);
+    for particle in [Some(first), (!sheet).then_some(plate)].into_iter().flatten() {
+        let record = particle.record(&dem);
+        dem.insert(&record);
+    }
+    for _ in 0..(duration / dt) as u64 {
+        dem.step(&SerialTransport).map_err(|failure| match failure {
+            Failure::Here(error) => error,
+            Failure::Elsewhere => panic!("there is one rank"),
+        })?;
+        let speed = dem.particles.bodies.iter().map(|b| b.velocity.y + b.angular_velocity.x).sum::<f64>();
+        if (speed - first.velocity.y - first.angular_velocity.x).abs() > 0.1 {
+            // It was met.
+            return Ok(());
+        }
+    }
+    panic!("dt {dt}: passed through unseen, fibre {fibre}, sheet {sheet}")
+}
+
+#[test]
+fn what_may_pass_through_thin_bodies_or_sheets_is_named() {
+    for (fibre, sheet) in [(true, false), (false, false), (true, true), (false, true)] {
+        for dt in (0..55).map(|k| 2e-6 * 1.11_f64.powi(k)) {
+            let found = sweeping(dt, fibre, sheet);
+            let way_per_step = 0.02 * dt / 2e-3;
+            match found {
+                Ok(()) => assert!(way_per_step < 2e-3, "fibre {fibre}, sheet {sheet}, dt {dt}"),
+                Err(error) => {
+                    let is_named = matches!(
+                        error,
+                        StepError::Passing { .. }
+                            | StepError::Jump { .. }
+                            | StepError::Overlap { .. }
+                            | StepError::Load { .. }
+                    );
+                    assert!(is_named && dt > 1e-5, "fibre {fibre}, sheet {sheet}, dt {dt}: {error}");
+                    assert!(error.to_string().contains("time"), "{error}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::error::vector;
 use crate::measure;
 use crate::memory::Memories;
 use crate::neighbours::{Sorted, Surroundings, widest};
+use crate::passing;
 use grains_domain::{Cells, Transport};
 
 impl Dem {
@@ -103,13 +104,18 @@ impl Dem {
         let references = &self.neighbours.references;
         for (i, reference) in references.iter().enumerate().take(self.particles.owned) {
             let body = &self.particles.bodies[i];
-            let distance = (body.position - reference.position).norm();
-            let inscribed = self.setup.catalogue.inscribed_radius(body);
-            if distance > reference.reach + inscribed {
+            let mut distance = (body.position - reference.position).norm();
+            if let Some(before) = self.neighbours.reference_orientations.get(i) {
+                // A rotation by θ changes the quaternion by 2 sin(θ/4), and moves no point by more than R θ.
+                let turned = (self.particles.orientations[i].coords - before.coords).norm();
+                distance += 2.0 * body.radius * turned;
+            }
+            let thickness = passing::half_thickness(&self.setup.catalogue, body);
+            if distance > reference.reach + thickness {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],
                     distance,
-                    allowed: reference.reach + inscribed,
+                    allowed: reference.reach + thickness,
                     place: vector(&body.position),
                     velocity: vector(&body.velocity),
                 });
