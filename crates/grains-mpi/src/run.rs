@@ -170,6 +170,9 @@ impl<'a> Run<'a> {
             let step = self.dem.step;
             // Until the contacts of this step nothing looks at clones.
             self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
+            if let Some(fluid) = &mut self.fluid {
+                fluid.note_passages(&mut self.dem);
+            }
             self.follow_borders()?;
             if step == self.first_step
                 && !is_restart
@@ -271,6 +274,9 @@ impl<'a> Run<'a> {
     }
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
+        if let Some(fluid) = &mut self.fluid {
+            fluid.settle_passages(&self.transport)?;
+        }
         self.dem.clock.start();
         self.files.checkpoint((&mut self.dem, &self.fluid), &self.population, &self.transport)?;
         self.dem.clock.charge(Phase::Output);
