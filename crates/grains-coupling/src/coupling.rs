@@ -102,10 +102,23 @@ impl Coupling {
         grid: &Grid,
         solid: &mut [f64],
     ) -> Result<(), CouplingError> {
+        self.deposit_volumes(particles.bodies[..particles.owned].iter(), 1.0, grid, solid)
+    }
+
+    /// Adds the volume of some bodies, times a sign, to the cells (m³ per cell), before the halo is added.
+    ///
+    /// Errors: a body whose kernel leaves the halo.
+    pub fn deposit_volumes<'a>(
+        &self,
+        bodies: impl Iterator<Item = &'a Body>,
+        sign: f64,
+        grid: &Grid,
+        solid: &mut [f64],
+    ) -> Result<(), CouplingError> {
         let mut stencil = Stencil::default();
-        for body in &particles.bodies[..particles.owned] {
+        for body in bodies {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            stencil.deposit(Site::Cells, &grid.cells, self.volume(body), solid);
+            stencil.deposit(Site::Cells, &grid.cells, sign * self.volume(body), solid);
         }
         Ok(())
     }

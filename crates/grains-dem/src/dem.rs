@@ -16,7 +16,9 @@ use crate::neighbours::{Inner, Neighbours, Skin};
 use crate::passing;
 use crate::spheres;
 use crate::walls::{self, Wall, WallLoad, WallPlace, WallScene, WallState};
-use crate::{Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError};
+use crate::{
+    Body, Cargo, Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError,
+};
 use grains_contact::Lubrication;
 use grains_domain::{
     Balance, Decomposition, DecompositionError, GlobalBox, OtherWork, Transport, WorkProfile,
@@ -148,6 +150,16 @@ pub struct Ledger {
     pub left: u64,
 }
 
+/// Particles with cargo that came and went on this rank, until they are taken: whoever moves them between the phases has to
+/// know.
+#[derive(Clone, Debug, Default)]
+pub struct Passages {
+    /// Where they were inserted.
+    pub inserted: Vec<Body>,
+    /// Where they left through an outlet, with what they carried.
+    pub left: Vec<(Body, Cargo)>,
+}
+
 /// The granular phase of one rank.
 #[derive(Debug)]
 pub struct Dem {
@@ -165,6 +177,8 @@ pub struct Dem {
     pub wall_places: Vec<Option<WallPlace>>,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
+    /// Particles with cargo that came and went, until they are taken.
+    pub passages: Passages,
     /// Time by phase.
     pub clock: Clock,
     /// Loads on the walls by this rank's particles.
@@ -208,6 +222,7 @@ impl Dem {
             origin: Origin::default(),
             wall_places: vec![None; setup.walls.len()],
             ledger: Ledger::default(),
+            passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
             interrupt: false,
@@ -262,6 +277,9 @@ impl Dem {
     pub fn insert(&mut self, record: &ParticleRecord) {
         self.restore(record, &[0.0; 3]);
         self.ledger.inserted += 1;
+        if self.particles.is_carrying() {
+            self.passages.inserted.extend(self.particles.bodies.last());
+        }
     }
 
     /// Takes a particle with what its contacts remember, as written by [`Dem::packed_memory`].

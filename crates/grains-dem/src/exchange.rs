@@ -10,7 +10,7 @@ use crate::error::vector;
 use crate::memory::Memories;
 use crate::record::{CLONE_LENGTH, read_clone, write_clone};
 use crate::updates::{ExchangeStrategy, Origin, Traffic, Updates, record_length};
-use crate::{CARGO_LENGTH, ParticleRecord, Particles, StepError};
+use crate::{Body, CARGO_LENGTH, Cargo, ParticleRecord, Particles, StepError};
 use grains_domain::{Decomposition, Direction, Transport};
 use grains_geometry::{Rotation, Vec3};
 
@@ -30,6 +30,8 @@ pub(crate) struct Migration {
     pub(crate) stays: Vec<u32>,
     /// How many left the box through an outlet.
     pub(crate) left: u64,
+    /// Those of them that carried something.
+    pub(crate) carriers_left: Vec<(Body, Cargo)>,
 }
 
 /// The messages of one rank.
@@ -98,7 +100,7 @@ impl Exchange {
         particles.drop_clones();
         let mut stays = Vec::new();
         self.sent.iter_mut().for_each(Vec::clear);
-        let (mut failure, mut left) = (None, 0);
+        let (mut failure, mut left, mut carriers_left) = (None, 0, Vec::new());
         for i in 0..particles.owned {
             match self.destination(particles, i) {
                 Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
@@ -110,7 +112,10 @@ impl Exchange {
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
                 },
-                Ok(None) => left += 1,
+                Ok(None) => {
+                    left += 1;
+                    carriers_left.extend(particles.cargo.get(i).map(|cargo| (particles.bodies[i], *cargo)));
+                }
                 Err(error) => failure = failure.or(Some(error)),
             }
         }
@@ -132,7 +137,7 @@ impl Exchange {
                 rest = memories.read(rest);
             }
         }
-        Ok(Migration { stays, left })
+        Ok(Migration { stays, left, carriers_left })
     }
 
     /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.

@@ -59,7 +59,7 @@ mod walls;
 
 pub use catalogue::{Catalogue, ContactTable, FaceContact, Kind};
 pub use clock::{Clock, Phase};
-pub use dem::{Dem, DemSetup, Failure, Ledger, MemoryUse, Origin, Partner, StepReport, Touch};
+pub use dem::{Dem, DemSetup, Failure, Ledger, MemoryUse, Origin, Partner, Passages, StepReport, Touch};
 pub use error::StepError;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};

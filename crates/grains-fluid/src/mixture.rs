@@ -102,6 +102,12 @@ impl Mixture {
         self.is_continued = false;
     }
 
+    /// The same, to take what appeared or vanished out of the change over the coming step; own cells.
+    pub fn previous_void_fraction_mut(&mut self) -> &mut Field<Centre> {
+        self.is_continued = false;
+        &mut self.previous
+    }
+
     /// Void fraction in the middle of the step, where stresses act.
     pub(crate) fn porosity(&self) -> Porosity<'_> {
         Porosity { centres: self.middle.data(), edges: self.edges.each_ref().map(|edge| &edge[..]) }

@@ -191,6 +191,9 @@ impl<'a> Run<'a> {
             let step = self.dem.step;
             // Until the contacts of this step nothing looks at clones.
             self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
+            if let Some(fluid) = &mut self.fluid {
+                fluid.note_passages(&mut self.dem);
+            }
             self.follow_borders()?;
             if step == self.first_step
                 && self.is_fluid_new
@@ -302,6 +305,9 @@ impl<'a> Run<'a> {
     }
 
     fn checkpoint(&mut self, state: State) -> Result<(), RunError> {
+        if let Some(fluid) = &mut self.fluid {
+            fluid.settle_passages(&self.transport)?;
+        }
         self.dem.clock.start();
         let written = self.files.checkpoint((&self.dem, &self.fluid), state, &self.transport);
         self.files.explained(written, &self.transport)?;

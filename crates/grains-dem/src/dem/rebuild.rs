@@ -26,6 +26,7 @@ impl Dem {
         match exchange.migrate(particles, memories, transport) {
             Ok(migration) => {
                 self.ledger.left += migration.left;
+                self.passages.left.extend(migration.carriers_left);
                 stays = migration.stays;
             }
             Err(error) => self.error = self.error.take().or(Some(error)),

@@ -47,6 +47,8 @@ impl FluidPhase {
             return Ok(self);
         }
         let begun = Instant::now();
+        self.settle_passages(transport)?;
+        let setup = &self.flow.setup;
         let (cells, before) = (setup.grid.cells(), setup.ownership.clone());
         let (arrays, clocks) = (self.arrays(), self.clocks());
         // Nothing is held twice: the old fields go before the new ones come.

@@ -3,12 +3,12 @@
 use crate::error::{RunError, agreed};
 use grains_comm::{MpiTransport, exit};
 use grains_coupling::{
-    Coupling, CouplingError, DragFields, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
+    Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
     Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
-use grains_dem::Particles;
+use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
-use grains_fluid::{Centre, Faces, Field, Flow, Grid, Halo, Layout, Ownership};
+use grains_fluid::{Centre, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership};
 use grains_geometry::Vec3;
 use std::ops::Range;
 
@@ -52,6 +52,11 @@ pub struct Exchange {
     per_volume: Faces,
     /// Volume of the own cells (m³).
     volumes: Field<Centre>,
+    /// Volume (m³ per cell, halo not added) inserted less that which left, of which the void fraction at the beginning of the
+    /// coming step does not know yet.
+    passed: Field<Centre>,
+    /// Whether there is any, or why there is none.
+    has_passed: Result<bool, CouplingError>,
     /// Whether the own cells reach the lower and upper boundary of the domain, per axis.
     ends: [[bool; 2]; 3],
     /// Cross-section of the domain normal to each axis (m²).
@@ -96,9 +101,67 @@ impl Exchange {
             gradient: Faces::new(layout),
             per_volume: inverse_volumes(grid, ownership, layout),
             volumes: volumes(grid, ownership, layout),
+            passed: Field::new(layout),
+            has_passed: Ok(false),
             ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
         })
+    }
+
+    /// Notes particles that came or went, where they did.
+    ///
+    /// What is inserted or removed is no motion of solid: ∂ε/∂t is that of the others, and of these while they are inside. The
+    /// fluid in their place goes and comes with its own velocity, so that no velocity jumps. What a particle that leaves owes
+    /// the fluid, or the fluid it, leaves with it.
+    pub fn note(&mut self, passages: Passages) {
+        let Passages { inserted, left } = passages;
+        if inserted.is_empty() && left.is_empty() {
+            return;
+        }
+        let Self { coupling, kernel_grid, passed, .. } = self;
+        let mut add = |bodies: &mut dyn Iterator<Item = &Body>, sign| {
+            coupling.deposit_volumes(bodies, sign, kernel_grid, passed.data_mut())
+        };
+        let added =
+            add(&mut inserted.iter(), 1.0).and_then(|()| add(&mut left.iter().map(|(body, _)| body), -1.0));
+        if self.has_passed.is_ok() {
+            self.has_passed = added.map(|()| true);
+        }
+        for (_, cargo) in &left {
+            self.account.ledger.given -= DragLink::read(cargo).owed;
+        }
+    }
+
+    /// Forgets the volumes of [`Exchange::note`].
+    pub fn forget_passages(&mut self) {
+        self.passed.fill(0.0);
+        self.has_passed = Ok(false);
+    }
+
+    /// Gives the void fraction at the beginning of the coming step what was inserted, and takes what left out of it;
+    /// collective.
+    ///
+    /// # Errors
+    /// A particle that came or went beyond the halo.
+    pub fn settle_passages(
+        &mut self,
+        mixture: &mut Mixture,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let has_passed = agree(transport, std::mem::replace(&mut self.has_passed, Ok(false)))?;
+        if !transport.any(has_passed) {
+            return Ok(());
+        }
+        self.halo.add(&mut [self.passed.data_mut()], transport);
+        let layout = self.passed.layout();
+        let void_fraction = mixture.previous_void_fraction_mut().data_mut();
+        for start in layout.rows() {
+            for p in start..start + layout.cells[0] {
+                void_fraction[p] -= self.passed.data()[p] / self.volumes.data()[p];
+            }
+        }
+        self.forget_passages();
+        Ok(())
     }
 
     /// Gives the fluid the void fraction of the particles where they are; collective.
@@ -136,6 +199,7 @@ impl Exchange {
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         let Some(mixture) = flow.mixture.as_mut() else { return Ok(()) };
+        self.settle_passages(mixture, transport)?;
         self.fill_void_fraction(particles, &mut mixture.void_fraction, transport)?;
         self.coefficient.fill(0.0);
         self.explicit.fill(0.0);

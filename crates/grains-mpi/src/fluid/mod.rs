@@ -200,8 +200,28 @@ impl FluidPhase {
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
             exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;
             mixture.begin();
+            exchange.forget_passages();
         }
         Ok(())
+    }
+
+    /// Notes the particles that came or went since it was last called: to be called before borders move.
+    pub fn note_passages(&mut self, dem: &mut Dem) {
+        let passages = std::mem::take(&mut dem.passages);
+        if let Some(exchange) = &mut self.exchange {
+            exchange.note(passages);
+        }
+    }
+
+    /// Makes the state hold all passages that were noted: to be called before it is read; collective.
+    ///
+    /// # Errors
+    /// A particle that came or went beyond the halo.
+    pub fn settle_passages(&mut self, transport: &MpiTransport) -> Result<(), RunError> {
+        match (&mut self.exchange, &mut self.flow.mixture) {
+            (Some(exchange), Some(mixture)) => exchange.settle_passages(mixture, transport),
+            _ => Ok(()),
+        }
     }
 
     /// Steps the fluid if it is its turn, and adds drag, pressure gradient and buoyancy to the loads of the particles;
