@@ -93,6 +93,8 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
 #[test]
 fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_resolved"), case("resolved.toml"));
+    // Forces on all together, on one alone, and on one that is not there.
+    let text = format!("{text}\n[fluid.output]\nbodies = [2, 9]\n");
     let result = |label: &str, ranks: usize, text: &str| {
         let own = home.join(label);
         fs::create_dir_all(&own).unwrap();
@@ -112,7 +114,15 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
             let (a, b) = (table.column(column), series(other).column(column));
             assert_close(&a, &b, 1e-9, &format!("{} {column}", other.display()));
         }
+        for load in ["fx", "fy", "fz", "tx", "ty", "tz"] {
+            for column in [format!("bodies_{load}"), format!("body_2_{load}")] {
+                let (a, b) = (table.column(&column), series(other).column(&column));
+                assert_close(&a, &b, 1e-8, &format!("{} {column}", other.display()));
+            }
+            assert!(series(other).column(&format!("body_9_{load}")).iter().all(|x| x.is_nan()), "{load}");
+        }
     }
+    assert_series_have_the_loads(&one);
     // A run that leaves whenever it may stops between two steps of the fluid, in one that the particles have not gone through.
     let own = home.join("step by step");
     fs::create_dir_all(&own).unwrap();
@@ -136,6 +146,74 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     assert!(series(&one).column("drive_x").last().unwrap() > &0.0);
     // Bodies that stay do not bring the velocities they were inserted with.
     assert!(series(&one).column("momentum_x").iter().all(|&p| p == 0.0));
+}
+
+/// Asserts that the time series has the forces and torques of the snapshots, summed and of the particle with id 2.
+fn assert_series_have_the_loads(results: &Path) {
+    let (table, path) = (series(results), results.join("particles.vtkhdf"));
+    let times = array(&path, "VTKHDF/Steps/Values");
+    let ids = File::open(&path).unwrap().dataset("VTKHDF/PointData/id").unwrap().read_raw::<i64>().unwrap();
+    let per_step = ids.len() / times.len();
+    for (quantity, letter) in [("fluid_force", 'f'), ("fluid_torque", 't')] {
+        let values = array(&path, &format!("VTKHDF/PointData/{quantity}"));
+        for (step, time) in times.iter().enumerate() {
+            let row = table.column("time").iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+            for (a, axis) in ["x", "y", "z"].iter().enumerate() {
+                let own = step * per_step..(step + 1) * per_step;
+                let of = |k: usize| values[3 * k + a];
+                let size = own.clone().map(|k| of(k).abs()).fold(0.0, f64::max);
+                let (sum, one) =
+                    (own.clone().map(of).sum::<f64>(), own.clone().find(|&k| ids[k] == 2).map(of).unwrap());
+                for (name, wanted) in [("bodies", sum), ("body_2", one)] {
+                    let found = table.column(&format!("{name}_{letter}{axis}"))[row];
+                    assert!(
+                        (found - wanted).abs() <= 1e-12 * size,
+                        "{name} {quantity} {axis}: {found} {wanted}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_inside_bodies_have_their_velocity() {
+    let home = folder("fluid_inside");
+    run_case(2, &home, &case("resolved.toml"), &[]).succeeded();
+    let (results, layers) = (home.join("results"), [30, 25, 20]);
+    let steps = array(&results.join("fluid.vtkhdf"), "VTKHDF/Steps/Values").len();
+    let all = |name: &str| array(&results.join("fluid.vtkhdf"), &format!("VTKHDF/CellData/{name}"));
+    let (void, fluid, solid) = (all("void_fraction"), all("velocity"), all("solid_velocity"));
+    let cells: usize = layers.iter().product();
+    let mut inside = 0;
+    for step in 1..steps {
+        for cell in 0..cells {
+            let [i, j, k] = [cell % layers[0], cell / layers[0] % layers[1], cell / layers[0] / layers[1]];
+            // The faces of full cells beside cells that are half full lie inside bodies.
+            let around = [
+                [(i + 1) % 30, j, k],
+                [(i + 29) % 30, j, k],
+                [i, j + 1, k],
+                [i, j.wrapping_sub(1), k],
+                [i, j, k + 1],
+                [i, j, k.wrapping_sub(1)],
+            ];
+            let void_of = |[i, j, k]: [usize; 3]| match j < layers[1] && k < layers[2] {
+                true => void[step * cells + (k * layers[1] + j) * layers[0] + i],
+                false => 1.0,
+            };
+            if void_of([i, j, k]) > 0.0 || around.into_iter().any(|cell| void_of(cell) > 0.6) {
+                continue;
+            }
+            inside += 1;
+            for a in 0..3 {
+                let place = 3 * (step * cells + cell) + a;
+                let (u, v) = (fluid[place], solid[place]);
+                assert!((u - v).abs() < 1e-6 * (v.abs() + 0.1), "{step} {i} {j} {k} {a}: {u} {v}");
+            }
+        }
+    }
+    assert!(inside > 50, "{inside}");
 }
 
 /// The number after a phrase in what a run prints.

@@ -311,6 +311,8 @@ fn bodies_that_are_held_need_no_contacts() {
     assert!(message.contains("point_spacing"), "{message}");
     let message = refused("diffusion_number = 2.0", "diffusion_number = 2.01");
     assert!(message.contains("fluid.resolved.diffusion_number") && message.contains("beyond 2"), "{message}");
+    let message = refused("bodies = [0, 1]", "bodies = [1, 0, 1]");
+    assert!(message.contains("fluid.output.bodies") && message.contains("1 is there twice"), "{message}");
     // ν Δt/Δx² of 2 with ν = 1e-5 m²/s on cells of 1/320 m.
     let message = refused("end = 1.0\ndt = \"auto\"", "end = 10.0\ndt = 1.96");
     assert!(message.contains("time.dt") && message.contains("1.953"), "{message}");

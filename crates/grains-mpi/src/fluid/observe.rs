@@ -7,6 +7,7 @@ use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Layout};
+use grains_resolved::FlowLink;
 
 /// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
 /// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
@@ -32,10 +33,20 @@ const COLUMNS: [(&str, &str); 16] = [
     ("multiplier_iterations", "-"),
 ];
 
+/// What is told of the flow's action on bodies: the force, buoyancy apart, and the torque, of each about its centre.
+const OF_BODIES: [(&str, &str); 6] =
+    [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
+
 /// Names and units of the columns that the fluid of a case adds to the time series.
 pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
     let Some(fluid) = &case.fluid else { return Vec::new() };
     let mut columns: Vec<_> = COLUMNS.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
+    if fluid.resolved.is_some() && !case.inserts.is_empty() {
+        let chosen = fluid.output.bodies.iter().map(|id| format!("body_{id}"));
+        for name in std::iter::once("bodies".to_string()).chain(chosen) {
+            columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
+        }
+    }
     for profile in &fluid.profile {
         if let ProfileKind::Plane { .. } = profile.kind {
             columns.push((format!("{}_pressure", profile.name), "Pa"));
@@ -183,6 +194,9 @@ impl FluidPhase {
         row.extend([iterations, -least[0], solid[0], imbalance]);
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
+        if self.resolved.is_some() {
+            row.extend(loads_of_bodies(case, dem, transport));
+        }
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {
                 let axis = axis as usize;
@@ -205,6 +219,12 @@ impl FluidPhase {
             let mut field = Field::new(layout);
             let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
             rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
+            // Inside bodies theirs, not what continues the flow.
+            if let Some(beyond) = self.flow.immersed.as_ref().and_then(|bodies| bodies.beyond.as_ref()) {
+                let (beyond, stride) = (beyond.component(axis), layout.strides()[axis]);
+                let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+                rows.for_each(|p| field.data_mut()[p] -= 0.5 * (beyond[p] + beyond[p - stride]));
+            }
             fields.push(field);
         }
         fields.push(self.flow.state.pressure.clone());
@@ -219,6 +239,26 @@ impl FluidPhase {
         self.halo.fill(&mut all, transport);
         Ok(Sums { samples: 1, fields })
     }
+}
+
+/// Force (N) and torque (N m) of the flow on all bodies together, then on each that the case asks for, NaN while it is not
+/// there; collective.
+fn loads_of_bodies(case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+    let chosen = case.fluid.as_ref().map_or(&[][..], |fluid| &fluid.output.bodies);
+    // The last number tells how many ranks own the body.
+    let mut sums = vec![[0.0; 7]; 1 + chosen.len()];
+    let own = dem.particles.ids.iter().zip(&dem.particles.cargo).take(dem.particles.owned);
+    for (id, cargo) in own {
+        let link = FlowLink::read(cargo);
+        let place = chosen.iter().position(|k| k == id);
+        for sum in std::iter::once(0).chain(place.map(|k| k + 1)) {
+            let load = link.force.iter().chain(&link.torque).copied().chain([1.0]);
+            sums[sum].iter_mut().zip(load).for_each(|(sum, x)| *sum += x);
+        }
+    }
+    transport.sum(sums.as_flattened_mut());
+    sums[1..].iter_mut().filter(|sum| sum[6] == 0.0).for_each(|sum| sum.fill(f64::NAN));
+    sums.iter().flat_map(|sum| sum[..6].iter().copied()).collect()
 }
 
 /// The cell that holds a coordinate (m) and the node next to it; the first or last ones for those beyond.

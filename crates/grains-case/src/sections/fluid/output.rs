@@ -120,11 +120,15 @@ pub struct FluidOutput {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0))]
     pub mean_from: Option<f64>,
+    /// Ids (-) of resolved particles whose force and torque by the flow go to the time series, as `body_7_fx` to `body_7_tz`; those
+    /// of all together are always there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<u64>,
 }
 
 impl Default for FluidOutput {
     fn default() -> Self {
-        Self { interval: None, fields: all_fields(), mean_from: None }
+        Self { interval: None, fields: all_fields(), mean_from: None, bodies: Vec::new() }
     }
 }
 

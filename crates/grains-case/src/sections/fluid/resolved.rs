@@ -186,8 +186,16 @@ pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &
 
 /// Particles need cells of one width, and collisions that are soft.
 pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker) {
+    let bodies = &fluid.output.bodies;
     if fluid.resolved.is_none() {
+        if !bodies.is_empty() {
+            let message = "forces are known of resolved particles only; remove it, or add [fluid.resolved]";
+            checker.error("fluid.output.bodies", message.into());
+        }
         return;
+    }
+    if let Some(twice) = (1..bodies.len()).find(|&k| bodies[..k].contains(&bodies[k])) {
+        checker.error("fluid.output.bodies", format!("{} is there twice; remove one", bodies[twice]));
     }
     let key = "fluid.resolved";
     if fluid.coupling.is_some() {
