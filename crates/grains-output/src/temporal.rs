@@ -1,6 +1,6 @@
 //! What all files of snapshots have in common: begun, continued, appended to, described by an XDMF file.
 
-use crate::error::{FileError, Shared};
+use crate::error::{FileError, Identity, Shared};
 use crate::metadata::{GROUP, Metadata, write_metadata};
 use crate::xdmf;
 use hdf5::File;
@@ -65,6 +65,8 @@ pub(crate) struct Temporal<L: Layout> {
     pub layout: L,
     /// Open for all ranks; none after a failed write.
     opened: Option<Opened<L::Arrays>>,
+    /// What the open file is known by, on rank 0.
+    identity: Option<Identity>,
     steps: Vec<L::Place>,
     /// Steps the XDMF file knew when it was last written.
     described: usize,
@@ -98,7 +100,8 @@ impl<L: Layout> Temporal<L> {
         match begun {
             Ok(arrays) => {
                 let opened = Some(Opened { arrays, file });
-                Ok(Self { shared, layout, opened, steps: Vec::new(), described: 0 })
+                let identity = Identity::of(path);
+                Ok(Self { shared, layout, opened, identity, steps: Vec::new(), described: 0 })
             }
             Err(error) => {
                 std::mem::forget(file);
@@ -123,7 +126,7 @@ impl<L: Layout> Temporal<L> {
         // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
         let found = File::open(path).and_then(|file| layout.places(&file));
         let steps = shared.all(UNFIT, found)?;
-        let mut file = Self { shared, layout, opened: None, steps, described: 0 };
+        let mut file = Self { shared, layout, opened: None, identity: None, steps, described: 0 };
         let is_kept = |place: &&L::Place| {
             let at = L::time(place);
             at <= time || is_same_time(at, time)
@@ -158,6 +161,7 @@ impl<L: Layout> Temporal<L> {
     /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
     pub fn append(&mut self, step: &L::Step<'_>) -> Result<(), FileError> {
         self.shared.agree(self.layout.fits(step))?;
+        self.shared.first(|| Identity::require(self.identity, &self.shared.path))?;
         self.shared.has_room()?;
         let outcome = self.append_fitting(step);
         if outcome.is_err() {
@@ -216,6 +220,7 @@ impl<L: Layout> Temporal<L> {
         let file = self.shared.all(UNFIT, file)?;
         let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
         self.opened = Some(Opened { arrays, file });
+        self.identity = Identity::of(&self.shared.path);
         Ok(())
     }
 
