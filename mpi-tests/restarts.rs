@@ -521,3 +521,81 @@ fn a_run_killed_after_a_restart_does_not_go_on_from_a_later_checkpoint() {
     run_case(2, &home, &text, &["--restart", "latest"]).succeeded();
     assert_eq!(series(&results).column("step"), (0..=20).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
 }
+
+#[test]
+fn a_file_of_the_results_that_is_removed_in_flight_is_missed() {
+    let text = replaced(&often("shear.toml", (100_000, 1)), "checkpoint = 1e3", "checkpoint = 1e-3");
+    type Harm = fn(&Path);
+    let harms: [(&str, Harm); 4] = [
+        ("series.csv", |file| fs::remove_file(file).unwrap()),
+        ("particles.vtkhdf", |file| fs::remove_file(file).unwrap()),
+        ("walls.vtkhdf", |file| {
+            fs::write(file.with_extension("new"), "other")
+                .and_then(|()| fs::rename(file.with_extension("new"), file))
+                .unwrap()
+        }),
+        ("", |folder| fs::rename(folder, folder.with_file_name("elsewhere")).unwrap()),
+    ];
+    for (name, harm) in harms {
+        let home = folder("restarts_removed");
+        let results = home.join("results");
+        fs::write(home.join("case.toml"), &text).unwrap();
+        let mut running = start(2, &home, &["case.toml"], 0);
+        let far = || results.exists() && last_step(&results) > 60 && !checkpoints(&results).is_empty();
+        running.wait_until("60 steps", far);
+        harm(&results.join(name));
+        let ended = running.wait();
+        let message = ended.only_error(4);
+        let wanted = if name.is_empty() { "results/" } else { name };
+        // A folder that goes away may be missed by whatever is written next.
+        let reasons = ["while this run writes it", "cannot be written", "cannot be created"];
+        let mut reasons = reasons.iter().take(if name.is_empty() { 3 } else { 1 });
+        assert!(message.contains(wanted) && reasons.any(|r| message.contains(r)), "{message}");
+        // What is left of the run goes on, and the file begins anew.
+        if name == "series.csv" {
+            let more = ["case.toml", "--restart", "latest", "--max-walltime", "0"];
+            run(2, &home, &more).succeeded();
+            assert_eq!(series(&results).rows.len(), 2);
+        }
+    }
+}
+
+/// A staged case of the repository with some passages replaced.
+fn stage(name: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/staged").join(name);
+    let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    changes.iter().fold(text, |text, (old, new)| replaced(&text, old, new))
+}
+
+#[test]
+fn staged_cases_go_from_stage_to_stage() {
+    let home = folder("restarts_staged");
+    let staged_from = |first: &str, second: &str, from: &str| {
+        run_case(2, &home, first, &[]).succeeded();
+        staged(2, &home, second, from)
+    };
+    let fewer = ("count = 1500", "count = 60");
+    let settle =
+        stage("silo-settle.toml", &[fewer, ("end = 1.5", "end = 0.5"), ("after = 0.5", "after = 0.45")]);
+    let open = stage("silo-open.toml", &[fewer, ("end = 6", "end = 1.2")]);
+    let output = staged_from(&settle, &open, "results/staged/silo-settled");
+    assert!(output.stdout.contains("wall.plate is gone"), "{}", output.text());
+    let [settled, opened] =
+        ["settled", "opened"].map(|name| series(&home.join("results/staged/silo-".to_string() + name)));
+    assert_eq!(settled.column("outlet_count").last(), Some(&0.0));
+    assert_eq!(opened.column("outlet_count").last(), Some(&60.0));
+    let (end, few) = (("end = 3", "end = 0.3"), ("count = 800", "count = 40"));
+    let slow = stage("drum-slow.toml", &[end, few]);
+    let fast = stage("drum-fast.toml", &[few, ("end = 6", "end = 0.4")]);
+    let output = staged_from(&slow, &fast, "results/staged/drum-slow");
+    assert!(
+        output.stdout.contains("wall.drum.motion.angular_velocity = 4.1887902, was 1.0471976"),
+        "{}",
+        output.text()
+    );
+    let load = stage("bed-load.toml", &[("end = 0.15", "end = 0.01")]);
+    let flow = stage("bed-flow.toml", &[("end = 0.25", "end = 0.012")]);
+    let output = staged_from(&load, &flow, "results/staged/bed-loaded");
+    assert!(output.stdout.contains("fluid is new"), "{}", output.text());
+    assert!(*series(&home.join("results/staged/bed-flow")).column("pressure_drop").last().unwrap() > 0.0);
+}

@@ -120,7 +120,8 @@ pub fn restore(
     let numbering = Numbering::new(&before, &now, &changes);
     check_state(&file, dem, (&before, &now, &changes), &numbering, population, transport).map_err(refuse)?;
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
-    population.restore(&before, file.text("insertions").unwrap_or(""), &changes, time);
+    let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
+    population.restore(&before, progress, &changes, time);
     for row in owned_rows(&file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;

@@ -135,6 +135,33 @@ impl Shared {
     }
 }
 
+/// What the operating system knows a file by, whatever its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Identity([u64; 2]);
+
+impl Identity {
+    /// That of the file which has a name now.
+    pub fn of(path: &Path) -> Option<Self> {
+        use std::os::unix::fs::MetadataExt;
+        let metadata = fs::metadata(path).ok()?;
+        Some(Self([metadata.dev(), metadata.ino()]))
+    }
+
+    /// Refuses to write on into a file that has no longer its name: nobody would find what is written.
+    pub fn require(file: Option<Self>, path: &Path) -> Result<(), FileError> {
+        match Self::of(path) {
+            now if now == file => Ok(()),
+            now => {
+                let what = if now.is_some() { "replaced" } else { "removed or renamed" };
+                let problem = format!(
+                    "was {what} while this run writes it; put it back, then --restart latest, or begin it anew from there"
+                );
+                Err(FileError::new(path, problem))
+            }
+        }
+    }
+}
+
 fn remedy(path: &Path, error: &std::io::Error) -> String {
     let folder = path.parent().unwrap_or(Path::new(".")).display();
     match error.kind() {

@@ -1,6 +1,6 @@
 //! Tables: CSV files that a restart continues, and such that are written anew each time.
 
-use crate::error::FileError;
+use crate::error::{FileError, Identity};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 /// One rank writes it. `pandas.read_csv(path, comment="#")` reads it.
 pub struct Series {
     path: PathBuf,
+    identity: Option<Identity>,
     file: File,
     columns: usize,
     /// Length of the file (bytes), and the last output's step and where its rows begin.
@@ -31,7 +32,8 @@ impl Series {
         file.write_all(text.as_bytes())
             .map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
         let length = text.len() as u64;
-        Ok(Self { path: path.to_path_buf(), file, columns: columns.len(), length, last: None })
+        let identity = Identity::of(path);
+        Ok(Self { path: path.to_path_buf(), identity, file, columns: columns.len(), length, last: None })
     }
 
     /// Continues the file, forgetting every row after `step` and a row that a crash cut short.
@@ -75,7 +77,8 @@ impl Series {
             .and_then(|()| std::fs::rename(&aside, path))
             .and_then(|()| OpenOptions::new().append(true).open(path));
         let file = opened.map_err(|e| FileError::new(path, format!("cannot be written: {e}")))?;
-        Ok(Self { path: path.to_path_buf(), file, columns: columns.len(), length: kept as u64, last })
+        let (path, identity) = (path.to_path_buf(), Identity::of(path));
+        Ok(Self { path, identity, file, columns: columns.len(), length: kept as u64, last })
     }
 
     /// Whether the file ends with rows of a step, as one that was continued from there.
@@ -113,9 +116,10 @@ impl Series {
     /// the same step, which a restart left, are replaced.
     ///
     /// # Errors
-    /// A full disk, or values that make up no whole rows.
+    /// A full disk, a file that was removed or replaced meanwhile, or values that make up no whole rows.
     pub fn append_block(&mut self, step: u64, values: &[f64]) -> Result<(), FileError> {
         let rows = rows(&self.path, &format!("{step},"), self.columns - 1, values)?;
+        Identity::require(self.identity, &self.path)?;
         self.write(step, &rows).map_err(|e| {
             // Half a row must not stay: the next one would be glued to it.
             let _ = self.file.set_len(self.length);

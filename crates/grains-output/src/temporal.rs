@@ -1,7 +1,7 @@
 //! What all files of snapshots have in common: begun, continued, appended to, described by an XDMF file.
 
 use crate::digests::Digests;
-use crate::error::{FileError, Shared};
+use crate::error::{FileError, Identity, Shared};
 use crate::metadata::{GROUP, Metadata, write_metadata};
 use crate::xdmf::{Description, name_of};
 use hdf5::File;
@@ -76,6 +76,8 @@ pub(crate) struct Temporal<L: Layout> {
     pub layout: L,
     /// Open for all ranks; none after a failed write.
     opened: Option<Opened<L::Arrays>>,
+    /// What the open file is known by, on rank 0.
+    identity: Option<Identity>,
     steps: Vec<L::Place>,
     /// The XDMF file beside it, on rank 0, from the first step on.
     description: Option<Description>,
@@ -111,7 +113,8 @@ impl<L: Layout> Temporal<L> {
         match begun {
             Ok((arrays, digests)) => {
                 let opened = Some(Opened { arrays, digests: Some(digests), file });
-                Ok(Self { shared, layout, opened, steps: Vec::new(), description: None })
+                let identity = Identity::of(path);
+                Ok(Self { shared, layout, opened, identity, steps: Vec::new(), description: None })
             }
             Err(error) => {
                 std::mem::forget(file);
@@ -136,7 +139,7 @@ impl<L: Layout> Temporal<L> {
         // Each rank alone first: a file that is no HDF5 must not stop the ranks at different calls.
         let found = File::open(path).and_then(|file| layout.places(&file));
         let steps = shared.all(UNFIT, found)?;
-        let mut file = Self { shared, layout, opened: None, steps, description: None };
+        let mut file = Self { shared, layout, opened: None, identity: None, steps, description: None };
         let is_kept = |place: &&L::Place| {
             let at = L::time(place);
             at <= time || is_same_time(at, time)
@@ -171,6 +174,7 @@ impl<L: Layout> Temporal<L> {
     /// A full disk, a file that cannot be written, or fields whose lengths do not fit.
     pub fn append(&mut self, step: &L::Step<'_>) -> Result<(), FileError> {
         self.shared.agree(self.layout.fits(step))?;
+        self.shared.first(|| Identity::require(self.identity, &self.shared.path))?;
         self.shared.has_room()?;
         let outcome = self.append_fitting(step);
         if outcome.is_err() {
@@ -241,6 +245,7 @@ impl<L: Layout> Temporal<L> {
         let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
         let digests = self.shared.all(UNFIT, Digests::open(&file))?;
         self.opened = Some(Opened { arrays, digests, file });
+        self.identity = Identity::of(&self.shared.path);
         Ok(())
     }
 
