@@ -5,9 +5,10 @@
 
 mod common;
 
-use common::{case, folder, replaced, run, run_case};
+use common::{case, folder, replaced, run, run_case, skipped};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 /// A mistake: what is done wrong, and what the answer must say.
 struct Mistake {
@@ -406,4 +407,73 @@ fn a_walltime_that_never_comes_is_refused() {
         assert!(output.stderr.contains("leave it out for no limit"), "{time}: {}", output.text());
         assert!(!home.join("results").exists(), "{time}");
     }
+}
+
+/// Misspells every key of some cases, one at a time, and adds one to every table: prints most complaints of a validator
+/// about one, counting every alternative.
+const SLIPS: &str = r#"
+import copy, json, sys, tomllib
+from jsonschema import Draft202012Validator
+
+schema = json.load(open(sys.argv[1]))
+Draft202012Validator.check_schema(schema)
+validator = Draft202012Validator(schema)
+
+def leaves(errors):
+    return sum(leaves(e.context) if e.context else 1 for e in errors)
+
+def tables(data, path=()):
+    if isinstance(data, dict):
+        yield path
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        yield from tables(value, path + (key,))
+
+def copied(case, path):
+    case = copy.deepcopy(case)
+    table = case
+    for key in path:
+        table = table[key]
+    return case, table
+
+slips, added, named = 0, 0, set()
+for name in sys.argv[2:]:
+    case = tomllib.load(open(name, "rb"))
+    assert validator.is_valid(case), name
+    for path in tables(case):
+        changed, table = copied(case, path)
+        table["extra_slip"] = 1
+        added = max(added, leaves(validator.iter_errors(changed)))
+        for key in list(table):
+            if key == "extra_slip" or not path and key == "fluid":
+                continue
+            changed, table = copied(case, path)
+            table[key + "_slip"] = table.pop(key)
+            named.add(sum(key + "_slip" in e.message for e in validator.iter_errors(changed)))
+            slips += 1
+print(slips, added, *sorted(named))
+"#;
+
+#[test]
+fn a_slip_is_one_complaint_of_an_editor() {
+    let home = folder("bad_slips");
+    let schema = run(1, &home, &["schema"]).succeeded().stdout;
+    fs::write(home.join("schema.json"), schema).unwrap();
+    let names = ["silo", "bed", "duct", "resolved", "drum", "shear"].map(|name| format!("{name}.toml"));
+    names.iter().for_each(|name| fs::write(home.join(name), case(name)).unwrap());
+    let python = std::env::var("GRAINS_PYTHON").unwrap_or("python3".into());
+    let probe = Command::new(&python).args(["-c", "import jsonschema, tomllib"]).output();
+    if !probe.is_ok_and(|probe| probe.status.success()) {
+        return skipped("schema", "no Python with jsonschema: the schema is not put to a validator");
+    }
+    let output =
+        Command::new(&python).args(["-c", SLIPS, "schema.json"]).args(names).current_dir(&home).output();
+    let output = output.unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
+    let numbers: Vec<u32> = text.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    assert!(
+        numbers[0] > 100 && numbers[1..] == [1, 1],
+        "slips, complaints, times the key is named: {numbers:?}"
+    );
 }

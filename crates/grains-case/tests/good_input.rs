@@ -330,7 +330,9 @@ fn collect_keys(schema: &Value, path: &str, keys: &mut Vec<(String, Value)>) {
     match schema {
         Value::Object(map) => {
             if let Some(properties) = map.get("properties").and_then(Value::as_object) {
-                keys.extend(properties.iter().map(|(key, value)| (format!("{path}.{key}"), value.clone())));
+                // A key that another kind has is refused by `false`.
+                let own = properties.iter().filter(|(_, value)| **value != false);
+                keys.extend(own.map(|(key, value)| (format!("{path}.{key}"), value.clone())));
             }
             map.iter().for_each(|(key, value)| collect_keys(value, &format!("{path}.{key}"), keys));
         }
