@@ -102,11 +102,18 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Sums over the owned particles of one rank.
-    pub(crate) fn of(particles: &Particles, catalogue: &Catalogue, gravity: &Vec3) -> Self {
+    /// Sums over the owned particles of one rank, each in the box: how far one is beyond a periodic face depends on when
+    /// lists were rebuilt.
+    pub(crate) fn of(
+        particles: &Particles,
+        catalogue: &Catalogue,
+        gravity: &Vec3,
+        global: &GlobalBox,
+    ) -> Self {
         let mut totals = Totals { particles: particles.owned as u64, ..Totals::default() };
         for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
             let (m, v, w) = (body.mass, body.velocity, body.angular_velocity);
+            let position = Vec3::from(global.wrap(body.position.into()));
             let inertia = inertia(catalogue, body);
             let spin = match particles.frames.get(i) {
                 Some(frame) => frame * inertia.component_mul(&frame.tr_mul(&w)),
@@ -115,9 +122,9 @@ impl Totals {
             totals.mass += m;
             totals.kinetic_translation += 0.5 * m * v.norm_squared();
             totals.kinetic_rotation += 0.5 * w.dot(&spin);
-            totals.potential -= m * gravity.dot(&body.position);
+            totals.potential -= m * gravity.dot(&position);
             totals.momentum += v * m;
-            totals.angular_momentum += body.position.cross(&v) * m + spin;
+            totals.angular_momentum += position.cross(&v) * m + spin;
             totals.largest_speed = totals.largest_speed.max(v.norm());
         }
         totals

@@ -33,7 +33,8 @@ pub struct Touch {
 impl Dem {
     /// Sums over all ranks.
     pub fn totals(&self, transport: &impl Transport) -> Totals {
-        let own = Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity);
+        let own =
+            Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity, &self.setup.global);
         let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
         transport.sum(&mut sums);
         transport.max(&mut speed);
