@@ -3,12 +3,10 @@
 mod contact;
 mod surface;
 
+use crate::mass::{principal_moments, union_mass};
 use crate::report::{MassSource, ShapeReport};
 use crate::shapes::polyhedron_part_of;
-use crate::{
-    ConvexHull, Core, MassProperties, Part, Rotation, Shape, ShapeError, Vec3,
-};
-use crate::mass::{principal_moments, union_mass};
+use crate::{ConvexHull, Core, MassProperties, Part, Rotation, Shape, ShapeError, Vec3};
 use crate::{Mat3, shape::crust_thickness};
 use contact::Contacts;
 use nalgebra::Rotation3;

@@ -53,7 +53,10 @@ fn points(random: &mut Random, family: usize) -> Vec<Vec3> {
         }
         // Box with its corners moved a little: faces nearly parallel, faces nearly flat.
         6 => (0..8)
-            .map(|i| Vec3::from_fn(|k, _| if i >> k & 1 == 1 { 1.0 } else { -1.0 }) + random.vector() * (0.3 * small))
+            .map(|i| {
+                Vec3::from_fn(|k, _| if i >> k & 1 == 1 { 1.0 } else { -1.0 })
+                    + random.vector() * (0.3 * small)
+            })
             .collect(),
         _ => (0..4 + random.index(20)).map(|_| random.direction()).collect(),
     }
@@ -114,7 +117,11 @@ fn error(hull: &ConvexHull, centre: &Vec3, depth: f64, random: &mut Random) -> f
         random.direction(),
         corner(random.index(hull.vertices.len())),
         // The corner farthest away: a tip, if there is one.
-        corner((0..hull.vertices.len()).max_by_key(|k| ((hull.vertices[*k] - centre).norm() / size * 1e9) as u64).unwrap()),
+        corner(
+            (0..hull.vertices.len())
+                .max_by_key(|k| ((hull.vertices[*k] - centre).norm() / size * 1e9) as u64)
+                .unwrap(),
+        ),
         (hull.faces[face].normal + random.direction() * 1e-3).normalize(),
     ];
     for d in directions {

@@ -27,7 +27,8 @@ fn cuboid(lower: &Vec3, upper: &Vec3) -> MassProperties {
     let e = upper - lower;
     let squares = e.component_mul(&e);
     let inertia = (Vec3::repeat(squares.sum()) - squares) * (e.product() / 12.0);
-    MassProperties::in_body_frame(e.product(), &inertia).placed(&Rotation::identity(), &((lower + upper) / 2.0))
+    MassProperties::in_body_frame(e.product(), &inertia)
+        .placed(&Rotation::identity(), &((lower + upper) / 2.0))
 }
 
 /// Two boxes, their union by inclusion and exclusion of the box they share: also where faces lie in one plane, as they do
@@ -85,7 +86,10 @@ fn pieces_and_chords_agree_in_any_order() {
         let reversed = Shape::glued(&parts, 1e-3).unwrap();
         same(&in_user_frame(&reversed), &in_user_frame(&shape), 1e-11, 1.0);
         let report = shape.mass_report();
-        assert!(report.volume_difference.abs() < 1e-4 && report.inertia_difference.abs() < 2e-4, "{report:?}");
+        assert!(
+            report.volume_difference.abs() < 1e-4 && report.inertia_difference.abs() < 2e-4,
+            "{report:?}"
+        );
     }
 }
 
@@ -134,7 +138,10 @@ fn round_bodies_have_the_volume_of_their_union() {
         }
         let beam = Shape::cylinder(0.5 * size, 3.0 * size, 0.02).unwrap();
         let across = Rotation::from_axis_angle(&Vec3::x_axis(), 0.5 * PI);
-        let cross = [Component::new(beam.clone(), Vec3::zeros()), Component::new(beam.clone(), Vec3::zeros()).turned(across)];
+        let cross = [
+            Component::new(beam.clone(), Vec3::zeros()),
+            Component::new(beam.clone(), Vec3::zeros()).turned(across),
+        ];
         let cross = Shape::glued(&cross, 0.02).unwrap();
         close(cross.volume, 2.0 * beam.volume - 16.0 / 3.0 * (0.5 * size).powi(3), 4e-5);
     }

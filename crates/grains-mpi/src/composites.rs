@@ -3,8 +3,7 @@
 use crate::geometry::convex;
 use grains_case::{GluedPart, ShapeKind, beam_size, layer_radius};
 use grains_geometry::{
-    Component, DecompositionOptions, Lobes, MassSource, Rotation, Shape, ShapeError,
-    SphereArrangement, Vec3,
+    Component, DecompositionOptions, Lobes, MassSource, Rotation, Shape, ShapeError, SphereArrangement, Vec3,
 };
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::fmt::Write;

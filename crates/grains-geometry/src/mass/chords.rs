@@ -28,8 +28,8 @@ struct Moments {
 }
 
 impl MassProperties {
-    /// Of the union of parts with sharp edges, lines per edge of the last grid, and the larger relative difference in volume and
-    /// principal moments from the grid of half as many.
+    /// Of the union of parts with sharp edges; lines per edge of the last grid; and the larger relative difference
+    /// in volume and principal moments from the grid of half as many.
     ///
     /// The result does not depend on the number of threads. Without parts all is NaN.
     pub fn of_chords(parts: &[Part]) -> (Self, u32, f64) {
@@ -95,7 +95,8 @@ fn integrate(solids: &[Solid], lines: u32) -> MassProperties {
     thread::scope(|scope| {
         let slab = &slab;
         // Every n-th slab, for the middle ones cost more than the outer.
-        let own = move |t: u32| (t..lines).step_by(threads as usize).map(|k| (k, slab(k))).collect::<Vec<_>>();
+        let own =
+            move |t: u32| (t..lines).step_by(threads as usize).map(|k| (k, slab(k))).collect::<Vec<_>>();
         let workers: Vec<_> = (1..threads).map(|t| scope.spawn(move || own(t))).collect();
         slabs.extend(own(0));
         for worker in workers {
@@ -121,7 +122,8 @@ fn integrate(solids: &[Solid], lines: u32) -> MassProperties {
 }
 
 impl Moments {
-    /// Adds the union of the chords (m) of a line through `at`, in units of `size`: with a and b its ends, ∫ xⁿ dx = (bⁿ⁺¹ − aⁿ⁺¹)/(n + 1).
+    /// Adds the union of the chords (m) of a line through `at`, in units of `size`: each is a rod of length l, whose
+    /// second moment about its middle is l³/12.
     fn add_line(&mut self, chords: &mut [(f64, f64)], at: Vec3, size: f64) {
         chords.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut covered = f64::NEG_INFINITY;
