@@ -56,6 +56,25 @@ fn a_particle_that_outruns_its_neighbours_is_named() {
 }
 
 #[test]
+fn a_particle_alone_may_go_as_far_as_it_likes() {
+    let mut setup = setup([0.5; 3], [true; 3], vec![Shape::sphere(RADIUS).unwrap()], law(true));
+    setup.rates.gravity = Vec3::zeros();
+    let mut dem = Dem::new(setup, 0).unwrap();
+    let record = NewParticle {
+        id: 0,
+        kind: Kind { shape: 0, material: 0 },
+        scale: 1.0,
+        position: Vec3::repeat(0.25),
+        orientation: Rotation::identity(),
+        velocity: Vec3::new(1e3, 0.0, 0.0),
+        angular_velocity: Vec3::zeros(),
+    }
+    .record(&dem);
+    dem.insert(&record);
+    (0..300).for_each(|_| dem.step(&SerialTransport).unwrap());
+}
+
+#[test]
 fn a_particle_that_leaves_where_no_outlet_is_is_named() {
     let error = error_of(pair(1e-3, Vec3::new(100.0, 0.0, 0.0)), 1000);
     assert!(matches!(&error, StepError::Lost { id: 8, face, .. } if face == "+x"), "{error}");

@@ -17,7 +17,9 @@ impl Dem {
             &self.setup.global,
             &mut self.crossings,
         );
-        self.check_jumps();
+        if !self.is_alone(transport) {
+            self.check_jumps();
+        }
         self.report.work = self.work();
         let has_moved = self.balance(transport);
         self.gather();
@@ -98,6 +100,15 @@ impl Dem {
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
         neighbours.build(particles, &sorted, memories, &around);
+    }
+
+    /// Whether there is one particle at most, and no wall: nothing can be missed, however far it goes.
+    fn is_alone(&self, transport: &impl Transport) -> bool {
+        let mut count = [self.particles.owned as u64];
+        if self.setup.walls.is_empty() {
+            transport.sum_counts(&mut count);
+        }
+        self.setup.walls.is_empty() && count[0] < 2
     }
 
     /// A particle that outran a cell since the last check may have passed through another.
