@@ -116,35 +116,6 @@ fn radii_hold_what_they_say() {
     }
 }
 
-/// Bodies with edges: what the crust takes from their tips, and from any other place. Half axes of 1 and 2 with eps 1.5 lost
-/// 1.2 to 2.2 % to cores of the body's own eps.
-#[test]
-fn the_crust_takes_little_of_bodies_with_edges() {
-    let rows: [([f64; 3], [f64; 2], f64); 8] = [
-        ([1.0, 1.0, 1.0], [1.5, 1.5], 2e-3),
-        ([1.0, 1.0, 1.0], [1.2, 1.2], 4e-4),
-        ([1.0, 1.0, 2.0], [1.5, 1.5], 4e-3),
-        ([1.0, 2.0, 0.5], [1.5, 0.8], 5.5e-3),
-        ([1.0, 1.0, 1.0], [1.5, 1.0], 1e-3),
-        ([1.0, 0.7, 0.5], [0.5, 1.5], 2e-3),
-        ([1.0, 1.0, 1.0], [1.5, 0.2], 2e-3),
-        // An octahedron loses as much as any polyhedron.
-        ([1.0, 1.0, 1.0], [2.0, 2.0], 9e-3),
-    ];
-    let mut random = Random(21);
-    for (axes, eps, bound) in rows {
-        let axes = Vec3::from(axes);
-        let shape = Shape::superellipsoid(axes, eps, 0.02).unwrap();
-        let part = &shape.parts[0];
-        let whole = Core::superellipsoid(Superellipsoid::new(axes, eps).unwrap());
-        let tips = (0..3).map(|k| Vec3::ith(k, 1.0));
-        for n in tips.chain((0..2000).map(|_| random.direction())) {
-            let gap = 1.0 - (part.core.reach(&n) + part.crust) / whole.reach(&n);
-            assert!(gap > -1e-8 && gap < bound, "{axes:?} {eps:?}: {gap:e} along {n:?}");
-        }
-    }
-}
-
 #[test]
 fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
     let mut random = Random(2);
@@ -241,8 +212,7 @@ fn random_pairs_are_certified_warm_and_cold() {
 #[test]
 fn cylinders_on_an_axis_are_certified() {
     let mut random = Random(12);
-    let mut pool: Vec<Core> =
-        (0..300).map(|k| core(&mut random, if k % 2 == 0 { 1.1 } else { 5.0 }, 1.0)).collect();
+    let mut pool: Vec<Core> = (0..300).map(|k| core(&mut random, if k % 2 == 0 { 1.1 } else { 5.0 }, 1.0)).collect();
     for eps in [[1.816, 0.748], [1.3, 1.9], [1.98, 0.07]] {
         let shape = Shape::superellipsoid(Vec3::new(0.98, 0.95, 1.0), eps, 0.02).unwrap();
         pool.push(shape.parts[0].core.clone());

@@ -1,6 +1,6 @@
 //! Radii of superellipsoids: of balls inside and outside, and of curvature; rounded edges.
 
-use super::{EPS_RANGE, Superellipsoid};
+use super::Superellipsoid;
 use crate::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,25 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 const SAMPLES: usize = 32;
 /// Halvings of the step of that search, from one sample distance.
 const HALVINGS: usize = 40;
-/// Share by which rounded bodies are made smaller than sampled (-).
-const MARGIN: f64 = 1e-9;
-/// First and last step in ε of the search for a rounded body.
-const FIRST_STEP: f64 = 0.04;
-const LAST_STEP: f64 = 1e-4;
-/// Largest ε of that search, unless the body's is larger: beyond it edges are too sharp for Newton's method.
-const SMOOTH: f64 = 1.95;
-/// Relative gain for which that search moves.
-const GAIN: f64 = 1e-3;
-/// Directions in ε₁, ε₂ and the shift of the axes that it tries.
-const DIRECTIONS: [(f64, f64, f64); 7] = [
-    (1.0, 1.0, 0.0),
-    (1.0, 0.0, 0.0),
-    (0.0, 1.0, 0.0),
-    (-1.0, 0.0, 0.0),
-    (0.0, -1.0, 0.0),
-    (0.0, 0.0, -1.0),
-    (0.0, 0.0, 1.0),
-];
+/// Safety margin of the sampled shift of the axes of rounded bodies (-).
+const MARGIN: f64 = 1.0 + 1e-9;
 
 /// Radius of the largest ball about the centre: for each norm the least c X + d Y on X^(1/ε) + Y^(1/ε) = 1,
 /// with squares for variables, is at an end for ε ≤ 1 and (c^s + d^s)^(1/s), s = 1/(1 − ε), beyond (m).
@@ -96,53 +79,39 @@ impl Superellipsoid {
         0.5 * (a + d) + libm::hypot(0.5 * (a - d), b)
     }
 
-    /// A smaller superellipsoid which, swept by a ball of the given radius (m), stays within this one and touches it:
-    /// bodies with edges have no inner parallel body of their own kind.
+    /// A smaller superellipsoid of the same ε which, swept by a ball of the given radius (m), stays within
+    /// this one and touches it: bodies with edges have no inner parallel body of their own kind.
     ///
-    /// Of those of semi-axes (1 − t)(aᵢ − λ radius) and any exponents the one that leaves the least gap,
-    /// relative to the body's extent in any direction: a larger ε keeps the tips in place while the faces
-    /// between them move inwards.
+    /// Of the two that either reduce all semi-axes by one length or all by one factor, the larger.
     pub fn rounded(&self, radius: f64) -> Self {
-        let mut best = ([self.eps[0], self.eps[1], 1.0], self.within(self.eps, 1.0, radius));
-        let mut step = FIRST_STEP;
-        while step > LAST_STEP {
-            let mut moved = false;
-            for (first, second, share) in DIRECTIONS {
-                let [e1, e2, shift] = best.0;
-                let eps = [(e1 + first * step, self.eps[0]), (e2 + second * step, self.eps[1])]
-                    .map(|(e, own)| e.clamp(*EPS_RANGE.start(), own.max(SMOOTH)));
-                let at = [eps[0], eps[1], (shift + share * step / FIRST_STEP).clamp(0.0, 1.0)];
-                let found = self.within(eps, at[2], radius);
-                if found.1 < best.1.1 * (1.0 - GAIN) {
-                    (best, moved) = ((at, found), true);
-                }
-            }
-            if !moved {
-                step *= 0.5;
-            }
-        }
-        Self { sharp_axes: self.semi_axes, sharp_eps: self.eps, ..best.1.0 }
+        let factor = 1.0 - radius / self.inscribed;
+        let shrunk = self.semi_axes * factor;
+        let shift = MARGIN * self.least_shift(radius);
+        let shifted = self.semi_axes.add_scalar(-shift);
+        let larger = shifted.min() > 0.0 && shifted.product() > shrunk.product();
+        let core = Self::build(if larger { shifted } else { shrunk }, self.eps, 0.0);
+        Self { sharp_axes: self.semi_axes, ..core }
     }
 
-    /// The largest body of the given ε and semi-axes in proportion to aᵢ − shift radius which, swept by a ball of the
-    /// radius, stays within this one; and the largest gap between the two, relative to the extent of this one.
-    fn within(&self, eps: [f64; 2], shift: f64, radius: f64) -> (Self, f64) {
-        let axes = self.semi_axes.add_scalar(-shift * radius);
-        let core = Self::build(axes, eps, 0.0);
-        let normal = |azimuth: f64, latitude: f64| {
-            let (s, c) = (libm::sin(latitude), libm::cos(latitude));
-            Vec3::new(c * libm::cos(azimuth), c * libm::sin(azimuth), s)
+    /// Least length by which all semi-axes must be shorter for the rounded body to stay within (m).
+    fn least_shift(&self, radius: f64) -> f64 {
+        let fits = |shift: f64, n: &Vec3| {
+            let shorter = Self { semi_axes: self.semi_axes.add_scalar(-shift), ..*self };
+            shorter.dual(n).0 + radius <= self.dual(n).0
         };
-        let smaller = largest_over_octant(|azimuth, latitude, _| {
-            let n = normal(azimuth, latitude);
-            1.0 - (self.dual(&n).0 - radius) / core.dual(&n).0
-        });
-        let core = Self::build(axes * (1.0 - smaller.max(0.0) - MARGIN), eps, 0.0);
-        let gap = largest_over_octant(|azimuth, latitude, _| {
-            let n = normal(azimuth, latitude);
-            1.0 - (core.dual(&n).0 + radius) / self.dual(&n).0
-        });
-        (core, gap)
+        largest_over_octant(|azimuth, latitude, least| {
+            let (s, c) = (libm::sin(latitude), libm::cos(latitude));
+            let n = Vec3::new(c * libm::cos(azimuth), c * libm::sin(azimuth), s);
+            let mut range = [least.max(radius), self.semi_axes.min()];
+            if fits(range[0], &n) {
+                return range[0];
+            }
+            for _ in 0..HALVINGS {
+                let shift = 0.5 * (range[0] + range[1]);
+                range[usize::from(fits(shift, &n))] = shift;
+            }
+            range[1]
+        })
     }
 }
 
