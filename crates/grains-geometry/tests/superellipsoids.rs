@@ -212,7 +212,8 @@ fn random_pairs_are_certified_warm_and_cold() {
 #[test]
 fn cylinders_on_an_axis_are_certified() {
     let mut random = Random(12);
-    let mut pool: Vec<Core> = (0..300).map(|k| core(&mut random, if k % 2 == 0 { 1.1 } else { 5.0 }, 1.0)).collect();
+    let mut pool: Vec<Core> =
+        (0..300).map(|k| core(&mut random, if k % 2 == 0 { 1.1 } else { 5.0 }, 1.0)).collect();
     for eps in [[1.816, 0.748], [1.3, 1.9], [1.98, 0.07]] {
         let shape = Shape::superellipsoid(Vec3::new(0.98, 0.95, 1.0), eps, 0.02).unwrap();
         pool.push(shape.parts[0].core.clone());
