@@ -110,9 +110,17 @@ impl FaceTable {
     fn classify(&mut self, grid: &Grid, local: &Local, boundaries: &Boundaries) {
         for component in 0..3 {
             for (e, entry) in self.entries() {
-                let (_, at) = self.place(grid, local, component, entry);
+                let (cell, at) = self.place(grid, local, component, entry);
                 let (condition, _) = condition_at(boundaries, self.face, at);
+                // What comes in through a part of the cell's face counts, whatever lies at its middle.
+                let mut is_inlet = false;
+                if component == self.face.axis {
+                    self.for_pieces(grid, boundaries, (cell, at), |piece| {
+                        is_inlet |= matches!(piece.condition, Condition::Inlet { .. });
+                    });
+                }
                 self.kinds[component][e] = match condition {
+                    _ if is_inlet => Kind::Fixed,
                     Condition::Wall { .. } | Condition::Inlet { .. } => Kind::Fixed,
                     Condition::Symmetry => Kind::Slip,
                     Condition::Outlet { pressure } => {
@@ -133,41 +141,98 @@ impl FaceTable {
         for component in 0..3 {
             for (e, entry) in self.entries() {
                 let (cell, at) = self.place(grid, local, component, entry);
-                let (condition, extent) = condition_at(boundaries, self.face, at);
-                let value = match condition {
-                    Condition::Wall { velocity } => velocity[component],
-                    Condition::Inlet { profile: Profile::Uniform(velocity) } => velocity[component],
-                    Condition::Inlet { profile: Profile::Function(f) } => f(at, time)[component],
-                    Condition::Inlet { profile: Profile::Parabolic { mean } } => {
-                        let is_normal = component == self.face.axis;
-                        let shape = || self.parabola(grid, cell, extent);
-                        if is_normal { -self.face.outward() * mean * shape() } else { 0.0 }
-                    }
-                    Condition::Symmetry | Condition::Outlet { .. } => 0.0,
-                };
+                let mut value = 0.0;
+                if component == self.face.axis {
+                    self.for_pieces(grid, boundaries, (cell, at), |piece| {
+                        value += piece.share * self.imposed(grid, component, &piece, time);
+                    });
+                } else {
+                    let (condition, extent) = condition_at(boundaries, self.face, at);
+                    let piece = Piece { condition, extent, at, bounds: [[0.0; 2]; 3], share: 1.0 };
+                    value = self.imposed(grid, component, &piece, time);
+                }
                 self.increments[component][e] = value - self.values[component][e];
                 self.values[component][e] = value;
             }
         }
     }
 
-    /// Mean over a boundary cell of Π 6 s (1 − s) across the inlet, along the axes that are not periodic.
-    fn parabola(&self, grid: &Grid, cell: [isize; 3], extent: Option<Extent>) -> f64 {
-        let across = |&t: &usize| grid.is_active(t) && (extent.is_some() || !grid.axis(t).is_periodic());
+    /// A component of the velocity (m/s) that is imposed on a piece, its mean over it for a parabola.
+    fn imposed(&self, grid: &Grid, component: usize, piece: &Piece<'_>, time: f64) -> f64 {
+        match piece.condition {
+            Condition::Wall { velocity } => velocity[component],
+            Condition::Inlet { profile: Profile::Uniform(velocity) } => velocity[component],
+            Condition::Inlet { profile: Profile::Function(f) } => f(piece.at, time)[component],
+            Condition::Inlet { profile: Profile::Parabolic { mean } } => {
+                let is_normal = component == self.face.axis;
+                if is_normal { -self.face.outward() * mean * self.parabola(grid, piece) } else { 0.0 }
+            }
+            Condition::Symmetry | Condition::Outlet { .. } => 0.0,
+        }
+    }
+
+    /// Mean over a piece of Π 6 s (1 − s) across the inlet, along the axes that are not periodic.
+    fn parabola(&self, grid: &Grid, piece: &Piece<'_>) -> f64 {
+        let across =
+            |&t: &usize| grid.is_active(t) && (piece.extent.is_some() || !grid.axis(t).is_periodic());
         let factors = self.tangents.iter().filter(|t| across(t)).map(|&t| {
             let axis = grid.axis(t);
-            let (lower, upper) = match extent {
+            let (lower, upper) = match piece.extent {
                 Some((lower, upper)) => {
                     (lower[t].max(axis.nodes()[0]), upper[t].min(axis.nodes()[axis.cells()]))
                 }
                 None => (axis.nodes()[0], axis.nodes()[axis.cells()]),
             };
             let scaled = |x: f64| ((x - lower) / (upper - lower)).clamp(0.0, 1.0);
-            let (a, b) = (scaled(axis.node(cell[t])), scaled(axis.node(cell[t] + 1)));
+            let [begin, end] = piece.bounds[t];
             let integral = |s: f64| s * s * (3.0 - 2.0 * s);
-            (integral(b) - integral(a)) * (upper - lower) / axis.width(cell[t])
+            (integral(scaled(end)) - integral(scaled(begin))) * (upper - lower) / (end - begin)
         });
         factors.product()
+    }
+
+    /// Visits the rectangles into which the edges of patches cut the boundary face of a cell, given with its middle (m): what
+    /// flows through a patch is then its velocity times its area, wherever its edges lie.
+    fn for_pieces<'a>(
+        &self,
+        grid: &Grid,
+        boundaries: &'a Boundaries,
+        (cell, at): ([isize; 3], [f64; 3]),
+        mut visit: impl FnMut(Piece<'a>),
+    ) {
+        let [t1, t2] = self.tangents;
+        let whole = self.tangents.map(|t| [grid.axis(t).node(cell[t]), grid.axis(t).node(cell[t] + 1)]);
+        let mut bounds = [[0.0; 2]; 3];
+        let mut low1 = whole[0][0];
+        while low1 < whole[0][1] {
+            bounds[t1] = [low1, self.next_edge(boundaries, t1, low1, whole[0])];
+            let mut low2 = whole[1][0];
+            while low2 < whole[1][1] {
+                bounds[t2] = [low2, self.next_edge(boundaries, t2, low2, whole[1])];
+                let (mut middle, mut share) = (at, 1.0);
+                for (t, whole) in self.tangents.into_iter().zip(whole) {
+                    if bounds[t] != whole {
+                        let [begin, end] = bounds[t];
+                        middle[t] = 0.5 * (begin + end);
+                        share *= (end - begin) / (whole[1] - whole[0]);
+                    }
+                }
+                let (condition, extent) = condition_at(boundaries, self.face, middle);
+                visit(Piece { condition, extent, at: middle, bounds, share });
+                low2 = bounds[t2][1];
+            }
+            low1 = bounds[t1][1];
+        }
+    }
+
+    /// The first edge of a patch (m) beyond a place along a tangential axis, within the face of a cell; else the end of that.
+    fn next_edge(&self, boundaries: &Boundaries, axis: usize, place: f64, [begin, end]: [f64; 2]) -> f64 {
+        /// What is left of a cell beside an edge and counts as nothing (-).
+        const SLIVER: f64 = 1e-9;
+        let room = SLIVER * (end - begin);
+        let patches = boundaries.patches.iter().filter(|patch| patch.face == self.face);
+        let edges = patches.flat_map(|patch| [patch.lower[axis], patch.upper[axis]]);
+        edges.filter(|&edge| place + room < edge && edge < end - room).fold(end, f64::min)
     }
 
     /// Array place of the own cell next to the face at tangential places m₁, m₂.
@@ -183,6 +248,19 @@ impl FaceTable {
     pub fn boundary(&self, layout: Layout, inside: usize) -> usize {
         if self.face.side == Side::High { inside } else { inside - layout.strides()[self.face.axis] }
     }
+}
+
+/// A rectangle of the boundary face of a cell under one condition.
+struct Piece<'a> {
+    condition: &'a Condition,
+    /// Extent of its patch.
+    extent: Option<Extent>,
+    /// Middle (m).
+    at: [f64; 3],
+    /// Begin and end along the tangential axes (m).
+    bounds: [[f64; 2]; 3],
+    /// Part of the area of the cell's face (-).
+    share: f64,
 }
 
 /// Lower and upper corner of a patch (m).
