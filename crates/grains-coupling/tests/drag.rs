@@ -246,3 +246,17 @@ fn models_a_and_b_give_a_homogeneous_bed_the_same_force() {
         }
     }
 }
+
+#[test]
+fn every_law_is_finite_without_slip_and_without_neighbours() {
+    for law in DragLaw::ALL {
+        for void_fraction in [0.3, 0.8, 1.0 - 1e-12, 1.0] {
+            for reynolds in [0.0, 1e-300, 1e-12, 1e-3, 1e3] {
+                let drag = law.growing_coefficient(&AIR, 1e-3, &flow(reynolds, void_fraction));
+                let name = format!("{law:?} at void fraction {void_fraction}, Re {reynolds}: {drag:?}");
+                assert!(drag.value >= 0.0 && drag.value.is_finite(), "{name}");
+                assert!((0.0..=1.0).contains(&drag.exponent), "{name}");
+            }
+        }
+    }
+}

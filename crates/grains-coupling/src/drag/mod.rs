@@ -130,7 +130,8 @@ impl DragLaw {
     pub fn growing_coefficient(self, fluid: &Fluid, diameter: f64, flow: &Flow) -> Coefficient {
         let value = self.coefficient(fluid, diameter, flow);
         let faster = Flow { reynolds: flow.reynolds * (1.0 + STEP), ..*flow };
-        let growth = self.coefficient(fluid, diameter, &faster) / value - 1.0;
+        // Without slip Ergun's law has none at void fraction 1, and nothing that could grow.
+        let growth = if value > 0.0 { self.coefficient(fluid, diameter, &faster) / value - 1.0 } else { 0.0 };
         Coefficient { value, exponent: (growth / STEP).clamp(0.0, 1.0) }
     }
 }
