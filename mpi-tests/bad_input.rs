@@ -55,19 +55,19 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         "a domain beyond all numbers",
         &[("lower = [0, 0, 0]\nupper = [0.08,", "lower = [-1e308, 0, 0]\nupper = [1e308,")],
         2,
-        &["case.toml:", "domain.lower[0]", "within -1e30 and 1e30", "unit"],
+        &["case.toml:", "domain.lower[0]", "beyond 1e30", "unit"],
     ),
     mistake(
         "a domain of planets",
         &[("upper = [0.08,", "upper = [4.3e9,")],
         2,
-        &["case.toml:", "shape[0].radius", "more than 2097151", "lengths are in metres"],
+        &["case.toml:", "domain.upper", "too coarse for particles", "make the domain smaller"],
     ),
     mistake(
         "a particle of nothing",
         &[("radius = 5e-3", "radius = 1e-30")],
         2,
-        &["case.toml:", "radius", "more than 2097151", "enlarge the particle"],
+        &["case.toml:", "domain.upper", "too coarse for particles", "unit of the radius"],
     ),
     mistake(
         "millimetres for metres",

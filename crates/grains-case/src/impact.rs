@@ -10,6 +10,9 @@ use crate::vector::{cross, dot, norm, sub, unit};
 /// Impact speed where nothing moves, and in a fluid, whose drag limits falls (m/s).
 const USUAL: f64 = 1.0;
 
+/// Slower than this (m/s) nothing moves: what is left of a height by rounding.
+const SLOWEST: f64 = 1e-9;
+
 /// The fastest impact (m/s) of particles that fall freely from where they are inserted, or are hit by a wall:
 /// the largest of √(v² + 2 g h) and |v_wall|, with the height h (m) of the insertion above the lowest point of the domain.
 ///
@@ -26,7 +29,7 @@ pub(crate) fn fastest_impact(
     });
     let moved = walls.iter().filter_map(|wall| wall.motion.as_ref()).map(|motion| speed(motion, domain));
     let fastest = falls.chain(moved).filter(|speed| speed.is_finite()).fold(0.0, f64::max);
-    let is_still = fastest == 0.0;
+    let is_still = fastest < SLOWEST;
     rounded(if is_still || is_in_fluid { fastest.max(USUAL) } else { fastest })
 }
 

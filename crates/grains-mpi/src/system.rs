@@ -36,13 +36,13 @@ pub struct System {
 pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange]) -> Result<System, String> {
     let domain = &case.domain;
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
+    resolved_positions(case, &global, &catalogue, kinds)?;
     // Particles that are held meet nobody, however close or large they are.
     let largest_radius = if case.holds_particles() { 0.0 } else { largest_radius(&catalogue, kinds) };
     let step = match case.inserts.is_empty() || case.holds_particles() {
         true => timestep::of_fluid(case),
         false => timestep::choose(case, &catalogue, kinds)?,
     };
-    resolved_positions(case, &global, &catalogue, kinds)?;
     let gravity = Vec3::from(case.gravity);
     // Particles that are held have no films.
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);

@@ -323,7 +323,12 @@ fn find_contacts(
                 list.touching.push(None);
                 continue;
             }
-            list.touching.push(surface.meets_part(pair.element, &at, &part, simplex, catalogue.faces)?);
+            let contact = surface.meets_part(pair.element, &at, &part, simplex, catalogue.faces)?;
+            // Nor on whether it was in a list while it was near: another skin may leave it out.
+            if contact.is_none() {
+                simplex.len = 0;
+            }
+            list.touching.push(contact);
         }
         join_flat_patches(&mut list.touching[start - group.start..]);
         start = end;
