@@ -250,8 +250,8 @@ fn cells_and_what_is_known_of_them_follow_borders_that_move() {
         for ranks in [[2, 1, 1], [4, 1, 1]] {
             let (many, text) = result(ranks);
             assert!(number_after(&text, "borders moved ") > 0, "{name} {ranks:?}");
-            // Of two ranks the other has got some of them, and the cells about them.
-            if ranks[0] == 2 {
+            // Of two ranks the other has got some of the many, and the cells about them.
+            if ranks[0] == 2 && name != "bodies" {
                 assert!(number_after(&text, "particles per rank: ") > 0, "{name}");
             }
             assert_same_fluid(&one, &many, share);
