@@ -156,9 +156,12 @@ impl Exchange {
         let layout = self.passed.layout();
         let void_fraction = mixture.previous_void_fraction_mut().data_mut();
         for start in layout.rows() {
-            for p in start..start + layout.cells[0] {
-                void_fraction[p] -= self.passed.data()[p] / self.volumes.data()[p];
-            }
+            let row = start..start + layout.cells[0];
+            let amounts = self.passed.data()[row.clone()].iter().zip(&self.volumes.data()[row.clone()]);
+            void_fraction[row]
+                .iter_mut()
+                .zip(amounts)
+                .for_each(|(eps, (passed, volume))| *eps -= passed / volume);
         }
         self.forget_passages();
         Ok(())
