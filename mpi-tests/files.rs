@@ -320,7 +320,7 @@ fn snapshots_of_periodic_bodies_and_their_surfaces_are_read_back() {
 
 #[test]
 fn fields_of_a_fluid_are_read_back() {
-    for (ranks, name) in [(3, "duct.toml"), (2, "bed.toml")] {
+    for (ranks, name) in [(3, "duct.toml"), (2, "bed.toml"), (2, "resolved.toml")] {
         let home = folder("files_read_fluid");
         run_case(ranks, &home, &case(name), &[]).succeeded();
         read_back(name, &home.join("results"));

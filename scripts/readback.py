@@ -30,6 +30,7 @@ PARTICLES = {
     "id": ("-", 1), "shape": ("-", 1), "material": ("-", 1), "coordination": ("-", 1),
     "wall_contacts": ("-", 1), "radius": ("m", 1), "scale": ("-", 1), "orientation_wxyz": ("-", 4),
     "velocity": ("m/s", 3), "angular_velocity": ("rad/s", 3), "force": ("N", 3), "torque": ("N m", 3),
+    "fluid_force": ("N", 3), "fluid_torque": ("N m", 3),
 }
 WALLS = {"wall": ("-", 1), "velocity": ("m/s", 3)}
 ALWAYS = {"id", "shape", "radius", "scale", "orientation_wxyz"}
@@ -100,7 +101,10 @@ def check_file(directory, name, arrays, corners, field_data, interval):
     path = directory / f"{name}.vtkhdf"
     if name == "particles":
         with h5py.File(path) as file:
-            kept = ALWAYS | set(tomllib.loads(file["grains-mpi"].attrs["case"])["output"]["fields"])
+            case = tomllib.loads(file["grains-mpi"].attrs["case"])
+            kept = ALWAYS | set(case["output"]["fields"])
+            if "resolved" not in case.get("fluid", {}):
+                kept -= {"fluid_force", "fluid_torque"}
         arrays = {array: arrays[array] for array in arrays if array in kept}
     case = check_metadata(path, arrays, field_data)
     new, old = Steps(path, vtkHDFReader()), Steps(path.with_suffix(".xdmf"), vtkXdmfReader())

@@ -202,7 +202,7 @@ impl Coefficients {
     /// The tangential displacement ξ (m) is turned into the contact plane, advanced with the slip Vrt, and shortened while
     /// the contact slides so that kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2).
     /// A contact that begins slides, as δ = 0: its ξ is −2 γt m Vrt/kt, and its force grows from nothing. One that
-    /// sticks until it ends drops its force, weighted as in [`share_in_contact`].
+    /// sticks until it ends drops its force, weighted by the share of the step in which the bodies touch.
     ///
     /// `spring` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
     /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
