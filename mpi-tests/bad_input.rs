@@ -70,6 +70,17 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["case.toml:", "domain.upper", "too coarse for particles", "unit of the radius"],
     ),
     mistake(
+        "a contact so stiff that rounded forces do not carry a particle",
+        &[("\"wall\"]\nnormal_stiffness = 1e4", "\"wall\"]\nnormal_stiffness = 1e16"), ("dt = 4e-5", "")],
+        2,
+        &[
+            "case.toml:",
+            "contact[1].normal_stiffness",
+            "weight of the smallest particle",
+            "lower the stiffness",
+        ],
+    ),
+    mistake(
         "millimetres for metres",
         &[("radius = 5e-3", "radius = 5")],
         2,

@@ -201,5 +201,5 @@ fn check_range(schemas: &[&Json], number: f64) -> Result<Option<String>, String>
     let Some([low, high]) = plausible else { return Ok(None) };
     let (low, high) = (low.as_f64().unwrap_or(f64::MIN), high.as_f64().unwrap_or(f64::MAX));
     let is_usual = low <= number && number <= high;
-    Ok((!is_usual).then(|| format!("unusual, mostly between {low:?} and {high:?}; is the unit right?")))
+    Ok((!is_usual).then(|| format!("unusual, mostly between {low:?} and {high:?}: check its unit")))
 }

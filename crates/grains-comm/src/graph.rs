@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no graph topologies
 
+use crate::count;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::AsRaw;
@@ -17,7 +18,7 @@ impl Graph {
     /// The neighbourhood of ranks that all name each other; collective.
     pub(crate) fn new(peers: &[usize], communicator: &SimpleCommunicator) -> Self {
         let list: Vec<i32> = peers.iter().map(|&peer| peer as i32).collect();
-        let (count, weights) = (list.len() as i32, vec![1; list.len()]);
+        let (count, weights) = (count(list.len()), vec![1; list.len()]);
         let mut graph = MaybeUninit::uninit();
         // SAFETY: the arrays have `count` entries and are only read; MPI fills the communicator.
         let communicator = unsafe {

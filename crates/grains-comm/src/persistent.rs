@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no persistent requests
 
+use crate::count;
 use grains_domain::Channel;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
@@ -31,7 +32,7 @@ impl Persistent {
             unsafe {
                 ffi::MPI_Recv_init(
                     buffer.as_mut_ptr().cast(),
-                    buffer.len() as i32,
+                    count(buffer.len()),
                     ffi::RSMPI_DOUBLE,
                     peer as i32,
                     TAG_CHANNEL,
@@ -47,7 +48,7 @@ impl Persistent {
             unsafe {
                 ffi::MPI_Send_init(
                     buffer.as_ptr().cast(),
-                    buffer.len() as i32,
+                    count(buffer.len()),
                     ffi::RSMPI_DOUBLE,
                     peer as i32,
                     TAG_CHANNEL,
@@ -63,7 +64,7 @@ impl Persistent {
     pub(crate) fn start(&mut self) {
         // SAFETY: the requests are persistent and not active.
         unsafe {
-            ffi::MPI_Startall(self.requests.len() as i32, self.requests.as_mut_ptr());
+            ffi::MPI_Startall(count(self.requests.len()), self.requests.as_mut_ptr());
         }
         self.is_running = true;
     }
@@ -71,7 +72,7 @@ impl Persistent {
     pub(crate) fn finish(&mut self) {
         // SAFETY: the requests are active; persistent ones stay valid.
         unsafe {
-            let (count, requests) = (self.requests.len() as i32, self.requests.as_mut_ptr());
+            let (count, requests) = (count(self.requests.len()), self.requests.as_mut_ptr());
             ffi::MPI_Waitall(count, requests, ffi::RSMPI_STATUSES_IGNORE);
         }
         self.is_running = false;

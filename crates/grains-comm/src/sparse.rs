@@ -7,6 +7,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no synchronous sends without its request scopes, and no non-blocking probe of a message
 
+use crate::count;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator};
@@ -58,7 +59,7 @@ fn send(communicator: &SimpleCommunicator, rank: usize, tag: i32, message: &[f64
     unsafe {
         ffi::MPI_Issend(
             message.as_ptr().cast(),
-            message.len() as i32,
+            count(message.len()),
             ffi::RSMPI_DOUBLE,
             rank as i32,
             tag,
@@ -72,7 +73,7 @@ fn send(communicator: &SimpleCommunicator, rank: usize, tag: i32, message: &[f64
 /// The next message that has arrived, if any, and its sender.
 fn probe(communicator: &SimpleCommunicator, tag: i32) -> Option<(usize, Vec<f64>)> {
     let (mut message, mut status) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let (mut is_there, mut count) = (0, 0);
+    let (mut is_there, mut length) = (0, 0);
     // SAFETY: message and status are read only if there is a message, when MPI has filled both; the matched message is
     // received once, into a buffer of just its length.
     unsafe {
@@ -87,12 +88,12 @@ fn probe(communicator: &SimpleCommunicator, tag: i32) -> Option<(usize, Vec<f64>
         if is_there == 0 {
             return None;
         }
-        ffi::MPI_Get_count(status.as_ptr(), ffi::RSMPI_DOUBLE, &mut count);
+        ffi::MPI_Get_count(status.as_ptr(), ffi::RSMPI_DOUBLE, &mut length);
         let sender = (*status.as_ptr()).MPI_SOURCE as usize;
-        let mut buffer = vec![0.0_f64; count as usize];
+        let mut buffer = vec![0.0_f64; length as usize];
         ffi::MPI_Mrecv(
             buffer.as_mut_ptr().cast(),
-            count,
+            length,
             ffi::RSMPI_DOUBLE,
             message.as_mut_ptr(),
             status.as_mut_ptr(),
@@ -105,7 +106,7 @@ fn are_taken(sends: &mut [ffi::MPI_Request]) -> bool {
     let mut flag = 0;
     // SAFETY: the requests are those of this rank; MPI sets complete ones to null, which it may be given again.
     unsafe {
-        ffi::MPI_Testall(sends.len() as i32, sends.as_mut_ptr(), &mut flag, ffi::RSMPI_STATUSES_IGNORE);
+        ffi::MPI_Testall(count(sends.len()), sends.as_mut_ptr(), &mut flag, ffi::RSMPI_STATUSES_IGNORE);
     }
     flag != 0
 }

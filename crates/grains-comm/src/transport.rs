@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
+use crate::count;
 use crate::graph::Graph;
 use crate::persistent::{Persistent, prepared_in};
 use crate::sparse::SparseExchange;
@@ -45,7 +46,7 @@ impl MpiTransport {
         unsafe {
             ffi::MPI_Isend(
                 message.as_ptr().cast(),
-                message.len() as i32,
+                count(message.len()),
                 ffi::RSMPI_DOUBLE,
                 peer as i32,
                 tag,
@@ -59,7 +60,7 @@ impl MpiTransport {
     fn wait(requests: &mut Vec<ffi::MPI_Request>) {
         // SAFETY: all requests were started by this rank and are completed here once.
         unsafe {
-            ffi::MPI_Waitall(requests.len() as i32, requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE);
+            ffi::MPI_Waitall(count(requests.len()), requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE);
         }
         requests.clear();
     }
@@ -82,7 +83,7 @@ impl Transport for MpiTransport {
             unsafe {
                 ffi::MPI_Irecv(
                     buffer.as_mut_ptr().cast(),
-                    buffer.len() as i32,
+                    count(buffer.len()),
                     ffi::RSMPI_DOUBLE,
                     peer as i32,
                     TAG_SIZED,
@@ -123,7 +124,7 @@ impl Transport for MpiTransport {
             Some(graph) if graph.peers == peers => graph,
             _ => Graph::new(peers, &self.communicator),
         };
-        let length = own.len() as i32;
+        let length = count(own.len());
         let (mut lengths, mut starts) = (vec![0_i32; peers.len()], vec![0_i32; peers.len()]);
         // SAFETY: one length comes from each peer.
         unsafe {
@@ -138,11 +139,11 @@ impl Transport for MpiTransport {
             );
         }
         let mut all = 0;
-        for (start, length) in starts.iter_mut().zip(&lengths) {
-            *start = all;
-            all += length;
+        for (start, &length) in starts.iter_mut().zip(&lengths) {
+            *start = count(all);
+            all += length as usize;
         }
-        let mut gathered = vec![0.0_f64; all as usize];
+        let mut gathered = vec![0.0_f64; all];
         // SAFETY: `gathered` has room for all messages at their starts.
         unsafe {
             ffi::MPI_Neighbor_allgatherv(
@@ -179,12 +180,12 @@ impl Transport for MpiTransport {
                     message.as_mut_ptr(),
                     status.as_mut_ptr(),
                 );
-                let mut count = 0;
-                ffi::MPI_Get_count(status.as_ptr(), ffi::RSMPI_DOUBLE, &mut count);
-                buffer.resize(count as usize, 0.0);
+                let mut length = 0;
+                ffi::MPI_Get_count(status.as_ptr(), ffi::RSMPI_DOUBLE, &mut length);
+                buffer.resize(length as usize, 0.0);
                 ffi::MPI_Mrecv(
                     buffer.as_mut_ptr().cast(),
-                    count,
+                    length,
                     ffi::RSMPI_DOUBLE,
                     message.as_mut_ptr(),
                     status.as_mut_ptr(),
@@ -231,9 +232,9 @@ impl Transport for MpiTransport {
 
     fn gather(&self, values: &[f64]) -> Vec<f64> {
         let mut counts = vec![0_i32; self.size()];
-        self.communicator.all_gather_into(&(values.len() as i32), &mut counts[..]);
+        self.communicator.all_gather_into(&count(values.len()), &mut counts[..]);
         let total: usize = counts.iter().map(|&count| count as usize).sum();
-        assert!(total <= i32::MAX as usize, "{total} values are too many for every rank");
+        let _ = count(total);
         let mut starts = vec![0_i32; counts.len()];
         (1..counts.len()).for_each(|rank| starts[rank] = starts[rank - 1] + counts[rank - 1]);
         let mut all = vec![0.0; total];

@@ -66,6 +66,17 @@ impl DemSetup {
         2.0 * self.largest_radius * (1.0 + self.skin.most) + self.film()
     }
 
+    /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
+    pub fn load_quanta(&self) -> [f64; 2] {
+        self.load_lattice().quanta()
+    }
+
+    fn load_lattice(&self) -> LoadLattice {
+        // Without particles, as beside a fluid alone, there are no loads.
+        let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
+        LoadLattice::new(&self.catalogue.contacts, radius, self.overlap_limit)
+    }
+
     /// Thickness (m) of the films that act.
     fn film(&self) -> f64 {
         self.lubrication.map_or(0.0, |film| film.range)
@@ -213,9 +224,6 @@ impl Dem {
     pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
-        // Without particles, as beside a fluid alone, there are no loads.
-        let has_particles = setup.largest_radius > 0.0;
-        let radius = if has_particles { setup.largest_radius } else { 1.0 };
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,
@@ -228,7 +236,7 @@ impl Dem {
             interrupt: false,
             report: StepReport::default(),
             other_work: OtherWork::default(),
-            lattice: LoadLattice::new(&setup.catalogue.contacts, radius, setup.overlap_limit),
+            lattice: setup.load_lattice(),
             exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
             neighbours: Neighbours::default(),
             memories: Memories::default(),

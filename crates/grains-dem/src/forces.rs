@@ -27,6 +27,11 @@ impl LoadLattice {
         Self { force, torque, largest_force: 0.25 * largest }
     }
 
+    /// The multiples to which forces (N) and torques (N m) are rounded.
+    pub(crate) fn quanta(&self) -> [f64; 2] {
+        [self.force.spacing(), self.torque.spacing()]
+    }
+
     #[inline(always)]
     pub(crate) fn force(&self, f: &Vec3) -> Vec3 {
         Vec3::new(self.force.round(f.x), self.force.round(f.y), self.force.round(f.z))

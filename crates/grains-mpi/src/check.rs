@@ -66,7 +66,7 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
         population.total(),
         case.inserts.len()
     );
-    let _ = writeln!(out, "mass           {:.6} kg", population.mass(case, &setup.catalogue));
+    let _ = writeln!(out, "mass           {:.6e} kg", population.mass(case, &setup.catalogue));
     for shape in &setup.catalogue.shapes {
         let _ = writeln!(
             out,
@@ -122,6 +122,12 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
     let _ = writeln!(out, "  recommended  {:.3e} s: {}", step.recommended, step.reason);
     if let Some(warning) = &step.warning {
         let _ = writeln!(out, "warning: {warning}");
+    }
+    if let Some([force, torque]) = system::quanta_of_weight(case, &setup, population.kinds()) {
+        let _ = writeln!(
+            out,
+            "rounding       the smallest particle's weight is {force:.1e} multiples of what forces are rounded to, its torque {torque:.1e}"
+        );
     }
     let steps = case.time.end / step.dt;
     let seconds = steps * count * COST[kind] / size as f64;

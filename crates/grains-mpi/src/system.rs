@@ -85,6 +85,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         exchange: exchange(domain.exchange),
         balance,
     };
+    resolved_loads(case, &setup, kinds)?;
     Ok(System { setup, step })
 }
 
@@ -126,6 +127,7 @@ pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTranspor
 /// # Errors
 /// A shape that cannot be built.
 pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
+    countable(case)?;
     let mut contacts = ContactTable::new(case.materials.len());
     for contact in &case.contacts {
         let tangential = match contact.tangential {
@@ -144,7 +146,13 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
         contacts.set(contact.between[0], contact.between[1], law);
     }
     let shapes = case.shapes.iter().enumerate();
-    let shapes = shapes.map(|(k, s)| shape(s).map_err(|e| case.about(&format!("shape[{k}]"), e)));
+    let shapes = shapes.map(|(k, s)| {
+        let built = shape(s).and_then(|built| match built.parts.len() {
+            parts if parts > MAX_COUNT => Err(format!("parts: {}", too_many(parts))),
+            _ => Ok(built),
+        });
+        built.map_err(|e| case.about(&format!("shape[{k}]"), e))
+    });
     let shapes = shapes.collect::<Result<Vec<_>, _>>()?;
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
     let faces = match case.contact_points.faces {
@@ -156,6 +164,22 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
         Composite::Sum => Sharing::Sum,
     };
     Ok(Catalogue { shapes, densities, contacts, faces, sharing })
+}
+
+/// Refuses more shapes, materials, walls or parts of one body than their numbers can count.
+fn countable(case: &Case) -> Result<(), String> {
+    let of = [("shape", case.shapes.len()), ("material", case.materials.len()), ("wall", case.walls.len())];
+    match of.into_iter().find(|(_, count)| *count > MAX_COUNT) {
+        Some((key, count)) => Err(case.about(key, too_many(count))),
+        None => Ok(()),
+    }
+}
+
+/// Shapes, materials, walls, surfaces of a wall and parts of a body are numbered in 16 bits.
+const MAX_COUNT: usize = u16::MAX as usize;
+
+fn too_many(count: usize) -> String {
+    format!("{count} of them; at most {MAX_COUNT} can be told apart")
 }
 
 fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
@@ -204,6 +228,41 @@ fn resolved_positions(
     Err(case.about("domain.upper", message))
 }
 
+/// How many of the multiples to which contact forces are rounded make up the weight of the smallest particle, and how many
+/// of those of torques its weight times its inscribed radius; nothing if it has no weight or feels no contact force.
+pub fn quanta_of_weight(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Option<[f64; 2]> {
+    let gravity = Vec3::from(case.gravity).norm();
+    if setup.collisions != CollisionModel::Soft
+        || setup.catalogue.contacts.laws().next().is_none()
+        || gravity == 0.0
+    {
+        return None;
+    }
+    let [force, torque] = setup.load_quanta();
+    let of_kind = |k: &KindRange| {
+        let weight = gravity * setup.catalogue.mass(k.kind, k.smallest);
+        let radius = setup.catalogue.shape(k.kind).inscribed_radius * k.smallest;
+        [weight / force, weight * radius / torque]
+    };
+    kinds.iter().map(of_kind).reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])])
+}
+
+/// Refuses particles so small beside the largest and its stiffness that rounded forces would not carry them.
+fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<(), String> {
+    /// Smallest weight in multiples of the rounding (-).
+    const COARSEST: f64 = 1e3;
+    let Some([force, torque]) = quanta_of_weight(case, setup, kinds) else { return Ok(()) };
+    if force >= COARSEST && torque >= COARSEST {
+        return Ok(());
+    }
+    let message = format!(
+        "forces are rounded to multiples that follow the stiffest contact of the largest particle, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, or the ratio of the largest to the smallest particle"
+    );
+    let stiffness = |k: &usize| case.contacts[*k].normal_stiffness.unwrap_or(0.0);
+    let stiffest = (0..case.contacts.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)));
+    Err(case.about(&format!("contact[{}].normal_stiffness", stiffest.unwrap_or(0)), message))
+}
+
 /// How far particles may go before lists are rebuilt, where films of fluid (m) act between them.
 fn skin(case: &Case, largest_radius: f64, film: f64) -> Skin {
     let mut skin = Skin::default();
@@ -230,6 +289,9 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     let mut walls = Vec::new();
     for (i, wall) in case.walls.iter().enumerate() {
         let (surfaces, extents) = surfaces(&wall.kind).map_err(|e| case.about(&format!("wall[{i}]"), e))?;
+        if surfaces.len() > MAX_COUNT {
+            return Err(case.about(&format!("wall[{i}]"), format!("surfaces: {}", too_many(surfaces.len()))));
+        }
         let reaches = |a: usize| {
             extents.map_or([false; 2], |(lower, upper)| {
                 [lower[a] <= global.lower[a], upper[a] >= global.upper[a]]
