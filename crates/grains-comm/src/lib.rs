@@ -11,17 +11,8 @@ use mpi::environment::Universe;
 use mpi::topology::{Color, SimpleCommunicator};
 use mpi::traits::Communicator;
 
-/// Exit codes of the program; ranks that agreed on an error leave it to the first rank to return its code.
-pub mod exit {
-    /// The case file, the command line or an input file is wrong.
-    pub const CASE: i32 = 2;
-    /// The run became unphysical: lost particle, NaN, overlap beyond its limit.
-    pub const UNSTABLE: i32 = 3;
-    /// A file could not be written or read.
-    pub const FILES: i32 = 4;
-    /// A bug: a panic on some rank.
-    pub const PANIC: i32 = 101;
-}
+/// Exit code of a job in which some rank panicked: a bug.
+const PANIC: i32 = 101;
 
 /// A number of values, or of messages, as MPI counts them.
 ///
@@ -35,6 +26,8 @@ pub(crate) fn count(length: usize) -> i32 {
 
 /// The MPI job: initialised once per process, finalised when dropped.
 pub struct Job {
+    /// Among all ranks; freed before MPI ends.
+    transport: MpiTransport,
     universe: Universe,
 }
 
@@ -51,9 +44,15 @@ impl Job {
                 return;
             }
             report(info);
-            abort(exit::PANIC);
+            abort(PANIC);
         }));
-        Ok(Self { universe })
+        let transport = MpiTransport::new(universe.world().duplicate());
+        Ok(Self { transport, universe })
+    }
+
+    /// Messages among all ranks.
+    pub fn transport(&self) -> &MpiTransport {
+        &self.transport
     }
 
     /// All ranks.

@@ -15,7 +15,7 @@ use crate::memory::Memories;
 use crate::neighbours::{Inner, Neighbours, Skin};
 use crate::passing;
 use crate::spheres;
-use crate::walls::{self, Wall, WallLoad, WallPlace, WallScene, WallState};
+use crate::walls::{self, Motion, Wall, WallLoad, WallPlace, WallScene, WallState};
 use crate::{
     Body, Cargo, Catalogue, Clock, ExchangeStrategy, Load, ParticleRecord, Particles, Phase, StepError,
 };
@@ -266,6 +266,16 @@ impl Dem {
     pub fn resume_at(&mut self, step: u64) {
         self.step = step;
         self.place_walls();
+    }
+
+    /// Moves a wall otherwise from now on, from where it is; all ranks must do so together.
+    pub fn set_wall_motion(&mut self, wall: usize, motion: Motion) {
+        let pose = self.states[wall].pose();
+        self.wall_places[wall] = WallPlace::between(&motion.at(self.time()), &pose);
+        self.setup.walls[wall].motion = motion;
+        self.place_walls();
+        // How long the lists are good depends on how fast walls move.
+        self.stale = true;
     }
 
     /// Whether this rank owns a position inside the box.

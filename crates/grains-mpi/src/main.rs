@@ -8,41 +8,21 @@ macro_rules! say {
     }};
 }
 
-mod analyse;
 mod bench;
-mod changes;
-mod check;
-mod composites;
-mod cost;
-mod duration;
-mod error;
-#[cfg(test)]
-mod extreme_numbers;
-mod files;
-mod fluid;
-mod geometry;
-mod lock;
-mod plausibility;
-mod population;
-mod random;
-mod restart;
-mod run;
-mod system;
-mod timestep;
-mod wall_surfaces;
+mod messages;
+mod progress;
 
 use clap::{Parser, Subcommand};
-use error::{RunError, agreed};
-use grains_case::Case;
-use grains_comm::{Job, MpiTransport, exit};
+use grains_analysis::{Analysis, analyse};
+use grains_comm::{Job, MpiTransport};
 use grains_domain::Transport;
-use run::{Run, RunOptions};
-use std::path::{Path, PathBuf};
+use grains_simulation::{ErrorKind, Options, RunError, Simulation, check, load, start};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Version and git hash of the program, as every file it writes names them.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("GRAINS_GIT_HASH"), ")");
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("GRAINS_GIT_HASH"), ")");
 
 #[derive(Parser)]
 #[command(version = VERSION, about, args_conflicts_with_subcommands = true)]
@@ -71,7 +51,7 @@ enum Command {
     Analyse {
         /// What to find out.
         #[command(subcommand)]
-        what: Box<analyse::Analysis>,
+        what: Box<Analysis>,
     },
     /// Time the step of a case: segments without output.
     Bench {
@@ -124,28 +104,36 @@ fn main() {
         let _ = answer.print();
         std::process::exit(answer.exit_code());
     });
-    let job = match Job::start(grains_geometry::catches_panics) {
+    messages::install();
+    let job = match start() {
         Ok(job) => job,
-        Err(message) => {
-            eprintln!("grains-mpi: {message}");
-            std::process::exit(exit::FILES);
+        Err(error) => {
+            eprintln!("error: {error}");
+            std::process::exit(exit_code(error.kind));
         }
     };
-    let transport = MpiTransport::new(job.world());
     let outcome = match cli.command.or(cli.run.map(Command::Run)) {
-        Some(command) => execute(command, &job, &transport),
+        Some(command) => execute(command, &job),
         None => Err(RunError::case("no case file given; try `grains-mpi --help`")),
     };
-    let code = report(&transport, outcome);
-    if code == exit::FILES {
+    let code = report(job.transport(), outcome);
+    if code == exit_code(ErrorKind::Files) {
         // HDF5 would try again to write what it could not, and might wait for ever.
         grains_comm::abort(code);
     }
-    let is_first = transport.rank() == 0;
-    drop(transport);
+    let is_first = job.transport().rank() == 0;
     drop(job);
     // mpirun kills the job at the first exit code that is not 0, and may lose what other ranks said.
     std::process::exit(if is_first { code } else { 0 });
+}
+
+/// Exit code of an error; a panic, which is a bug, has 101.
+fn exit_code(kind: ErrorKind) -> i32 {
+    match kind {
+        ErrorKind::Case => 2,
+        ErrorKind::Unphysical => 3,
+        ErrorKind::Files => 4,
+    }
 }
 
 /// Whether no launcher has given this process another rank than 0; what all ranks say is said once.
@@ -156,8 +144,9 @@ fn is_first_launched() -> bool {
         .is_none_or(|rank| rank == "0")
 }
 
-fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), RunError> {
-    let is_first = transport.rank() == 0;
+fn execute(command: Command, job: &Job) -> Result<(), RunError> {
+    let is_first = job.transport().rank() == 0;
+    let program = format!("grains-mpi {VERSION}");
     match command {
         Command::Schema => {
             if is_first {
@@ -166,22 +155,29 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
             Ok(())
         }
         Command::Check { case, ranks } => {
-            let case = load(&case, job, transport)?;
+            let case = load(&case, job)?;
             if is_first {
-                let ranks = ranks.map_or(transport.size(), |n| n as usize);
+                let ranks = ranks.map_or(job.size(), |n| n as usize);
                 let (text, warnings) = check::explain(&case, ranks).map_err(RunError::case)?;
-                warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+                warnings.iter().for_each(|w| log::warn!("{w}"));
                 say!("{}", text.trim_end());
             }
             Ok(())
         }
-        Command::Analyse { what } => analyse::run(&what, job, transport),
-        Command::Bench { case, restart, warm, steps, segments } => {
-            let case = load(&case, job, transport)?;
-            bench::time(&case, job, transport, restart.as_deref(), [warm, steps, segments])
+        Command::Analyse { what } => {
+            let findings = analyse(&what, &program, job)?;
+            if is_first {
+                progress::tell(&findings);
+            }
+            Ok(())
         }
-        Command::Run(arguments) => {
-            let case = load(&arguments.case, job, transport)?;
+        Command::Bench { case, restart, warm, steps, segments } => {
+            let case = load(&case, job)?;
+            let options = Options { restart, program, writes_files: false, ..Options::default() };
+            bench::time(Simulation::new(&case, job, options)?, [warm, steps, segments])
+        }
+        Command::Run(RunArguments { case, restart, max_walltime, petsc }) => {
+            let case = load(&case, job)?;
             let interrupted = Arc::new(AtomicBool::new(false));
             for signal in
                 [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1]
@@ -189,40 +185,18 @@ fn execute(command: Command, job: &Job, transport: &MpiTransport) -> Result<(), 
                 signal_hook::flag::register(signal, interrupted.clone())
                     .map_err(|e| RunError::files(e.to_string()))?;
             }
-            let options = RunOptions {
-                restart: arguments.restart,
-                max_walltime: arguments.max_walltime.unwrap_or(f64::INFINITY),
-                interrupted,
-                petsc: arguments.petsc,
-            };
-            Run::prepare(&case, job, transport, options)?.go()
+            let options = Options { restart, program, petsc, writes_files: true };
+            let simulation = Simulation::new(&case, job, options)?;
+            progress::run(simulation, &interrupted, max_walltime.unwrap_or(f64::INFINITY))
         }
     }
-}
-
-/// The case on every rank: rank 0 reads the text, all ranks check it alike.
-fn load(path: &Path, job: &Job, transport: &MpiTransport) -> Result<Case, RunError> {
-    let text = (transport.rank() == 0).then(|| match std::fs::read_to_string(path) {
-        Ok(text) if text.trim().is_empty() => Err(format!("{}: the case file is empty", path.display())),
-        Ok(text) => Ok(text),
-        // It says what is wrong, and which file may have been meant.
-        Err(e) => Err(Case::load(path).err().map_or(e.to_string(), |errors| errors.to_string())),
-    });
-    let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
-    let base = path.parent().unwrap_or(Path::new(""));
-    let case = Case::parse(&text, &path.display().to_string(), base);
-    let case = agreed(transport, case.map_err(|e| RunError::case(e.to_string())))?;
-    if transport.rank() == 0 {
-        case.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
-    }
-    Ok(case)
 }
 
 /// Prints the error of the lowest rank that has one, and returns the exit code of all.
 fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
     let (code, message) = match outcome {
         Ok(()) => (0, String::new()),
-        Err(error) => (error.code, error.message),
+        Err(error) => (exit_code(error.kind), error.message),
     };
     let mut codes = [f64::from(code)];
     transport.max(&mut codes);

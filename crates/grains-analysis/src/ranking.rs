@@ -1,0 +1,155 @@
+//! `analyse ranking`: void fraction from the slope of the sorted heights (Rakotonirina 2016, eq. 4.7).
+//!
+//! The heights z of the centres, sorted, rise along a straight line: over a height dz there are dN particles
+//! of volume V_p in a container of cross-section S, so eps = 1 − V_p / (S s) with s = dz/dN. The thesis
+//! prints the particle's surface for S; it is the container's cross-section. For mixtures N stands for the
+//! cumulative volume over the mean volume, which is the rank for equal particles.
+
+use super::Common;
+use super::fit::{Fit, least_squares};
+use super::picture::{Curve, Picture};
+use super::region::{Crop, Region, RegionOptions};
+use super::report::{Report, Table, seconds};
+use super::snapshots::{Snapshot, Stock};
+use grains_case::Case;
+use grains_comm::MpiTransport;
+use grains_domain::Transport;
+use grains_geometry::Shape;
+use grains_simulation::RunError;
+
+/// Options of `analyse ranking`.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct Options {
+    #[cfg_attr(feature = "clap", command(flatten))]
+    /// Which states of which run.
+    pub common: Common,
+    #[cfg_attr(feature = "clap", command(flatten))]
+    region: RegionOptions,
+}
+
+/// Rows of the table; longer plots are thinned out.
+const MOST_ROWS: usize = 10_000;
+
+/// Void fraction of a state.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Region.
+    pub region: Region,
+    /// Void fraction (-).
+    pub void_fraction: f64,
+    /// Mean volume of a particle (m³).
+    pub volume: f64,
+    /// Line through the points: slope in m per particle.
+    pub fit: Fit,
+    /// Rank (cumulative volume over mean volume) and height (m).
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Void fraction of a state by ranking; none with fewer than two heights.
+///
+/// # Errors
+/// A region that makes no sense.
+pub fn measure(
+    case: &Case,
+    (snapshot, shapes): (&Snapshot, &[Shape]),
+    options: &RegionOptions,
+    transport: &impl Transport,
+) -> Result<Option<Found>, RunError> {
+    let region = Region::of_bed(case, shapes, snapshot, (options, Crop::TENTH), transport)?;
+    let inside = (0..snapshot.len()).filter(|&i| region.contains(&snapshot.position[i]));
+    let own: Vec<f64> = inside
+        .flat_map(|i| [snapshot.position[i][region.axis], snapshot.id[i] as f64, snapshot.volume(i, shapes)])
+        .collect();
+    let all = transport.gather(&own);
+    let mut sorted: Vec<&[f64]> = all.chunks_exact(3).collect();
+    // By height, then by identity: the same order on any number of ranks.
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let volume = sorted.iter().map(|p| p[2]).sum::<f64>() / sorted.len() as f64;
+    let mut below = 0.0;
+    let rank = |p: &&[f64]| {
+        below += p[2] / volume;
+        [below - 0.5 * p[2] / volume, p[0]]
+    };
+    let points: Vec<[f64; 2]> = sorted.iter().map(rank).collect();
+    Ok(least_squares(&points).map(|fit| {
+        let void_fraction = 1.0 - volume / (region.cross_section() * fit.slope);
+        Found { region, void_fraction, volume, fit, points }
+    }))
+}
+
+/// Void fraction of the chosen states by ranking.
+///
+/// # Errors
+/// Options that do not fit, too few particles, or a file that cannot be read.
+pub fn analyse(
+    stock: &Stock,
+    states: &[usize],
+    options: &Options,
+    transport: &MpiTransport,
+) -> Result<Report, RunError> {
+    let mut mean = Table::new(
+        "ranking",
+        "Void fraction 1 - V / (S s) from the slope s of the sorted heights.",
+        &[
+            ("time", "s"),
+            ("void_fraction", "-"),
+            ("slope", "m"),
+            ("r_squared", "-"),
+            ("particles", "-"),
+            ("mean_volume", "m3"),
+            ("cross_section", "m2"),
+            ("from", "m"),
+            ("to", "m"),
+        ],
+    );
+    let mut plot = Table::new(
+        "ranking-plot",
+        "Sorted heights of the centres against their rank (cumulative over mean volume), and the fitted line; of many particles only some.",
+        &[("time", "s"), ("rank", "-"), ("height", "m"), ("fit", "m")],
+    );
+    let mut report = Report::default();
+    for &state in states {
+        let snapshot = stock.read(transport, state, &[], "ranking")?;
+        let shapes = &stock.catalogue.shapes;
+        let time = snapshot.time;
+        let found = measure(&stock.case, (&snapshot, shapes), &options.region, transport)?;
+        let Some(Found { region, void_fraction, volume, fit, points }) = found else {
+            report.lines.push(format!("t = {}: fewer than two heights in the bed", seconds(time)));
+            continue;
+        };
+        let (area, axis) = (region.cross_section(), region.axis);
+        mean.push(vec![
+            time,
+            void_fraction,
+            fit.slope,
+            fit.r_squared,
+            points.len() as f64,
+            volume,
+            area,
+            region.lower[axis],
+            region.upper[axis],
+        ]);
+        let stride = points.len().div_ceil(MOST_ROWS);
+        let line = |x: f64| fit.intercept + fit.slope * x;
+        points.iter().step_by(stride).for_each(|p| plot.push(vec![time, p[0], p[1], line(p[0])]));
+        report.lines.push(format!(
+            "t = {}: void fraction {void_fraction:.5} from the slope {:.5e} m of {} heights (r² = {:.6}), cross-section {area:.5e} m²",
+            seconds(time),
+            fit.slope,
+            points.len(),
+            fit.r_squared
+        ));
+        if state == states[states.len() - 1] {
+            let ends = [points[0][0], points[points.len() - 1][0]];
+            let curves = vec![
+                Curve::dots("centres", points.iter().copied().step_by(points.len().div_ceil(2000)).collect()),
+                Curve::line(format!("slope {:.4e} m", fit.slope), ends.map(|x| [x, line(x)]).to_vec()),
+            ];
+            let title = format!("Void fraction {void_fraction:.4} by ranking, t = {}", seconds(time));
+            report.pictures.push(Picture::new("ranking", title, ["rank (-)", "height (m)"], curves));
+        }
+    }
+    report.tables.extend([mean, plot]);
+    Ok(report)
+}

@@ -1,0 +1,441 @@
+//! Particles and fluid of one rank: what each tells the other in a step of the fluid.
+
+use crate::error::{RunError, agreed};
+use grains_comm::MpiTransport;
+use grains_coupling::{
+    Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
+    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+};
+use grains_dem::{Body, Particles, Passages};
+use grains_domain::Transport;
+use grains_fluid::{Centre, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership};
+use grains_geometry::Vec3;
+use std::ops::Range;
+
+/// Width of the halo (cells) that a kernel needs on this grid, for particles of at most `diameter` (m) that may be
+/// `wander` (m) outside their rank's subdomain.
+///
+/// Subdomains end in cells, not between them: another half cell; and the kernel leaves out the lowest layer, whose lower
+/// faces no array holds.
+pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [f64; 3]) -> usize {
+    let of_axis = |cell: f64| kernel.halo(diameter, wander + 0.5 * cell, cell) + 1;
+    smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
+}
+
+/// Refuses a kernel that covers too many cells of a rank, for particles of at most `diameter` (m).
+///
+/// # Errors
+/// The kernel, with the cells it covers.
+pub fn check_kernel(
+    coupling: &Coupling,
+    (grid, ownership, halo): (&Grid, &Ownership, usize),
+    diameter: f64,
+) -> Result<(), CouplingError> {
+    let layout = Layout { cells: ownership.cells(), halo };
+    coupling.kernel.check(&kernel_grid(grid, ownership, layout)?.0.axes, diameter)
+}
+
+/// The exchange between the particles and the fluid of one rank.
+pub struct Exchange {
+    /// Kernel, drag law, model.
+    pub coupling: Coupling,
+    /// What this rank knows of the last steps.
+    pub account: Account,
+    kernel_grid: KernelGrid,
+    /// Own cells in the places of `kernel_grid`.
+    own: [Range<usize>; 3],
+    halo: Halo,
+    coefficient: Faces,
+    explicit: Faces,
+    gradient: Faces,
+    /// 1 over the volume of the faces' control volumes (1/m³), own faces.
+    per_volume: Faces,
+    /// Volume of the own cells (m³).
+    volumes: Field<Centre>,
+    /// Volume (m³ per cell, halo not added) inserted less that which left, of which the void fraction at the beginning of the
+    /// coming step does not know yet.
+    passed: Field<Centre>,
+    /// Whether there is any, or why there is none.
+    has_passed: Result<bool, CouplingError>,
+    /// Whether the own cells reach the lower and upper boundary of the domain, per axis.
+    ends: [[bool; 2]; 3],
+    /// Cross-section of the domain normal to each axis (m²).
+    section: [f64; 3],
+}
+
+/// What a rank knows of the exchange in the last steps; sums over the ranks count, wherever borders are.
+pub struct Account {
+    /// What drag has moved from one to the other.
+    pub ledger: MomentumLedger,
+    /// Least void fraction of the last step (-).
+    pub least_void_fraction: f64,
+    /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
+    pub rise: [[f64; 2]; 3],
+}
+
+impl Default for Account {
+    fn default() -> Self {
+        Self { ledger: MomentumLedger::default(), least_void_fraction: 1.0, rise: [[0.0; 2]; 3] }
+    }
+}
+
+impl Exchange {
+    /// Exchange on the cells of a rank.
+    ///
+    /// # Errors
+    /// Nodes that do not ascend.
+    pub fn new(
+        coupling: Coupling,
+        (grid, ownership, halo): (&Grid, &Ownership, usize),
+    ) -> Result<Self, CouplingError> {
+        let layout = Layout { cells: ownership.cells(), halo };
+        let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
+        Ok(Self {
+            coupling,
+            account: Account::default(),
+            kernel_grid,
+            own,
+            halo: Halo::new(grid, ownership, layout),
+            coefficient: Faces::new(layout),
+            explicit: Faces::new(layout),
+            gradient: Faces::new(layout),
+            per_volume: inverse_volumes(grid, ownership, layout),
+            volumes: volumes(grid, ownership, layout),
+            passed: Field::new(layout),
+            has_passed: Ok(false),
+            ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
+            section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
+        })
+    }
+
+    /// Notes particles that came or went, where they did.
+    ///
+    /// What is inserted or removed is no motion of solid: ∂ε/∂t is that of the others, and of these while they are inside. The
+    /// fluid in their place goes and comes with its own velocity, so that no velocity jumps. What a particle that leaves owes
+    /// the fluid, or the fluid it, leaves with it.
+    pub fn note(&mut self, passages: Passages) {
+        let Passages { inserted, left } = passages;
+        if inserted.is_empty() && left.is_empty() {
+            return;
+        }
+        let Self { coupling, kernel_grid, passed, .. } = self;
+        let mut add = |bodies: &mut dyn Iterator<Item = &Body>, sign| {
+            coupling.deposit_volumes(bodies, sign, kernel_grid, passed.data_mut())
+        };
+        let added =
+            add(&mut inserted.iter(), 1.0).and_then(|()| add(&mut left.iter().map(|(body, _)| body), -1.0));
+        if self.has_passed.is_ok() {
+            self.has_passed = added.map(|()| true);
+        }
+        for (_, cargo) in &left {
+            self.account.ledger.given -= DragLink::read(cargo).owed;
+        }
+    }
+
+    /// Forgets the volumes of [`Exchange::note`].
+    pub fn forget_passages(&mut self) {
+        self.passed.fill(0.0);
+        self.has_passed = Ok(false);
+    }
+
+    /// Gives the void fraction at the beginning of the coming step what was inserted, and takes what left out of it;
+    /// collective.
+    ///
+    /// # Errors
+    /// A particle that came or went beyond the halo.
+    pub fn settle_passages(
+        &mut self,
+        mixture: &mut Mixture,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let has_passed = agree(transport, std::mem::replace(&mut self.has_passed, Ok(false)))?;
+        if !transport.any(has_passed) {
+            return Ok(());
+        }
+        self.halo.add(&mut [self.passed.data_mut()], transport);
+        let layout = self.passed.layout();
+        let void_fraction = mixture.previous_void_fraction_mut().data_mut();
+        for start in layout.rows() {
+            let row = start..start + layout.cells[0];
+            let amounts = self.passed.data()[row.clone()].iter().zip(&self.volumes.data()[row.clone()]);
+            void_fraction[row]
+                .iter_mut()
+                .zip(amounts)
+                .for_each(|(eps, (passed, volume))| *eps -= passed / volume);
+        }
+        self.forget_passages();
+        Ok(())
+    }
+
+    /// Gives the fluid the void fraction of the particles where they are; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo, a cell too full.
+    pub fn fill_void_fraction(
+        &mut self,
+        particles: &Particles,
+        void_fraction: &mut Field<Centre>,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        void_fraction.fill(0.0);
+        let data = void_fraction.data_mut();
+        let deposited = self.coupling.deposit_volume(particles, &self.kernel_grid, data);
+        agree(transport, deposited)?;
+        self.halo.add(&mut [data], transport);
+        let checked =
+            void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.least_void_fraction, data);
+        agree(transport, checked)?;
+        self.halo.fill(&mut [data], transport);
+        self.account.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
+        Ok(())
+    }
+
+    /// Tells the fluid of the drag in its coming step `dt` (s); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn before_step(
+        &mut self,
+        particles: &mut Particles,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(mixture) = flow.mixture.as_mut() else { return Ok(()) };
+        self.settle_passages(mixture, transport)?;
+        self.fill_void_fraction(particles, &mut mixture.void_fraction, transport)?;
+        self.coefficient.fill(0.0);
+        self.explicit.fill(0.0);
+        let fluid = FluidFields {
+            velocity: flow.state.velocity.components(),
+            void_fraction: mixture.void_fraction.data(),
+            pressure_gradient: self.gradient.components(),
+        };
+        let mut drag = DragFields {
+            coefficient: self.coefficient.components_mut(),
+            explicit: self.explicit.components_mut(),
+        };
+        let deposited = self.coupling.deposit_drag(particles, (&self.kernel_grid, &fluid), &mut drag, dt);
+        agree(transport, deposited)?;
+        let [a, b, c] = self.coefficient.components_mut();
+        let [d, e, f] = self.explicit.components_mut();
+        self.halo.add(&mut [a, b, c, d, e, f], transport);
+        for axis in 0..3 {
+            let scale = self.per_volume.component(axis);
+            scaled(mixture.drag.component_mut(axis), self.coefficient.component(axis), scale);
+            scaled(mixture.source.component_mut(axis), self.explicit.component(axis), scale);
+        }
+        Ok(())
+    }
+
+    /// Gives the particles the fluid's new velocity and pressure gradient, after its step `dt` (s); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn after_step(
+        &mut self,
+        particles: &mut Particles,
+        flow: &Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(mixture) = &flow.mixture else { return Ok(()) };
+        flow.pressure_gradient(&mut self.gradient);
+        self.settle(flow, dt);
+        let [x, y, z] = self.gradient.components_mut();
+        self.halo.fill(&mut [x, y, z], transport);
+        let fluid = FluidFields {
+            velocity: flow.state.velocity.components(),
+            void_fraction: mixture.void_fraction.data(),
+            pressure_gradient: self.gradient.components(),
+        };
+        let lent = self.coupling.lend(particles, (&self.kernel_grid, &fluid), dt);
+        agree(transport, lent)
+    }
+
+    /// Books the impulse the fluid has lost, and finds the pressure gradient at the boundaries of the domain that balances the
+    /// drag there.
+    fn settle(&mut self, flow: &Flow, dt: f64) {
+        let (layout, velocity) = (flow.layout(), &flow.state.velocity);
+        let Some(mixture) = &flow.mixture else { return };
+        self.account.rise = [[0.0; 2]; 3];
+        for axis in 0..3 {
+            let [b, s, u] = [&self.coefficient, &self.explicit, velocity].map(|f| f.component(axis));
+            let mut unknown = layout.cells;
+            unknown[axis] -= usize::from(self.ends[axis][1]);
+            for k in 0..unknown[2] {
+                for j in 0..unknown[1] {
+                    let row = layout.row(j, k);
+                    let own = row..row + unknown[0];
+                    self.account.ledger.taken[axis] +=
+                        impulse_taken(&b[own.clone()], &s[own.clone()], &u[own], dt);
+                }
+            }
+            for face in boundary_faces(layout, axis, self.ends[axis]) {
+                let force = s[face.place] - b[face.place] * u[face.next];
+                self.account.ledger.taken[axis] -= force * dt;
+                let void_fraction = mixture.void_fraction.data()[face.cell];
+                let factor = self.coupling.model.fluid_pressure_factor(void_fraction);
+                let half_volume = 0.5 * self.volumes.data()[face.cell];
+                let gradient = boundary_gradient(force, factor, half_volume);
+                self.gradient.component_mut(axis)[face.place] = gradient;
+                // ∇p times half a cell's height, weighted by its area.
+                self.account.rise[axis][face.side] += gradient * half_volume / self.section[axis];
+            }
+        }
+    }
+
+    /// Mean drop of the pressure (Pa) along an axis over the half cells at both boundaries of the domain; collective.
+    pub fn drop_at_boundaries(&self, axis: usize, transport: &MpiTransport) -> f64 {
+        let mut rises = self.account.rise[axis];
+        transport.sum(&mut rises);
+        -(rises[0] + rises[1])
+    }
+
+    /// Velocity of the particles times their volume (m⁴/s) in every own cell, and their volume (m³); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn solid_flux(
+        &mut self,
+        particles: &Particles,
+        layout: Layout,
+        transport: &MpiTransport,
+    ) -> Result<[Field<Centre>; 4], RunError> {
+        let mut fields: [Field<Centre>; 4] = std::array::from_fn(|_| Field::new(layout));
+        let mut stencil = Stencil::default();
+        let mut deposit = || {
+            for body in &particles.bodies[..particles.owned] {
+                let diameter = self.coupling.equivalent_diameter(body);
+                stencil.place(&self.coupling.kernel, &self.kernel_grid.axes, &body.position, diameter)?;
+                let volume = self.coupling.volume(body);
+                let amounts =
+                    [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
+                for (field, amount) in fields.iter_mut().zip(amounts) {
+                    stencil.deposit(Site::Cells, &self.kernel_grid.cells, amount, field.data_mut());
+                }
+            }
+            Ok(())
+        };
+        let deposited = deposit();
+        agree(transport, deposited)?;
+        let [x, y, z, v] = &mut fields;
+        self.halo.add(&mut [x.data_mut(), y.data_mut(), z.data_mut(), v.data_mut()], transport);
+        Ok(fields)
+    }
+
+    /// What of the momentum between particles and fluid is not accounted for (N s), rounding; collective.
+    pub fn imbalance(&self, particles: &Particles, transport: &MpiTransport) -> Vec3 {
+        let mut sums: [f64; 3] = self.account.ledger.imbalance(particles).into();
+        transport.sum(&mut sums);
+        sums.into()
+    }
+}
+
+/// The same outcome on all ranks.
+fn agree<T>(transport: &MpiTransport, outcome: Result<T, CouplingError>) -> Result<T, RunError> {
+    agreed(transport, outcome.map_err(|e| RunError::unphysical(e.to_string())))
+}
+
+fn scaled(to: &mut [f64], from: &[f64], by: &[f64]) {
+    to.iter_mut().zip(from).zip(by).for_each(|((t, f), b)| *t = f * b);
+}
+
+/// The cells of a rank as kernels see them: without what lies beyond a boundary of the domain, and without the lowest layer
+/// of the halo, so that face 0 of an axis is the upper face of a cell of the arrays.
+fn kernel_grid(
+    grid: &Grid,
+    ownership: &Ownership,
+    layout: Layout,
+) -> Result<(KernelGrid, [Range<usize>; 3]), CouplingError> {
+    let (h, first, strides) = (layout.halo, ownership.first(), layout.strides());
+    let mut starts = [0; 3];
+    let mut axes = Vec::new();
+    for a in 0..3 {
+        let (axis, n) = (grid.axis(a), layout.cells[a]);
+        let ends =
+            ownership.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
+        starts[a] = if ends[0] == End::Boundary { h } else { 1 };
+        let last = if ends[1] == End::Boundary { n + h } else { n + 2 * h };
+        let node = |place: usize| axis.node(first[a] as isize + place as isize - h as isize);
+        axes.push(GridAxis::new(a, (starts[a]..=last).map(node).collect(), ends)?);
+    }
+    let axes: [GridAxis; 3] = axes.try_into().unwrap_or_else(|_| unreachable!("three axes"));
+    let offset: usize = (0..3).map(|a| starts[a] * strides[a]).sum();
+    let stride = [strides[1], strides[2]];
+    let places = |offset| Places { offset, stride };
+    let own = std::array::from_fn(|a| h - starts[a]..h - starts[a] + layout.cells[a]);
+    let grid = KernelGrid {
+        axes,
+        cells: places(offset),
+        faces: std::array::from_fn(|a| places(offset - strides[a])),
+    };
+    Ok((grid, own))
+}
+
+/// A face on a boundary of the domain.
+struct BoundaryFace {
+    /// 0 for the lower boundary, 1 for the upper one.
+    side: usize,
+    /// Place of the face in the arrays, of the next one within, and of its cell.
+    place: usize,
+    next: usize,
+    cell: usize,
+}
+
+/// The own faces on the boundaries normal to an axis.
+fn boundary_faces(layout: Layout, axis: usize, ends: [bool; 2]) -> impl Iterator<Item = BoundaryFace> {
+    let (stride, n) = (layout.strides()[axis], layout.cells[axis]);
+    // A single cell between two boundaries has nothing within.
+    let inwards = if n > 1 { stride } else { 0 };
+    let mut layer = layout.cells;
+    layer[axis] = 1;
+    (0..2).filter(move |&side| ends[side]).flat_map(move |side| {
+        let rows = (0..layer[2]).flat_map(move |k| (0..layer[1]).map(move |j| layout.row(j, k)));
+        rows.flat_map(move |row| row..row + layer[0]).map(move |first| match side {
+            0 => BoundaryFace { side, place: first - stride, next: first - stride + inwards, cell: first },
+            _ => {
+                let cell = first + (n - 1) * stride;
+                BoundaryFace { side, place: cell, next: cell - inwards, cell }
+            }
+        })
+    })
+}
+
+/// Volumes of the own cells (m³).
+fn volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Field<Centre> {
+    let (mut volumes, first) = (Field::new(layout), ownership.first());
+    for k in 0..layout.cells[2] {
+        for j in 0..layout.cells[1] {
+            for i in 0..layout.cells[0] {
+                let width = |a: usize| grid.axis(a).width(([i, j, k][a] + first[a]) as isize);
+                volumes.set(i as isize, j as isize, k as isize, width(0) * width(1) * width(2));
+            }
+        }
+    }
+    volumes
+}
+
+/// 1/V_f (1/m³) of the own faces: half of the cell on either side.
+fn inverse_volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Faces {
+    let mut inverse = Faces::new(layout);
+    let first = ownership.first();
+    for component in 0..3 {
+        for k in 0..layout.cells[2] {
+            for j in 0..layout.cells[1] {
+                let row = layout.row(j, k);
+                for i in 0..layout.cells[0] {
+                    let volume: f64 = (0..3)
+                        .map(|a| {
+                            let cell = ([i, j, k][a] + first[a]) as isize;
+                            let width = |c: isize| grid.axis(a).width(c);
+                            if a == component { 0.5 * (width(cell) + width(cell + 1)) } else { width(cell) }
+                        })
+                        .product();
+                    inverse.component_mut(component)[row + i] = 1.0 / volume;
+                }
+            }
+        }
+    }
+    inverse
+}

@@ -1,0 +1,406 @@
+//! The fluid of a run: its steps between those of the particles, and what is written of it.
+//!
+//! ```text
+//! particle step s = the fluid's time?  void fraction and drag → fluid step of n particle steps → velocity lent
+//! every particle step                  contact forces + drag, pressure gradient, buoyancy → advance
+//! ```
+//!
+//! Of particles that the grid resolves the order is the other way round: they go through the n steps with the flow's last force,
+//! then the fluid through its own, and both get one velocity.
+//!
+//! ```text
+//! every particle step                  contact forces + force and torque of the flow, buoyancy → advance
+//! particle step s = end of the span    bodies placed → fluid step of n particle steps → fluid and bodies follow each other
+//! ```
+//!
+//! Where particles are, borders between ranks move to the work, which is that of the cells too: cells then change hands as
+//! at a restart.
+//!
+//! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
+//! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
+//! ticks in small fractions of the output interval, and the particles' part of the step is left out.
+
+mod borders;
+pub mod check;
+mod exchange;
+mod files;
+mod observe;
+mod profile;
+mod resolved;
+mod restart;
+mod setup;
+
+use crate::error::{RunError, agreed};
+use crate::population::KindRange;
+pub use borders::follow_borders;
+use exchange::{Exchange, check_kernel, halo_width};
+pub use files::{FluidFiles, Opening};
+use grains_case::{Case, Fluid as CaseFluid, TimeStep};
+use grains_comm::MpiTransport;
+use grains_coupling::{Coupling, CouplingError, add_drag};
+use grains_dem::{Catalogue, Dem, DemSetup};
+use grains_domain::Decomposition;
+use grains_fluid::{Flow, FlowLimits, FlowSetup, Halo, Phase, StepReport};
+pub use observe::{FluidProgress, Sums, columns};
+use profile::Sampler;
+use resolved::ResolvedBodies;
+pub use resolved::lubrication;
+
+/// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
+/// in a cell; for an iteration for its pressure; with a particle smaller than the cells; and with a resolved one, for the
+/// square of a cell's width on its surface.
+const WORK_OF_CELL: f64 = 20.0;
+const WORK_OF_ITERATION: f64 = 3.0;
+const WORK_OF_DRAG: f64 = 90.0;
+const WORK_OF_SURFACE: f64 = 120.0;
+
+/// The fluid of a run on this rank.
+pub struct FluidPhase {
+    /// The flow.
+    pub flow: Flow,
+    /// The exchange with particles smaller than the cells, if there are any.
+    pub exchange: Option<Exchange>,
+    /// Particles that the grid resolves, if there are any.
+    pub resolved: Option<ResolvedBodies>,
+    /// Particle step at which the fluid's state is.
+    pub next_step: u64,
+    /// What the last step did.
+    pub report: StepReport,
+    /// Steps of the fluid since the run began or was continued.
+    pub steps: u64,
+    /// Iterations for the pressure in these.
+    pub iterations: u64,
+    /// Seconds spent in the fluid's step, and in the exchange with particles.
+    pub seconds: [f64; 2],
+    /// Sums of the fields since the case's `mean_from`, if it has one.
+    pub means: Option<Sums>,
+    /// Particle step of the last sample in these.
+    sampled: Option<u64>,
+    /// Lines and planes that are written.
+    pub profiles: Vec<Sampler>,
+    halo: Halo,
+    limits: FlowLimits,
+    /// Work with a particle in a step of the fluid.
+    work_of_particle: f64,
+    /// How often borders had moved when the cells were shared out.
+    moves: u64,
+    /// Particle steps of the last step of the fluid.
+    last_span: u64,
+    /// Particle steps per step of the fluid, if the case says how many.
+    span: Option<u64>,
+}
+
+impl FluidPhase {
+    /// The fluid of a case, at rest or as the case begins, with options for PETSc, for the kinds of particles that can be
+    /// inserted; collective.
+    ///
+    /// # Errors
+    /// Anything the solver or the coupling refuses, with its key.
+    pub fn new(
+        case: &Case,
+        petsc: &[String],
+        dem: &mut Dem,
+        kinds: &[KindRange],
+        transport: &MpiTransport,
+    ) -> Result<Option<Self>, RunError> {
+        let Some(fluid) = &case.fluid else { return Ok(None) };
+        let built = Parts::of(case, fluid, (&dem.setup, kinds), &dem.decomposition);
+        let parts = agreed(transport, built.map_err(RunError::case))?;
+        let exchange =
+            parts.exchange().map_err(|e| RunError::case(case.about("fluid.coupling", e.to_string())));
+        let exchange = agreed(transport, exchange)?;
+        let solver = setup::pressure_solver(fluid, petsc, &parts.setup, transport);
+        let about = |e: String| RunError::case(case.about("fluid.pressure", e));
+        let solver = agreed(transport, solver.map_err(about))?;
+        let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
+        let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
+        setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case)?;
+        let given = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
+        let resolved = given.map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
+        let resolved = agreed(transport, resolved.map_err(RunError::case))?;
+        if exchange.is_some() || resolved.is_some() {
+            dem.particles.carry();
+        }
+        let longest = setup::longest_step(case, fluid, &flow.setup);
+        let limits = FlowLimits { cfl: fluid.courant, growth: f64::INFINITY, ..FlowLimits::new(longest) };
+        let ticks = match case.time.dt {
+            TimeStep::Seconds(_) if case.inserts.is_empty() || case.holds_particles() => Some(1),
+            _ => None,
+        };
+        let span = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
+        let setup = &flow.setup;
+        let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
+        let has_particles = exchange.is_some() || resolved.is_some();
+        dem.other_work.nodes = std::array::from_fn(|a| setup.grid.axis(a).nodes().to_vec());
+        let work_of_particle = match &resolved {
+            Some(resolved) => WORK_OF_SURFACE * resolved.largest_surface(&dem.setup.catalogue, kinds),
+            None => WORK_OF_DRAG,
+        };
+        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), has_particles));
+        let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
+        Ok(Some(Self {
+            flow,
+            exchange,
+            resolved,
+            next_step: 0,
+            report: StepReport::default(),
+            steps: 0,
+            iterations: 0,
+            seconds: [0.0; 2],
+            means,
+            sampled: None,
+            profiles,
+            halo,
+            limits,
+            work_of_particle,
+            moves: dem.report.moves,
+            last_span: 1,
+            span,
+        }))
+    }
+
+    /// Names of the parts of a step and the seconds spent in them.
+    pub fn times(&self) -> Vec<(String, f64)> {
+        let names = ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries"];
+        let seconds = Phase::ALL.map(|phase| self.flow.clock.seconds(phase));
+        let of_flow = names.map(|name| ["fluid ", name].concat()).into_iter().zip(seconds);
+        of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()
+    }
+
+    /// Adds what the cells hold now to the means, if it is time and they are not in them; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn take_means(&mut self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        let from = case.fluid.as_ref().and_then(|f| f.output.mean_from);
+        if from.is_none_or(|from| dem.time() < from) || self.sampled == Some(dem.step) {
+            return Ok(());
+        }
+        self.sampled = Some(dem.step);
+        let sample = self.sample(dem, transport)?;
+        if let Some(means) = &mut self.means {
+            means.add(&sample);
+        }
+        Ok(())
+    }
+
+    /// Whether nothing moves but the fluid.
+    pub fn is_alone(&self) -> bool {
+        self.exchange.is_none() && self.resolved.as_ref().is_none_or(|resolved| resolved.is_fixed)
+    }
+
+    /// Takes the particles as they are for the void fraction from which the first step begins; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo, a cell too full.
+    pub fn begin(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        if let Some(resolved) = &mut self.resolved {
+            resolved.place(dem, &mut self.flow, transport);
+        }
+        if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
+            exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;
+            mixture.begin();
+            exchange.forget_passages();
+        }
+        Ok(())
+    }
+
+    /// Notes the particles that came or went since it was last called: to be called before borders move.
+    pub fn note_passages(&mut self, dem: &mut Dem) {
+        let passages = std::mem::take(&mut dem.passages);
+        if let Some(exchange) = &mut self.exchange {
+            exchange.note(passages);
+        }
+    }
+
+    /// Makes the state hold all passages that were noted: to be called before it is read; collective.
+    ///
+    /// # Errors
+    /// A particle that came or went beyond the halo.
+    pub fn settle_passages(&mut self, transport: &MpiTransport) -> Result<(), RunError> {
+        match (&mut self.exchange, &mut self.flow.mixture) {
+            (Some(exchange), Some(mixture)) => exchange.settle_passages(mixture, transport),
+            _ => Ok(()),
+        }
+    }
+
+    /// Steps the fluid if it is its turn, and adds drag, pressure gradient and buoyancy to the loads of the particles;
+    /// `event` is the next particle step at which something is written. Collective.
+    ///
+    /// # Errors
+    /// A state that cannot be trusted any longer.
+    pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+        if dem.step >= self.next_step {
+            self.last_span = self.choose_span(dem, event, transport);
+            self.next_step = dem.step + self.last_span;
+            // Resolved particles go through the step before the fluid does.
+            if self.is_alone() || self.exchange.is_some() {
+                self.step(dem, transport)?;
+            }
+        }
+        if let Some(exchange) = &mut self.exchange {
+            add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.account.ledger);
+        }
+        if let Some(resolved) = self.resolved.as_ref().filter(|resolved| !resolved.is_fixed) {
+            resolved.add_loads(dem);
+        }
+        Ok(())
+    }
+
+    /// Steps the fluid over what resolved particles have just gone through, if it is its turn; collective.
+    ///
+    /// # Errors
+    /// A state that cannot be trusted any longer.
+    pub fn catch_up(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        if self.is_alone() || dem.step < self.next_step {
+            return Ok(());
+        }
+        if let Some(resolved) = &mut self.resolved {
+            let begun = std::time::Instant::now();
+            resolved.place(dem, &mut self.flow, transport);
+            self.seconds[1] += begun.elapsed().as_secs_f64();
+            self.step(dem, transport)?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
+        let begun = std::time::Instant::now();
+        let dt = self.last_span as f64 * dem.setup.rates.dt;
+        if let Some(exchange) = &mut self.exchange {
+            exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
+        }
+        let exchanged = begun.elapsed().as_secs_f64();
+        let outcome = self.flow.step(dt, transport);
+        let failed =
+            |e: grains_fluid::StepError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+        self.report = agreed(transport, outcome.map_err(failed))?;
+        let stepped = begun.elapsed().as_secs_f64();
+        if let Some(exchange) = &mut self.exchange {
+            exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
+        }
+        if let Some(resolved) = &mut self.resolved {
+            resolved.follow(dem, &mut self.flow, dt, transport)?;
+        }
+        self.seconds[0] += stepped - exchanged;
+        self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
+        self.steps += 1;
+        self.iterations += self.report.solve.iterations as u64;
+        self.tell_work(dem);
+        Ok(())
+    }
+
+    /// Tells those who move borders what the fluid works per step of the particles; counted, not timed, it is the same on all
+    /// ranks and in every run.
+    fn tell_work(&self, dem: &mut Dem) {
+        let per_step = |work: f64| work / self.last_span as f64;
+        let of_cell = WORK_OF_CELL + WORK_OF_ITERATION * self.report.solve.iterations as f64;
+        dem.other_work.per_cell = per_step(of_cell);
+        dem.other_work.per_particle = per_step(self.work_of_particle).round() as u64;
+    }
+
+    /// Particle steps of the coming step of the fluid: what its limits allow, a fifth more than the last one at most, in
+    /// equal parts up to the next event.
+    fn choose_span(&self, dem: &Dem, event: u64, transport: &MpiTransport) -> u64 {
+        let most = self.span.unwrap_or_else(|| {
+            let allowed = self.limits.time_step(&self.flow, transport) / dem.setup.rates.dt;
+            let grown = if self.flow.state.last_dt > 0.0 {
+                self.last_span + (self.last_span / 5).max(1)
+            } else {
+                u64::MAX
+            };
+            (allowed as u64).min(grown).max(1)
+        });
+        let left = event.saturating_sub(dem.step).max(1);
+        left.div_ceil(left.div_ceil(most))
+    }
+}
+
+/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
+/// (m) outside theirs.
+///
+/// # Errors
+/// What [`FluidPhase::new`] refuses.
+pub fn least_widths(
+    case: &Case,
+    catalogue: &Catalogue,
+    kinds: &[KindRange],
+    wander: f64,
+) -> Result<[f64; 3], String> {
+    let Some(fluid) = &case.fluid else { return Ok([0.0; 3]) };
+    let grid = setup::grid(case, fluid)?;
+    let halo = match coupling(case, fluid, catalogue)? {
+        Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
+        None => plain_halo(fluid),
+    };
+    // Cuts fall anywhere in a cell.
+    Ok(std::array::from_fn(|a| (halo + 1) as f64 * setup::cell_widths(&grid, a).fold(0.0, f64::max)))
+}
+
+/// Width of the halo of all fields (cells) without kernels.
+fn plain_halo(fluid: &CaseFluid) -> usize {
+    if fluid.resolved.is_some() { resolved::HALO } else { 2 }
+}
+
+fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
+    if case.inserts.is_empty() { Ok(None) } else { setup::coupling(case, fluid, catalogue) }
+}
+
+/// Width of the halo of all fields (cells).
+fn halo(
+    case: &Case,
+    fluid: &CaseFluid,
+    (coupling, kinds): (&Coupling, &[KindRange]),
+    wander: f64,
+) -> Result<usize, String> {
+    let diameter = setup::largest_diameter(coupling, kinds);
+    let grid = setup::grid(case, fluid)?;
+    let narrowest = [0, 1, 2].map(|a| setup::cell_widths(&grid, a).fold(f64::INFINITY, f64::min));
+    Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
+}
+
+/// What a phase is made of.
+struct Parts {
+    setup: FlowSetup,
+    /// The coupling to particles, if there are any.
+    coupling: Option<Coupling>,
+}
+
+impl Parts {
+    fn of(
+        case: &Case,
+        fluid: &CaseFluid,
+        (dem, kinds): (&DemSetup, &[KindRange]),
+        decomposition: &Decomposition,
+    ) -> Result<Self, String> {
+        let Some(coupling) = coupling(case, fluid, &dem.catalogue)? else {
+            let setup = setup::flow_setup(case, fluid, decomposition, plain_halo(fluid))?;
+            return Ok(Self { setup, coupling: None });
+        };
+        let halo = halo(case, fluid, (&coupling, kinds), dem.skin.most * dem.largest_radius)?;
+        let setup = setup::flow_setup(case, fluid, decomposition, halo)?;
+        let diameter = setup::largest_diameter(&coupling, kinds);
+        check_kernel(&coupling, (&setup.grid, &setup.ownership, halo), diameter)
+            .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
+        Ok(Self { setup, coupling: Some(coupling) })
+    }
+
+    fn exchange(&self) -> Result<Option<Exchange>, CouplingError> {
+        let Some(coupling) = &self.coupling else { return Ok(None) };
+        let FlowSetup { grid, ownership, halo, .. } = &self.setup;
+        Exchange::new(coupling.clone(), (grid, ownership, *halo)).map(Some)
+    }
+}
+
+/// Refuses what a run would refuse of the fluid before its first step.
+///
+/// # Errors
+/// Subdomains too narrow for the halo, kernels that cover too many cells, conditions that cannot be, with the key.
+pub fn verify(
+    case: &Case,
+    (dem, kinds): (&DemSetup, &[KindRange]),
+    decomposition: &Decomposition,
+) -> Result<(), String> {
+    let Some(fluid) = &case.fluid else { return Ok(()) };
+    Parts::of(case, fluid, (dem, kinds), decomposition).map(drop)
+}

@@ -1,0 +1,307 @@
+//! What is told of the fluid: columns of the time series, fields in the cells, and their means over time.
+
+use super::FluidPhase;
+use crate::error::RunError;
+use grains_case::{Case, FluidField, ProfileKind};
+use grains_comm::MpiTransport;
+use grains_dem::Dem;
+use grains_domain::Transport;
+use grains_fluid::{Centre, Field, Grid, Layout};
+use grains_resolved::FlowLink;
+
+/// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
+/// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
+/// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
+/// superficial velocity is the mean of ε u over the domain. NaN where something is not measured. At the surfaces of resolved
+/// bodies, where velocities are imposed after the projection, the divergence is not zero.
+const COLUMNS: [(&str, &str); 16] = [
+    ("fluid_dt", "s"),
+    ("fluid_courant", "-"),
+    ("fluid_kinetic", "J"),
+    ("fluid_divergence", "1/s"),
+    ("pressure_drop", "Pa"),
+    ("drive_x", "Pa/m"),
+    ("drive_y", "Pa/m"),
+    ("drive_z", "Pa/m"),
+    ("pressure_iterations", "-"),
+    ("least_void_fraction", "-"),
+    ("solid_volume", "m3"),
+    ("momentum_imbalance", "N s"),
+    ("superficial_x", "m/s"),
+    ("superficial_y", "m/s"),
+    ("superficial_z", "m/s"),
+    ("multiplier_iterations", "-"),
+];
+
+/// What is told of the flow's action on bodies: the force, buoyancy apart, and the torque, of each about its centre.
+const OF_BODIES: [(&str, &str); 6] =
+    [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
+
+/// Names and units of the columns that the fluid of a case adds to the time series.
+pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
+    let Some(fluid) = &case.fluid else { return Vec::new() };
+    let mut columns: Vec<_> = COLUMNS.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
+    if fluid.resolved.is_some() && !case.inserts.is_empty() {
+        let chosen = fluid.output.bodies.iter().map(|id| format!("body_{id}"));
+        for name in std::iter::once("bodies".to_string()).chain(chosen) {
+            columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
+        }
+    }
+    for profile in &fluid.profile {
+        if let ProfileKind::Plane { .. } = profile.kind {
+            columns.push((format!("{}_pressure", profile.name), "Pa"));
+            columns.push((format!("{}_flow", profile.name), "m3/s"));
+        }
+    }
+    columns
+}
+
+/// Key numbers of the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidProgress {
+    /// Steps of the fluid.
+    pub step: u64,
+    /// Whether nothing moves but the fluid.
+    pub is_alone: bool,
+    /// Its last time step (s).
+    pub dt: f64,
+    /// Courant number (-).
+    pub courant: f64,
+    /// Kinetic energy (J).
+    pub kinetic_energy: f64,
+    /// Pressure drop (Pa).
+    pub pressure_drop: f64,
+    /// Iterations for the last pressure.
+    pub iterations: f64,
+}
+
+impl FluidPhase {
+    /// Key numbers, from a row of the time series.
+    pub fn progress(&self, row: &[f64]) -> FluidProgress {
+        FluidProgress {
+            step: self.flow.state.step,
+            is_alone: self.is_alone(),
+            dt: row[0],
+            courant: row[1],
+            kinetic_energy: row[2],
+            pressure_drop: row[4],
+            iterations: row[8],
+        }
+    }
+}
+
+/// What the cells hold: sums over samples, or one sample.
+#[derive(Clone, Debug)]
+pub struct Sums {
+    /// Number of samples.
+    pub samples: u64,
+    /// u, v, w at the centres (m/s), p (Pa); among particles also ε (-), the flux of solid volume along x, y, z
+    /// (m⁴/s per cell) and the solid volume (m³ per cell).
+    pub fields: Vec<Field<Centre>>,
+}
+
+/// A field as it is written: one component, or three.
+pub struct Observation {
+    /// Its components, halo filled.
+    pub components: Vec<Field<Centre>>,
+}
+
+impl Observation {
+    /// Values of the own cells, x fastest, components side by side.
+    pub fn interleaved(&self) -> Vec<f64> {
+        let width = self.components.len();
+        let mut values =
+            vec![
+                0.0;
+                self.components.first().map_or(0, |c| c.layout().cells.iter().product::<usize>()) * width
+            ];
+        for (k, component) in self.components.iter().enumerate() {
+            values.iter_mut().skip(k).step_by(width).zip(component.own()).for_each(|(to, from)| *to = from);
+        }
+        values
+    }
+}
+
+impl Sums {
+    /// No samples yet.
+    pub fn new(layout: Layout, has_particles: bool) -> Self {
+        Self { samples: 0, fields: vec![Field::new(layout); if has_particles { 9 } else { 4 }] }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, sample: &Sums) {
+        self.samples += sample.samples;
+        self.fields.iter_mut().zip(&sample.fields).for_each(|(sum, field)| *sum += field);
+    }
+
+    /// The means as fields, of those that a case asks for; the solid velocity is that of the mean flux.
+    pub fn observations(&self, wanted: &[FluidField]) -> Vec<Observation> {
+        let share = 1.0 / self.samples.max(1) as f64;
+        let mean = |k: usize| {
+            let mut field = self.fields[k].clone();
+            field.data_mut().iter_mut().for_each(|x| *x *= share);
+            field
+        };
+        let ratio = |k: usize| {
+            let mut field = self.fields[k].clone();
+            let volumes = self.fields[8].data().iter();
+            field
+                .data_mut()
+                .iter_mut()
+                .zip(volumes)
+                .for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
+            field
+        };
+        let components = |field: &FluidField| match field {
+            FluidField::Velocity => (0..3).map(mean).collect(),
+            FluidField::Pressure => vec![mean(3)],
+            FluidField::VoidFraction => vec![mean(4)],
+            FluidField::SolidVelocity => (5..8).map(ratio).collect(),
+        };
+        let has_particles = self.fields.len() > 4;
+        let there = wanted.iter().filter(|field| has_particles || !needs_particles(field));
+        there.map(|field| Observation { components: components(field) }).collect()
+    }
+}
+
+/// Name, unit and number of components of a field.
+pub type Name = (&'static str, &'static str, usize);
+
+fn name(field: &FluidField) -> Name {
+    match field {
+        FluidField::Velocity => ("velocity", "m/s", 3),
+        FluidField::Pressure => ("pressure", "Pa", 1),
+        FluidField::VoidFraction => ("void_fraction", "-", 1),
+        FluidField::SolidVelocity => ("solid_velocity", "m/s", 3),
+    }
+}
+
+fn needs_particles(field: &FluidField) -> bool {
+    matches!(field, FluidField::VoidFraction | FluidField::SolidVelocity)
+}
+
+impl FluidPhase {
+    /// The fields that a case asks for and that there are.
+    pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
+        let has_particles = self.exchange.is_some() || self.resolved.is_some();
+        wanted.iter().filter(|field| has_particles || !needs_particles(field)).map(name).collect()
+    }
+
+    /// Values of [`columns`]; collective.
+    pub fn row(&self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+        let flow = &self.flow;
+        let dt = self.report.dt;
+        let [divergence, rate] = flow.divergence(transport);
+        let along = main_axis(case);
+        let last = flow.setup.grid.axis(along).cells() - 1;
+        let mut drop = flow.mean_pressure(along, 0, transport) - flow.mean_pressure(along, last, transport);
+        let (mut solid, mut least, mut imbalance) = ([0.0], [-1.0], 0.0);
+        if let Some(exchange) = &self.exchange {
+            let own = &dem.particles.bodies[..dem.particles.owned];
+            solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
+            least[0] = -exchange.account.least_void_fraction;
+            imbalance = exchange.imbalance(&dem.particles, transport).norm();
+            drop += exchange.drop_at_boundaries(along, transport);
+        }
+        if self.resolved.is_some() {
+            let own = &dem.particles.bodies[..dem.particles.owned];
+            let densities = &dem.setup.catalogue.densities;
+            solid[0] = own.iter().map(|body| body.mass / densities[body.kind.material as usize]).sum();
+            // Neither is measured of bodies that the grid resolves.
+            (least[0], imbalance) = (f64::NAN, f64::NAN);
+        }
+        transport.sum(&mut solid);
+        if self.resolved.is_none() {
+            transport.max(&mut least);
+        }
+        let (energy, iterations) = (flow.kinetic_energy(transport), self.report.solve.iterations as f64);
+        let mut row = vec![dt, rate * dt, energy, divergence, drop];
+        row.extend(flow.state.force);
+        row.extend([iterations, -least[0], solid[0], imbalance]);
+        row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
+        row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
+        if self.resolved.is_some() {
+            row.extend(loads_of_bodies(case, dem, transport));
+        }
+        for profile in case.fluid.iter().flat_map(|f| &f.profile) {
+            if let ProfileKind::Plane { axis, at } = profile.kind {
+                let axis = axis as usize;
+                let (cell, node) = nearest(&flow.setup.grid, axis, at);
+                row.push(flow.mean_pressure(axis, cell, transport));
+                row.push(flow.flow_rate(axis, node, transport));
+            }
+        }
+        row
+    }
+
+    /// The fields of the cells now, halo filled; collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn sample(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<Sums, RunError> {
+        let layout = self.flow.layout();
+        let mut fields: Vec<Field<Centre>> = Vec::new();
+        for axis in 0..3 {
+            let mut field = Field::new(layout);
+            let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+            rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
+            // Inside bodies theirs, not what continues the flow.
+            if let Some(beyond) = self.flow.immersed.as_ref().and_then(|bodies| bodies.beyond.as_ref()) {
+                let (beyond, stride) = (beyond.component(axis), layout.strides()[axis]);
+                let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+                rows.for_each(|p| field.data_mut()[p] -= 0.5 * (beyond[p] + beyond[p - stride]));
+            }
+            fields.push(field);
+        }
+        fields.push(self.flow.state.pressure.clone());
+        if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &self.flow.mixture) {
+            fields.push(mixture.void_fraction.clone());
+            fields.extend(exchange.solid_flux(&dem.particles, layout, transport)?);
+        }
+        if let Some(resolved) = &self.resolved {
+            fields.extend(resolved.void_and_flux(dem));
+        }
+        let mut all: Vec<&mut [f64]> = fields.iter_mut().map(Field::data_mut).collect();
+        self.halo.fill(&mut all, transport);
+        Ok(Sums { samples: 1, fields })
+    }
+}
+
+/// Force (N) and torque (N m) of the flow on all bodies together, then on each that the case asks for, NaN while it is not
+/// there; collective.
+fn loads_of_bodies(case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+    let chosen = case.fluid.as_ref().map_or(&[][..], |fluid| &fluid.output.bodies);
+    // The last number tells how many ranks own the body.
+    let mut sums = vec![[0.0; 7]; 1 + chosen.len()];
+    let own = dem.particles.ids.iter().zip(&dem.particles.cargo).take(dem.particles.owned);
+    for (id, cargo) in own {
+        let link = FlowLink::read(cargo);
+        let place = chosen.iter().position(|k| k == id);
+        for sum in std::iter::once(0).chain(place.map(|k| k + 1)) {
+            let load = link.force.iter().chain(&link.torque).copied().chain([1.0]);
+            sums[sum].iter_mut().zip(load).for_each(|(sum, x)| *sum += x);
+        }
+    }
+    transport.sum(sums.as_flattened_mut());
+    sums[1..].iter_mut().filter(|sum| sum[6] == 0.0).for_each(|sum| sum.fill(f64::NAN));
+    sums.iter().flat_map(|sum| sum[..6].iter().copied()).collect()
+}
+
+/// The cell that holds a coordinate (m) and the node next to it; the first or last ones for those beyond.
+fn nearest(grid: &Grid, axis: usize, at: f64) -> (usize, usize) {
+    let cell = cell_of(grid, axis, at);
+    let nodes = grid.axis(axis).nodes();
+    (cell, cell + usize::from(at - nodes[cell] > nodes[cell + 1] - at))
+}
+
+/// The cell that holds a coordinate (m), the first or last one for those beyond.
+pub fn cell_of(grid: &Grid, axis: usize, at: f64) -> usize {
+    let nodes = grid.axis(axis).nodes();
+    nodes[1..nodes.len() - 1].partition_point(|&node| node <= at)
+}
+
+/// The axis along which the pressure drop is taken: that of gravity, or x without.
+fn main_axis(case: &Case) -> usize {
+    let g = case.gravity.map(f64::abs);
+    (0..3).fold(0, |best, a| if g[a] > g[best] { a } else { best })
+}

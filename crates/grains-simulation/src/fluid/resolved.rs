@@ -1,0 +1,127 @@
+//! Particles that the grid resolves, and the fluid of one rank.
+
+use crate::error::{RunError, agreed};
+use crate::population::KindRange;
+use grains_case::{
+    Case, Extrapolation as CaseExtrapolation, Interpolation as CaseInterpolation, Resolved as CaseResolved,
+    ResolvedMethod as CaseMethod,
+};
+use grains_comm::MpiTransport;
+use grains_contact::Lubrication;
+use grains_dem::{Catalogue, Dem};
+use grains_fluid::{Centre, Field, Flow};
+use grains_resolved::{
+    Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
+    bodies,
+};
+use std::f64::consts::PI;
+
+/// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
+/// points in the fluid, √3 apart, and the cell about the farther one.
+pub const HALO: usize = 7;
+
+/// The films between spheres that the grid of a case does not resolve, if it asks for them.
+pub fn lubrication(case: &Case) -> Option<Lubrication> {
+    let fluid = case.fluid.as_ref()?;
+    let given = fluid.resolved.as_ref()?.lubrication?;
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[1]);
+    let range = given.range * widths.fold(0.0, f64::max);
+    Some(Lubrication { viscosity: fluid.viscosity, range, least_gap: given.least_gap })
+}
+
+/// The particles of one rank as bodies in the fluid.
+pub struct ResolvedBodies {
+    /// The bodies and what they impose on the fluid.
+    pub bodies: Resolved,
+    /// Whether the particles stay where they are.
+    pub is_fixed: bool,
+    surroundings: Surroundings,
+}
+
+impl ResolvedBodies {
+    /// The bodies of a case, none yet.
+    ///
+    /// # Errors
+    /// A grid that bodies cannot be resolved on.
+    pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
+        let method = match given.method {
+            CaseMethod::Direct => Method::Direct {
+                extrapolation: match given.extrapolation() {
+                    CaseExtrapolation::Cubic => Extrapolation::Cubic,
+                    CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
+                    CaseExtrapolation::Linear => Extrapolation::Linear,
+                    CaseExtrapolation::Rigid => Extrapolation::Rigid,
+                },
+            },
+            CaseMethod::Multiplier => Method::Multiplier(MultiplierMethod {
+                interpolation: match given.interpolation {
+                    CaseInterpolation::Quadratic => Interpolation::Quadratic,
+                    CaseInterpolation::Multilinear => Interpolation::Multilinear,
+                },
+                spacing: given.point_spacing,
+                tolerance: given.tolerance,
+                iterations: given.iterations as usize,
+            }),
+        };
+        let forcing = Forcing { method, explicit: given.explicit_forcing };
+        let bodies = Resolved::new(flow, forcing).map_err(|e| case.about("fluid.cells", e.to_string()))?;
+        let surroundings = Surroundings { density: flow.setup.density, active: bodies.subgrid.active };
+        Ok(Self { bodies, is_fixed: case.holds_particles(), surroundings })
+    }
+
+    /// Surface of the largest sphere about a particle of some kinds, in squares of a cell's width (-).
+    pub fn largest_surface(&self, catalogue: &Catalogue, kinds: &[KindRange]) -> f64 {
+        let width = self.bodies.subgrid.cell_volume().cbrt();
+        let radius = |k: &KindRange| catalogue.shape(k.kind).bounding_radius * k.largest / width;
+        4.0 * PI * kinds.iter().map(radius).fold(0.0, f64::max).powi(2)
+    }
+
+    /// Takes the particles where they are; collective.
+    pub fn place(&mut self, dem: &Dem, flow: &mut Flow, transport: &MpiTransport) {
+        let catalogue = &dem.setup.catalogue;
+        self.bodies.place(bodies(&dem.particles, catalogue), &catalogue.shapes, flow, transport);
+    }
+
+    /// Adds what the flow does to the loads of the particles, in each of their steps.
+    pub fn add_loads(&self, dem: &mut Dem) {
+        self.surroundings.add_loads(dem);
+    }
+
+    /// Makes fluid and particles follow each other after a step of the fluid `dt` (s); collective.
+    ///
+    /// # Errors
+    /// Multipliers that were not found.
+    pub fn follow(
+        &mut self,
+        dem: &mut Dem,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let motions = (!self.is_fixed).then(|| self.surroundings.motions(dem, dt));
+        let actions = self.bodies.follow(motions.as_deref(), flow, dt, transport);
+        let failed = |e: FollowError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+        let actions = agreed(transport, actions.map_err(failed))?;
+        if motions.is_some() {
+            self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);
+        } else {
+            Surroundings::note(dem, &actions, dt);
+        }
+        Ok(())
+    }
+
+    /// Void fraction (-), flux of solid volume along x, y, z (m⁴/s per cell) and solid volume (m³) of the own cells.
+    pub fn void_and_flux(&self, dem: &Dem) -> [Field<Centre>; 5] {
+        let (layout, cell) = (self.bodies.subgrid.layout, self.bodies.subgrid.cell_volume());
+        let mut fields: [Field<Centre>; 5] = std::array::from_fn(|_| Field::new(layout));
+        self.bodies.for_each_solid(&dem.setup.catalogue.shapes, |place, volume, velocity| {
+            (0..3).for_each(|a| fields[1 + a].data_mut()[place] += volume * velocity[a]);
+            fields[4].data_mut()[place] += volume;
+        });
+        let [void, .., solid] = &mut fields;
+        // Where bodies overlap there is no less than nothing.
+        let pairs = void.data_mut().iter_mut().zip(solid.data());
+        pairs.for_each(|(void, solid)| *void = (1.0 - solid / cell).max(0.0));
+        fields
+    }
+}

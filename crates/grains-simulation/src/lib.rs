@@ -1,0 +1,91 @@
+//! A simulation from its case: particles, walls and fluid on all ranks, its files, and what it will cost.
+//!
+//! ```no_run
+//! use grains_simulation::{Options, RunError, Simulation, Status, load, start};
+//!
+//! fn main() -> Result<(), RunError> {
+//!     let job = start()?;
+//!     let case = load("cases/silo/quick.toml".as_ref(), &job)?;
+//!     let mut silo = Simulation::new(&case, &job, Options::default())?;
+//!     silo.run_to(1.5)?;
+//!     let fastest = silo.particles().map(|p| p.velocity().norm()).fold(0.0, f64::max);
+//!     println!("t = {} s: up to {fastest} m/s here", silo.time());
+//!     while silo.step()? == Status::Running {}
+//!     let summary = silo.close()?;
+//!     println!("{} particles in {} s", summary.inside, summary.seconds);
+//!     Ok(())
+//! }
+//! ```
+//!
+//! What is told on the way goes to [`log`], on one rank. An error is one of all ranks; those that did not meet it have no text.
+
+mod changes;
+pub mod check;
+mod composites;
+mod cost;
+mod duration;
+mod error;
+#[cfg(test)]
+mod extreme_numbers;
+mod files;
+mod fluid;
+mod geometry;
+mod lock;
+mod plausibility;
+mod population;
+mod random;
+mod restart;
+mod schedule;
+mod simulation;
+mod summary;
+mod system;
+mod timestep;
+mod views;
+mod wall_surfaces;
+
+pub use duration::duration;
+pub use error::{ErrorKind, RunError, agreed};
+pub use files::Row;
+pub use fluid::{FluidPhase, FluidProgress};
+pub use grains_case::Case;
+pub use grains_comm::Job;
+pub use grains_dem::Motion;
+pub use simulation::{Options, Simulation, Status};
+pub use summary::{FluidSummary, PhaseTime, Progress, Summary};
+pub use system::catalogue;
+pub use views::{ParticleView, WallView};
+
+use grains_domain::Transport;
+use std::path::Path;
+
+/// Starts MPI, once in a process; a panic on any rank from here on ends all ranks instead of hanging them.
+///
+/// A program started without mpirun is a job of one rank.
+///
+/// # Errors
+/// MPI that runs already.
+pub fn start() -> Result<Job, RunError> {
+    Job::start(grains_geometry::catches_panics).map_err(RunError::files)
+}
+
+/// The case of a file on every rank: rank 0 reads the text, all ranks check it alike; collective.
+///
+/// # Errors
+/// A file that cannot be read, or a case that is wrong: where, what and the remedy.
+pub fn load(path: &Path, job: &Job) -> Result<Case, RunError> {
+    let is_first = job.transport().rank() == 0;
+    let text = is_first.then(|| match std::fs::read_to_string(path) {
+        Ok(text) if text.trim().is_empty() => Err(format!("{}: the case file is empty", path.display())),
+        Ok(text) => Ok(text),
+        // It says what is wrong, and which file may have been meant.
+        Err(e) => Err(Case::load(path).err().map_or(e.to_string(), |errors| errors.to_string())),
+    });
+    let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
+    let base = path.parent().unwrap_or(Path::new(""));
+    let case = Case::parse(&text, &path.display().to_string(), base);
+    let case = agreed(job.transport(), case.map_err(|e| RunError::case(e.to_string())))?;
+    if is_first {
+        case.warnings.iter().for_each(|w| log::warn!("{w}"));
+    }
+    Ok(case)
+}

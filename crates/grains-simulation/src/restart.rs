@@ -1,0 +1,425 @@
+//! The state of a run as the arrays of a checkpoint, and back.
+
+use crate::changes::{self, Change};
+use crate::error::RunError;
+use crate::fluid::FluidPhase;
+use crate::population::Population;
+use grains_case::Case;
+use grains_comm::MpiTransport;
+use grains_dem::{
+    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, inertia,
+    other_half_step, renumber_walls,
+};
+use grains_domain::Transport;
+use grains_geometry::Vec3;
+use grains_output::{Array, CheckpointFile, Metadata, Values, from_rank, latest_valid};
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// Texts of a checkpoint: its input files, the walls' places, and what restarts have changed.
+pub const INPUTS: &str = "inputs";
+const WALLS: &str = "walls";
+pub const HISTORY: &str = "changes";
+
+/// Arrays and texts of a checkpoint.
+pub type State = (Vec<Array>, Metadata);
+
+/// The state of this rank; what contacts remember is that before those of the present step are evaluated.
+pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> State {
+    let crossings = dem.crossings(transport);
+    let (lengths, memory) = dem.packed_memory();
+    let mut records = Vec::new();
+    for i in 0..dem.particles.owned {
+        let mut record = dem.particles.record(i);
+        record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
+        record.write(&mut records);
+    }
+    let array = |name, width, values| Array { name, unit: "SI", width, values };
+    let mut arrays = vec![
+        array("particle", ParticleRecord::LENGTH, Values::Real(records)),
+        array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
+        array("memory", 1, Values::Real(memory)),
+    ];
+    if dem.particles.is_carrying() {
+        arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
+    }
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];
+    transport.sum_counts(&mut ledger);
+    let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
+    let passed: Vec<String> =
+        crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
+    let texts = vec![
+        ("step".into(), dem.step.to_string()),
+        ("time".into(), format!("{:?}", dem.time())),
+        ("dt".into(), format!("{:x}", dem.setup.rates.dt.to_bits())),
+        ("ledger".into(), list(&ledger.map(|n| n as i64))),
+        (
+            "origin".into(),
+            format!("{} {:x}", dem.origin.step, dem.origin.time.to_bits()),
+        ),
+        ("insertions".into(), population.progress()),
+        (WALLS.into(), walls(dem)),
+        ("crossings".into(), passed.join(" ")),
+        (
+            "particle_columns".into(),
+            "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg)".into(),
+        ),
+    ];
+    (arrays, texts)
+}
+
+/// A line per wall: its pose, and its place before it moves if it is not that of the case.
+fn walls(dem: &Dem) -> String {
+    let numbers = |place: &WallPlace| place.numbers().map(|x| format!("{:x}", x.to_bits())).join(" ");
+    let line = |(state, place): (&WallState, &Option<WallPlace>)| {
+        format!("{};{}\n", numbers(&state.pose()), place.as_ref().map(numbers).unwrap_or_default())
+    };
+    dem.wall_states().iter().zip(&dem.wall_places).map(line).collect()
+}
+
+/// What a run that continues a checkpoint has found.
+pub struct Continued {
+    /// What differs from the case of the checkpoint.
+    pub changes: Vec<String>,
+    /// These and those of earlier restarts, with their steps; empty if there are none.
+    pub history: String,
+    /// Whether the checkpoint lies in the directory of this run, whose files it then continues.
+    pub is_own: bool,
+    /// Whether the fluid is new: the checkpoint holds particles alone.
+    pub is_fluid_new: bool,
+}
+
+/// Takes the state of a checkpoint: a file, or the newest valid one of a folder (`latest`: of the output directory).
+///
+/// The case may differ where the state has a meaning in it; all that differs is said. Walls, insertions, shapes, materials and
+/// flow planes are known by their names:
+/// - A wall of the same form keeps what its contacts remember. If its motion differs it stays where it is, and goes on from there
+///   as the new motion does. One of another form or name is where the case says, and its contacts begin anew.
+/// - An insertion goes on after the particles it has inserted; one with a new name begins, now at the earliest.
+///
+/// # Errors
+/// No valid checkpoint, or one whose particles or fluid do not fit the case.
+pub fn restore(
+    case: &Case,
+    transport: &MpiTransport,
+    checkpoint: &Path,
+    (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
+    population: &mut Population,
+) -> Result<Continued, RunError> {
+    let is_first = transport.rank() == 0;
+    let file = open(case, transport, checkpoint)?;
+    let numbers = |name: &str| -> Vec<i64> {
+        file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()
+    };
+    let refuse = |why: String| RunError::case(format!("{} cannot be continued: {why}", file.path.display()));
+    let [before, now] = known_cases(case, &file, transport).map_err(refuse)?;
+    let changes = changes::changes(&before, &now);
+    let step = numbers("step").first().map_or(0, |&s| s as u64);
+    let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
+    let numbering = Numbering::new(&before, &now, &changes);
+    check_state(&file, dem, (&before, &now, &changes), &numbering, population, transport).map_err(refuse)?;
+    place_walls(dem, &file, (&before, &now, &changes), &numbering);
+    let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
+    population.restore(&before, progress, &changes, time);
+    for row in owned_rows(&file, dem, transport)? {
+        let mut record = row.record;
+        let kind = record.body.kind;
+        record.body.kind = numbering.kind(kind).unwrap_or(kind);
+        if ratio != 1.0 {
+            change_step(&mut record, dem, ratio);
+        }
+        match numbering.keeps_walls() {
+            true => dem.restore(&record, &row.memory),
+            false => dem.restore(&record, &renumber_walls(&row.memory, |wall| numbering.wall(wall))),
+        }
+        if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
+            *place = cargo;
+        }
+    }
+    dem.announce_insertion();
+    let has_fluid = before.contains_key("fluid");
+    if let Some(fluid) = fluid {
+        match has_fluid {
+            true => fluid.restore(&file, dem, transport)?,
+            false => fluid.begin_at(dem),
+        }
+        fluid.change_step(dem.step, ratio);
+    }
+    if is_first {
+        let ledger = numbers("ledger");
+        (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
+        dem.report.cores_met = ledger.get(2).map_or(0, |&count| count as u64);
+        let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
+        let counts: Vec<(i64, f64)> = words
+            .chunks_exact(2)
+            .map(|w| (w[0].parse().unwrap_or(0), f64::from_bits(u64::from_str_radix(w[1], 16).unwrap_or(0))))
+            .collect();
+        // A plane that lies elsewhere counts anew.
+        let planes = changes::names(&before, "flow_plane");
+        let counted = |plane: &FlowPlane| {
+            let is_moved = changes.iter().any(|change| change.is_within(&["flow_plane", &plane.name]));
+            let old = planes.iter().position(|name| *name == plane.name).filter(|_| !is_moved);
+            old.and_then(|old| counts.get(old).copied()).unwrap_or_default()
+        };
+        let counts: Vec<(i64, f64)> = dem.setup.planes.iter().map(counted).collect();
+        dem.restore_crossings(&counts);
+    }
+    let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
+    if ratio != 1.0 {
+        told.push(format!("time step {:e} s, was {:e} s", dem.setup.rates.dt, dem.setup.rates.dt / ratio));
+    }
+    if is_first {
+        log::info!("continuing from {}", file.path.display());
+        if !told.is_empty() {
+            log::info!("its case differs from this one:");
+            told.iter().for_each(|change| log::info!("  {change}"));
+        }
+    }
+    let mut history = file.text(HISTORY).unwrap_or("").to_string();
+    told.iter().for_each(|change| history += &format!("from step {step}, t = {time:?} s: {change}\n"));
+    let is_own = transport.any(is_first && lies_in(&file.path, &case.output.directory));
+    Ok(Continued { changes: told, history, is_own, is_fluid_new: fluid.is_some() && !has_fluid })
+}
+
+/// Whether a file lies in a folder, by whatever paths both are named.
+fn lies_in(file: &Path, folder: &Path) -> bool {
+    let parent = file.canonicalize().ok().and_then(|path| Some(path.parent()?.to_path_buf()));
+    parent.is_some() && parent == folder.canonicalize().ok()
+}
+
+fn open(case: &Case, transport: &MpiTransport, checkpoint: &Path) -> Result<CheckpointFile, RunError> {
+    let communicator = transport.communicator();
+    let folder = match checkpoint {
+        latest if latest == Path::new("latest") => Some(case.output.directory.as_path()),
+        folder => transport.any(transport.rank() == 0 && folder.is_dir()).then_some(folder),
+    };
+    let Some(folder) = folder else { return Ok(CheckpointFile::read(checkpoint, communicator)?) };
+    let (file, refused) = latest_valid(folder, communicator)?;
+    if transport.rank() == 0 {
+        refused.iter().for_each(|e| log::warn!("{e}"));
+    }
+    Ok(file)
+}
+
+/// The case of the checkpoint and that of the run, their files known by content; rank 0 alone reads these.
+fn known_cases(case: &Case, file: &CheckpointFile, transport: &MpiTransport) -> Result<[Table; 2], String> {
+    let text = case.to_toml();
+    let own = if transport.rank() == 0 { changes::inputs(&text).unwrap_or_default() } else { String::new() };
+    let inputs = from_rank(transport.communicator(), 0, &own);
+    let before = changes::known(file.text("case").unwrap_or(""), file.text(INPUTS).unwrap_or(""))?;
+    Ok([before, changes::known(&text, &inputs)?])
+}
+
+/// Sets the clock of the checkpoint, from which time goes on with the time step of the case; returns the time (s) and the ratio of
+/// the time step to that before.
+fn continue_clock(dem: &mut Dem, file: &CheckpointFile, step: u64) -> Option<(f64, f64)> {
+    let real = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+    let (before, now) = (file.text("dt").and_then(real)?, dem.setup.rates.dt);
+    let origin = file.text("origin").and_then(|text| {
+        let (step, time) = text.split_once(' ')?;
+        Some(Origin { step: step.parse().ok()?, time: real(time)? })
+    });
+    let origin = origin.unwrap_or_default();
+    let time = origin.time_of(step, before);
+    dem.origin = if before == now { origin } else { Origin { step, time } };
+    dem.resume_at(step);
+    Some((time, if before == now { 1.0 } else { now / before }))
+}
+
+/// Velocities half a step before the present, for a time step that is `ratio` times that before.
+fn change_step(record: &mut ParticleRecord, dem: &Dem, ratio: f64) {
+    let body = &record.body;
+    let spin = match dem.setup.catalogue.shape(body.kind).is_sphere() {
+        true => body.angular_velocity,
+        false => {
+            let turn = &record.orientation;
+            let own = turn.inverse_transform_vector(&body.angular_velocity);
+            turn.transform_vector(&own.component_mul(&inertia(&dem.setup.catalogue, body)))
+        }
+    };
+    record.half_velocity = other_half_step(body.velocity, record.half_velocity, ratio);
+    record.half_spin = other_half_step(spin, record.half_spin, ratio);
+}
+
+/// What the numbers of shapes, materials and walls in a checkpoint are in the case.
+struct Numbering {
+    shapes: Vec<Option<u16>>,
+    materials: Vec<Option<u16>>,
+    /// Walls of another form have none.
+    walls: Vec<Option<u16>>,
+    has_same_walls: bool,
+}
+
+impl Numbering {
+    fn new(before: &Table, now: &Table, changes: &[Change]) -> Self {
+        let of = |section: &str| -> Vec<Option<u16>> {
+            let names = changes::names(now, section);
+            let place = |name: &String| names.iter().position(|n| n == name).map(|k| k as u16);
+            changes::names(before, section).iter().map(place).collect()
+        };
+        // Neither when a wall is there, nor how it moves, nor what it is of changes where particles touch it.
+        let is_formed_otherwise = |name: &str| {
+            let of_wall = |change: &&Change| change.is_within(&["wall", name]);
+            let other = ["motion", "from", "until", "material"];
+            changes.iter().filter(of_wall).any(|c| c.key.get(2).is_none_or(|key| !other.contains(&&**key)))
+        };
+        let names = changes::names(before, "wall");
+        let walls = of("wall").into_iter().zip(&names);
+        let walls: Vec<_> =
+            walls.map(|(number, name)| number.filter(|_| !is_formed_otherwise(name))).collect();
+        let has_same_walls = walls.iter().enumerate().all(|(k, number)| *number == Some(k as u16));
+        Self { shapes: of("shape"), materials: of("material"), walls, has_same_walls }
+    }
+
+    fn kind(&self, old: Kind) -> Option<Kind> {
+        let of = |list: &[Option<u16>], number: u16| list.get(usize::from(number)).copied().flatten();
+        Some(Kind { shape: of(&self.shapes, old.shape)?, material: of(&self.materials, old.material)? })
+    }
+
+    fn wall(&self, old: u16) -> Option<u16> {
+        self.walls.get(usize::from(old)).copied().flatten()
+    }
+
+    fn keeps_walls(&self) -> bool {
+        self.has_same_walls
+    }
+}
+
+/// Refuses a state that has no meaning in the case.
+fn check_state(
+    file: &CheckpointFile,
+    dem: &Dem,
+    (before, now, changes): (&Table, &Table, &[Change]),
+    numbering: &Numbering,
+    population: &Population,
+    transport: &MpiTransport,
+) -> Result<(), String> {
+    let box_keys = [["domain", "lower"], ["domain", "upper"], ["domain", "periodic"]];
+    if let Some(change) = changes.iter().find(|c| box_keys.iter().any(|key| c.is_within(key))) {
+        return Err(format!(
+            "{change}: positions have a meaning in their box alone; insert the particles of a snapshot instead (insert.place = {{ kind = \"file\", path = \"....vtkhdf\" }})"
+        ));
+    }
+    let tables = [before, now].map(|case| case.get("fluid").and_then(Value::as_table));
+    if let [Some(old), Some(new)] = tables {
+        let grid =
+            changes.iter().find(|c| ["cells", "refinement"].iter().any(|k| c.is_within(&["fluid", k])));
+        let modes = ["coupling", "resolved"].iter().find(|k| old.contains_key(**k) != new.contains_key(**k));
+        let particles = [before, now].map(|case| changes::names(case, "insert").is_empty());
+        let other = grid.map(ToString::to_string).or(modes.map(|mode| format!("fluid.{mode} comes or goes")));
+        let other =
+            other.or((particles[0] != particles[1]).then(|| "particles come to a fluid alone, or go".into()));
+        if let Some(other) = other {
+            return Err(format!(
+                "{other}: the fields have a meaning on their grid alone; continue without [fluid] first, and from there with the new one"
+            ));
+        }
+    }
+    // Of each kind in the state the negative smallest and the largest radius (m).
+    let (shapes, materials) = (numbering.shapes.len(), numbering.materials.len());
+    let mut used = vec![[f64::NEG_INFINITY; 2]; shapes * materials];
+    for row in file.real("particle").map_err(|e| e.to_string())?.chunks_exact(ParticleRecord::LENGTH) {
+        let body = ParticleRecord::read(row).body;
+        let place = usize::from(body.kind.shape) * materials + usize::from(body.kind.material);
+        let entry = used.get_mut(place).ok_or("it holds particles of shapes that its case has not")?;
+        *entry = [entry[0].max(-body.radius), entry[1].max(body.radius)];
+    }
+    transport.max(used.as_flattened_mut());
+    let names = ["shape", "material"].map(|section| changes::names(before, section));
+    for (place, [smallest, largest]) in used.into_iter().enumerate().filter(|(_, [_, r])| r.is_finite()) {
+        let old = Kind { shape: (place / materials) as u16, material: (place % materials) as u16 };
+        let (shape, material) = (&names[0][usize::from(old.shape)], &names[1][usize::from(old.material)]);
+        let differs = |section: &str, name: &str| changes.iter().find(|c| c.is_within(&[section, name]));
+        if let Some(change) = differs("shape", shape).or(differs("material", material)) {
+            return Err(format!(
+                "{change}: particles of it are there, and would not be what they were; give a new shape or material another name"
+            ));
+        }
+        let kind = numbering.kind(old).ok_or("a name of a shape or material is lost")?;
+        let unit = dem.setup.catalogue.shape(kind).bounding_radius;
+        let (smallest, largest) = (-smallest / unit, largest / unit);
+        if !population.covers(kind, smallest, largest) {
+            return Err(format!(
+                "particles of shape `{shape}` and material `{material}`, of scales {smallest:.6} to {largest:.6}, are there, and no [[insert]] of the case names them: keep the one that brought them; what an insertion of the same name has inserted does not come again"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Gives the walls the places they had; one whose motion differs stays where it is.
+fn place_walls(
+    dem: &mut Dem,
+    file: &CheckpointFile,
+    (_, _, changes): (&Table, &Table, &[Change]),
+    numbering: &Numbering,
+) {
+    let place = |words: &str| {
+        let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+        let numbers: Vec<f64> = words.split_whitespace().map(bits).collect::<Option<_>>()?;
+        Some(WallPlace::from_numbers(&numbers.try_into().ok()?))
+    };
+    let time = dem.time();
+    for (old, line) in file.text(WALLS).unwrap_or("").lines().enumerate() {
+        let Some(number) = numbering.wall(old as u16).map(usize::from) else { continue };
+        let wall = &dem.setup.walls[number];
+        let is_moved = changes.iter().any(|change| change.is_within(&["wall", &wall.name, "motion"]));
+        let (pose, own) = line.split_once(';').unwrap_or((line, ""));
+        dem.wall_places[number] = match (is_moved, place(pose)) {
+            (true, Some(pose)) => WallPlace::between(&wall.motion.at(time), &pose),
+            _ => place(own),
+        };
+    }
+    dem.resume_at(dem.step);
+}
+
+/// A particle of a checkpoint.
+struct Row {
+    record: ParticleRecord,
+    /// What a coupling lets it carry.
+    cargo: Option<Cargo>,
+    /// What its contacts remember.
+    memory: Vec<f64>,
+}
+
+/// The particles this rank owns.
+fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
+    let records = file.real("particle")?;
+    let lengths = file.integer("memory_length")?;
+    let remembered = lengths.iter().sum::<i64>() as usize;
+    let memory = file.next_rows("memory", remembered, transport.communicator())?;
+    // Rows of the same particles lie on the same ranks in all arrays.
+    let is_coupled = dem.particles.is_carrying() && file.has("cargo");
+    let cargo = if is_coupled { file.real("cargo")? } else { &[] };
+    let width = if is_coupled { CARGO_LENGTH } else { 0 };
+    let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    let mut rest = &memory[..];
+    for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
+        let (own, after) = rest.split_at(length as usize);
+        rest = after;
+        let record = ParticleRecord::read(row);
+        let owner = dem.decomposition.owner(record.body.position.into());
+        let message = sent.entry(owner).or_default();
+        message.push(length as f64);
+        message.extend_from_slice(row);
+        message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
+        message.extend_from_slice(own);
+    }
+    let mut rows = Vec::new();
+    for (_, message) in transport.exchange_sparse(sent.into_iter().collect()) {
+        let mut rest = &message[..];
+        while let Some((&length, after)) = rest.split_first() {
+            let (row, after) = after.split_at(ParticleRecord::LENGTH);
+            let (cargo, after) = after.split_at(width);
+            let (memory, after) = after.split_at(length as usize);
+            rows.push(Row {
+                record: ParticleRecord::read(row),
+                cargo: cargo.try_into().ok(),
+                memory: memory.to_vec(),
+            });
+            rest = after;
+        }
+    }
+    Ok(rows)
+}

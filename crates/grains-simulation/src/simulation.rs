@@ -1,0 +1,468 @@
+//! A simulation in progress, and the order of a step.
+//!
+//! ```text
+//! step n   insert what is due → migrate, update clones, rebuild lists → borders follow the work
+//!          → contact forces                                        loads at t_n
+//!          → write what is due at t_n, the checkpoint last
+//!          → fluid, if it is its turn → kick, drift                state at t_{n+1}
+//! ```
+//!
+//! A checkpoint of step n is the state of step n before its contacts are evaluated, since they change what contacts remember. It
+//! is written after all else that is due at step n. So the files of a directory are complete up to the step of each of its
+//! checkpoints, whenever a simulation is stopped or killed, and one that continues writes at this step only what the files lack.
+
+use crate::error::{RunError, agreed};
+use crate::files::Files;
+use crate::fluid::{self, FluidPhase};
+use crate::plausibility;
+use crate::population::Population;
+use crate::restart::{self, State};
+use crate::schedule::Schedule;
+use crate::summary::{Progress, Summary};
+use crate::system::{self, System};
+use crate::views::{ParticleView, WallView};
+use grains_case::Case;
+use grains_comm::{Job, MpiTransport};
+use grains_dem::{Dem, Failure, Motion, Phase};
+use grains_domain::Transport;
+use grains_fluid::Flow;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// How a simulation begins, and what it writes.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Checkpoint to continue from; `latest` for the last valid one of the case's output directory.
+    pub restart: Option<PathBuf>,
+    /// Whether it writes the files of the case's `[output]`.
+    pub writes_files: bool,
+    /// Name and version of the program, for its files.
+    pub program: String,
+    /// Options for PETSc.
+    pub petsc: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let program = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).into();
+        Self { restart: None, writes_files: true, program, petsc: Vec::new() }
+    }
+}
+
+/// Whether a simulation goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// There are more steps.
+    Running,
+    /// It has come to the end of the case, or its stop condition holds.
+    Finished,
+    /// It was asked to stop; its last checkpoint is of this step.
+    Stopped,
+}
+
+/// A simulation in progress on this rank; its methods are collective where they say so.
+pub struct Simulation {
+    case: Case,
+    dem: Dem,
+    /// Freed after the messages `dem` has prepared.
+    transport: MpiTransport,
+    fluid: Option<FluidPhase>,
+    population: Population,
+    files: Option<Files>,
+    schedule: Schedule,
+    petsc: Vec<String>,
+    begun: Instant,
+    first_step: u64,
+    /// Whether what is due at the present step is inserted: a checkpoint holds what was inserted at its step.
+    is_inserted: bool,
+    /// Whether the fluid begins with this simulation.
+    is_fluid_new: bool,
+    is_asked_to_stop: bool,
+    status: Status,
+    progress: Option<Progress>,
+}
+
+impl Simulation {
+    /// Builds a case on the ranks of a job, and fills it or takes a checkpoint; collective.
+    ///
+    /// # Errors
+    /// Anything wrong with the case, its files or the checkpoint.
+    pub fn new(case: &Case, job: &Job, options: Options) -> Result<Self, RunError> {
+        let (system, mut population) = build(case, job.transport())?;
+        let warnings = plausibility::warnings(case, &system, &population);
+        let System { setup, step } = system;
+        let transport = system::transport(case, &setup, job)?;
+        let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
+        if transport.rank() == 0 {
+            step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
+            log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
+        }
+        let Options { restart, writes_files, program, petsc } = options;
+        let mut fluid = FluidPhase::new(case, &petsc, &mut dem, population.kinds(), &transport)?;
+        let continued = match &restart {
+            Some(checkpoint) => {
+                let state = (&mut dem, &mut fluid);
+                Some(restart::restore(case, &transport, checkpoint, state, &mut population)?)
+            }
+            None => None,
+        };
+        let open = || Files::open(case, &program, &transport, continued.as_ref(), (&dem, &fluid));
+        let files = writes_files.then(open).transpose()?;
+        let schedule = match writes_files {
+            true => Schedule::new(case, dem.setup.rates.dt, &dem.origin),
+            false => Schedule::without_files(case, dem.setup.rates.dt, &dem.origin),
+        };
+        let first_step = dem.step;
+        let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
+        Ok(Self {
+            case: case.clone(),
+            transport,
+            dem,
+            fluid,
+            population,
+            files,
+            schedule,
+            petsc,
+            begun: Instant::now(),
+            first_step,
+            is_inserted: restart.is_some(),
+            is_fluid_new,
+            is_asked_to_stop: false,
+            status: Status::Running,
+            progress: None,
+        })
+    }
+
+    /// One step, with what is to be written before it; collective.
+    ///
+    /// # Errors
+    /// A state that can no longer be trusted, or a file that cannot be written.
+    pub fn step(&mut self) -> Result<Status, RunError> {
+        if self.status != Status::Running {
+            return Ok(self.status);
+        }
+        let step = self.dem.step;
+        let is_last = step >= self.schedule.end;
+        let is_saved = self.dem.interrupt || is_last || self.schedule.checkpoint.is_due(step);
+        let state = self.assemble(is_saved && step > self.first_step && self.files.is_some())?;
+        let is_met = self.observe(is_last);
+        let is_met = self.explained(is_met)?;
+        if let Some(state) = state {
+            self.checkpoint(state)?;
+        }
+        if is_last {
+            self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
+            self.status = Status::Finished;
+        } else if self.dem.interrupt {
+            self.status = Status::Stopped;
+        } else {
+            if is_met {
+                self.end_soon();
+            }
+            self.dem.interrupt = self.is_asked_to_stop;
+            self.advance()?;
+        }
+        Ok(self.status)
+    }
+
+    /// Steps up to the step nearest to a time (s), or to the end; collective.
+    ///
+    /// # Errors
+    /// As for [`Simulation::step`].
+    pub fn run_to(&mut self, time: f64) -> Result<Status, RunError> {
+        self.schedule.pause = self.dem.origin.step_at(time, self.dem.setup.rates.dt);
+        while self.dem.step < self.schedule.pause && self.status == Status::Running {
+            self.step()?;
+        }
+        Ok(self.status)
+    }
+
+    /// One step without looking at what is due: for timing; collective.
+    ///
+    /// # Errors
+    /// A state that can no longer be trusted.
+    pub fn step_unobserved(&mut self) -> Result<(), RunError> {
+        self.assemble(false)?;
+        self.advance()
+    }
+
+    /// Asks for the end, on any rank: the next step but one writes a checkpoint and is the last.
+    pub fn stop(&mut self) {
+        self.is_asked_to_stop = true;
+    }
+
+    /// Ends the simulation, with a checkpoint if it was still running, and says what it has done; collective.
+    ///
+    /// # Errors
+    /// As for [`Simulation::step`].
+    pub fn close(mut self) -> Result<Summary, RunError> {
+        if self.status == Status::Running && self.files.is_some() {
+            self.dem.interrupt = true;
+            self.step()?;
+        }
+        Ok(Summary::of(&mut self))
+    }
+
+    /// Inserts, migrates, balances and evaluates the contacts: the loads of the present step. The state for a checkpoint is taken
+    /// before the contacts, if it is asked for.
+    fn assemble(&mut self, is_saved: bool) -> Result<Option<State>, RunError> {
+        if !std::mem::take(&mut self.is_inserted) {
+            self.insert()?;
+        }
+        // Until the contacts of this step nothing looks at clones.
+        self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
+        if let Some(fluid) = &mut self.fluid {
+            fluid.note_passages(&mut self.dem);
+        }
+        self.follow_borders()?;
+        if std::mem::take(&mut self.is_fluid_new)
+            && let Some(fluid) = &mut self.fluid
+        {
+            fluid.begin(&self.dem, &self.transport)?;
+        }
+        let state = is_saved.then(|| self.state());
+        self.dem.add_forces(&self.transport);
+        Ok(state)
+    }
+
+    /// The step of the fluid if it is its turn, and that of the particles.
+    fn advance(&mut self) -> Result<(), RunError> {
+        let Self { fluid, dem, transport, schedule, .. } = self;
+        if let Some(fluid) = fluid {
+            fluid.act(dem, schedule.next(dem.step), transport)?;
+            if fluid.is_alone() {
+                // Nothing else moves: on to the next step of the fluid.
+                dem.resume_at(fluid.next_step);
+                dem.interrupt = transport.any(dem.interrupt);
+                return Ok(());
+            }
+        }
+        self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
+        match &mut self.fluid {
+            Some(fluid) => fluid.catch_up(&mut self.dem, &self.transport),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives each rank the cells of the fluid that lie within its borders, if they have moved.
+    fn follow_borders(&mut self) -> Result<(), RunError> {
+        let Self { case, dem, fluid, petsc, population, transport, files, .. } = self;
+        let moved = fluid::follow_borders(fluid, (case, petsc), dem, population.kinds(), transport)?;
+        match (fluid, files) {
+            (Some(fluid), Some(files)) if moved => files.divide(fluid),
+            _ => Ok(()),
+        }
+    }
+
+    /// The stop condition of the case holds: one more state is written, the last.
+    fn end_soon(&mut self) {
+        if self.transport.rank() == 0 {
+            log::info!("stop condition met at t = {:.6} s", self.dem.time());
+        }
+        // To the fluid a single step of the particles is too short.
+        let step = self.dem.step;
+        self.schedule.end = if self.fluid.is_some() { self.schedule.next(step) } else { step + 1 };
+    }
+
+    fn failed(&self, failure: Failure) -> RunError {
+        let message = match failure {
+            Failure::Here(error) => {
+                let (step, time, rank) = (self.dem.step, self.dem.time(), self.transport.rank());
+                format!("step {step} (t = {time:.6e} s), rank {rank}: {error}")
+            }
+            Failure::Elsewhere => String::new(),
+        };
+        RunError::unphysical(message)
+    }
+
+    fn insert(&mut self) -> Result<(), RunError> {
+        let inserted =
+            self.population.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
+        if !inserted {
+            return Ok(());
+        }
+        self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
+        let overlap = self.population.starting_overlap(&self.case, &self.dem);
+        match self.transport.any(overlap.is_some()) {
+            false => Ok(()),
+            true => Err(RunError::case(overlap.unwrap_or_default())),
+        }
+    }
+
+    /// The granular state of a checkpoint, to be taken before the contacts of its step.
+    fn state(&mut self) -> State {
+        self.dem.clock.start();
+        let state = restart::state(&mut self.dem, &self.population, &self.transport);
+        self.dem.clock.charge(Phase::Output);
+        state
+    }
+
+    fn checkpoint(&mut self, state: State) -> Result<(), RunError> {
+        let Self { fluid, files: Some(files), dem, transport, .. } = self else { return Ok(()) };
+        if let Some(fluid) = fluid {
+            fluid.settle_passages(transport)?;
+        }
+        dem.clock.start();
+        let written = files.checkpoint((dem, fluid), state, transport);
+        files.explained(written, transport)?;
+        dem.clock.charge(Phase::Output);
+        Ok(())
+    }
+
+    /// The outcome of writing; what fails because the directory is gone is told as that.
+    fn explained<T>(&self, outcome: Result<T, RunError>) -> Result<T, RunError> {
+        match &self.files {
+            Some(files) => files.explained(outcome, &self.transport),
+            None => outcome,
+        }
+    }
+
+    /// Writes what is due and not yet in the files; returns whether the case's stop condition holds.
+    fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
+        let Self { fluid, files: Some(files), dem, transport, schedule, case, population, .. } = self else {
+            return Ok(false);
+        };
+        let step = dem.step;
+        let (row, snapshot, surfaces, of_fluid) = (
+            schedule.series.is_due(step) || is_last,
+            schedule.particles.is_due(step) || is_last,
+            schedule.surfaces.is_due(step),
+            fluid.is_some() && (schedule.fluid.is_due(step) || is_last),
+        );
+        if !(row || snapshot || surfaces || of_fluid) {
+            return Ok(false);
+        }
+        dem.clock.start();
+        if let Err(error) = dem.check_ledger(transport) {
+            return Err(self.failed(Failure::Here(error)));
+        }
+        files.verify(transport)?;
+        if snapshot && case.output.particles > 0.0 {
+            files.snapshot(dem, transport)?;
+        }
+        if surfaces {
+            files.surfaces(dem)?;
+        }
+        if let Some(phase) = fluid {
+            if row {
+                phase.take_means(case, dem, transport)?;
+            }
+            if of_fluid {
+                files.fluid_snapshot(phase, dem, transport)?;
+            }
+        }
+        let mut is_met = false;
+        if row {
+            let of_fluid = fluid.as_ref().map_or(Vec::new(), |f| f.row(case, dem, transport));
+            let values = files.row(dem, &of_fluid, transport)?;
+            let (stop, all) = (&case.stop, population.total() as i64);
+            let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= all);
+            let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
+            is_met = population.is_complete() && dem.time() >= stop.after && (passed || settled);
+            self.progress = Some(Progress {
+                step,
+                time: dem.time(),
+                end: schedule.end,
+                totals: values,
+                fluid: fluid.as_ref().map(|fluid| fluid.progress(&of_fluid)),
+            });
+        }
+        self.dem.clock.charge(Phase::Output);
+        Ok(is_met)
+    }
+
+    /// Moves a wall otherwise from now on; it goes on from where it is. A restart continues with the motion of the case.
+    ///
+    /// All ranks must do so together.
+    ///
+    /// # Errors
+    /// A name of no wall.
+    pub fn set_wall_motion(&mut self, wall: &str, motion: Motion) -> Result<(), RunError> {
+        let walls = &self.dem.setup.walls;
+        let Some(k) = walls.iter().position(|w| w.name == wall) else {
+            let names: Vec<&str> = walls.iter().map(|w| w.name.as_str()).collect();
+            let message = format!("no wall is called `{wall}`; there are {}", names.join(", "));
+            return Err(RunError::case(message));
+        };
+        self.dem.set_wall_motion(k, motion);
+        Ok(())
+    }
+
+    /// The case.
+    pub fn case(&self) -> &Case {
+        &self.case
+    }
+
+    /// Time of the present state (s).
+    pub fn time(&self) -> f64 {
+        self.dem.time()
+    }
+
+    /// Steps of the particles so far, those before a restart included.
+    pub fn steps(&self) -> u64 {
+        self.dem.step
+    }
+
+    /// The particles of this rank.
+    pub fn particles(&self) -> impl Iterator<Item = ParticleView<'_>> {
+        (0..self.dem.particles.owned).map(|i| ParticleView::new(&self.dem, i))
+    }
+
+    /// The walls, with the loads by this rank's particles.
+    pub fn walls(&self) -> impl Iterator<Item = WallView<'_>> {
+        (0..self.dem.setup.walls.len()).map(|k| WallView::new(&self.dem, k))
+    }
+
+    /// The flow in the cells of this rank, if there is a fluid.
+    pub fn flow(&self) -> Option<&Flow> {
+        self.fluid.as_ref().map(|fluid| &fluid.flow)
+    }
+
+    /// The fluid phase, if there is one.
+    pub fn fluid(&self) -> Option<&FluidPhase> {
+        self.fluid.as_ref()
+    }
+
+    /// The granular phase of this rank.
+    pub fn dem(&self) -> &Dem {
+        &self.dem
+    }
+
+    /// Forgets the times spent so far.
+    pub fn reset_clock(&mut self) {
+        self.dem.clock = grains_dem::Clock::default();
+    }
+
+    /// Messages among the ranks of the simulation.
+    pub fn transport(&self) -> &MpiTransport {
+        &self.transport
+    }
+
+    /// The insertions.
+    pub(crate) fn population(&self) -> &Population {
+        &self.population
+    }
+
+    /// The last row of the time series, if there is one.
+    pub fn progress(&self) -> Option<&Progress> {
+        self.progress.as_ref()
+    }
+
+    /// Steps done since the simulation was built.
+    pub fn steps_done(&self) -> u64 {
+        self.dem.step - self.first_step
+    }
+
+    /// Wall-clock time since the simulation was built (s).
+    pub fn seconds(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+}
+
+/// The system of a case and its insertions; collective, each rank reads its share of their files.
+fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), RunError> {
+    let catalogue = agreed(world, system::catalogue(case).map_err(RunError::case))?;
+    let population = Population::read(case, &catalogue, world)?;
+    let system = system::build(case, world.size(), catalogue, population.kinds());
+    Ok((agreed(world, system.map_err(RunError::case))?, population))
+}

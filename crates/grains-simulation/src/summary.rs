@@ -1,0 +1,158 @@
+//! What a simulation tells of itself: while it runs, and at its end.
+
+use crate::cost::peak_memory;
+use crate::files::Row;
+use crate::fluid::{FluidPhase, FluidProgress};
+use crate::simulation::Simulation;
+use grains_dem::Phase;
+use grains_domain::Transport;
+
+/// Where a simulation is, at a row of its time series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// Step of the particles.
+    pub step: u64,
+    /// Time (s).
+    pub time: f64,
+    /// The last step.
+    pub end: u64,
+    /// Sums and extremes over all particles.
+    pub totals: Row,
+    /// The fluid, if there is one.
+    pub fluid: Option<FluidProgress>,
+}
+
+/// Time spent in a part of the step over the ranks (s).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseTime {
+    /// Its name.
+    pub name: String,
+    /// Least.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Most.
+    pub max: f64,
+}
+
+/// What the fluid of a simulation has done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidSummary {
+    /// Steps.
+    pub steps: u64,
+    /// Iterations for the pressure in all steps.
+    pub iterations: u64,
+    /// Cells.
+    pub cells: usize,
+    /// Time in its steps on this rank (s).
+    pub seconds: f64,
+    /// Whether nothing moved but the fluid.
+    pub is_alone: bool,
+}
+
+/// What a simulation has done, on all ranks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Ranks.
+    pub ranks: usize,
+    /// Wall-clock time (s).
+    pub seconds: f64,
+    /// Steps of the particles.
+    pub steps: u64,
+    /// Times by part of the step.
+    pub phases: Vec<PhaseTime>,
+    /// Memory at the peak (bytes): of all ranks, and of the largest.
+    pub memory: [f64; 2],
+    /// Particles inserted since the case began, inside now, and gone through outlets.
+    pub inserted: u64,
+    /// Particles inside.
+    pub inside: u64,
+    /// Particles that left through outlets.
+    pub left: u64,
+    /// Fewest and most particles of a rank.
+    pub per_rank: [u64; 2],
+    /// Work of the busiest rank over the mean (-).
+    pub imbalance: f64,
+    /// How often borders between ranks moved.
+    pub moves: u64,
+    /// How often neighbour lists were built.
+    pub rebuilds: u64,
+    /// Contacts whose shrunken cores met.
+    pub cores_met: u64,
+    /// Largest overlap over the inscribed radius (-).
+    pub worst_overlap: f64,
+    /// Hard collisions, those of bodies at rest on each other among them, and rounds in which they were worked off.
+    pub collisions: [u64; 3],
+    /// Insertions that are not complete, and how many particles each lacks.
+    pub missing: Vec<(String, u64)>,
+    /// The fluid, if there is one.
+    pub fluid: Option<FluidSummary>,
+}
+
+impl Summary {
+    /// That of a simulation; collective.
+    pub(crate) fn of(simulation: &mut Simulation) -> Self {
+        let (dem, transport) = (simulation.dem(), simulation.transport());
+        let ranks = transport.size();
+        let phases = Phase::ALL.iter().zip(dem.clock.seconds()).map(|((_, name), &s)| (name.to_string(), s));
+        let parts: Vec<(String, f64)> =
+            phases.chain(simulation.fluid().into_iter().flat_map(FluidPhase::times)).collect();
+        let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
+        let mut sums = seconds.clone();
+        transport.sum(&mut sums);
+        // Most of each and, as the most of the negative, least.
+        let mut spans: Vec<f64> = seconds.iter().flat_map(|&s| [s, -s]).collect();
+        transport.max(&mut spans);
+        let report = &dem.report;
+        let own = [dem.particles.owned as u64, dem.work()];
+        let mut counts = [
+            own[0],
+            own[1],
+            dem.ledger.inserted,
+            dem.ledger.left,
+            report.cores_met,
+            report.collisions,
+            report.resting_collisions,
+        ];
+        transport.sum_counts(&mut counts);
+        let [inside, work, inserted, left, cores_met, collisions, resting] = counts;
+        let mut extremes = [own[0] as f64, -(own[0] as f64), report.worst_overlap, own[1] as f64];
+        transport.max(&mut extremes);
+        let peak = peak_memory().unwrap_or(f64::NAN);
+        let (mut memory, mut largest) = ([peak], [peak]);
+        transport.sum(&mut memory);
+        transport.max(&mut largest);
+        let phases = parts.into_iter().enumerate().map(|(k, (name, _))| PhaseTime {
+            name,
+            min: -spans[2 * k + 1],
+            mean: sums[k] / ranks as f64,
+            max: spans[2 * k],
+        });
+        let fluid = simulation.fluid().map(|fluid| FluidSummary {
+            steps: fluid.steps,
+            iterations: fluid.iterations,
+            cells: fluid.flow.setup.grid.cells().iter().product(),
+            seconds: fluid.seconds[0],
+            is_alone: fluid.is_alone(),
+        });
+        Self {
+            ranks,
+            seconds: simulation.seconds(),
+            steps: simulation.steps_done(),
+            phases: phases.collect(),
+            memory: [memory[0], largest[0]],
+            inserted,
+            inside,
+            left,
+            per_rank: [-extremes[1] as u64, extremes[0] as u64],
+            imbalance: extremes[3] * ranks as f64 / (work as f64).max(1.0),
+            moves: report.moves,
+            rebuilds: report.rebuilds,
+            cores_met,
+            worst_overlap: extremes[2],
+            collisions: [collisions, resting, report.rounds],
+            missing: simulation.population().missing().map(|(name, n)| (name.to_string(), n)).collect(),
+            fluid,
+        }
+    }
+}
