@@ -90,6 +90,36 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
     assert_close(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &times, 1e-12, "times");
 }
 
+/// A step of the fluid is shorter than the particle steps given where the Courant number asks for it, and says so once; where
+/// one step of the particles is too long already the run says which key must change.
+#[test]
+fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
+    let home = folder("fluid_courant");
+    let with_steps = replaced(&case("bed.toml"), "model = \"A\", ", "model = \"A\", particle_steps = 300, ");
+    let output = run_case(2, &home, &with_steps, &[]).succeeded();
+    let told =
+        output.stderr.matches("(fluid.coupling.particle_steps) would pass fluid.courant = 0.25").count();
+    assert_eq!(told, 1, "{}", output.stderr);
+    // By the velocity at the beginning of a step; at its end that may be a little faster.
+    let largest = series(&home.join("results")).column("fluid_courant").into_iter().fold(0.0, f64::max);
+    assert!(largest > 0.1 && largest < 0.3, "Courant number {largest}");
+    let home = folder("fluid_courant_refused");
+    let too_long =
+        replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncourant = 1e-3\n");
+    let output = run_case(2, &home, &too_long, &[]);
+    let message = output.only_error(3);
+    for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.courant = 0.001 allows", "take time.dt = "] {
+        assert!(message.contains(words), "`{words}`: {message}");
+    }
+    // What it says does it.
+    let most = message.split("take time.dt = ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+    let home = folder("fluid_courant_followed");
+    let shorter = replaced(&too_long, "dt = 1e-5", &format!("dt = {most}"));
+    let shorter =
+        replaced(&shorter, "end = 0.03", "end = 1e-5").replace("checkpoint = 0.015", "checkpoint = 0");
+    run_case(2, &home, &shorter, &[]).succeeded();
+}
+
 #[test]
 fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_resolved"), case("resolved.toml"));
@@ -647,6 +677,9 @@ fn what_cannot_be_computed_is_refused_with_one_message() {
     let petsc = "[fluid.pressure]\nmethod = \"petsc\"\noptions = \"-ksp_tpye cg\"\n\n[fluid.output]\n";
     let option = refused("fluid_option", "duct.toml", ("[fluid.output]\n", petsc), 2);
     assert!(option.contains("ksp_tpye"), "{option}");
+    let formula = "\"0.05 * sin(2 * pi * z / 0.2) * x / 0.1\"";
+    let none = refused("fluid_no_number", "duct.toml", (formula, "\"sqrt(x - 0.05)\""), 2);
+    assert!(none.contains("fluid.initial.velocity[1]") && none.contains("the formula is NaN at ["), "{none}");
     let few = "[fluid.pressure]\nmethod = \"petsc\"\ntolerance = 1e-12\niterations = 1\n\n[fluid.output]\n";
     let stuck = refused("fluid_stuck", "duct.toml", ("[fluid.output]\n", few), 3);
     assert!(stuck.contains("after 1 iterations"), "{stuck}");

@@ -3,7 +3,7 @@
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
 use crate::flow::{Drive, Flow, StepReport, close_faces};
-use crate::mixture::StepInputs;
+use crate::mixture::{Mixture, StepInputs};
 use crate::momentum::{
     Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, advance_outlets, imposed_increments,
 };
@@ -38,12 +38,13 @@ impl Flow {
                 .set_coefficients(&mixture.coefficients, transport)
                 .map_err(|source| StepError::Pressure { step, source })?;
         }
+        let before = self.driven_means(transport);
         self.predict(dt);
         self.clock.book(Phase::Momentum);
         self.diffuse(dt, transport);
         self.add_increments();
         self.clock.book(Phase::Diffusion);
-        self.keep_mean_velocity(dt, transport);
+        self.keep_means(before, dt, transport);
         self.exchange_velocity(transport);
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
@@ -205,13 +206,34 @@ impl Flow {
         }
     }
 
-    /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
-    fn keep_mean_velocity(&mut self, dt: f64, transport: &dyn Transport) {
-        for axis in 0..3 {
-            let Drive::MeanVelocity(wanted) = self.setup.drive[axis] else { continue };
-            if !self.local.active[axis] {
-                continue;
+    /// Means of ε u (m/s) along the axes on which the flux of a mixture is kept, 0 along others.
+    fn driven_means(&self, transport: &dyn Transport) -> [f64; 3] {
+        let is_kept = |a: usize| self.mixture.is_some() && matches!(self.setup.drive[a], Drive::MeanFlux(_));
+        [0, 1, 2].map(|a| if is_kept(a) { self.mean_velocity(a, transport) } else { 0.0 })
+    }
+
+    /// The mean of ε u (m/s) that a drive asks for at the end of a step, that at its `beginning` given.
+    ///
+    /// Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ and ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀) with the particles' flux s at the beginning and
+    /// what they follow of the fluid's, κ.
+    fn wanted_mean(&self, axis: usize, beginning: f64) -> Option<f64> {
+        match (self.setup.drive[axis], &self.mixture) {
+            (Drive::MeanVelocity(wanted), _) | (Drive::MeanFlux(wanted), None) => Some(wanted),
+            (Drive::MeanFlux(wanted), Some(Mixture { solid, .. })) => {
+                let follow = solid.follow[axis];
+                Some((wanted - solid.mean[axis] + follow * beginning) / (1.0 + follow))
             }
+            (Drive::None | Drive::PressureGradient(_), _) => None,
+        }
+    }
+
+    /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
+    fn keep_means(&mut self, before: [f64; 3], dt: f64, transport: &dyn Transport) {
+        for axis in 0..3 {
+            let Some(wanted) = self.wanted_mean(axis, before[axis]).filter(|_| self.local.active[axis])
+            else {
+                continue;
+            };
             let [mean, response] = self.mean_and_response(axis, dt, transport);
             let force = (wanted - mean) / response;
             self.state.force[axis] += force;

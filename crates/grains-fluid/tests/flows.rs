@@ -329,6 +329,37 @@ fn developed_channel_flow_passes_the_outlet_undisturbed() {
     assert!((slope + 0.12).abs() < 0.004, "{slope}");
 }
 
+/// An inlet that begins at rest: the Courant number holds all through a step, not only where it begins.
+#[test]
+fn an_inlet_that_rises_within_a_step_is_foreseen() {
+    let speed = |t: f64| 0.5 * t;
+    let profile = Profile::Function(Arc::new(move |_, t| [speed(t), 0.0, 0.0]));
+    let setup = channel(profile, Condition::Symmetry);
+    let width = setup.grid.axis(0).width(0);
+    let flow = Flow::new(setup, &SERIAL).unwrap();
+    let limits = FlowLimits::new(1e6);
+    assert_eq!(limits.time_step(&flow, &SERIAL), 1e6, "nothing moves yet");
+    // dt u(dt)/Δx = 1/4.
+    let longest = (0.25 * width / 0.5_f64).sqrt();
+    assert!(limits.holds_ahead(&flow, 0.999 * longest, &SERIAL));
+    assert!(!limits.holds_ahead(&flow, 1.001 * longest, &SERIAL));
+}
+
+/// A drive that restores a mean velocity from rest keeps the Courant number in its first step.
+#[test]
+fn a_drive_from_rest_keeps_the_courant_number() {
+    for drive in [Drive::MeanVelocity(-2.0), Drive::MeanFlux(2.0)] {
+        let grid = Grid::uniform([0.0; 3], [1.0; 3], [8, 8, 8], [true; 3]).unwrap();
+        let mut setup = FlowSetup::new(grid, 1.0, 0.01);
+        setup.drive[1] = drive;
+        let mut flow = Flow::new(setup, &SERIAL).unwrap();
+        let dt = FlowLimits::new(1e6).time_step(&flow, &SERIAL);
+        flow.step(dt, &SERIAL).unwrap();
+        assert!((flow.courant(dt, &SERIAL) - 0.25).abs() < 1e-12);
+        assert!((flow.mean_velocity(1, &SERIAL).abs() - 2.0).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn back_flow_through_an_outlet_dies_down() {
     // A strong vortex in front of the outlet sucks fluid in.
