@@ -146,7 +146,7 @@ impl Immersed {
 pub struct FlowState {
     /// Velocity (m/s); on the faces of the box the boundary values, lower ones in the halo.
     pub velocity: Faces,
-    /// Pressure without the imposed mean gradient (Pa).
+    /// Pressure without the imposed mean gradient (Pa), of the middle of the last step.
     pub pressure: Field<Centre>,
     /// Advective (and other explicit) terms of the last step (m/s²).
     pub advective: Faces,

@@ -77,6 +77,43 @@ fn taylor_green_is_of_order_two_in_time() {
     }
 }
 
+/// A square between walls whose lid goes to and fro, after `steps` of a time; `diffusion` of the viscous terms.
+fn rocked(steps: usize, diffusion: Diffusion) -> [Vec<f64>; 2] {
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [20, 20, 1], [false, false, true]).unwrap();
+    let lid = |[x, _, _]: [f64; 3], t: f64| [(PI * x).sin().powi(2) * (1.0 + (5.0 * t).sin()), 0.0, 0.0];
+    let lid = Condition::Inlet { profile: Profile::Function(Arc::new(lid)) };
+    let boundaries = Boundaries::default().with(1, Side::High, lid);
+    let setup = FlowSetup { boundaries, diffusion, ..FlowSetup::new(grid, 1.0, 0.02) };
+    let mut flow = Flow::new(setup, &SERIAL).unwrap();
+    let mut pressures = Vec::new();
+    for _ in 0..steps {
+        flow.step(1.0 / steps as f64, &SERIAL).unwrap();
+        pressures.push(flow.state.pressure.own().collect::<Vec<_>>());
+    }
+    // Of the middles of the last two steps, and from these at the end.
+    let [.., before, last] = &pressures[..] else { unreachable!("many steps") };
+    let end = last.iter().zip(before).map(|(last, before)| 1.5 * last - 0.5 * before).collect();
+    [last.clone(), end]
+}
+
+/// The pressure is that of the middle of the last step, to second order in time, beside walls too: as such it is extrapolated
+/// to the end at order two, and taken for that of the end it is at order one.
+#[test]
+fn the_pressure_of_the_middle_of_a_step_is_of_order_two_in_time() {
+    let distance = |a: &[f64], b: &[f64]| {
+        let mean = |p: &[f64]| p.iter().sum::<f64>() / p.len() as f64;
+        let (of_a, of_b) = (mean(a), mean(b));
+        a.iter().zip(b).map(|(x, y)| (x - of_a - y + of_b).powi(2)).sum::<f64>().sqrt()
+    };
+    for diffusion in [Diffusion::CrankNicolson, Diffusion::Explicit] {
+        let runs = [80, 160, 320].map(|steps| rocked(steps, diffusion));
+        let orders = [0, 1]
+            .map(|k| order(distance(&runs[0][k], &runs[1][k]), distance(&runs[1][k], &runs[2][k]), 2.0));
+        println!("{diffusion:?}: {orders:?}");
+        assert!((orders[0] - 1.0).abs() < 0.1 && orders[1] > 1.85, "{diffusion:?}: {orders:?}");
+    }
+}
+
 #[test]
 fn variable_steps_keep_order_two() {
     let run = |steps: usize| {
