@@ -20,9 +20,10 @@ pub enum MixtureModel {
 pub struct SolidFlux {
     /// Mean of (1 − ε) v over the box (m/s), at the beginning of the coming step.
     pub mean: [f64; 3],
-    /// Its rise in the step over that of the mean of ε u (-): particles follow the fluid. It steadies the drive, whose flux
-    /// of particles is that of the beginning; at rest or in steady motion nothing depends on it.
+    /// Its rise in the step over that of the mean of ε u (-), as particles follow the fluid.
     pub follow: [f64; 3],
+    /// Its rise in the step over that of the drive's force (m/s per Pa/m), as they feel that pressure gradient themselves.
+    pub yielding: [f64; 3],
 }
 
 /// What the particles do to the fluid; the caller sets the public fields in the own cells before every step.

@@ -3,7 +3,7 @@
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
 use crate::flow::{Drive, Flow, StepReport, close_faces};
-use crate::mixture::{Mixture, StepInputs};
+use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
     Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, advance_outlets, imposed_increments,
 };
@@ -212,30 +212,27 @@ impl Flow {
         [0, 1, 2].map(|a| if is_kept(a) { self.mean_velocity(a, transport) } else { 0.0 })
     }
 
-    /// The mean of ε u (m/s) that a drive asks for at the end of a step, that at its `beginning` given.
-    ///
-    /// Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ and ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀) with the particles' flux s at the beginning and
-    /// what they follow of the fluid's, κ.
-    fn wanted_mean(&self, axis: usize, beginning: f64) -> Option<f64> {
-        match (self.setup.drive[axis], &self.mixture) {
-            (Drive::MeanVelocity(wanted), _) | (Drive::MeanFlux(wanted), None) => Some(wanted),
-            (Drive::MeanFlux(wanted), Some(Mixture { solid, .. })) => {
-                let follow = solid.follow[axis];
-                Some((wanted - solid.mean[axis] + follow * beginning) / (1.0 + follow))
-            }
-            (Drive::None | Drive::PressureGradient(_), _) => None,
-        }
-    }
-
     /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
+    ///
+    /// ⟨ε u⟩ = ⟨ε u⟩* + R Δf. Of a mixture the flux Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ is wanted, with ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀)
+    /// + λ Δf: s and ⟨ε u⟩₀ at the beginning of the step, κ and λ from the [`SolidFlux`]. In steady motion
+    /// nothing depends on κ and λ, which steady the drive.
     fn keep_means(&mut self, before: [f64; 3], dt: f64, transport: &dyn Transport) {
+        let solid = self.mixture.as_ref().map_or(SolidFlux::default(), |mixture| mixture.solid);
         for axis in 0..3 {
-            let Some(wanted) = self.wanted_mean(axis, before[axis]).filter(|_| self.local.active[axis])
-            else {
+            if !self.local.active[axis] {
                 continue;
+            }
+            let (wanted, [s, follow, yielding]) = match self.setup.drive[axis] {
+                Drive::MeanVelocity(wanted) => (wanted, [0.0; 3]),
+                Drive::MeanFlux(wanted) => {
+                    (wanted, [solid.mean[axis], solid.follow[axis], solid.yielding[axis]])
+                }
+                Drive::None | Drive::PressureGradient(_) => continue,
             };
             let [mean, response] = self.mean_and_response(axis, dt, transport);
-            let force = (wanted - mean) / response;
+            let lacking = wanted - s + follow * before[axis] - (1.0 + follow) * mean;
+            let force = lacking / ((1.0 + follow) * response + yielding);
             self.state.force[axis] += force;
             let density = self.setup.density;
             let layout = self.local.layout;

@@ -4,7 +4,7 @@ use crate::error::{RunError, agreed};
 use grains_comm::{MpiTransport, exit};
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    Layout as Places, Model, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
@@ -301,8 +301,10 @@ impl Exchange {
     /// Mean flux of the particles over the box, and what it follows of the fluid's in a step `dt` (s); collective, before the
     /// halos of the drag are added.
     ///
-    /// With volumes V, masses m and drag coefficients β of all, φ = ΣV/V_box: particles take the share w = β Δt/(m + β Δt) of a
-    /// change of u, so that κ = w φ/(1 − φ).
+    /// With volumes V, masses m and drag coefficients K of all, φ = ΣV/V_box: in a step particles follow a change of u by the
+    /// share w = K Δt/(m + K Δt) of it, so that κ = w φ/(1 − φ). Where they feel the pressure gradient, one of the force f per
+    /// volume moves them by w V/K of it, φ times which is their flux. λ is w V/K: with stiff drag what they owe the fluid for
+    /// it brings the rest a step later, and by φ w V/K the force would alternate from step to step near φ = ½.
     fn solid_flux_of_box(&self, particles: &Particles, dt: f64, transport: &MpiTransport) -> SolidFlux {
         // Flux along x, y, z, volume, mass, and drag coefficients along x, y, z.
         let mut sums = [0.0; 8];
@@ -318,15 +320,18 @@ impl Exchange {
             sums[5 + axis] = self.coefficient.component(axis).iter().sum();
         }
         transport.sum(&mut sums);
-        let share = sums[3] / self.box_volume;
-        let follow = |axis: usize| {
+        let [volume, mass] = [sums[3], sums[4]];
+        let share = volume / self.box_volume;
+        let mut flux = SolidFlux::default();
+        for axis in (0..3).filter(|_| mass > 0.0) {
             let drag = sums[5 + axis] * dt;
-            match drag > 0.0 {
-                true => drag / (sums[4] + drag) * share / (1.0 - share),
-                false => 0.0,
+            flux.mean[axis] = sums[axis] / self.box_volume;
+            flux.follow[axis] = drag / (mass + drag) * share / (1.0 - share);
+            if self.coupling.model == Model::A {
+                flux.yielding[axis] = dt * volume / (mass + drag);
             }
-        };
-        SolidFlux { mean: [0, 1, 2].map(|a| sums[a] / self.box_volume), follow: [0, 1, 2].map(follow) }
+        }
+        flux
     }
 
     /// Velocity of the particles times their volume (m⁴/s) in every own cell, and their volume (m³); collective.
