@@ -298,6 +298,16 @@ impl FluidPhase {
     }
 }
 
+/// Nodes (m) of the cells that ranks share by number: those of a fluid alone, as they are all the work.
+///
+/// # Errors
+/// Cells that cannot be.
+pub fn shared_nodes(case: &Case) -> Result<Option<[Vec<f64>; 3]>, String> {
+    let Some(fluid) = case.fluid.as_ref().filter(|_| case.inserts.is_empty()) else { return Ok(None) };
+    let grid = setup::grid(case, fluid)?;
+    Ok(Some(std::array::from_fn(|a| grid.axis(a).nodes().to_vec())))
+}
+
 /// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
 /// (m) outside theirs.
 ///
@@ -315,8 +325,12 @@ pub fn least_widths(
         Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
         None => plain_halo(fluid),
     };
-    // Cuts fall anywhere in a cell.
-    Ok(std::array::from_fn(|a| (halo + 1) as f64 * setup::cell_widths(&grid, a).fold(0.0, f64::max)))
+    // Cuts fall anywhere in a cell; those of a fluid alone share them by number, so that a mean one counts.
+    let width = |a: usize| match case.inserts.is_empty() {
+        true => grid.axis(a).length() / grid.axis(a).cells() as f64,
+        false => setup::cell_widths(&grid, a).fold(0.0, f64::max),
+    };
+    Ok(std::array::from_fn(|a| (halo + 1) as f64 * width(a)))
 }
 
 /// Width of the halo of all fields (cells) without kernels.
