@@ -510,6 +510,31 @@ const ODDITIES: &[Oddity] = &[
         "here some are 2.00",
     ),
     (
+        "particle steps beyond the Courant number",
+        "bed.toml",
+        &[("half_width = 1.5 }", "half_width = 1.5 }, particle_steps = 1000")],
+        "fluid.coupling.particle_steps",
+        "would do",
+    ),
+    (
+        "a step beyond the Courant number",
+        "duct.toml",
+        &[("courant = 0.7", "courant = 0.2")],
+        "time.dt",
+        "beyond fluid.courant",
+    ),
+    (
+        "a mixture that falls for ever",
+        "rain.toml",
+        &[
+            ("periodic = [true, true, false]\noutlets = [\"-z\"]", "periodic = [true, true, true]"),
+            ("[[fluid.boundary]]\nface = \"-z\"\nkind = \"inlet\"\nvelocity = [0, 0, 0.5]\n", ""),
+            ("[[fluid.boundary]]\nface = \"+z\"\nkind = \"outlet\"\n", ""),
+        ],
+        "gravity[2]",
+        "accelerate for ever",
+    ),
+    (
         "an end of years",
         "base.toml",
         &[

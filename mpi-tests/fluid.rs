@@ -90,6 +90,93 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
     assert_close(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &times, 1e-12, "times");
 }
 
+/// Settling at zero flux of the mixture, in a periodic box: what the particles take down the fluid brings up, and the drive
+/// carries their buoyant weight. Dense beads in a thick fluid, of a relaxation time far below the step, reach a given flux too.
+#[test]
+fn beads_settle_in_a_periodic_box_at_zero_flux_of_the_mixture() {
+    let (home, text) = (folder("fluid_settling"), case("settling.toml"));
+    let volume = 0.012 * 0.012 * 0.024;
+    let flux = |home: &Path, axis: &str| -> Vec<f64> {
+        let table = series(&home.join("results"));
+        let fluid = table.column(&format!("superficial_{axis}"));
+        let solid = table.column(&format!("momentum_{axis}"));
+        fluid.iter().zip(solid).map(|(fluid, solid)| fluid + solid / (2500.0 * volume)).collect()
+    };
+    for ranks in [1, 4] {
+        let own = home.join(ranks.to_string());
+        fs::create_dir_all(&own).unwrap();
+        let output = run_case(ranks, &own, &text, &[]).succeeded();
+        assert!(!output.stderr.contains("accelerate for ever"), "{}", output.stderr);
+        let table = series(&own.join("results"));
+        let last = |name: &str| *table.column(name).last().unwrap();
+        let (up, down) = (last("superficial_z"), -last("momentum_z") / (2500.0 * volume));
+        assert!(up > 2e-3 && (up / down - 1.0).abs() < 1e-3, "{up} up, {down} down");
+        for axis in ["x", "y", "z"] {
+            let late = flux(&own, axis).into_iter().skip(8);
+            let largest = late.fold(0.0, |most: f64, flux| most.max(flux.abs()));
+            assert!(largest < 1e-3 * up, "{axis}: {largest} of {up}");
+        }
+        let weight = 1500.0 * 9.81 * last("solid_volume") / volume;
+        assert!((last("drive_z") / weight - 1.0).abs() < 1e-3, "{} for {weight}", last("drive_z"));
+        // Of the momentum that drag has moved.
+        assert!(
+            last("momentum_imbalance").abs() < 1e-9 * weight * volume * 0.15,
+            "{}",
+            last("momentum_imbalance")
+        );
+    }
+    let edits = [
+        ("count = 1000", "count = 3456"),
+        ("spacing = 1.5e-3, noise = 0.02", "spacing = 1e-3"),
+        ("radius = 0.5e-3", "radius = 0.497e-3"),
+        ("viscosity = 0.01", "viscosity = 0.2"),
+        ("velocity = [0, 0, 0], axes", "velocity = [1e-3, 0, 2e-3], axes"),
+        ("series = 0.01", "series = 0.005"),
+        ("end = 0.15", "end = 0.03"),
+        ("dt = 1.2e-5", "dt = 4e-5"),
+        ("normal_stiffness = 100", "normal_stiffness = 10"),
+        ("checkpoint = 0.1", "checkpoint = 0"),
+    ];
+    let own = home.join("dense");
+    fs::create_dir_all(&own).unwrap();
+    let dense = edits.iter().fold(text, |text, (old, new)| replaced(&text, old, new));
+    run_case(2, &own, &dense, &[]).succeeded();
+    for (axis, wanted) in [("x", 1e-3), ("y", 0.0), ("z", 2e-3)] {
+        let found = *flux(&own, axis).last().unwrap();
+        assert!((found - wanted).abs() < 0.2 * 2e-3, "{axis}: {found} for {wanted}");
+    }
+}
+
+/// A step of the fluid is shorter than the particle steps given where the Courant number asks for it, and says so once; where
+/// one step of the particles is too long already the run says which key must change.
+#[test]
+fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
+    let home = folder("fluid_courant");
+    let with_steps = replaced(&case("bed.toml"), "model = \"A\", ", "model = \"A\", particle_steps = 300, ");
+    let output = run_case(2, &home, &with_steps, &[]).succeeded();
+    let told =
+        output.stderr.matches("(fluid.coupling.particle_steps) would pass fluid.courant = 0.25").count();
+    assert_eq!(told, 1, "{}", output.stderr);
+    // By the velocity at the beginning of a step; at its end that may be a little faster.
+    let largest = series(&home.join("results")).column("fluid_courant").into_iter().fold(0.0, f64::max);
+    assert!(largest > 0.1 && largest < 0.3, "Courant number {largest}");
+    let home = folder("fluid_courant_refused");
+    let too_long =
+        replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncourant = 1e-3\n");
+    let output = run_case(2, &home, &too_long, &[]);
+    let message = output.only_error(3);
+    for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.courant = 0.001 allows", "take time.dt = "] {
+        assert!(message.contains(words), "`{words}`: {message}");
+    }
+    // What it says does it.
+    let most = message.split("take time.dt = ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+    let home = folder("fluid_courant_followed");
+    let shorter = replaced(&too_long, "dt = 1e-5", &format!("dt = {most}"));
+    let shorter =
+        replaced(&shorter, "end = 0.03", "end = 1e-5").replace("checkpoint = 0.015", "checkpoint = 0");
+    run_case(2, &home, &shorter, &[]).succeeded();
+}
+
 #[test]
 fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_resolved"), case("resolved.toml"));
@@ -647,6 +734,9 @@ fn what_cannot_be_computed_is_refused_with_one_message() {
     let petsc = "[fluid.pressure]\nmethod = \"petsc\"\noptions = \"-ksp_tpye cg\"\n\n[fluid.output]\n";
     let option = refused("fluid_option", "duct.toml", ("[fluid.output]\n", petsc), 2);
     assert!(option.contains("ksp_tpye"), "{option}");
+    let formula = "\"0.05 * sin(2 * pi * z / 0.2) * x / 0.1\"";
+    let none = refused("fluid_no_number", "duct.toml", (formula, "\"sqrt(x - 0.05)\""), 2);
+    assert!(none.contains("fluid.initial.velocity[1]") && none.contains("the formula is NaN at ["), "{none}");
     let few = "[fluid.pressure]\nmethod = \"petsc\"\ntolerance = 1e-12\niterations = 1\n\n[fluid.output]\n";
     let stuck = refused("fluid_stuck", "duct.toml", ("[fluid.output]\n", few), 3);
     assert!(stuck.contains("after 1 iterations"), "{stuck}");

@@ -278,6 +278,13 @@ impl Dem {
         self.stale = true;
     }
 
+    /// Moves the borders between ranks so that they share cells between nodes (m) by number, see
+    /// [`Decomposition::share_cells`]; before there are particles.
+    pub fn share_cells(&mut self, nodes: &[Vec<f64>; 3]) {
+        self.decomposition.share_cells(nodes);
+        self.exchange.divide(&self.decomposition);
+    }
+
     /// Whether this rank owns a position inside the box.
     pub fn owns(&self, position: &Vec3) -> bool {
         let rank = self.decomposition.rank_at(self.decomposition.coordinates);

@@ -86,6 +86,22 @@ impl Decomposition {
         Ok(Self { global, ranks, coordinates, cuts })
     }
 
+    /// Moves the borders to nodes (m) of a grid, so that subdomains have as many cells, to one: for grids whose cells are the work.
+    ///
+    /// Axes along which all cells are equal keep their borders, which share these as well.
+    pub fn share_cells(&mut self, nodes: &[Vec<f64>; 3]) {
+        for (axis, nodes) in nodes.iter().enumerate() {
+            let (n, ranks) = (nodes.len() - 1, self.ranks[axis]);
+            let mean = (nodes[n] - nodes[0]) / n as f64;
+            if nodes.windows(2).all(|w| (w[1] - w[0] - mean).abs() < 1e-9 * mean) {
+                continue;
+            }
+            for (k, cut) in self.cuts[axis].iter_mut().enumerate().take(ranks).skip(1) {
+                *cut = self.global.lattice.snap(nodes[k * n / ranks]);
+            }
+        }
+    }
+
     /// Lower corner of the own subdomain (m).
     pub fn lower(&self) -> [f64; 3] {
         std::array::from_fn(|a| self.cuts[a][self.coordinates[a]])
@@ -207,5 +223,33 @@ mod tests {
         assert_eq!(choose_ranks(&unit_box(false), 2, [0.2; 3], [0.0; 3]), [1, 1, 2]);
         let thin = GlobalBox::new([0.0; 3], [0.1, 0.1, 4.0], [false; 3]);
         assert_eq!(choose_ranks(&thin, 4, [0.2; 3], [0.0, 0.0, -9.81]), [1, 1, 4]);
+    }
+
+    #[test]
+    fn cells_refined_towards_both_ends_are_shared_by_number() {
+        let nodes = |n: usize, strength: f64| -> Vec<f64> {
+            let at = |i: usize| (strength * (2.0 * i as f64 / n as f64 - 1.0)).tanh() / strength.tanh();
+            (0..=n).map(|i| 0.5 + 0.5 * at(i)).collect()
+        };
+        let even: Vec<f64> = (0..=10).map(|i| f64::from(i) / 10.0).collect();
+        for n in [64, 67, 100] {
+            for ranks in [2, 3, 8] {
+                let mut d = Decomposition::new(unit_box(false), [1, ranks, 4], 0, 1e-6).unwrap();
+                let before = d.cuts.clone();
+                let y = nodes(n, 3.0);
+                d.share_cells(&[even.clone(), y.clone(), even.clone()]);
+                assert_eq!([&d.cuts[0], &d.cuts[2]], [&before[0], &before[2]], "equal cells");
+                let count = |cuts: &[f64]| -> Vec<usize> {
+                    let own = |w: &[f64]| {
+                        y.windows(2).filter(|c| (w[0]..w[1]).contains(&(0.5 * (c[0] + c[1])))).count()
+                    };
+                    cuts.windows(2).map(own).collect()
+                };
+                let (old, new) = (count(&before[1]), count(&d.cuts[1]));
+                assert_eq!(new.iter().sum::<usize>(), n);
+                assert!(new.iter().all(|&c| c == n / ranks || c == n.div_ceil(ranks)), "{new:?}");
+                assert!(ranks < 8 || old[0] * 4 > n, "an end had more than a quarter of all: {old:?}");
+            }
+        }
     }
 }

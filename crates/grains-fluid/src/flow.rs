@@ -22,6 +22,9 @@ pub enum Drive {
     PressureGradient(f64),
     /// The mean of ε u over the box (m/s), kept by adjusting the mean pressure gradient in every step.
     MeanVelocity(f64),
+    /// The mean of ε u + (1 − ε) v over the box (m/s), v of the particles, kept so too: that of [`Mixture::solid`]; without a
+    /// mixture the same as a mean velocity.
+    MeanFlux(f64),
 }
 
 /// Everything that defines a flow and does not change.
@@ -143,7 +146,7 @@ impl Immersed {
 pub struct FlowState {
     /// Velocity (m/s); on the faces of the box the boundary values, lower ones in the halo.
     pub velocity: Faces,
-    /// Pressure without the imposed mean gradient (Pa).
+    /// Pressure without the imposed mean gradient (Pa), of the middle of the last step.
     pub pressure: Field<Centre>,
     /// Advective (and other explicit) terms of the last step (m/s²).
     pub advective: Faces,

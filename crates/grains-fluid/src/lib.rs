@@ -85,7 +85,7 @@ pub use flow::{Drive, Flow, FlowSetup, FlowState, Immersed, StepReport};
 pub use grid::{Axis, Grid};
 pub use halo::Halo;
 pub use limits::FlowLimits;
-pub use mixture::{Mixture, MixtureModel};
+pub use mixture::{Mixture, MixtureModel, SolidFlux};
 pub use momentum::{Advection, Diffusion};
 pub use ownership::Ownership;
 pub use pressure::{

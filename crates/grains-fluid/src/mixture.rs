@@ -15,6 +15,17 @@ pub enum MixtureModel {
     B,
 }
 
+/// What the particles carry through the box, for drives that keep the flux of the mixture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolidFlux {
+    /// Mean of (1 − ε) v over the box (m/s), at the beginning of the coming step.
+    pub mean: [f64; 3],
+    /// Its rise in the step over that of the mean of ε u (-), as particles follow the fluid.
+    pub follow: [f64; 3],
+    /// Its rise in the step over that of the drive's force (m/s per Pa/m), as they feel that pressure gradient themselves.
+    pub yielding: [f64; 3],
+}
+
 /// What the particles do to the fluid; the caller sets the public fields in the own cells before every step.
 #[derive(Clone, Debug)]
 pub struct Mixture {
@@ -27,6 +38,8 @@ pub struct Mixture {
     /// Implicit drag coefficient β ≥ 0 per volume of mixture (kg/(m³ s)): the force −β u at the end of the step; what
     /// belongs to the particles' velocity, +β U, goes into `source`.
     pub drag: Faces,
+    /// Their flux, read by drives that keep that of the mixture.
+    pub solid: SolidFlux,
     pub(crate) previous: Field<Centre>,
     /// ε in the middle of the step.
     pub(crate) middle: Field<Centre>,
@@ -70,6 +83,7 @@ impl Mixture {
             void_fraction: one.clone(),
             source: Faces::new(layout),
             drag: Faces::new(layout),
+            solid: SolidFlux::default(),
             previous: one.clone(),
             middle: one,
             edges: std::array::from_fn(|_| vec![1.0; layout.len()]),

@@ -3,7 +3,7 @@
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
 use crate::flow::{Drive, Flow, StepReport, close_faces};
-use crate::mixture::StepInputs;
+use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
     Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, advance_outlets, imposed_increments,
 };
@@ -38,12 +38,13 @@ impl Flow {
                 .set_coefficients(&mixture.coefficients, transport)
                 .map_err(|source| StepError::Pressure { step, source })?;
         }
+        let before = self.driven_means(transport);
         self.predict(dt);
         self.clock.book(Phase::Momentum);
         self.diffuse(dt, transport);
         self.add_increments();
         self.clock.book(Phase::Diffusion);
-        self.keep_mean_velocity(dt, transport);
+        self.keep_means(before, dt, transport);
         self.exchange_velocity(transport);
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
@@ -205,15 +206,33 @@ impl Flow {
         }
     }
 
+    /// Means of ε u (m/s) along the axes on which the flux of a mixture is kept, 0 along others.
+    fn driven_means(&self, transport: &dyn Transport) -> [f64; 3] {
+        let is_kept = |a: usize| self.mixture.is_some() && matches!(self.setup.drive[a], Drive::MeanFlux(_));
+        [0, 1, 2].map(|a| if is_kept(a) { self.mean_velocity(a, transport) } else { 0.0 })
+    }
+
     /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
-    fn keep_mean_velocity(&mut self, dt: f64, transport: &dyn Transport) {
+    ///
+    /// ⟨ε u⟩ = ⟨ε u⟩* + R Δf. Of a mixture the flux Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ is wanted, with ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀)
+    /// + λ Δf: s and ⟨ε u⟩₀ at the beginning of the step, κ and λ from the [`SolidFlux`]. In steady motion
+    /// nothing depends on κ and λ, which steady the drive.
+    fn keep_means(&mut self, before: [f64; 3], dt: f64, transport: &dyn Transport) {
+        let solid = self.mixture.as_ref().map_or(SolidFlux::default(), |mixture| mixture.solid);
         for axis in 0..3 {
-            let Drive::MeanVelocity(wanted) = self.setup.drive[axis] else { continue };
             if !self.local.active[axis] {
                 continue;
             }
+            let (wanted, [s, follow, yielding]) = match self.setup.drive[axis] {
+                Drive::MeanVelocity(wanted) => (wanted, [0.0; 3]),
+                Drive::MeanFlux(wanted) => {
+                    (wanted, [solid.mean[axis], solid.follow[axis], solid.yielding[axis]])
+                }
+                Drive::None | Drive::PressureGradient(_) => continue,
+            };
             let [mean, response] = self.mean_and_response(axis, dt, transport);
-            let force = (wanted - mean) / response;
+            let lacking = wanted - s + follow * before[axis] - (1.0 + follow) * mean;
+            let force = lacking / ((1.0 + follow) * response + yielding);
             self.state.force[axis] += force;
             let density = self.setup.density;
             let layout = self.local.layout;

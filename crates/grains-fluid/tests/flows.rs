@@ -77,6 +77,43 @@ fn taylor_green_is_of_order_two_in_time() {
     }
 }
 
+/// A square between walls whose lid goes to and fro, after `steps` of a time; `diffusion` of the viscous terms.
+fn rocked(steps: usize, diffusion: Diffusion) -> [Vec<f64>; 2] {
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [20, 20, 1], [false, false, true]).unwrap();
+    let lid = |[x, _, _]: [f64; 3], t: f64| [(PI * x).sin().powi(2) * (1.0 + (5.0 * t).sin()), 0.0, 0.0];
+    let lid = Condition::Inlet { profile: Profile::Function(Arc::new(lid)) };
+    let boundaries = Boundaries::default().with(1, Side::High, lid);
+    let setup = FlowSetup { boundaries, diffusion, ..FlowSetup::new(grid, 1.0, 0.02) };
+    let mut flow = Flow::new(setup, &SERIAL).unwrap();
+    let mut pressures = Vec::new();
+    for _ in 0..steps {
+        flow.step(1.0 / steps as f64, &SERIAL).unwrap();
+        pressures.push(flow.state.pressure.own().collect::<Vec<_>>());
+    }
+    // Of the middles of the last two steps, and from these at the end.
+    let [.., before, last] = &pressures[..] else { unreachable!("many steps") };
+    let end = last.iter().zip(before).map(|(last, before)| 1.5 * last - 0.5 * before).collect();
+    [last.clone(), end]
+}
+
+/// The pressure is that of the middle of the last step, to second order in time, beside walls too: as such it is extrapolated
+/// to the end at order two, and taken for that of the end it is at order one.
+#[test]
+fn the_pressure_of_the_middle_of_a_step_is_of_order_two_in_time() {
+    let distance = |a: &[f64], b: &[f64]| {
+        let mean = |p: &[f64]| p.iter().sum::<f64>() / p.len() as f64;
+        let (of_a, of_b) = (mean(a), mean(b));
+        a.iter().zip(b).map(|(x, y)| (x - of_a - y + of_b).powi(2)).sum::<f64>().sqrt()
+    };
+    for diffusion in [Diffusion::CrankNicolson, Diffusion::Explicit] {
+        let runs = [80, 160, 320].map(|steps| rocked(steps, diffusion));
+        let orders = [0, 1]
+            .map(|k| order(distance(&runs[0][k], &runs[1][k]), distance(&runs[1][k], &runs[2][k]), 2.0));
+        println!("{diffusion:?}: {orders:?}");
+        assert!((orders[0] - 1.0).abs() < 0.1 && orders[1] > 1.85, "{diffusion:?}: {orders:?}");
+    }
+}
+
 #[test]
 fn variable_steps_keep_order_two() {
     let run = |steps: usize| {
@@ -327,6 +364,37 @@ fn developed_channel_flow_passes_the_outlet_undisturbed() {
     // dp/dx = −12 μ U/H²
     let slope = (flow.mean_pressure(0, 28, &SERIAL) - flow.mean_pressure(0, 12, &SERIAL)) / 2.0;
     assert!((slope + 0.12).abs() < 0.004, "{slope}");
+}
+
+/// An inlet that begins at rest: the Courant number holds all through a step, not only where it begins.
+#[test]
+fn an_inlet_that_rises_within_a_step_is_foreseen() {
+    let speed = |t: f64| 0.5 * t;
+    let profile = Profile::Function(Arc::new(move |_, t| [speed(t), 0.0, 0.0]));
+    let setup = channel(profile, Condition::Symmetry);
+    let width = setup.grid.axis(0).width(0);
+    let flow = Flow::new(setup, &SERIAL).unwrap();
+    let limits = FlowLimits::new(1e6);
+    assert_eq!(limits.time_step(&flow, &SERIAL), 1e6, "nothing moves yet");
+    // dt u(dt)/Δx = 1/4.
+    let longest = (0.25 * width / 0.5_f64).sqrt();
+    assert!(limits.holds_ahead(&flow, 0.999 * longest, &SERIAL));
+    assert!(!limits.holds_ahead(&flow, 1.001 * longest, &SERIAL));
+}
+
+/// A drive that restores a mean velocity from rest keeps the Courant number in its first step.
+#[test]
+fn a_drive_from_rest_keeps_the_courant_number() {
+    for drive in [Drive::MeanVelocity(-2.0), Drive::MeanFlux(2.0)] {
+        let grid = Grid::uniform([0.0; 3], [1.0; 3], [8, 8, 8], [true; 3]).unwrap();
+        let mut setup = FlowSetup::new(grid, 1.0, 0.01);
+        setup.drive[1] = drive;
+        let mut flow = Flow::new(setup, &SERIAL).unwrap();
+        let dt = FlowLimits::new(1e6).time_step(&flow, &SERIAL);
+        flow.step(dt, &SERIAL).unwrap();
+        assert!((flow.courant(dt, &SERIAL) - 0.25).abs() < 1e-12);
+        assert!((flow.mean_velocity(1, &SERIAL).abs() - 2.0).abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -20,7 +20,7 @@ pub enum SetupError {
 pub enum FollowError {
     /// Multipliers that were not found.
     #[error(
-        "the multipliers of the bodies are not found within {iterations} iterations: residual {residual:.2e} of the velocities to be imposed; raise fluid.resolved.iterations or its tolerance, or set the points further apart (point_spacing)"
+        "the multipliers of the bodies are not found within {iterations} iterations: residual {residual:.2e} of the velocities to be imposed; raise fluid.resolved.iterations or fluid.resolved.tolerance, or set the points further apart (fluid.resolved.point_spacing, up to 3)"
     )]
     Stalled {
         /// Iterations done.

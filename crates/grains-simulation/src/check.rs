@@ -33,8 +33,11 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
     if size != ranks && case.domain.ranks.is_none() {
         return Err(format!("no decomposition for {ranks} ranks"));
     }
-    let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, 0, range)
+    let mut decomposition = Decomposition::new(setup.global.clone(), setup.ranks, 0, range)
         .map_err(|e| case.about("domain", e.to_string()))?;
+    if let Some(nodes) = fluid::shared_nodes(case)? {
+        decomposition.share_cells(&nodes);
+    }
     let (placed, drawn) = place(case, catalogue, population.clone())?;
     let cost = Cost::of(case, &setup.catalogue, &population, &drawn, size);
     let mut text = String::new();

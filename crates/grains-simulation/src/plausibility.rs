@@ -1,6 +1,7 @@
 //! Values that may stand together and yet are seldom meant: each is named with its consequence and a remedy, by `check`
 //! and when a run begins.
 
+use crate::fluid::check::imposed::fastest;
 use crate::population::Population;
 use crate::system::System;
 use grains_case::{
@@ -25,7 +26,7 @@ struct Setting<'a> {
 }
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 16] = [
+const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
     mesh_of_another_size,
     wall_outside,
     wall_too_late,
@@ -34,6 +35,8 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 16] = [
     inlet_outwards,
     outlet_alone,
     fine_cells,
+    courant_passed,
+    endless_acceleration,
     empty_domain,
     closed_outlet,
     bare_face,
@@ -296,7 +299,9 @@ fn outlet_alone(s: &Setting) -> Vec<Remark> {
     let is_set_going = fluid.initial.velocity != still || pressures.any(|(_, other)| other != pressure);
     let has_drive = match &fluid.drive {
         Some(Drive::PressureGradient { gradient }) => *gradient != [0.0; 3],
-        Some(Drive::MeanVelocity { velocity, .. }) => *velocity != [0.0; 3],
+        Some(Drive::MeanVelocity { velocity, .. } | Drive::MeanFlux { velocity, .. }) => {
+            *velocity != [0.0; 3]
+        }
         None => false,
     };
     // Particles that come or go later displace fluid.
@@ -334,6 +339,73 @@ fn fine_cells(s: &Setting) -> Vec<Remark> {
         )],
         _ => Vec::new(),
     }
+}
+
+/// Steps of the fluid that pass its Courant number by what the case imposes alone.
+fn courant_passed(s: &Setting) -> Vec<Remark> {
+    let Some(fluid) = &s.case.fluid else { return Vec::new() };
+    let is_alone = s.case.inserts.is_empty() || s.case.holds_particles();
+    let fastest = fastest(s.case, fluid);
+    let (limit, dt) = (fluid.courant / fastest.rate, s.steps[0]);
+    if dt > (1.0 + 1e-9) * limit && (!is_alone || s.case.time.dt != TimeStep::Auto) {
+        let message = format!(
+            "a step of {dt:.3e} s has Courant number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the run ends where the flow gets so fast; take {limit:.2e} or less, or raise fluid.courant, up to 1",
+            fastest.rate * dt,
+            fastest.speed,
+            fluid.courant
+        );
+        return vec![("time.dt".into(), message)];
+    }
+    let given = fluid.coupling.as_ref().filter(|_| !is_alone).and_then(|coupling| coupling.particle_steps);
+    match given {
+        Some(count) if count as f64 * dt > (1.0 + 1e-9) * limit => {
+            let message = format!(
+                "{:.3e} s have Courant number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the fluid takes fewer particle steps there; {} would do, or raise fluid.courant, up to 1",
+                count as f64 * dt,
+                fastest.rate * dt * count as f64,
+                fastest.speed,
+                fluid.courant,
+                (limit / dt) as u64
+            );
+            vec![("fluid.coupling.particle_steps".into(), message)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A periodic mixture that gravity accelerates for ever, as neither a wall nor a drive holds it.
+fn endless_acceleration(s: &Setting) -> Vec<Remark> {
+    let Some(fluid) = s.case.fluid.as_ref().filter(|_| s.has_moving_particles()) else { return Vec::new() };
+    let domain = s.domain();
+    // What does not slip on a face that is not periodic holds the flow along the other axes.
+    let holds = |face: Face| {
+        let on_face = fluid.on_face(face);
+        let is_slippery = |i: usize| matches!(fluid.boundary[i].kind, BoundaryKind::Symmetry);
+        let conditions: Vec<usize> = on_face.whole.into_iter().chain(on_face.patches).collect();
+        !domain.periodic[face.axis()]
+            && fluid.cells[face.axis()] > 1
+            && (conditions.is_empty() || !conditions.into_iter().all(is_slippery))
+    };
+    let mut remarks = Vec::new();
+    for a in (0..3).filter(|&a| domain.periodic[a] && s.case.gravity[a] != 0.0 && fluid.cells[a] > 1) {
+        let is_driven = match &fluid.drive {
+            Some(Drive::PressureGradient { gradient }) => gradient[a] != 0.0,
+            Some(Drive::MeanVelocity { axes, .. } | Drive::MeanFlux { axes, .. }) => axes[a],
+            None => false,
+        };
+        if is_driven
+            || Face::ALL.into_iter().any(holds)
+            || s.walls.iter().any(|wall| !wall.surfaces.is_empty())
+        {
+            continue;
+        }
+        let axis = ["x", "y", "z"][a];
+        let message = format!(
+            "the domain is periodic along {axis}, nothing holds particles or fluid there and nothing drives them against gravity: both accelerate for ever; add [fluid.drive] with kind = \"mean_flux\", velocity = [0, 0, 0] and axes[{a}] = true to let particles settle while the mixture as a whole stays"
+        );
+        remarks.push((format!("gravity[{a}]"), message));
+    }
+    remarks
 }
 
 fn empty_domain(s: &Setting) -> Vec<Remark> {

@@ -104,7 +104,11 @@ fn exchange(given: Exchange) -> ExchangeStrategy {
 /// # Errors
 /// A domain that cannot be divided like this.
 pub fn dem(case: &Case, setup: DemSetup, rank: usize) -> Result<Dem, String> {
-    Dem::new(setup, rank).map_err(|e| case.about("domain", e.to_string()))
+    let mut dem = Dem::new(setup, rank).map_err(|e| case.about("domain", e.to_string()))?;
+    if let Some(nodes) = fluid::shared_nodes(case)? {
+        dem.share_cells(&nodes);
+    }
+    Ok(dem)
 }
 
 /// The ranks of the job as the Cartesian grid of a system.

@@ -134,15 +134,21 @@ fn of_free_flight(case: &Case) -> (f64, String) {
 pub fn of_fluid(case: &Case) -> TimeStepChoice {
     /// Ticks per output.
     const TICKS: f64 = 65536.0;
+    /// Ticks per longest step of the fluid at least: flow may become that much faster than what is imposed.
+    const LEAST_PER_STEP: f64 = 1024.0;
     let out = &case.output;
     let fluid = case.fluid.as_ref().and_then(|f| f.output.interval);
     let times = [Some(out.particles), Some(out.series), Some(out.checkpoint), fluid];
     let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
+    // Halved, so that outputs stay whole numbers of ticks, until the fluid's longest step has many.
+    let longest = case.fluid.as_ref().map_or(f64::INFINITY, |f| crate::fluid::longest_step(case, f).step);
+    let halvings = (LEAST_PER_STEP * shortest / (TICKS * longest)).log2().ceil().max(0.0);
     let (dt, reason) = match case.time.dt {
         TimeStep::Seconds(given) => (given, "the step of the fluid".to_string()),
-        TimeStep::Auto => {
-            (shortest / TICKS, "a tick of the clock; the fluid's step is a multiple of it".to_string())
-        }
+        TimeStep::Auto => (
+            shortest / TICKS / halvings.exp2(),
+            "a tick of the clock; the fluid's step is a multiple of it".to_string(),
+        ),
     };
     TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), reason, warning: None }
 }

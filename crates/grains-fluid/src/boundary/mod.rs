@@ -164,6 +164,12 @@ impl Boundaries {
         open_faces(grid).any(|face| self.on(face).any(|c| matches!(c, Condition::Outlet { .. })))
     }
 
+    /// Whether velocities imposed somewhere on the boundary may change in time.
+    pub fn is_unsteady(&self, grid: &Grid) -> bool {
+        let is_unsteady = |c: &Condition| matches!(c, Condition::Inlet { profile: Profile::Function(_) });
+        open_faces(grid).any(|face| self.on(face).any(is_unsteady))
+    }
+
     /// Whether tangential velocities are imposed on the whole face, on none of it (false), or on parts (none).
     pub(crate) fn imposes_tangential(&self, face: BoxFace) -> Option<bool> {
         let imposes = |c: &Condition| matches!(c, Condition::Wall { .. } | Condition::Inlet { .. });

@@ -284,6 +284,26 @@ impl FaceTable {
         }
     }
 
+    /// Largest Σ |u|/Δx (1/s) of the imposed velocities in the own cells behind the face; infinite if one is no number.
+    pub fn largest_rate(&self, local: &Local) -> f64 {
+        let (axis, h) = (self.face.axis, local.layout.halo);
+        let [t1, t2] = self.tangents;
+        let last = if self.face.side == Side::High { local.layout.cells[axis] - 1 } else { 0 };
+        let mut largest = 0.0_f64;
+        for m2 in h..self.extents[1] - h {
+            for m1 in h..self.extents[0] - h {
+                let e = m2 * self.extents[0] + m1;
+                let rate: f64 = [(axis, local.entry(last)), (t1, m1), (t2, m2)]
+                    .into_iter()
+                    .filter(|(a, _)| local.active[*a])
+                    .map(|(a, entry)| self.values[a][e].abs() * local.axes[a].inverse_width[entry])
+                    .sum();
+                largest = if rate.is_nan() { f64::INFINITY } else { largest.max(rate) };
+            }
+        }
+        largest
+    }
+
     /// Imposed normal velocities (m/s, positive into the box) with the areas of their faces (m²).
     pub fn for_normal_values(&self, local: &Local, mut job: impl FnMut(f64, f64)) {
         let (axis, h) = (self.face.axis, local.layout.halo);

@@ -52,7 +52,7 @@ impl FluidPhase {
         let (cells, before) = (setup.grid.cells(), setup.ownership.clone());
         let (arrays, clocks) = (self.arrays(), self.clocks());
         // Nothing is held twice: the old fields go before the new ones come.
-        let Self { flow, exchange, report, sampled, steps, iterations, seconds, .. } = self;
+        let Self { flow, exchange, report, sampled, steps, iterations, seconds, rule, .. } = self;
         let (clock, account) = (flow.clock.clone(), exchange.map(|exchange| exchange.account));
         drop(flow);
         let arrays = exchanged(arrays, cells, (&before, &now), transport);
@@ -69,7 +69,7 @@ impl FluidPhase {
         if let (Some(exchange), Some(account)) = (&mut fluid.exchange, account) {
             exchange.account = account;
         }
-        (fluid.report, fluid.sampled) = (report, sampled);
+        (fluid.report, fluid.sampled, fluid.rule) = (report, sampled, rule);
         (fluid.steps, fluid.iterations, fluid.seconds) = (steps, iterations, seconds);
         fluid.seconds[1] += begun.elapsed().as_secs_f64();
         Ok(fluid)

@@ -4,11 +4,11 @@ use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    Layout as Places, Model, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
-use grains_fluid::{Centre, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership};
+use grains_fluid::{Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership, SolidFlux};
 use grains_geometry::Vec3;
 use std::ops::Range;
 
@@ -61,6 +61,8 @@ pub struct Exchange {
     ends: [[bool; 2]; 3],
     /// Cross-section of the domain normal to each axis (m²).
     section: [f64; 3],
+    /// Volume of the domain (m³).
+    box_volume: f64,
 }
 
 /// What a rank knows of the exchange in the last steps; sums over the ranks count, wherever borders are.
@@ -105,6 +107,7 @@ impl Exchange {
             has_passed: Ok(false),
             ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
+            box_volume: grid.volume(),
         })
     }
 
@@ -217,6 +220,9 @@ impl Exchange {
         };
         let deposited = self.coupling.deposit_drag(particles, (&self.kernel_grid, &fluid), &mut drag, dt);
         agree(transport, deposited)?;
+        if flow.setup.drive.iter().any(|drive| matches!(drive, Drive::MeanFlux(_))) {
+            mixture.solid = self.solid_flux_of_box(particles, dt, transport);
+        }
         let [a, b, c] = self.coefficient.components_mut();
         let [d, e, f] = self.explicit.components_mut();
         self.halo.add(&mut [a, b, c, d, e, f], transport);
@@ -290,6 +296,42 @@ impl Exchange {
         let mut rises = self.account.rise[axis];
         transport.sum(&mut rises);
         -(rises[0] + rises[1])
+    }
+
+    /// Mean flux of the particles over the box, and what it follows of the fluid's in a step `dt` (s); collective, before the
+    /// halos of the drag are added.
+    ///
+    /// With volumes V, masses m and drag coefficients K of all, φ = ΣV/V_box: in a step particles follow a change of u by the
+    /// share w = K Δt/(m + K Δt) of it, so that κ = w φ/(1 − φ). Where they feel the pressure gradient, one of the force f per
+    /// volume moves them by w V/K of it, φ times which is their flux. λ is w V/K: with stiff drag what they owe the fluid for
+    /// it brings the rest a step later, and by φ w V/K the force would alternate from step to step near φ = ½.
+    fn solid_flux_of_box(&self, particles: &Particles, dt: f64, transport: &MpiTransport) -> SolidFlux {
+        // Flux along x, y, z, volume, mass, and drag coefficients along x, y, z.
+        let mut sums = [0.0; 8];
+        for body in &particles.bodies[..particles.owned] {
+            let volume = self.coupling.volume(body);
+            for (sum, u) in sums.iter_mut().zip(body.velocity.iter()) {
+                *sum += volume * u;
+            }
+            sums[3] += volume;
+            sums[4] += body.mass;
+        }
+        for axis in 0..3 {
+            sums[5 + axis] = self.coefficient.component(axis).iter().sum();
+        }
+        transport.sum(&mut sums);
+        let [volume, mass] = [sums[3], sums[4]];
+        let share = volume / self.box_volume;
+        let mut flux = SolidFlux::default();
+        for axis in (0..3).filter(|_| mass > 0.0) {
+            let drag = sums[5 + axis] * dt;
+            flux.mean[axis] = sums[axis] / self.box_volume;
+            flux.follow[axis] = drag / (mass + drag) * share / (1.0 - share);
+            if self.coupling.model == Model::A {
+                flux.yielding[axis] = dt * volume / (mass + drag);
+            }
+        }
+        flux
     }
 
     /// Velocity of the particles times their volume (m⁴/s) in every own cell, and their volume (m³); collective.

@@ -24,27 +24,31 @@ mod borders;
 pub mod check;
 mod exchange;
 mod files;
+mod longest_step;
 mod observe;
 mod profile;
 mod resolved;
 mod restart;
 mod setup;
+mod span;
 
 use crate::error::{RunError, agreed};
 use crate::population::KindRange;
 pub use borders::follow_borders;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
-use grains_case::{Case, Fluid as CaseFluid, TimeStep};
+use grains_case::{Case, Fluid as CaseFluid};
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, CouplingError, add_drag};
 use grains_dem::{Catalogue, Dem, DemSetup};
 use grains_domain::Decomposition;
-use grains_fluid::{Flow, FlowLimits, FlowSetup, Halo, Phase, StepReport};
+use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
+pub use longest_step::longest_step;
 pub use observe::{FluidProgress, Sums, columns};
 use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
+use span::SpanRule;
 
 /// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
 /// in a cell; for an iteration for its pressure; with a particle smaller than the cells; and with a resolved one, for the
@@ -79,15 +83,14 @@ pub struct FluidPhase {
     /// Lines and planes that are written.
     pub profiles: Vec<Sampler>,
     halo: Halo,
-    limits: FlowLimits,
     /// Work with a particle in a step of the fluid.
     work_of_particle: f64,
     /// How often borders had moved when the cells were shared out.
     moves: u64,
     /// Particle steps of the last step of the fluid.
     last_span: u64,
-    /// Particle steps per step of the fluid, if the case says how many.
-    span: Option<u64>,
+    /// How many particle steps a step of the fluid takes.
+    rule: SpanRule,
 }
 
 impl FluidPhase {
@@ -114,20 +117,14 @@ impl FluidPhase {
         let solver = agreed(transport, solver.map_err(about))?;
         let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
-        setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case)?;
+        let initialised = setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case);
+        agreed(transport, initialised)?;
         let given = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
         let resolved = given.map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
         if exchange.is_some() || resolved.is_some() {
             dem.particles.carry();
         }
-        let longest = setup::longest_step(case, fluid, &flow.setup);
-        let limits = FlowLimits { cfl: fluid.courant, growth: f64::INFINITY, ..FlowLimits::new(longest) };
-        let ticks = match case.time.dt {
-            TimeStep::Seconds(_) if case.inserts.is_empty() || case.holds_particles() => Some(1),
-            _ => None,
-        };
-        let span = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
         let setup = &flow.setup;
         let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
         let has_particles = exchange.is_some() || resolved.is_some();
@@ -151,11 +148,10 @@ impl FluidPhase {
             sampled: None,
             profiles,
             halo,
-            limits,
             work_of_particle,
             moves: dem.report.moves,
             last_span: 1,
-            span,
+            rule: SpanRule::new(case, fluid),
         }))
     }
 
@@ -231,7 +227,7 @@ impl FluidPhase {
     /// A state that cannot be trusted any longer.
     pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
         if dem.step >= self.next_step {
-            self.last_span = self.choose_span(dem, event, transport);
+            self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
             // Resolved particles go through the step before the fluid does.
             if self.is_alone() || self.exchange.is_some() {
@@ -298,22 +294,16 @@ impl FluidPhase {
         dem.other_work.per_cell = per_step(of_cell);
         dem.other_work.per_particle = per_step(self.work_of_particle).round() as u64;
     }
+}
 
-    /// Particle steps of the coming step of the fluid: what its limits allow, a fifth more than the last one at most, in
-    /// equal parts up to the next event.
-    fn choose_span(&self, dem: &Dem, event: u64, transport: &MpiTransport) -> u64 {
-        let most = self.span.unwrap_or_else(|| {
-            let allowed = self.limits.time_step(&self.flow, transport) / dem.setup.rates.dt;
-            let grown = if self.flow.state.last_dt > 0.0 {
-                self.last_span + (self.last_span / 5).max(1)
-            } else {
-                u64::MAX
-            };
-            (allowed as u64).min(grown).max(1)
-        });
-        let left = event.saturating_sub(dem.step).max(1);
-        left.div_ceil(left.div_ceil(most))
-    }
+/// Nodes (m) of the cells that ranks share by number: those of a fluid alone, as they are all the work.
+///
+/// # Errors
+/// Cells that cannot be.
+pub fn shared_nodes(case: &Case) -> Result<Option<[Vec<f64>; 3]>, String> {
+    let Some(fluid) = case.fluid.as_ref().filter(|_| case.inserts.is_empty()) else { return Ok(None) };
+    let grid = setup::grid(case, fluid)?;
+    Ok(Some(std::array::from_fn(|a| grid.axis(a).nodes().to_vec())))
 }
 
 /// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
@@ -333,8 +323,12 @@ pub fn least_widths(
         Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
         None => plain_halo(fluid),
     };
-    // Cuts fall anywhere in a cell.
-    Ok(std::array::from_fn(|a| (halo + 1) as f64 * setup::cell_widths(&grid, a).fold(0.0, f64::max)))
+    // Cuts fall anywhere in a cell; those of a fluid alone share them by number, so that a mean one counts.
+    let width = |a: usize| match case.inserts.is_empty() {
+        true => grid.axis(a).length() / grid.axis(a).cells() as f64,
+        false => setup::cell_widths(&grid, a).fold(0.0, f64::max),
+    };
+    Ok(std::array::from_fn(|a| (halo + 1) as f64 * width(a)))
 }
 
 /// Width of the halo of all fields (cells) without kernels.

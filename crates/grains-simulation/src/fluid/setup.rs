@@ -9,13 +9,14 @@ use grains_case::{
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
 use grains_dem::Catalogue;
-use grains_domain::Decomposition;
+use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Diffusion, Drive, FastSolver, Flow,
     FlowSetup, Grid, MixtureModel, Ownership, Patch, PressureSolver, Profile, Side,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// The grid of the fluid.
@@ -37,15 +38,6 @@ pub fn grid(case: &Case, fluid: &CaseFluid) -> Result<Grid, String> {
 /// Widths of the cells along an axis (m).
 pub fn cell_widths(grid: &Grid, axis: usize) -> impl Iterator<Item = f64> + '_ {
     grid.axis(axis).nodes().windows(2).map(|w| w[1] - w[0])
-}
-
-/// Longest step of the fluid (s): of bodies that the grid resolves also that in which momentum diffuses a cell or so.
-pub fn longest_step(case: &Case, fluid: &CaseFluid, setup: &FlowSetup) -> f64 {
-    let longest = fluid.longest_step.unwrap_or(0.01 * case.time.end);
-    let Some(resolved) = &fluid.resolved else { return longest };
-    let widths = (0..3).filter(|&a| setup.grid.is_active(a)).map(|a| setup.grid.axis(a).width(0));
-    let width = widths.fold(f64::INFINITY, f64::min);
-    longest.min(diffusion_step(fluid, resolved, width))
 }
 
 /// Step (s) in which momentum diffuses as far as the case allows, on cells of a width (m).
@@ -101,6 +93,7 @@ fn drive(fluid: &CaseFluid) -> [Drive; 3] {
             Drive::PressureGradient(gradient[a])
         }
         Some(CaseDrive::MeanVelocity { velocity, axes }) if axes[a] => Drive::MeanVelocity(velocity[a]),
+        Some(CaseDrive::MeanFlux { velocity, axes }) if axes[a] => Drive::MeanFlux(velocity[a]),
         _ => Drive::None,
     })
 }
@@ -239,7 +232,34 @@ pub fn initialise(
     let about = |e: FormulaError| case.about("fluid.initial", e.to_string());
     let [x, y, z] = compiled(&fluid.initial.velocity).map_err(about)?;
     let pressure = fluid.initial.pressure.compile().map_err(about)?;
-    let velocity = |at| [x.at(at, 0.0), y.at(at, 0.0), z.at(at, 0.0)];
-    flow.initialise(velocity, |at| pressure.at(at, 0.0), transport);
-    Ok(())
+    // Beyond the domain and on its boundaries other values are put in their place.
+    let domain = &case.domain;
+    let is_inside = |at: [f64; 3]| {
+        (0..3).all(|a| {
+            domain.lower[a] < at[a]
+                && (at[a] < domain.upper[a] || domain.periodic[a] && at[a] == domain.upper[a])
+        })
+    };
+    let odd = Cell::new(None);
+    let value = |quantity: usize, formula: &Formula, at: [f64; 3]| {
+        let value = formula.at(at, 0.0);
+        if !value.is_finite() && odd.get().is_none() && is_inside(at) {
+            odd.set(Some((quantity, value, at)));
+        }
+        value
+    };
+    let velocity = |at| [value(0, &x, at), value(1, &y, at), value(2, &z, at)];
+    flow.initialise(velocity, |at| value(3, &pressure, at), transport);
+    let Some(first) = transport.first_rank_with(odd.get().is_some()) else { return Ok(()) };
+    let Some((quantity, value, at)) = odd.get().filter(|_| first == transport.rank()) else {
+        return Err(String::new());
+    };
+    let key = match quantity {
+        3 => "fluid.initial.pressure".into(),
+        component => format!("fluid.initial.velocity[{component}]"),
+    };
+    Err(case.about(
+        &key,
+        format!("the formula is {value} at {at:?} m; it must have a value in all of the domain"),
+    ))
 }

@@ -70,7 +70,8 @@ pub struct Coupling {
     #[serde(default = "least_void_fraction")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub least_void_fraction: f64,
-    /// Particle steps per step of the fluid (-); as many as the Courant number allows if absent.
+    /// Particle steps per step of the fluid (-), fewer where the Courant number would be passed; as many as it allows if
+    /// absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 1))]
     pub particle_steps: Option<u64>,

@@ -22,6 +22,14 @@ pub enum Drive {
         /// Axes along which the mean is kept, per axis (x, y, z).
         axes: [bool; 3],
     },
+    /// An imposed mean velocity of the mixture, fluid and particles together, kept by adjusting the pressure gradient: 0 for
+    /// particles that settle as in a closed vessel. Past resolved particles the same as `mean_velocity`.
+    MeanFlux {
+        /// Mean of ε u + (1 − ε) v over the domain (m/s), v of the particles.
+        velocity: [f64; 3],
+        /// Axes along which the mean is kept, per axis (x, y, z).
+        axes: [bool; 3],
+    },
 }
 
 impl Drive {
@@ -29,7 +37,7 @@ impl Drive {
     pub(super) fn check(&self, cells: &[u64; 3], domain: &Domain, checker: &mut Checker) {
         let (key, driven) = match self {
             Self::PressureGradient { gradient } => ("gradient", gradient.map(|g| g != 0.0)),
-            Self::MeanVelocity { axes, .. } => ("axes", *axes),
+            Self::MeanVelocity { axes, .. } | Self::MeanFlux { axes, .. } => ("axes", *axes),
         };
         for a in (0..3).filter(|a| driven[*a]) {
             let (path, axis) = (format!("fluid.drive.{key}[{a}]"), ["x", "y", "z"][a]);
@@ -48,7 +56,7 @@ impl Drive {
                 );
             }
         }
-        if let Self::MeanVelocity { velocity, axes } = self
+        if let Self::MeanVelocity { velocity, axes } | Self::MeanFlux { velocity, axes } = self
             && let Some(a) = (0..3).find(|a| velocity[*a] != 0.0 && !axes[*a])
         {
             let message =

@@ -85,7 +85,8 @@ pub struct Fluid {
     #[serde(default = "quarter")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub courant: f64,
-    /// Longest step (s), where the Courant number allows more; a hundredth of the run at most.
+    /// Longest step (s), where the Courant number allows more; if absent what the flow asks for that can come about: by what is
+    /// imposed on it, its drive, its viscosity over the domain, and gravity and impact speed of particles (see `check`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub longest_step: Option<f64>,
@@ -158,7 +159,6 @@ impl Fluid {
         let domain = context.domain;
         let usual = if self.coupling.is_some() { Advection::VanLeer } else { Advection::Central };
         self.advection.get_or_insert(usual);
-        self.longest_step.get_or_insert((context.end / 100.0).max(f64::MIN_POSITIVE));
         self.output.check(context.interval, context.end, checker);
         if self.resolved.is_none() {
             coupling::check(self.coupling.as_ref(), context, checker);

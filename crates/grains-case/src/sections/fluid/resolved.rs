@@ -137,6 +137,16 @@ impl Resolved {
         }
     }
 
+    /// What to do for forces that settle at any diffusion number.
+    fn steady_remedy(&self) -> &'static str {
+        match self.method {
+            Method::Direct => "set fluid.resolved.extrapolation = \"quadratic\"",
+            Method::Multiplier => {
+                "set fluid.resolved.method = \"direct\" and fluid.resolved.extrapolation = \"quadratic\""
+            }
+        }
+    }
+
     /// The extrapolation given, or the default for the motion.
     pub fn extrapolation(&self) -> Extrapolation {
         self.extrapolation.unwrap_or(match self.motion {
@@ -167,7 +177,8 @@ pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &
     let longest = most * width * width * fluid.density / fluid.viscosity;
     if resolved.diffusion_number > most {
         let message = format!(
-            "the forces of particles alternate from step to step beyond {most}; lower it, or take extrapolation = \"quadratic\""
+            "the forces of particles alternate from step to step beyond {most}; take {most} or less, or {}",
+            resolved.steady_remedy()
         );
         checker.error("fluid.resolved.diffusion_number", message);
     }
@@ -177,8 +188,9 @@ pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &
         && dt > longest
     {
         let message = format!(
-            "the forces of particles alternate from step to step beyond {} s, nu dt/dx2 = {most}; lower it, or take \"auto\"",
-            rounded(longest)
+            "the forces of particles alternate from step to step beyond {} s, nu dt/dx2 = {most}; lower it, take \"auto\", or {}",
+            rounded(longest),
+            resolved.steady_remedy()
         );
         checker.error("time.dt", message);
     }

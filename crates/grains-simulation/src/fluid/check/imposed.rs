@@ -16,6 +16,11 @@ pub struct Fastest {
 
 /// The velocity that asks for the shortest step; formulas are sampled in space and time.
 pub fn fastest(case: &Case, fluid: &Fluid) -> Fastest {
+    fastest_at(case, fluid, &[0.0, 0.5 * case.time.end, case.time.end])
+}
+
+/// The same of some times (s).
+pub fn fastest_at(case: &Case, fluid: &Fluid, times: &[f64]) -> Fastest {
     let inverse = [0, 1, 2].map(|a| match fluid.cells[a] {
         1 => 0.0,
         _ => 1.0 / fluid.cell_widths(&case.domain, a)[0],
@@ -30,10 +35,10 @@ pub fn fastest(case: &Case, fluid: &Fluid) -> Fastest {
     for face in Face::ALL.into_iter().filter(|face| !case.domain.periodic[face.axis()]) {
         let on_face = fluid.on_face(face);
         for i in on_face.whole.into_iter().chain(on_face.patches) {
-            on_boundary(case, fluid, &fluid.boundary[i], &mut consider);
+            on_boundary((case, fluid), &fluid.boundary[i], times, &mut consider);
         }
     }
-    if let Some(Drive::MeanVelocity { velocity, axes }) = &fluid.drive {
+    if let Some(Drive::MeanVelocity { velocity, axes } | Drive::MeanFlux { velocity, axes }) = &fluid.drive {
         consider([0, 1, 2].map(|a| if axes[a] { velocity[a] } else { 0.0 }));
     }
     sample(&fluid.initial.velocity, [case.domain.lower, case.domain.upper], &[0.0], &mut consider);
@@ -41,7 +46,12 @@ pub fn fastest(case: &Case, fluid: &Fluid) -> Fastest {
 }
 
 /// The velocities that a condition imposes.
-fn on_boundary(case: &Case, fluid: &Fluid, boundary: &Boundary, consider: &mut impl FnMut([f64; 3])) {
+fn on_boundary(
+    (case, fluid): (&Case, &Fluid),
+    boundary: &Boundary,
+    times: &[f64],
+    consider: &mut impl FnMut([f64; 3]),
+) {
     let axis = boundary.face.axis();
     match &boundary.kind {
         BoundaryKind::Wall { velocity } => consider(*velocity),
@@ -49,7 +59,7 @@ fn on_boundary(case: &Case, fluid: &Fluid, boundary: &Boundary, consider: &mut i
             let mut corners = boundary.patch().unwrap_or([case.domain.lower, case.domain.upper]);
             let end = if boundary.face.is_upper() { case.domain.upper } else { case.domain.lower };
             corners.iter_mut().for_each(|corner| corner[axis] = end[axis]);
-            sample(velocity, corners, &[0.0, 0.5 * case.time.end, case.time.end], consider);
+            sample(velocity, corners, times, consider);
         }
         BoundaryKind::ParabolicInlet { mean } => {
             // A parabola peaks at 3/2 of its mean, along every axis on which there is one.

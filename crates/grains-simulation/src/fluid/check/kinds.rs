@@ -134,6 +134,9 @@ fn settling(
 
 /// Speeds and relaxation times of particles of a mass (kg).
 fn motion(bed: &Bed, law: DragLaw, mass: f64) -> Result<Motion, String> {
+    if bed.gravity == 0.0 {
+        return Err("there is no gravity (gravity = [0, 0, 0])".into());
+    }
     let is_by_wen_yu = law == DragLaw::Ergun;
     let alone = if is_by_wen_yu { DragLaw::WenYu } else { law };
     let terminal = bed.terminal_velocity(alone).map_err(|error| error.to_string())?;

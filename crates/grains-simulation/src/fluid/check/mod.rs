@@ -1,9 +1,10 @@
 //! What `check` says of the fluid: cells, memory, steps, and how particles settle and fluidise in it.
 
-mod imposed;
+pub mod imposed;
 mod kinds;
 mod resolved;
 
+use super::longest_step::{LongestStep, longest_step};
 use super::setup::drag_law;
 use crate::cost;
 use crate::population::Population;
@@ -31,10 +32,10 @@ const BYTES: [[f64; 2]; 6] =
 pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> Result<Vec<String>, String> {
     let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
     let mut lines = vec![cells(case, fluid), memory(case)];
-    let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
+    let longest = longest_step(case, fluid);
     if let Some(given) = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty()) {
         lines.extend(resolved::lines(case, catalogue, fluid, given, population.kinds()));
-        lines.push(step_limit(case, fluid, longest, 1.0).1);
+        lines.push(step_limit(case, fluid, &longest, 1.0).1);
         return Ok(lines);
     }
     let Some(coupling) = fluid.coupling.as_ref().filter(|_| !case.inserts.is_empty()) else {
@@ -42,7 +43,7 @@ pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> R
             TimeStep::Seconds(dt) => {
                 format!("fluid step     {dt:.4e} s (time.dt), {}", courant(case, fluid, dt))
             }
-            TimeStep::Auto => step_limit(case, fluid, longest, 1.0).1,
+            TimeStep::Auto => step_limit(case, fluid, &longest, 1.0).1,
         });
         return Ok(lines);
     };
@@ -50,12 +51,12 @@ pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> R
     let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
     lines.extend(pressure_drop(case, catalogue, fluid, population));
-    let (limit, line) = step_limit(case, fluid, longest, SETTLED);
+    let (limit, line) = step_limit(case, fluid, &longest, SETTLED);
     lines.push(line);
     let (step, why) = match coupling.particle_steps {
         Some(count) => {
             let dt = timestep::choose(case, catalogue, population.kinds())?.dt * count as f64;
-            (dt, format!("{count} particle steps, {:.2} of the limit", dt / limit))
+            (dt.min(limit), format!("{count} particle steps, {:.2} of the limit", dt / limit))
         }
         None => (limit, "the longest".into()),
     };
@@ -76,15 +77,13 @@ pub fn least_seconds(case: &Case) -> Option<f64> {
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
     let narrowest = widths.fold(f64::INFINITY, f64::min);
-    let by_diffusion = resolved.map_or(f64::INFINITY, |r| super::setup::diffusion_step(fluid, r, narrowest));
     let by_speed = match resolved.filter(|r| r.motion == BodyMotion::Free) {
         Some(_) => fluid.courant * narrowest / case.time.impact_speed,
         None => fluid.courant / fastest(case, fluid).rate,
     };
-    let longest = fluid.longest_step.unwrap_or(case.time.end / 100.0);
     let step = match case.time.dt {
         TimeStep::Seconds(dt) if resolved.is_none_or(|r| r.motion == BodyMotion::Fixed) => dt,
-        _ => longest.min(by_diffusion).min(by_speed),
+        _ => longest_step(case, fluid).step.min(by_speed),
     };
     let cells = fluid.cells.iter().product::<u64>() as f64;
     Some(case.time.end / step * cells * COST[usize::from(resolved.is_some())])
@@ -178,23 +177,25 @@ fn memory(case: &Case) -> String {
 }
 
 /// The longest step of the fluid (s), and the line about it; between particles at a void fraction the same flow is faster.
-fn step_limit(case: &Case, fluid: &Fluid, longest: f64, void_fraction: f64) -> (f64, String) {
+fn step_limit(case: &Case, fluid: &Fluid, longest: &LongestStep, void_fraction: f64) -> (f64, String) {
     let fastest = fastest(case, fluid);
     let at_inlet = fluid.courant / fastest.rate;
     let between = void_fraction * at_inlet;
-    if !at_inlet.is_finite() || between > longest {
-        return (longest, format!("fluid step     at most {longest:.3e} s (fluid.longest_step)"));
+    if between > longest.step || at_inlet.is_infinite() {
+        return (longest.step, format!("fluid step     at most {:.3e} s ({})", longest.step, longest.reason));
     }
     let settled = match void_fraction < 1.0 {
         true => format!(", {between:.3e} s between particles at void fraction {void_fraction}"),
         false => String::new(),
     };
-    let line = format!(
-        "fluid step     at most {:.3e} s at the {:.4} m/s imposed (fluid.courant = {}){settled}",
-        at_inlet.min(longest),
-        fastest.speed,
-        fluid.courant
-    );
+    let line = if at_inlet > longest.step {
+        format!("fluid step     at most {:.3e} s ({}){settled}", longest.step, longest.reason)
+    } else {
+        format!(
+            "fluid step     at most {at_inlet:.3e} s at the {:.4} m/s imposed (fluid.courant = {}){settled}",
+            fastest.speed, fluid.courant
+        )
+    };
     (between, line)
 }
 

@@ -76,7 +76,8 @@ pub fn lines(
             "  warning: parts thinner than {THIN} cells: the fluid hardly sees them; take cells of at most {:.3e} m",
             found.thinnest / THIN
         ));
-    } else if smallest < COARSE {
+    } else if (10.0 * smallest).round() < 10.0 * COARSE {
+        // As rounded above.
         lines.push(format!(
             "  warning: fewer than {COARSE} cells across the smallest: drag is off by ten percent and more"
         ));

@@ -1,0 +1,151 @@
+//! The longest step of the fluid: what the flow that can come about asks for, whatever the end of the run.
+
+use super::check::imposed::fastest_at;
+use grains_case::{Case, Drive, Fluid};
+
+/// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
+const SHARE_OF_DIFFUSION: f64 = 0.01;
+
+/// A longest step (s), and what asks for it.
+#[derive(Clone, Debug)]
+pub struct LongestStep {
+    /// Step (s).
+    pub step: f64,
+    /// What asks for it, with its key.
+    pub reason: String,
+}
+
+/// The case's own longest step, or the shortest of what its flow asks for; with particles that the grid resolves also that in
+/// which momentum diffuses a cell or so.
+///
+/// With cells Δx along an axis, Courant number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
+///
+/// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
+/// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, go C cells from rest;
+/// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
+/// * H²/(100 ν) without resolved particles.
+pub fn longest_step(case: &Case, fluid: &Fluid) -> LongestStep {
+    let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
+    let mut candidates = Vec::new();
+    let mut add = |step: f64, reason: String| candidates.push(LongestStep { step, reason });
+    if let Some(resolved) = &fluid.resolved {
+        let step = super::setup::diffusion_step(fluid, resolved, narrowest(case, fluid));
+        add(step, format!("fluid.resolved.diffusion_number = {}", resolved.diffusion_number));
+    }
+    if let Some(given) = fluid.longest_step {
+        add(given, "fluid.longest_step".into());
+    } else {
+        let imposed = fastest_at(case, fluid, &[0.0]);
+        let by_speed = format!("fluid.courant = {} at the {:.4} m/s imposed", fluid.courant, imposed.speed);
+        add(fluid.courant / imposed.rate, by_speed);
+        if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
+            let step = from_rest(case, fluid, gradient.map(|g| g / fluid.density));
+            add(step, "fluid.courant from rest by fluid.drive".into());
+        }
+        if !case.inserts.is_empty() && !case.holds_particles() {
+            add(from_rest(case, fluid, case.gravity), "fluid.courant from rest by gravity".into());
+        }
+        if fluid.coupling.is_some() && !case.inserts.is_empty() {
+            let reason =
+                format!("particles cross a cell at time.impact_speed = {} m/s", case.time.impact_speed);
+            add(narrowest(case, fluid) / case.time.impact_speed, reason);
+        }
+        if resolved.is_none() {
+            let extents = case.domain.extents();
+            let smallest = active(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
+            let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / fluid.viscosity;
+            add(step, "a hundredth of H2/nu, in which viscosity stops a flow between walls".into());
+        }
+    }
+    let first = LongestStep { step: f64::MAX, reason: "nothing limits it".into() };
+    candidates.into_iter().fold(first, |a, b| if b.step < a.step { b } else { a })
+}
+
+/// Axes along which there is flow.
+fn active(fluid: &Fluid) -> impl Iterator<Item = usize> + '_ {
+    (0..3).filter(|&a| fluid.cells[a] > 1)
+}
+
+/// Width of the narrowest cells along the axes of the flow (m).
+fn narrowest(case: &Case, fluid: &Fluid) -> f64 {
+    active(fluid).map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min)
+}
+
+/// Time (s) in which what is at rest goes as far as the Courant number allows, at an acceleration (m/s²).
+fn from_rest(case: &Case, fluid: &Fluid, acceleration: [f64; 3]) -> f64 {
+    let rate: f64 =
+        active(fluid).map(|a| acceleration[a].abs() / fluid.cell_widths(&case.domain, a)[0]).sum();
+    (2.0 * fluid.courant / rate).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_step;
+    use crate::timestep::of_fluid;
+    use grains_case::Case;
+    use std::path::Path;
+
+    /// Air in a box between walls; `more` goes into its table.
+    fn case(end: f64, more: &str, intervals: [f64; 4]) -> Case {
+        let [particles, series, checkpoint, fluid] = intervals;
+        let text = format!(
+            "[domain]\nlower = [0, 0, 0]\nupper = [0.2, 0.1, 0.1]\nperiodic = [true, false, false]\n[time]\nend = {end}\n\
+             [output]\nparticles = {particles}\nseries = {series}\ncheckpoint = {checkpoint}\n[fluid]\ndensity = 1.2\n\
+             viscosity = 1.8e-5\ncells = [20, 10, 10]\n{more}\n[fluid.output]\ninterval = {fluid}\n"
+        );
+        Case::parse(&text, "box.toml", Path::new("")).unwrap()
+    }
+
+    const FLOWS: [&str; 5] = [
+        "",
+        "longest_step = 2e-4",
+        "drive = { kind = \"pressure_gradient\", gradient = [-3, 0, 0] }",
+        "drive = { kind = \"mean_flux\", velocity = [40, 0, 0], axes = [true, false, false] }",
+        "initial = { velocity = [\"y*7\", 0, 0] }",
+    ];
+
+    /// Steps (s) by closed forms: the time of diffusion, what is given, from rest, and the Courant number twice.
+    #[test]
+    fn the_longest_step_follows_from_the_flow_and_not_from_the_end() {
+        let wanted = [
+            0.01 * 0.01 * 1.2 / 1.8e-5,
+            2e-4,
+            (2.0 * 0.25 * 0.01 * 1.2 / 3.0_f64).sqrt(),
+            0.25 * 0.01 / 40.0,
+            0.25 * 0.01 / 0.7,
+        ];
+        for (flow, wanted) in FLOWS.into_iter().zip(wanted) {
+            for end in [1e-3, 1.0, 1e4] {
+                let case = case(end, flow, [0.0; 4]);
+                let found = longest_step(&case, case.fluid.as_ref().unwrap());
+                assert!((found.step / wanted - 1.0).abs() < 1e-9, "{flow} {end}: {found:?}, {wanted}");
+            }
+        }
+    }
+
+    /// Whatever the intervals, also if nothing is ever written: a step of the fluid has many ticks, outputs are whole numbers of
+    /// them, and the tick is that of the version before where that had many already.
+    #[test]
+    fn a_tick_is_short_beside_the_longest_step() {
+        for flow in FLOWS {
+            for intervals in [[0.0; 4], [0.0, 0.5, 0.0, 0.0], [0.01, 1e-3, 2.0, 0.01]] {
+                for end in [2e-3, 2.0, 2e4] {
+                    let case = case(end, flow, intervals);
+                    let (tick, longest) =
+                        (of_fluid(&case).dt, longest_step(&case, case.fluid.as_ref().unwrap()));
+                    assert!(
+                        1024.0 * tick <= longest.step,
+                        "{flow} {intervals:?} {end}: {tick} of {longest:?}"
+                    );
+                    let shortest = intervals.into_iter().filter(|&t| t > 0.0).fold(end, f64::min);
+                    let ticks = shortest / tick;
+                    assert!(
+                        (ticks.log2() - ticks.log2().round()).abs() < 1e-9 && ticks >= 65535.0,
+                        "{ticks}"
+                    );
+                    assert!(ticks < 65537.0 || 2048.0 * tick > longest.step, "{ticks}");
+                }
+            }
+        }
+    }
+}
