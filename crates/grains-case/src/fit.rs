@@ -65,7 +65,8 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
             insert.particles.iter().enumerate().map(move |(j, c)| (path(j), c.material, is_free))
         })
         .collect();
-    let counts = case.inserts.iter().map(|insert| insert.count.map(|count| count.min(2)));
+    let free = case.inserts.iter().filter(|insert| !insert.is_prescribed());
+    let counts = free.map(|insert| insert.count.map(|count| count.min(2)));
     let is_alone = counts.sum::<Option<u64>>() == Some(1);
     let mut reported: Vec<[usize; 2]> = Vec::new();
     let mut require = |path: &str, a: usize, b: usize| {
@@ -75,11 +76,12 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
             checker.error(path, missing_contact(case, a, b));
         }
     };
-    if !is_alone {
-        for (i, (path, a, is_free)) in components.iter().enumerate() {
-            let met = components[..=i].iter().filter(|(_, _, other_is_free)| *is_free || *other_is_free);
-            met.for_each(|(_, b, _)| require(path, *b, *a));
-        }
+    for (i, (path, a, is_free)) in components.iter().enumerate() {
+        let meets = |other_is_free: bool| match (*is_free, other_is_free) {
+            (true, true) => !is_alone,
+            (one, other) => one || other,
+        };
+        components[..=i].iter().filter(|c| meets(c.2)).for_each(|(_, b, _)| require(path, *b, *a));
     }
     for (i, wall) in case.walls.iter().enumerate() {
         for (_, particle, _) in components.iter().filter(|(_, _, is_free)| *is_free) {

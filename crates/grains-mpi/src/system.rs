@@ -260,7 +260,8 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     Ok(walls)
 }
 
-fn motion(motion: &CaseMotion) -> Motion {
+/// A motion of a case; one that turns bodies about their own centres has an axis through the origin.
+pub fn motion(motion: &CaseMotion) -> Motion {
     match *motion {
         CaseMotion::Translation { velocity, start, end } => {
             Motion::Translation { velocity: Vec3::from(velocity), start, end }
@@ -269,7 +270,7 @@ fn motion(motion: &CaseMotion) -> Motion {
             Motion::Oscillation { amplitude: Vec3::from(amplitude), frequency, phase, start, end }
         }
         CaseMotion::Rotation { point, axis, angular_velocity, start, end } => Motion::Rotation {
-            point: Vec3::from(point),
+            point: point.map_or_else(Vec3::zeros, Vec3::from),
             axis: Vec3::from(axis),
             rate: angular_velocity,
             start,

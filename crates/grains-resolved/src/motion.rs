@@ -31,6 +31,11 @@ impl FlowLink {
         cargo
     }
 
+    /// The cargo of a body whose motion was prescribed, and which moves freely from now on.
+    pub fn released(cargo: &Cargo) -> Cargo {
+        Self { impulse: Vec3::zeros(), angular_impulse: Vec3::zeros(), ..Self::read(cargo) }.write()
+    }
+
     /// Reads what [`FlowLink::write`] wrote.
     pub fn read(cargo: &Cargo) -> Self {
         let vector = |k: usize| Vec3::new(cargo[k], cargo[k + 1], cargo[k + 2]);
