@@ -235,6 +235,53 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     assert!(series(&one).column("momentum_x").iter().all(|&p| p == 0.0));
 }
 
+#[test]
+fn free_fixed_and_driven_bodies_share_a_flow_on_any_ranks_and_across_restarts() {
+    let (home, text) = (folder("fluid_driven"), case("resolved_driven.toml"));
+    let result = |label: &str, ranks: usize, text: &str| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result("1", 1, &text);
+    let table = series(&one);
+    let mut others = vec![result("2", 2, &text), result("4", 4, &text)];
+    others.push(continued(&home, "2", 4, &text));
+    let loads = ["fx", "fy", "fz", "tx", "ty", "tz"];
+    for other in &others {
+        assert_same_fluid(&one, other, 1e-9);
+        for name in ["post", "swing", "mill"] {
+            for load in loads {
+                let column = format!("insert_{name}_flow_{load}");
+                let (a, b) = (table.column(&column), series(other).column(&column));
+                assert_close(&a, &b, 1e-8, &format!("{} {column}", other.display()));
+            }
+        }
+    }
+    assert_series_have_the_loads(&one);
+    // Those of prescribed motion are where it is, those that are free have been moved by weight and flow.
+    let path = one.join("particles.vtkhdf");
+    let (times, points) = (array(&path, "VTKHDF/Steps/Values"), array(&path, "VTKHDF/Points"));
+    let ids = File::open(&path).unwrap().dataset("VTKHDF/PointData/id").unwrap().read_raw::<i64>().unwrap();
+    let place = |step: usize, id: i64| -> Vec<f64> {
+        let row = (6 * step..6 * step + 6).find(|&k| ids[k] == id).unwrap();
+        points[3 * row..3 * row + 3].to_vec()
+    };
+    for (step, time) in times.iter().enumerate() {
+        let swing = (std::f64::consts::TAU * 4.0 * time).sin();
+        for (id, way) in [(3, [0.0; 3]), (4, [0.05 * swing, 0.0, 0.02 * swing]), (5, [0.0; 3])] {
+            let wanted: Vec<f64> = place(0, id).iter().zip(way).map(|(x, d)| x + d).collect();
+            assert_close(&wanted, &place(step, id), 1e-12, &format!("place of {id} at {time}"));
+        }
+    }
+    let last = times.len() - 1;
+    assert!(place(last, 0)[2] < place(0, 0)[2] - 1e-3, "the brick sinks");
+    // The mill is braked by the fluid, the post is pushed along it.
+    let brake = table.column("insert_mill_flow_tx");
+    assert!(brake[2..].iter().all(|&t| t < 0.0), "{brake:?}");
+}
+
 /// Asserts that the time series has the forces and torques of the snapshots, summed and of the particle with id 2.
 fn assert_series_have_the_loads(results: &Path) {
     let (table, path) = (series(results), results.join("particles.vtkhdf"));

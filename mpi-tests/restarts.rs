@@ -151,6 +151,13 @@ fn bodies_in_a_flow_stopped_at_every_step_lose_no_row_and_no_snapshot() {
 }
 
 #[test]
+fn fixed_and_driven_bodies_stopped_at_every_step_lose_nothing() {
+    at_every_step("held", 7, 1);
+    at_every_step("resolved_driven", 6, 1);
+    at_every_step("resolved_driven", 7, 3);
+}
+
+#[test]
 fn a_duct_stopped_at_every_step_loses_no_row_snapshot_profile_or_sample() {
     let text = replaced(&often("duct.toml", (12, 1)), "mean_from = 0.1", "mean_from = 0.04");
     stopped_at_every_step("duct", &text, 1e-5);
@@ -398,6 +405,54 @@ name = "two"
     fs::copy(checkpoints(&results).last().unwrap(), &end).unwrap();
     staged(3, &home, &text, middle.to_str().unwrap());
     assert_same_state(&end, checkpoints(&results).last().unwrap());
+}
+
+/// Particles are let go, held, and driven from where they are, at one restart after the other.
+#[test]
+fn the_motion_of_particles_may_change_at_a_restart() {
+    let home = folder("restarts_motion");
+    let stage = |end: f64, motion: &str| {
+        replaced(&falling(end, 1e-3), "angular_velocity = [3, 5, -2]", &format!("motion = {motion}"))
+    };
+    run_case(2, &home, &stage(0.05, "\"fixed\""), &[]).succeeded();
+    let output = staged(1, &home, &stage(0.1, "\"free\""), "latest");
+    assert!(output.stdout.contains("insert.two.motion"), "{}", output.text());
+    staged(
+        3,
+        &home,
+        &stage(0.15, "{ kind = \"oscillation\", amplitude = [0, 0, 0.01], frequency = 5 }"),
+        "latest",
+    );
+    staged(2, &home, &stage(0.2, "{ kind = \"translation\", velocity = [0, 0, 0.5] }"), "latest");
+    let results = home.join("results");
+    let table = series(&results);
+    let [times, potential, momentum] = ["time", "potential", "momentum_z"].map(|name| table.column(name));
+    // The particles' mass, as those that fall gain momentum.
+    let at = |time: f64| times.iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+    let mass = -momentum[at(0.1)] / (9.81 * 0.05);
+    let height = |time: f64| (potential[at(time)] - potential[0]) / (9.81 * mass);
+    assert!((0..=4).all(|k| height(0.01 * f64::from(k)) == 0.0 && momentum[at(0.01 * f64::from(k))] == 0.0));
+    let fallen = -0.5 * 9.81 * 0.05_f64.powi(2);
+    assert!((height(0.1) - fallen).abs() < 1e-9, "{} for {fallen}", height(0.1));
+    // The swing goes on from there, wherever it is in its period.
+    let swing = |time: f64| 0.01 * (std::f64::consts::TAU * 5.0 * time).sin();
+    for time in [0.12, 0.15] {
+        let wanted = fallen + swing(time) - swing(0.1);
+        assert!((height(time) - wanted).abs() < 1e-9, "{time}: {} for {wanted}", height(time));
+    }
+    let wanted = fallen + swing(0.15) - swing(0.1) + 0.5 * 0.05;
+    assert!((height(0.2) - wanted).abs() < 1e-9, "{} for {wanted}", height(0.2));
+    assert!((momentum[at(0.2)] / mass - 0.5).abs() < 1e-9, "{}", momentum[at(0.2)]);
+    // Who is held stays known.
+    for (old, new, reason) in [
+        ("count = 6", "count = 8", "add another [[insert]]"),
+        ("name = \"two\"", "name = \"three\"", "insert.two is gone"),
+    ] {
+        let text = replaced(&stage(0.3, "\"fixed\""), old, new);
+        let refused = run_case(2, &home, &text, &["--restart", "latest"]);
+        let message = refused.only_error(2);
+        assert!(message.contains(reason) && message.contains("cannot be continued"), "{new}: {message}");
+    }
 }
 
 #[test]

@@ -116,6 +116,17 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
 }
 
 #[test]
+fn fixed_and_driven_particles_among_free_ones() {
+    let decompositions = Decompositions { chosen: &[2, 3, 4], given: &[[1, 1, 3], [2, 2, 1]] };
+    let series = series(&compare("held", &decompositions));
+    for name in ["pins", "shaker", "stirrer", "late"] {
+        let loads = series.column(&format!("insert_{name}_fz"));
+        assert!(loads.iter().any(|&f| f != 0.0), "{name} are touched");
+    }
+    assert_eq!((series.column("inserted")[0], *series.column("inserted").last().unwrap()), (88.0, 92.0));
+}
+
+#[test]
 fn drum_with_hard_collisions() {
     let text = replaced(
         &case("drum.toml"),

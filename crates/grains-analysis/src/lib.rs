@@ -170,7 +170,7 @@ fn axis_name(case: &Case, axis: Option<Axis>) -> &'static str {
 /// # Errors
 /// A run of another kind.
 fn resolved_fluid<'a>(stock: &'a Stock, what: &str) -> Result<&'a Fluid, RunError> {
-    stock.case.fluid.as_ref().filter(|fluid| fluid.holds_particles()).ok_or_else(|| {
+    stock.case.fluid.as_ref().filter(|_| stock.case.holds_particles()).ok_or_else(|| {
         RunError::case(format!(
             "{}: the case has no flow past particles that stay where they are, which `analyse {what}` needs: give a run of one with `fluid.resolved` and its `motion` \"fixed\"",
             stock.path.display()

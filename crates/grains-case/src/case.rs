@@ -16,6 +16,7 @@ use crate::sections::domain::Domain;
 use crate::sections::fluid::{self, Fluid};
 use crate::sections::insert::{self, Insert};
 use crate::sections::material::Material;
+use crate::sections::motion::ParticleMotion;
 use crate::sections::output::{Field, Output, RawOutput};
 use crate::sections::run::{self, FlowPlane, Limits, Neighbours, Stop};
 use crate::sections::shape::{self, Shape, ShapeKind};
@@ -226,9 +227,10 @@ impl Case {
         contact::find(&self.contacts, a, b)
     }
 
-    /// Whether particles stay where they are inserted.
+    /// Whether the flow resolves particles that all stay where they are inserted: nothing moves but the fluid.
     pub fn holds_particles(&self) -> bool {
-        self.fluid.as_ref().is_some_and(Fluid::holds_particles)
+        let resolved = self.fluid.as_ref().and_then(|fluid| fluid.resolved.as_ref());
+        resolved.is_some_and(|resolved| resolved.holds_all(&self.inserts))
     }
 
     /// Index of the material of this name.
@@ -301,10 +303,14 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         interval: output.particles,
         end,
     };
-    let context = insert::Context { domain: &raw.domain, materials: &raw.material, names: &names, end };
+    let resolved = raw.fluid.as_ref().and_then(|fluid| fluid.resolved.as_ref());
+    let motion = resolved.map_or(ParticleMotion::Free, |resolved| resolved.motion.into());
+    let context =
+        insert::Context { domain: &raw.domain, materials: &raw.material, names: &names, end, motion };
     let inserts = insert::check(raw.insert, &context, checker);
+    let fluid = raw.fluid.map(|fluid| fluid.check(&fluid_context, &inserts, checker));
     let walls = wall::check(raw.wall, &raw.domain, &names, checker);
-    let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, raw.fluid.is_some());
+    let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, fluid.is_some());
     let time = raw.time.check(fastest, checker);
     let mut case = Case {
         name: raw.name.unwrap_or_else(|| stem.to_string()),
@@ -317,7 +323,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         inserts,
         walls,
         flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
-        fluid: raw.fluid.map(|fluid| fluid.check(&fluid_context, checker)),
+        fluid,
         output,
         limits: raw.limits,
         stop: raw.stop.check(&names, end, checker),

@@ -25,6 +25,8 @@ fn rewrite(schema: &mut Json) {
                     by_kind(map, &alternatives);
                 } else if alternatives.iter().all(|a| a.get("const").is_some()) {
                     by_word(map, &alternatives);
+                } else {
+                    by_type(map, &alternatives);
                 }
             }
         }
@@ -112,6 +114,23 @@ fn by_word(map: &mut Map<String, Json>, alternatives: &[Json]) {
     if let Json::Object(list) = list_of(&words, &description) {
         map.extend(list);
     }
+}
+
+/// `oneOf` of words and something that is no text, as either of them by whether a text is there.
+fn by_type(map: &mut Map<String, Json>, alternatives: &[Json]) {
+    let (words, others): (Vec<&Json>, Vec<&Json>) =
+        alternatives.iter().partition(|a| a.get("const").is_some());
+    let [other] = others[..] else { return };
+    if words.is_empty() || other.get("$ref").is_none() {
+        return;
+    }
+    map.remove("oneOf");
+    let text = |a: &Json| (a["const"].clone(), a["description"].as_str().unwrap_or("").to_string());
+    let words: Vec<(Json, String)> = words.into_iter().map(text).collect();
+    let words: Vec<(Json, &str)> = words.iter().map(|(word, text)| (word.clone(), text.as_str())).collect();
+    map.insert("if".into(), json!({"type": "string"}));
+    map.insert("then".into(), list_of(&words, "One of these words:"));
+    map.insert("else".into(), other.clone());
 }
 
 /// Words to choose from, each with its description.

@@ -57,13 +57,16 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
     if case.holds_particles() {
         return;
     }
-    let components: Vec<(String, usize)> = (case.inserts.iter().enumerate())
+    // With what moves it: two particles of prescribed motion never meet, nor does one a wall.
+    let components: Vec<(String, usize, bool)> = (case.inserts.iter().enumerate())
         .flat_map(|(i, insert)| {
             let path = move |j| format!("insert[{i}].particles[{j}].material");
-            insert.particles.iter().enumerate().map(move |(j, c)| (path(j), c.material))
+            let is_free = !insert.is_prescribed();
+            insert.particles.iter().enumerate().map(move |(j, c)| (path(j), c.material, is_free))
         })
         .collect();
-    let counts = case.inserts.iter().map(|insert| insert.count.map(|count| count.min(2)));
+    let free = case.inserts.iter().filter(|insert| !insert.is_prescribed());
+    let counts = free.map(|insert| insert.count.map(|count| count.min(2)));
     let is_alone = counts.sum::<Option<u64>>() == Some(1);
     let mut reported: Vec<[usize; 2]> = Vec::new();
     let mut require = |path: &str, a: usize, b: usize| {
@@ -73,13 +76,15 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
             checker.error(path, missing_contact(case, a, b));
         }
     };
-    if !is_alone {
-        for (i, (path, a)) in components.iter().enumerate() {
-            components[..=i].iter().for_each(|(_, b)| require(path, *b, *a));
-        }
+    for (i, (path, a, is_free)) in components.iter().enumerate() {
+        let meets = |other_is_free: bool| match (*is_free, other_is_free) {
+            (true, true) => !is_alone,
+            (one, other) => one || other,
+        };
+        components[..=i].iter().filter(|c| meets(c.2)).for_each(|(_, b, _)| require(path, *b, *a));
     }
     for (i, wall) in case.walls.iter().enumerate() {
-        for (_, particle) in &components {
+        for (_, particle, _) in components.iter().filter(|(_, _, is_free)| *is_free) {
             require(&format!("wall[{i}].material"), *particle, wall.material);
         }
     }
@@ -88,7 +93,7 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
 /// Cells of the fluid should not be far smaller than particles, and walls without particles do nothing.
 pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
     let Some(fluid) = &case.fluid else { return };
-    check_step(fluid, &case.domain, &case.time, checker);
+    check_step(fluid, (&case.domain, &case.inserts), &case.time, checker);
     let components = case.inserts.iter().flat_map(|insert| &insert.particles);
     let smallest = components
         .filter_map(|c| Some(c.scale.smallest() * case.shapes[c.shape].kind.diameter()?))

@@ -3,7 +3,7 @@
 use crate::diagnostic::rounded;
 use crate::sections::domain::Domain;
 use crate::sections::insert::Insert;
-use crate::sections::motion::Motion;
+use crate::sections::motion::{Motion, ParticleMotion};
 use crate::sections::wall::Wall;
 use crate::vector::{cross, dot, norm, sub, unit};
 
@@ -23,11 +23,17 @@ pub(crate) fn fastest_impact(
     walls: &[Wall],
     is_in_fluid: bool,
 ) -> f64 {
-    let falls = inserts.iter().map(|insert| {
+    let is_free = |insert: &&Insert| !insert.motion.as_ref().is_some_and(ParticleMotion::is_prescribed);
+    let falls = inserts.iter().filter(is_free).map(|insert| {
         let energy = if is_in_fluid { 0.0 } else { 2.0 * height(domain, gravity, insert) };
         (dot(insert.velocity, insert.velocity) + energy).sqrt()
     });
-    let moved = walls.iter().filter_map(|wall| wall.motion.as_ref()).map(|motion| speed(motion, domain));
+    let of_particles = inserts.iter().filter_map(|insert| match &insert.motion {
+        Some(ParticleMotion::Prescribed(motion)) => Some(motion),
+        _ => None,
+    });
+    let motions = walls.iter().filter_map(|wall| wall.motion.as_ref()).chain(of_particles);
+    let moved = motions.map(|motion| speed(motion, domain));
     let fastest = falls.chain(moved).filter(|speed| speed.is_finite()).fold(0.0, f64::max);
     let is_still = fastest < SLOWEST;
     rounded(if is_still || is_in_fluid { fastest.max(USUAL) } else { fastest })
@@ -44,7 +50,7 @@ fn height(domain: &Domain, gravity: [f64; 3], insert: &Insert) -> f64 {
     (0..3).map(|a| along(a).max(0.0)).sum()
 }
 
-/// Largest speed (m/s) of a wall inside the domain.
+/// Largest speed (m/s) of a wall or a particle inside the domain; one that turns about its own centre goes nowhere.
 fn speed(motion: &Motion, domain: &Domain) -> f64 {
     match motion {
         Motion::Translation { velocity, .. } => norm(*velocity),
@@ -52,7 +58,7 @@ fn speed(motion: &Motion, domain: &Domain) -> f64 {
             std::f64::consts::TAU * frequency * norm(*amplitude)
         }
         Motion::Rotation { point, axis, angular_velocity, .. } => {
-            let axis = unit(*axis).unwrap_or_default();
+            let (axis, Some(point)) = (unit(*axis).unwrap_or_default(), point) else { return 0.0 };
             let arms = domain.corners().map(|corner| norm(cross(axis, sub(corner, *point))));
             angular_velocity.abs() * arms.into_iter().fold(0.0, f64::max)
         }

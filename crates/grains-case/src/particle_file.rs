@@ -136,7 +136,7 @@ impl ParticleColumns {
         self.check_names(case, &mut remarks);
         let own = self.lines.first().zip(self.lines.last()).map(|(first, last)| *first..=*last);
         totals.check_materials(
-            case,
+            (case, insert),
             |line| own.as_ref().is_some_and(|own| own.contains(&line)),
             &mut remarks,
         );
@@ -241,13 +241,21 @@ impl FileTotals {
     }
 
     /// Remarks on the materials whose first lines are the own ones.
-    fn check_materials(&self, case: &Case, is_own: impl Fn(usize) -> bool, remarks: &mut Remarks) {
+    fn check_materials(
+        &self,
+        (case, insert): (&Case, &Insert),
+        is_own: impl Fn(usize) -> bool,
+        remarks: &mut Remarks,
+    ) {
         let lines = self.material_lines.iter().enumerate();
         let used: BTreeMap<usize, usize> = lines.filter_map(|(m, line)| Some((m, (*line)?))).collect();
-        let partners = (case.walls.iter().map(|wall| wall.material))
-            .chain(case.inserts.iter().flat_map(|i| &i.particles).map(|component| component.material))
-            .chain(used.keys().copied());
-        let partners: std::collections::BTreeSet<usize> = partners.collect();
+        let is_free = !insert.is_prescribed();
+        let walls = case.walls.iter().map(|wall| wall.material).filter(|_| is_free);
+        // Particles of prescribed motion meet free ones only.
+        let others = case.inserts.iter().filter(|other| is_free || !other.is_prescribed());
+        let others = others.flat_map(|other| &other.particles).map(|component| component.material);
+        let own = used.keys().copied().filter(|_| is_free);
+        let partners: std::collections::BTreeSet<usize> = walls.chain(others).chain(own).collect();
         for (&index, &line) in used.iter().filter(|(_, line)| is_own(**line)) {
             let name = Some(case.materials[index].name.clone());
             if case.materials[index].density.is_none() {
@@ -255,7 +263,7 @@ impl FileTotals {
                 remarks.add(line, "material", name.clone(), message.into());
             }
             for &other in &partners {
-                let is_first = other >= index || !used.contains_key(&other);
+                let is_first = !is_free || other >= index || !used.contains_key(&other);
                 if is_first && !case.holds_particles() && case.contact(index, other).is_none() {
                     remarks.add(line, "material", name.clone(), missing_contact(case, index, other));
                 }

@@ -166,6 +166,10 @@ impl<'a> Reader<'a, '_, '_> {
             self.choose_kind(&mut layers, &alternatives, table, &span, path);
             return self.read_table(&layers, table, span, path);
         }
+        // Words, or a table that its kind tells apart.
+        if let (DeValue::Table(_), Some(tables)) = (value.get_ref(), self.tables_among(&alternatives)) {
+            return self.read(tables, value, path, &doc);
+        }
         if !alternatives.is_empty() {
             match values::choose(&alternatives, value.get_ref()) {
                 Ok(schema) => layers.schemas.push(schema),
@@ -184,6 +188,14 @@ impl<'a> Reader<'a, '_, '_> {
             }
             other => self.read_scalar(&layers, other, &span, path, &doc),
         }
+    }
+
+    /// The alternative that stands for tables with a `kind`.
+    fn tables_among(&self, alternatives: &[&'a Json]) -> Option<&'a Json> {
+        let has_kinds = |schema: &&&'a Json| {
+            self.alternatives(&self.layers_of(schema)).iter().any(|inner| self.kind_of(inner).is_some())
+        };
+        alternatives.iter().find(has_kinds).copied()
     }
 
     /// The value of `kind` that selects a variant.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use grains_case::{
     Advection, BoundaryKind, Case, Drag, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
-    ParticleColumns, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep, WallKind,
-    schema,
+    ParticleColumns, ParticleMotion, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep,
+    WallKind, schema,
 };
 use serde_json::Value;
 
@@ -319,6 +319,81 @@ fn bodies_that_are_held_need_no_contacts() {
     let parabolas = text.replace("method = \"multiplier\"", "method = \"direct\"");
     let parabolas = parabolas.replace("diffusion_number = 2.0", "diffusion_number = 20.0");
     assert!(Case::parse(&parabolas, "bodies.toml", Path::new("")).is_ok(), "{parabolas}");
+}
+
+/// Fixed and free particles and ones of prescribed motion in one case, which needs laws only for those that meet.
+#[test]
+fn every_insertion_has_a_motion_of_its_own() {
+    let text = r#"
+        [domain]
+        lower = [0, 0, 0]
+        upper = [1, 1, 1]
+        [time]
+        end = 1
+        [[material]]
+        name = "glass"
+        density = 2500
+        [[material]]
+        name = "steel"
+        density = 7800
+        [[contact]]
+        between = ["glass", "glass"]
+        normal_stiffness = 1e5
+        restitution = 0.9
+        friction = 0.3
+        [[contact]]
+        between = ["glass", "steel"]
+        normal_stiffness = 1e5
+        restitution = 0.9
+        friction = 0.3
+        [[shape]]
+        name = "bead"
+        kind = "sphere"
+        radius = 0.02
+        [[insert]]
+        name = "bed"
+        particles = [{ shape = "bead", material = "glass" }]
+        count = 8
+        place = { kind = "lattice", lower = [0, 0, 0], upper = [1, 1, 0.3] }
+        [[insert]]
+        name = "tubes"
+        motion = "fixed"
+        particles = [{ shape = "bead", material = "steel" }]
+        count = 8
+        place = { kind = "lattice", lower = [0, 0, 0.3], upper = [1, 1, 0.6] }
+        [[insert]]
+        name = "stirrer"
+        motion = { kind = "rotation", axis = [0, 0, 2], angular_velocity = 3, start = 0.1 }
+        particles = [{ shape = "bead", material = "steel" }]
+        count = 8
+        place = { kind = "lattice", lower = [0, 0, 0.6], upper = [1, 1, 0.9] }
+    "#;
+    let parse = |text: &str| Case::parse(text, "stirred.toml", Path::new(""));
+    let case = parse(text).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(!case.holds_particles() && case.warnings.is_empty(), "{:?}", case.warnings);
+    let rotation = Motion::Rotation {
+        point: None,
+        axis: [0.0, 0.0, 1.0],
+        angular_velocity: 3.0,
+        start: 0.1,
+        end: f64::INFINITY,
+    };
+    let wanted = [ParticleMotion::Free, ParticleMotion::Fixed, ParticleMotion::Prescribed(rotation)];
+    assert_eq!(case.inserts.iter().map(|i| i.motion.clone().unwrap()).collect::<Vec<_>>(), wanted);
+    assert_eq!(parse(&case.to_toml()).unwrap_or_else(|errors| panic!("{errors}")), case);
+    // With a flow the default for all is its own.
+    let flow =
+        "[fluid]\ndensity = 1\nviscosity = 1e-5\ncells = [50, 50, 50]\nresolved = { motion = \"fixed\" }\n";
+    let resolved = parse(&(text.to_owned() + flow)).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(resolved.inserts[0].motion, Some(ParticleMotion::Fixed));
+    assert!(!resolved.holds_particles());
+    // Who moves needs a law with everybody.
+    let changed = text.replace("motion = \"fixed\"", "motion = \"free\"");
+    let message = parse(&changed).expect_err("refused").to_string();
+    assert!(message.contains("no contact law between \"steel\" and \"steel\""), "{message}");
+    let warned = parse(&text.replace("motion = \"fixed\"", "motion = \"fixed\"\nvelocity = [1, 0, 0]"));
+    let warned = warned.unwrap_or_else(|errors| panic!("{errors}")).warnings;
+    assert!(warned.len() == 1 && warned[0].key == "insert[1].velocity", "{warned:?}");
 }
 
 /// The good files together use every key but the few that exclude each other.

@@ -123,7 +123,7 @@ pub fn add_drag(particles: &mut Particles, rates: &Rates, ledger: &mut MomentumL
         let mut link = DragLink::read(cargo);
         load.force += link.pressure;
         let other = load.force + rates.gravity * body.mass;
-        let drag = link.force(velocity, &other, body.mass, rates.dt);
+        let drag = link.force(velocity, &other, body.mass_felt(), rates.dt);
         load.force += drag;
         ledger.given += drag * rates.dt;
         *cargo = link.write();

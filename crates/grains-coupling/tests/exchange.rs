@@ -66,6 +66,7 @@ fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &Rates) -> Part
         mass: catalogue.mass(kind, 1.0),
         angular_velocity: Vec3::zeros(),
         kind,
+        guide: 0,
     };
     ParticleRecord {
         id: id as u64,
@@ -505,6 +506,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         overlap_limit: 0.5,
         skin: Skin::default(),
         lubrication: None,
+        guides: Vec::new(),
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,

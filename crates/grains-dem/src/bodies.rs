@@ -208,8 +208,8 @@ fn coefficients(
         arm /= count as f64;
     }
     let arm_b = arm - (b.position - a.position);
-    let inverse = poses[0].inverse_mass_along(a.mass, &arm, &normal)
-        + poses[1].inverse_mass_along(b.mass, &arm_b, &normal);
+    let inverse = poses[0].inverse_mass_along(a.mass_felt(), &arm, &normal)
+        + poses[1].inverse_mass_along(b.mass_felt(), &arm_b, &normal);
     let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
     law.at(1.0 / inverse).shared(count, catalogue.sharing)
 }

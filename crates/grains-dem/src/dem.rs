@@ -7,6 +7,7 @@ use crate::bodies;
 use crate::error::vector;
 use crate::exchange::Exchange;
 use crate::forces::{LoadLattice, Tally};
+use crate::guide::{Course, Guide};
 use crate::hard::{CollisionModel, Collisions, HardModel, Site};
 use crate::integrate::{self, Rates};
 use crate::lubrication;
@@ -54,6 +55,8 @@ pub struct DemSetup {
     pub collisions: CollisionModel,
     /// Films of fluid between spheres.
     pub lubrication: Option<Lubrication>,
+    /// What prescribes the motion of some particles; [`Dem::guide`] changes it.
+    pub guides: Vec<Guide>,
     /// How clones are brought up to date.
     pub exchange: ExchangeStrategy,
     /// When borders between subdomains move; they stay if there is none.
@@ -254,7 +257,15 @@ impl Dem {
             setup,
         };
         dem.place_walls();
+        let guides = std::mem::take(&mut dem.setup.guides);
+        dem.guide(guides);
         Ok(dem)
+    }
+
+    /// Prescribes the motion of some particles; to be called on all ranks alike, before there are any.
+    pub fn guide(&mut self, guides: Vec<Guide>) {
+        self.particles.guided = guides.iter().map(|guide| guide.ids.clone()).collect();
+        self.setup.guides = guides;
     }
 
     /// Time of the present positions (s).
@@ -301,6 +312,11 @@ impl Dem {
     /// Every rank must call [`Dem::announce_insertion`] when particles were inserted anywhere.
     pub fn insert(&mut self, record: &ParticleRecord) {
         self.restore(record, &[0.0; 3]);
+        let last = self.particles.owned - 1;
+        let body = &self.particles.bodies[last];
+        if body.is_guided() {
+            self.particles.half_velocity[last] = body.velocity;
+        }
         self.ledger.inserted += 1;
         if self.particles.is_carrying() {
             self.passages.inserted.extend(self.particles.bodies.last());
@@ -316,6 +332,21 @@ impl Dem {
         record.sides = measure::sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
         self.memories.read(memory);
+        self.guide_last();
+    }
+
+    /// Gives the last particle the velocity that is prescribed, if one is.
+    fn guide_last(&mut self) {
+        let time = self.time();
+        let Some(body) = self.particles.bodies.last_mut().filter(|body| body.is_guided()) else { return };
+        let guide = &self.setup.guides[usize::from(body.guide) - 1];
+        let course = Course::new(guide, [time; 2], &self.setup.global);
+        [body.velocity, body.angular_velocity] = course.velocities(&body.position, &self.setup.global);
+    }
+
+    /// Courses of the guides between two times (s).
+    fn courses(&self, times: [f64; 2]) -> Vec<Course> {
+        self.setup.guides.iter().map(|guide| Course::new(guide, times, &self.setup.global)).collect()
     }
 
     /// Declares the lists stale on this rank; all ranks must do so together.
@@ -513,6 +544,8 @@ impl Dem {
     /// Kicks and drifts, moves the walls, and agrees with the other ranks on errors and stale lists.
     pub fn advance(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.clock.start();
+        let dt = self.setup.rates.dt;
+        let courses = self.courses([self.step, self.step + 1].map(|step| self.origin.time_of(step, dt)));
         let Self { particles, neighbours, setup, lattice, collisions, .. } = self;
         if setup.collisions != CollisionModel::Soft {
             collisions.relocate(particles);
@@ -524,7 +557,7 @@ impl Dem {
             particles,
             neighbours,
             &setup.catalogue,
-            &setup.global.lattice,
+            (&setup.global, &courses),
             &setup.rates,
             largest_force,
         );

@@ -4,11 +4,12 @@
 //! stored velocity is extrapolated by half a step with the last acceleration, which keeps the damped
 //! contact second order in dt, where the lagged velocity of most codes is first order.
 
+use crate::guide::Course;
 use crate::neighbours::{Neighbours, Reference};
 use crate::passing;
 use crate::rotation::{Tops, angular_velocity};
 use crate::{Catalogue, Load, Particles};
-use grains_domain::Lattice;
+use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
 /// What changes all velocities alike.
@@ -44,12 +45,12 @@ pub(crate) fn advance(
     particles: &mut Particles,
     neighbours: &Neighbours,
     catalogue: &Catalogue,
-    positions: &Lattice,
+    (global, courses): (&GlobalBox, &[Course]),
     rates: &Rates,
     largest_force: f64,
 ) -> Advance {
     let mut outcome = Advance { is_stale: false, overloaded: None, fast: Vec::new() };
-    let all_spheres = catalogue.all_spheres();
+    let (all_spheres, positions) = (catalogue.all_spheres(), &global.lattice);
     let (half, dt) = (0.5 * rates.dt, rates.dt);
     let mut turning = Turning::default();
     for i in 0..particles.owned {
@@ -57,6 +58,11 @@ pub(crate) fn advance(
         let body = &mut particles.bodies[i];
         if load.force.amax() > largest_force {
             outcome.overloaded = Some((i, load.force.norm()));
+        }
+        if body.is_guided() {
+            guide(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
+            outcome.is_stale |= !is_within_reach(particles, neighbours, i);
+            continue;
         }
         let acceleration = load.force * (1.0 / body.mass) + rates.gravity;
         let velocity = particles.half_velocity[i] + acceleration * dt;
@@ -88,6 +94,42 @@ pub(crate) fn advance(
     }
     outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt, &mut outcome.fast);
     outcome
+}
+
+/// Leads a particle of prescribed motion through the step.
+#[cold]
+fn guide(
+    particles: &mut Particles,
+    i: usize,
+    (global, courses): (&GlobalBox, &[Course]),
+    catalogue: &Catalogue,
+    dt: f64,
+    fast: &mut Vec<usize>,
+) {
+    let body = &mut particles.bodies[i];
+    let course = &courses[usize::from(body.guide) - 1];
+    let before = body.position;
+    let after = course.advance(body, global, dt);
+    (body.position, body.velocity) = (after.position, after.velocity);
+    body.angular_velocity = after.angular_velocity;
+    let [velocity, spin] = after.mean;
+    (particles.half_velocity[i], particles.half_spin[i]) = (velocity, spin);
+    if !catalogue.shape(body.kind).is_sphere() {
+        let inertia = inertia(catalogue, body);
+        if course.turns() {
+            let orientation = course.turned(&particles.orientations[i]);
+            particles.turn_to(i, &before, orientation);
+        } else {
+            particles.travelled[i] += (after.position - before).norm();
+        }
+        let frame = &particles.frames[i];
+        particles.half_spin[i] = frame * inertia.component_mul(&frame.tr_mul(&spin));
+    } else if !catalogue.all_spheres() {
+        particles.travelled[i] += (after.position - before).norm();
+    }
+    if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+        fast.push(i);
+    }
 }
 
 /// What a pass over the particles found.

@@ -27,7 +27,7 @@ pub(crate) fn add_between_spheres(
         let normal = separation / distance;
         let approach = (a.velocity - b.velocity).dot(&normal);
         let radius = a.radius * b.radius / radii;
-        let inverse_mass = 1.0 / a.mass + 1.0 / b.mass;
+        let inverse_mass = 1.0 / a.mass_felt() + 1.0 / b.mass_felt();
         let size = film.force(distance - radii, approach, radius, inverse_mass, dt);
         let force = lattice.force(&(normal * size));
         loads[i].force -= force;

@@ -184,8 +184,9 @@ impl Run {
             set(&mut self.between, at, between);
             set(&mut self.springs, at, pair.spring.into());
             for (side, i) in [pair.a, pair.b].into_iter().enumerate() {
-                let Body { velocity: v, angular_velocity: w, mass, radius, .. } = &bodies[i as usize];
-                set(&mut self.velocities[side], at, [v.x, v.y, v.z, *mass]);
+                let body = &bodies[i as usize];
+                let Body { velocity: v, angular_velocity: w, radius, .. } = body;
+                set(&mut self.velocities[side], at, [v.x, v.y, v.z, body.mass_felt()]);
                 set(&mut self.spins[side], at, [w.x, w.y, w.z, *radius]);
             }
             self.len += 1;

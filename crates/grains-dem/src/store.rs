@@ -4,6 +4,7 @@ use crate::dem::bytes;
 use crate::rotation::frame;
 use crate::{Kind, ParticleRecord};
 use grains_geometry::{Mat3, Rotation, Vec3};
+use std::ops::Range;
 
 /// What a contact needs to know of a particle: one and a half cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,8 @@ pub struct Body {
     pub angular_velocity: Vec3,
     /// Shape and material.
     pub kind: Kind,
+    /// Number of what prescribes its motion, from 1 in [`crate::DemSetup::guides`]; 0 for one that moves freely.
+    pub guide: u16,
 }
 
 /// Sum of the contact forces (N) and torques (N m) on a particle.
@@ -65,6 +68,8 @@ pub struct Particles {
     pub sides: Vec<u32>,
     /// What a coupling lets particles carry, owned; empty unless [`Particles::carry`] was called.
     pub cargo: Vec<Cargo>,
+    /// Identities of those of prescribed motion, guide by guide.
+    pub(crate) guided: Vec<Range<u64>>,
     turning: bool,
     carrying: bool,
 }
@@ -148,12 +153,17 @@ impl Particles {
     /// Appends a clone.
     pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
         self.ids.push(id);
-        self.bodies.push(body);
+        self.bodies.push(Body { guide: self.guide_of(id), ..body });
         if self.turning {
             self.orientations.push(orientation);
             self.frames.push(frame(&orientation));
             self.travelled.push(0.0);
         }
+    }
+
+    /// Number of the guide of a particle, from 1; 0 for one that moves freely.
+    fn guide_of(&self, id: u64) -> u16 {
+        self.guided.iter().position(|ids| ids.contains(&id)).map_or(0, |k| k as u16 + 1)
     }
 
     /// Gives a body that has come from a position (m) a new orientation.

@@ -23,8 +23,8 @@ pub struct BodyMotion {
     pub impulse: [f64; 6],
     /// What the last step left to this one, [`Action::pending`].
     pub pending: [f64; 6],
-    /// Components of velocity and angular velocity that stay 0.
-    pub held: [bool; 6],
+    /// Components of velocity and angular velocity that are imposed (m/s, rad/s).
+    pub imposed: [Option<f64>; 6],
 }
 
 /// What a body does to the fluid.
@@ -47,15 +47,19 @@ impl BodyMotion {
         (self.six_by_six() * share, right)
     }
 
-    /// Velocities of a momentum; those held are 0. NaN, which the next step reports, if the matrix has no inverse: inertia is
-    /// positive, so only NaN can make one such.
-    pub(crate) fn solved(&self, mut matrix: Matrix6<f64>, mut right: Vector6<f64>) -> Vector6<f64> {
-        for a in (0..6).filter(|&a| self.held[a]) {
-            matrix.row_mut(a).fill(0.0);
-            matrix[(a, a)] = 1.0;
-            right[a] = 0.0;
-        }
-        matrix.lu().solve(&right).unwrap_or_else(|| Vector6::repeat(f64::NAN))
+    /// Whether forces do not move the body.
+    pub(crate) fn is_prescribed(&self) -> bool {
+        self.imposed.iter().all(Option::is_some)
+    }
+
+    /// Velocities of a momentum; those imposed are what they are.
+    pub(crate) fn solved(&self, matrix: Matrix6<f64>, right: Vector6<f64>) -> Vector6<f64> {
+        solve(matrix, right, &self.imposed)
+    }
+
+    /// Change of the velocities by an impulse, which those imposed do not follow.
+    pub(crate) fn change(&self, matrix: Matrix6<f64>, impulse: Vector6<f64>) -> Vector6<f64> {
+        solve(matrix, impulse, &self.imposed.map(|given| given.map(|_| 0.0)))
     }
 
     /// Mass and inertia as one matrix.
@@ -66,6 +70,19 @@ impl BodyMotion {
     }
 }
 
+/// Velocities of a momentum, some of them given. NaN, which the next step reports, if the matrix has no inverse: inertia is
+/// positive, so only NaN can make one such.
+fn solve(mut matrix: Matrix6<f64>, mut right: Vector6<f64>, given: &[Option<f64>; 6]) -> Vector6<f64> {
+    for (a, given) in given.iter().enumerate() {
+        if let Some(given) = given {
+            matrix.row_mut(a).fill(0.0);
+            matrix[(a, a)] = 1.0;
+            right[a] = *given;
+        }
+    }
+    matrix.lu().solve(&right).unwrap_or_else(|| Vector6::repeat(f64::NAN))
+}
+
 /// Velocity and angular velocity of a body.
 pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
     let (u, w) = (&body.velocity, &body.spin);
@@ -73,12 +90,16 @@ pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
 }
 
 impl Action {
-    /// Force (N) and torque (N m) of the flow on a body that is held fast, over a step `dt` (s) before which `pending` was left:
-    /// −J/Δt + (Eⁿ⁺¹ − Eⁿ)/Δt.
+    /// Force (N) and torque (N m) of the flow on a body of prescribed motion, over a step `dt` (s) before which `pending` was
+    /// left: −J/Δt + (Eⁿ⁺¹ − Eⁿ)/Δt + m_f (Uⁿ⁺¹ − Uⁿ)/Δt, with the momentum m_f U of the fluid it displaces before and after.
     ///
-    /// The force on the fluid also changes the momentum E of what continues the flow inside, which the fluid outside never had.
-    pub fn on_held(&self, pending: &[f64; 6], dt: f64) -> [Vec3; 2] {
-        let change = |k: usize| Vec3::from_fn(|a, _| (self.pending[k + a] - pending[k + a]) / dt);
+    /// The force on the fluid also changes the momentum of the fluid inside, which that outside never had: E of what continues
+    /// the flow, and m_f U of what goes with the body.
+    pub fn on_held(&self, pending: &[f64; 6], displaced: [&[f64; 6]; 2], dt: f64) -> [Vec3; 2] {
+        let [before, after] = displaced;
+        let change = |k: usize| {
+            Vec3::from_fn(|a, _| (self.pending[k + a] - pending[k + a] + after[k + a] - before[k + a]) / dt)
+        };
         [change(0) - self.force, change(3) - self.torque]
     }
 

@@ -69,6 +69,17 @@
 //! lighter than half the fluid swing, since pressure answers a step later. What is left to the next step is *pending*
 //! ([`Action`]): fluid + (m − m_f) U − pending is kept to rounding.
 //!
+//! # Bodies of prescribed motion
+//!
+//! Their velocities are imposed on the fluid, of a body that turns those at its own places ([`BodyMotion::imposed`]). The flow's
+//! force on one is what the fluid got, less what that inside it keeps ([`Action::on_held`]):
+//!
+//! ```text
+//! F Δt = −J + Eⁿ⁺¹ − Eⁿ + m_f (Uⁿ⁺¹ − Uⁿ)
+//! ```
+//!
+//! As velocities come into a body and leave it, forces jitter, by an amount that goes with Δx²/Δt.
+//!
 //! # Many ranks
 //!
 //! Every rank imposes its own velocities; sums over a body go back the way its copies came. Results on other numbers of ranks

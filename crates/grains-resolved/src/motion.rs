@@ -11,9 +11,10 @@ pub struct FlowLink {
     pub force: Vec3,
     /// Torque of the flow in the last step (N m).
     pub torque: Vec3,
-    /// Impulse of contacts, weight and buoyancy since then (N s).
+    /// Impulse of contacts, weight and buoyancy since then (N s); of a body of prescribed motion the momentum m_f U of the fluid
+    /// it displaced then.
     pub impulse: Vec3,
-    /// Angular impulse of contacts since then (N m s).
+    /// Angular impulse of contacts since then (N m s), or that angular momentum.
     pub angular_impulse: Vec3,
     /// What the last step left to the next, [`Action::pending`] (N s, N m s).
     pub pending: [Vec3; 2],
@@ -28,6 +29,11 @@ impl FlowLink {
         const { assert!(CARGO_LENGTH >= 18, "a link is eighteen numbers") };
         cargo.chunks_exact_mut(3).zip(parts).for_each(|(to, from)| to.copy_from_slice(from.as_slice()));
         cargo
+    }
+
+    /// The cargo of a body whose motion was prescribed, and which moves freely from now on.
+    pub fn released(cargo: &Cargo) -> Cargo {
+        Self { impulse: Vec3::zeros(), angular_impulse: Vec3::zeros(), ..Self::read(cargo) }.write()
     }
 
     /// Reads what [`FlowLink::write`] wrote.
@@ -76,6 +82,9 @@ impl Surroundings {
         let (rates, catalogue) = (dem.setup.rates, &dem.setup.catalogue);
         let Particles { bodies, loads, cargo, .. } = &mut dem.particles;
         for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
+            if body.is_guided() {
+                continue;
+            }
             let mut link = FlowLink::read(cargo);
             let share = self.density / catalogue.densities[body.kind.material as usize];
             load.force -= rates.gravity * (share * body.mass);
@@ -100,10 +109,13 @@ impl Surroundings {
             let inertia = world_inertia(particles, i, &dem.setup.catalogue);
             let before = particles.half_velocity[i] * body.mass - link.impulse - link.force * dt;
             let spun = angular_momentum(dem, i, &inertia) - link.angular_impulse - link.torque * dt;
-            let mut held = [false; 6];
+            let mut imposed = [None; 6];
             for a in (0..3).filter(|&a| !self.active[a]) {
-                held[a] = true;
-                (0..3).filter(|&b| b != a).for_each(|b| held[3 + b] = true);
+                imposed[a] = Some(0.0);
+                (0..3).filter(|&b| b != a).for_each(|b| imposed[3 + b] = Some(0.0));
+            }
+            if body.is_guided() {
+                imposed = six(&body.velocity, &body.angular_velocity).map(Some);
             }
             BodyMotion {
                 mass: body.mass,
@@ -112,7 +124,7 @@ impl Surroundings {
                 momentum: six(&before, &spun),
                 impulse: six(&link.impulse, &link.angular_impulse),
                 pending: six(&link.pending[0], &link.pending[1]),
-                held,
+                imposed,
             }
         };
         (0..particles.owned).map(motion).collect()
@@ -122,7 +134,7 @@ impl Surroundings {
     pub fn note(dem: &mut Dem, actions: &[Action], dt: f64) {
         for (cargo, action) in dem.particles.cargo.iter_mut().zip(actions) {
             let [linear, angular] = FlowLink::read(cargo).pending;
-            let [force, torque] = action.on_held(&six(&linear, &angular), dt);
+            let [force, torque] = action.on_held(&six(&linear, &angular), [&[0.0; 6]; 2], dt);
             let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
             *cargo = FlowLink { force, torque, pending, ..FlowLink::default() }.write();
         }
@@ -137,11 +149,25 @@ impl Surroundings {
             let new = inertia * body.spin;
             let particles = &mut dem.particles;
             let mut link = FlowLink::read(&particles.cargo[i]);
+            let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
+            if particles.bodies[i].is_guided() {
+                let own = &particles.bodies[i];
+                let share = self.density / catalogue.densities[own.kind.material as usize];
+                let (before, after) = (
+                    six(&link.impulse, &link.angular_impulse),
+                    six(&(body.velocity * (share * own.mass)), &(new * share)),
+                );
+                let left = six(&link.pending[0], &link.pending[1]);
+                let [force, torque] = action.on_held(&left, [&before, &after], dt);
+                let [impulse, angular_impulse] = [0, 3].map(|k| Vec3::from_column_slice(&after[k..k + 3]));
+                particles.cargo[i] = FlowLink { force, torque, impulse, angular_impulse, pending }.write();
+                continue;
+            }
             let kick = body.velocity - particles.half_velocity[i];
             link.force += kick * (particles.bodies[i].mass / dt);
             link.torque += (new - old) / dt;
             (link.impulse, link.angular_impulse) = (Vec3::zeros(), Vec3::zeros());
-            link.pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
+            link.pending = pending;
             particles.cargo[i] = link.write();
             particles.half_velocity[i] = body.velocity;
             particles.bodies[i].velocity = body.velocity;

@@ -223,7 +223,7 @@ impl Resolved {
     ) -> Vec<[f64; 6]> {
         let mut values = vec![[0.0; 6]; self.bodies.len()];
         for ((value, load), motion) in values.iter_mut().zip(loads).zip(motions) {
-            *value = motion.solved(motion.balance().0, Vector6::from_column_slice(load) * -dt).into();
+            *value = motion.change(motion.balance().0, Vector6::from_column_slice(load) * -dt).into();
         }
         self.spread.scatter(&mut values, &self.subgrid, transport);
         values

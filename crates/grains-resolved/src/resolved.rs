@@ -140,7 +140,7 @@ impl Resolved {
             Method::Multiplier(method) => self.solve_multipliers(&method, motions, flow, dt, transport)?,
         };
         let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
-        for ((action, body), motion) in moved {
+        for ((action, body), motion) in moved.filter(|(_, motion)| !motion.is_prescribed()) {
             let after = motion.six_by_six() * velocities(body);
             for (a, pending) in action.pending.iter_mut().enumerate() {
                 *pending -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);

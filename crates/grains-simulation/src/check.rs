@@ -7,9 +7,9 @@ use crate::fluid;
 use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
-use crate::timestep::{Encounter, TimeStepChoice};
+use crate::timestep::{Encounter, Partner, TimeStepChoice};
 use crate::wall_surfaces::{WallTriangles, triangles_of};
-use grains_case::{Case, Face, TimeStep};
+use grains_case::{Case, Face, Insert, TimeStep};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{Catalogue, CollisionModel, FaceContact, Failure};
 use grains_domain::{Decomposition, SerialTransport};
@@ -102,7 +102,8 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
         }
     }
     let bare = plausibility::bare_faces(case, &setup.walls);
-    if !bare.is_empty() && !case.holds_particles() {
+    let is_still = !case.inserts.is_empty() && case.inserts.iter().all(Insert::is_fixed);
+    if !bare.is_empty() && !is_still {
         let names: Vec<&str> = bare.into_iter().map(Face::name).collect();
         let names = names.join(", ");
         let _ = writeln!(
@@ -242,7 +243,16 @@ fn hard_collisions(out: &mut String, case: &Case, model: &CollisionModel, step: 
 }
 
 fn pair(e: &Encounter) -> String {
-    format!("{} - {}{}", e.materials[0], e.materials[1], if e.is_wall { " (wall)" } else { "" })
+    format!(
+        "{} - {}{}",
+        e.materials[0],
+        e.materials[1],
+        match e.partner {
+            Partner::Free => "",
+            Partner::Wall => " (wall)",
+            Partner::Prescribed => " (of prescribed motion)",
+        }
+    )
 }
 
 /// Inserts what a run would insert at its first step; returns how many, and the walls as they are then.

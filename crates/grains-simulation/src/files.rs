@@ -375,6 +375,9 @@ impl Files {
         for load in &loads {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
+        for load in &dem.guided_loads(transport) {
+            values.extend(load.force.iter().chain(load.torque.iter()));
+        }
         values.extend(of_fluid);
         let written = match &mut self.series {
             Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
@@ -447,6 +450,9 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     }
     for wall in &dem.setup.walls {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
+    }
+    for guide in &dem.setup.guides {
+        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", guide.name), unit)));
     }
     columns
 }

@@ -75,7 +75,7 @@ impl Setting<'_> {
 
     /// Whether there are particles that move.
     fn has_moving_particles(&self) -> bool {
-        !self.case.inserts.is_empty() && !self.case.holds_particles()
+        !self.case.inserts.iter().all(Insert::is_fixed)
     }
 
     /// Particles in all (-).
@@ -104,8 +104,8 @@ impl Setting<'_> {
     /// Speed (m/s) and index of the fastest insertion.
     fn fastest_insertion(&self) -> (f64, usize) {
         let inserts = self.case.inserts.iter().enumerate();
-        inserts
-            .map(|(i, insert)| (Vec3::from(insert.velocity).norm(), i))
+        let free = inserts.filter(|(_, insert)| !insert.is_prescribed());
+        free.map(|(i, insert)| (Vec3::from(insert.velocity).norm(), i))
             .fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
     }
 }
@@ -228,7 +228,7 @@ fn stop_at_once(s: &Setting) -> Vec<Remark> {
             grains_case::Place::Lattice { .. } | grains_case::Place::Window { retry: None, .. }
         );
         let rests = [insert.velocity, insert.angular_velocity] == [[0.0; 3]; 2];
-        starts && (s.case.holds_particles() || is_sure && rests)
+        starts && (insert.is_fixed() || is_sure && rests && !insert.is_prescribed())
     };
     let is_met = stop.kinetic_energy_below.is_some() && stop.after == 0.0 && !s.case.inserts.is_empty();
     if !is_met || !s.case.inserts.iter().all(is_at_rest) || s.case.output.series == 0.0 {

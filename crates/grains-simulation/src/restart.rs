@@ -13,6 +13,7 @@ use grains_dem::{
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{Array, CheckpointFile, Metadata, Values, from_rank, latest_valid};
+use grains_resolved::FlowLink;
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Table, Value};
@@ -121,7 +122,8 @@ pub fn restore(
     check_state(&file, dem, (&before, &now, &changes), &numbering, population, transport).map_err(refuse)?;
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
-    population.restore(&before, progress, &changes, time);
+    let released = population.restore(&before, progress, &changes, time).map_err(refuse)?;
+    dem.guide(population.guides(case));
     for row in owned_rows(&file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
@@ -133,8 +135,10 @@ pub fn restore(
             true => dem.restore(&record, &row.memory),
             false => dem.restore(&record, &renumber_walls(&row.memory, |wall| numbering.wall(wall))),
         }
+        let is_released = released.iter().any(|ids| ids.contains(&record.id));
         if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
-            *place = cargo;
+            let is_resolved = fluid.as_ref().is_some_and(|fluid| fluid.resolved.is_some());
+            *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };
         }
     }
     dem.announce_insertion();

@@ -82,6 +82,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         largest_radius,
         skin,
         lubrication,
+        guides: Vec::new(),
         exchange: exchange(domain.exchange),
         balance,
     };
@@ -325,7 +326,8 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     Ok(walls)
 }
 
-fn motion(motion: &CaseMotion) -> Motion {
+/// A motion of a case; one that turns bodies about their own centres has an axis through the origin.
+pub fn motion(motion: &CaseMotion) -> Motion {
     match *motion {
         CaseMotion::Translation { velocity, start, end } => {
             Motion::Translation { velocity: Vec3::from(velocity), start, end }
@@ -334,7 +336,7 @@ fn motion(motion: &CaseMotion) -> Motion {
             Motion::Oscillation { amplitude: Vec3::from(amplitude), frequency, phase, start, end }
         }
         CaseMotion::Rotation { point, axis, angular_velocity, start, end } => Motion::Rotation {
-            point: Vec3::from(point),
+            point: point.map_or_else(Vec3::zeros, Vec3::from),
             axis: Vec3::from(axis),
             rate: angular_velocity,
             start,

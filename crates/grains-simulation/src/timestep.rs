@@ -5,13 +5,24 @@ use grains_case::{Case, TimeStep};
 use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
 use grains_dem::{Catalogue, SurfaceMobility};
 
+/// What a particle collides with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// Another that moves freely.
+    Free,
+    /// A wall.
+    Wall,
+    /// A particle of prescribed motion, which is met as a wall is.
+    Prescribed,
+}
+
 /// One collision that can happen in the case, and what it asks of the time step.
 #[derive(Clone, Debug)]
 pub struct Encounter {
     /// Names of the two materials; the second may be a wall's.
     pub materials: [String; 2],
-    /// Whether the second body is a wall.
-    pub is_wall: bool,
+    /// What the second body is.
+    pub partner: Partner,
     /// Restitution.
     pub restitution: f64,
     /// Friction.
@@ -111,7 +122,7 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
         }
     }
     let (dt, reason) = recommended;
-    let (dt, reason) = if dt.is_finite() { (dt, reason) } else { of_free_flight(case) };
+    let (dt, reason) = if dt.is_finite() { (dt, reason) } else { of_free_flight(case, kinds) };
     let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
     match case.time.dt {
         TimeStep::Auto => choice.dt = rounded_down(dt),
@@ -124,9 +135,22 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
     Ok(choice)
 }
 
-/// The step where particles meet nothing (s), and its reason.
-fn of_free_flight(case: &Case) -> (f64, String) {
-    (1e-3 * case.time.end, "a thousandth of time.end, as nothing can touch".to_string())
+/// The step where particles meet nothing (s), and its reason; where the flow around driven bodies is resolved, short beside the
+/// longest step of the fluid, which is a multiple of it.
+fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, String) {
+    /// Steps in the longest one of the fluid.
+    const SHARE: f64 = 64.0;
+    let usual = 1e-3 * case.time.end;
+    let of_fluid = crate::fluid::longest_step_of_bodies(case).map(|longest| longest / SHARE);
+    match of_fluid.filter(|dt| *dt < usual && kinds.iter().all(|kind| kind.is_prescribed)) {
+        Some(dt) => (
+            dt,
+            format!(
+                "1/{SHARE} of the longest step of the fluid, as bodies of prescribed motion meet nothing"
+            ),
+        ),
+        None => (usual, "a thousandth of time.end, as nothing can touch".to_string()),
+    }
 }
 
 /// The tick of the clock where there are no particles: the step given, or a small fraction of the shortest time between
@@ -207,14 +231,17 @@ fn judge(choice: &mut TimeStepChoice, accept_coarse: bool) -> Result<(), String>
 }
 
 fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Encounter> {
-    let lightest = lightest(case, catalogue, kinds);
+    let [lightest, held] = [false, true].map(|is_prescribed| {
+        let of = kinds.iter().filter(|kind| kind.is_prescribed == is_prescribed).copied().collect::<Vec<_>>();
+        lightest(case, catalogue, &of)
+    });
     let is_alone = kinds.iter().all(|kind| kind.is_alone);
     let name = |m: usize| case.materials[m].name.clone();
     let mut found = Vec::new();
     for contact in &case.contacts {
         let [a, b] = contact.between;
         let law = catalogue.contacts.law(a as u16, b as u16);
-        let mut add = |materials: [usize; 2], body: Lightest, other: Option<Lightest>| {
+        let mut add = |materials: [usize; 2], partner: Partner, body: Lightest, other: Option<Lightest>| {
             let reduced = other.map_or(body.mass, |o| reduced_mass(body.mass, o.mass));
             let felt = other.map_or(body.felt_mass, |o| reduced_mass(body.felt_mass, o.felt_mass));
             let share = other.map_or(body.along_surface, |o| body.along_surface.max(o.along_surface));
@@ -224,7 +251,7 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
             let rate = law.tangential_rate(felt);
             found.push(Encounter {
                 materials: materials.map(name),
-                is_wall: other.is_none(),
+                partner,
                 restitution: law.restitution,
                 friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
@@ -234,14 +261,19 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
             });
         };
         if let (Some(body), Some(other), false) = (lightest[a], lightest[b], is_alone) {
-            add([a, b], body, Some(other));
+            add([a, b], Partner::Free, body, Some(other));
         }
         let is_wall = |m: usize| case.walls.iter().any(|w| w.material == m);
         let mut sides = vec![[a, b], [b, a]];
         sides.dedup();
         for [m, wall] in sides {
-            if let (Some(body), true) = (lightest[m], is_wall(wall)) {
-                add([m, wall], body, None);
+            let Some(body) = lightest[m] else { continue };
+            if is_wall(wall) {
+                add([m, wall], Partner::Wall, body, None);
+            }
+            if let Some(other) = held[wall] {
+                let (radius, springs) = (body.radius.min(other.radius), body.springs.max(other.springs));
+                add([m, wall], Partner::Prescribed, Lightest { radius, springs, ..body }, None);
             }
         }
     }

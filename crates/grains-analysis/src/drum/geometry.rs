@@ -86,7 +86,7 @@ impl Drum {
         };
         let triple = |given: Option<Triple>| given.map(|Triple(t)| t);
         let needed = |value: Option<[f64; 3]>, key: &str| value.ok_or_else(|| missing(key));
-        let center = needed(triple(options.center).or(motion.map(|m| m.0)), "center")?;
+        let center = needed(triple(options.center).or(motion.and_then(|m| m.0)), "center")?;
         let axis = needed(triple(options.axis).or(motion.map(|m| m.1)), "axis")?;
         let rate = options.omega.or(motion.map(|m| m.2)).ok_or_else(|| missing("omega"))?;
         let radius = options.radius.or(wall.and_then(radius_of)).ok_or_else(|| missing("radius"))?;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
 use crate::diagnostic::rounded;
+use crate::sections::motion::ParticleMotion;
 use crate::sections::place::{MOST_PLACES, Place, default_spacing, lattice_sites};
 use crate::sections::scale::Scale;
 use crate::sections::shape::Shape;
@@ -62,6 +63,10 @@ pub struct Insert<Name = usize> {
     /// file gives the places but no quaternions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation: Option<Orientation>,
+    /// "free", "fixed" (they stay where they are inserted), or a prescribed motion as of walls, which begins where they are
+    /// inserted; by default fluid.resolved.motion, else "free".
+    #[serde(default, skip_serializing_if = "is_free")]
+    pub motion: Option<ParticleMotion>,
     /// Initial velocity (m/s).
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -82,12 +87,19 @@ pub struct Insert<Name = usize> {
     pub batch: Option<u64>,
 }
 
+/// Whether particles move by the forces on them, which needs no word.
+fn is_free(motion: &Option<ParticleMotion>) -> bool {
+    !motion.as_ref().is_some_and(ParticleMotion::is_prescribed)
+}
+
 /// What an insertion is checked against.
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub materials: &'a [Material],
     pub names: &'a Names,
     pub end: f64,
+    /// What particles do whose insertion does not say.
+    pub motion: ParticleMotion,
 }
 
 impl<Name> Insert<Name> {
@@ -107,6 +119,7 @@ impl<Name> Insert<Name> {
             count: self.count,
             place: self.place,
             orientation: self.orientation,
+            motion: self.motion,
             velocity: self.velocity,
             angular_velocity: self.angular_velocity,
             start: self.start,
@@ -164,12 +177,41 @@ fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &m
         );
         checker.error(&format!("{path}.angular_velocity"), message);
     }
+    insert.check_motion(path, &context.motion, checker);
     insert.check_batches(path, checker);
     insert.check_times(path, context.end, checker);
     insert
 }
 
 impl Insert {
+    /// Whether the motion of its particles is prescribed.
+    pub fn is_prescribed(&self) -> bool {
+        self.motion.as_ref().is_some_and(ParticleMotion::is_prescribed)
+    }
+
+    /// Whether its particles stay where they are inserted.
+    pub fn is_fixed(&self) -> bool {
+        self.motion == Some(ParticleMotion::Fixed)
+    }
+
+    /// The motion, and velocities that it makes meaningless.
+    fn check_motion(&mut self, path: &str, usual: &ParticleMotion, checker: &mut Checker) {
+        let is_given = self.motion.is_some();
+        let motion = self.motion.get_or_insert_with(|| usual.clone());
+        if let ParticleMotion::Prescribed(motion) = motion {
+            motion.check(&format!("{path}.motion"), checker);
+        }
+        if !(is_given && motion.is_prescribed()) {
+            return;
+        }
+        for (key, value) in [("velocity", self.velocity), ("angular_velocity", self.angular_velocity)] {
+            if value != [0.0; 3] {
+                let message = "without effect: the motion of these particles is prescribed; remove it, or take motion = \"free\"";
+                checker.warn(&format!("{path}.{key}"), message.into());
+            }
+        }
+    }
+
     /// Count and batches.
     fn check_batches(&mut self, path: &str, checker: &mut Checker) {
         if self.count.is_none() && !matches!(self.place, Place::File { .. }) {

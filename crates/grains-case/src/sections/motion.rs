@@ -1,11 +1,11 @@
-//! `motion = { kind = ... }`: prescribed motion of a wall.
+//! `motion = { kind = ... }`: prescribed motion of a wall, or of the particles of an insertion.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checker;
 
-/// Prescribed motion of a wall; it rests outside [start, end).
+/// Prescribed motion of a wall or of particles, which rest outside [start, end).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Motion {
@@ -41,9 +41,10 @@ pub enum Motion {
     },
     /// Constant angular velocity about a fixed axis.
     Rotation {
-        /// A point of the axis (m).
-        point: [f64; 3],
-        /// Direction of the axis (-), of any length; the wall turns counter-clockwise about it.
+        /// A point of the axis (m); particles may do without, and then turn each about its own centre.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        point: Option<[f64; 3]>,
+        /// Direction of the axis (-), of any length; the turn is counter-clockwise about it.
         axis: [f64; 3],
         /// Angular velocity (rad/s).
         angular_velocity: f64,
@@ -57,8 +58,28 @@ pub enum Motion {
     },
 }
 
+/// What the particles of an insertion do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ParticleMotion {
+    /// They move by the forces on them.
+    Free,
+    /// They stay where they are inserted.
+    Fixed,
+    /// They move as a wall does, from where they are inserted.
+    #[serde(untagged)]
+    Prescribed(Motion),
+}
+
+impl ParticleMotion {
+    /// Whether forces do not move them.
+    pub fn is_prescribed(&self) -> bool {
+        *self != Self::Free
+    }
+}
+
 impl Motion {
-    /// The interval (s) during which the wall moves.
+    /// The interval (s) of motion.
     pub fn interval(&self) -> (f64, f64) {
         match self {
             Self::Translation { start, end, .. }

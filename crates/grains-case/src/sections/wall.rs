@@ -126,6 +126,10 @@ impl<Name> Wall<Name> {
         checker.ordered_times(&format!("{path}.until"), ("from", self.from), self.until);
         if let Some(motion) = &mut self.motion {
             motion.check(&format!("{path}.motion"), checker);
+            if let Motion::Rotation { point: None, .. } = motion {
+                let message = "missing key; give a point of the axis (m), which a wall needs";
+                checker.error(&format!("{path}.motion.point"), message.into());
+            }
         }
         match &mut self.kind {
             WallKind::Plane { point, normal } => {

@@ -80,8 +80,8 @@ impl Run {
         }
         self.pair[k] = place as u32;
         let Touch { normal, overlap, arms: [arm, other_arm], velocities, spins } = Touch::of([a, b], found);
-        let inverse = poses[0].inverse_mass_along(a.mass, &arm, &normal)
-            + poses[1].inverse_mass_along(b.mass, &other_arm, &normal);
+        let inverse = poses[0].inverse_mass_along(a.mass_felt(), &arm, &normal)
+            + poses[1].inverse_mass_along(b.mass_felt(), &other_arm, &normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
         set(&mut self.normals, k, [normal.x, normal.y, normal.z, overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse]);

@@ -67,7 +67,7 @@ impl Site<'_> {
     /// Moves both bodies of a contact apart by what is left of their overlap after earlier relocations (m).
     pub(crate) fn relocate(&self, contact: &HardContact, relocations: &mut [Vec3]) {
         let a = contact.a as usize;
-        let mass = |i: usize| self.particles.bodies[i].mass;
+        let mass = |i: usize| self.particles.bodies[i].mass_felt();
         let (moved, share) = match contact.second {
             Second::Particle(b, _) => {
                 let (m1, m2) = (mass(a), mass(b as usize));
@@ -93,6 +93,9 @@ impl Site<'_> {
 
     fn mobility(&self, i: u32, arm: Vec3) -> Mat3 {
         let body = &self.particles.bodies[i as usize];
+        if body.is_guided() {
+            return Mat3::zeros();
+        }
         let inverse = inertia(self.catalogue, body).map(|moment| 1.0 / moment);
         let inverse_inertia = match self.particles.frames.get(i as usize) {
             Some(frame) if !self.catalogue.shape(body.kind).is_sphere() => {
@@ -115,6 +118,9 @@ impl Site<'_> {
         load.force += impulse / self.dt;
         load.torque += turn / self.dt;
         let body = &mut particles.bodies[i];
+        if body.is_guided() {
+            return;
+        }
         let gain = impulse * (1.0 / body.mass);
         body.velocity += gain;
         particles.half_velocity[i] += gain;

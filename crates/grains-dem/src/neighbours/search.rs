@@ -202,6 +202,9 @@ impl Neighbours {
         self.walls.shifts = images::shifts(&around.decomposition.global);
         let mut near_walls = WallSearch { around, wall_reach: self.wall_reach, elements: Vec::new() };
         for (i, &origin) in sorted.order.iter().enumerate() {
+            if particles.bodies[i].is_guided() {
+                continue;
+            }
             let known = memories.walls.row(origin as usize);
             near_walls.search(&mut self.walls, particles, i, self.references[i].reach, known);
         }
@@ -230,6 +233,9 @@ impl Neighbours {
                 continue;
             }
             let &Search { particles, sorted, memories, around, all_spheres, .. } = search;
+            if particles.bodies[i].is_guided() && particles.bodies[j].is_guided() {
+                continue;
+            }
             let both_spheres = all_spheres
                 || [i, j].iter().all(|&k| around.catalogue.shape(particles.bodies[k].kind).is_sphere());
             if both_spheres {

@@ -1,6 +1,6 @@
 //! Prescribed motions, as functions of time alone so that a restart cannot change them.
 
-use grains_geometry::{Mat3, Vec3};
+use grains_geometry::{Mat3, Rotation, Vec3};
 use nalgebra::{Rotation3, Unit};
 use std::f64::consts::TAU;
 
@@ -186,6 +186,17 @@ impl Motion {
                     ..rest
                 }
             }
+        }
+    }
+
+    /// Turn since time zero, at a time (s).
+    pub fn turned_at(&self, time: f64) -> Rotation {
+        match *self {
+            Motion::Rotation { axis, rate, start, end, .. } => {
+                let angle = rate * (time.min(end) - start).max(0.0);
+                Rotation::from_axis_angle(&Unit::new_normalize(axis), angle)
+            }
+            Motion::Fixed | Motion::Translation { .. } | Motion::Oscillation { .. } => Rotation::identity(),
         }
     }
 

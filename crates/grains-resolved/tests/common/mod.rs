@@ -110,7 +110,7 @@ impl Scene {
                 momentum: [momentum.x, momentum.y, momentum.z, spun.x, spun.y, spun.z],
                 impulse: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
                 pending: action.pending,
-                held: [false; 6],
+                imposed: [None; 6],
             }
         };
         let motions: Vec<BodyMotion> = self.own.iter().zip(&self.actions).map(motion).collect();

@@ -353,6 +353,15 @@ fn halo(
     Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
 }
 
+/// Longest step of the fluid (s) about bodies that its grid resolves, if it does.
+pub fn longest_step_of_bodies(case: &Case) -> Option<f64> {
+    let fluid = case.fluid.as_ref()?;
+    let resolved = fluid.resolved.as_ref()?;
+    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
+    let by_diffusion = setup::diffusion_step(fluid, resolved, widths.fold(f64::INFINITY, f64::min));
+    Some(fluid.longest_step.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
+}
+
 /// What a phase is made of.
 struct Parts {
     setup: FlowSetup,

@@ -43,7 +43,9 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
     let mut columns: Vec<_> = COLUMNS.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     if fluid.resolved.is_some() && !case.inserts.is_empty() {
         let chosen = fluid.output.bodies.iter().map(|id| format!("body_{id}"));
-        for name in std::iter::once("bodies".to_string()).chain(chosen) {
+        let prescribed = case.inserts.iter().filter(|i| i.is_prescribed() && !case.holds_particles());
+        let prescribed = prescribed.map(|insert| format!("insert_{}_flow", insert.name));
+        for name in std::iter::once("bodies".to_string()).chain(chosen).chain(prescribed) {
             columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
         }
     }
@@ -267,23 +269,25 @@ impl FluidPhase {
     }
 }
 
-/// Force (N) and torque (N m) of the flow on all bodies together, then on each that the case asks for, NaN while it is not
-/// there; collective.
+/// Force (N) and torque (N m) of the flow on all bodies together, on each that the case asks for, NaN while it is not there,
+/// and on those of each insertion of prescribed motion; collective.
 fn loads_of_bodies(case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
     let chosen = case.fluid.as_ref().map_or(&[][..], |fluid| &fluid.output.bodies);
     // The last number tells how many ranks own the body.
-    let mut sums = vec![[0.0; 7]; 1 + chosen.len()];
-    let own = dem.particles.ids.iter().zip(&dem.particles.cargo).take(dem.particles.owned);
-    for (id, cargo) in own {
+    let of_guides = 1 + chosen.len();
+    let mut sums = vec![[0.0; 7]; of_guides + dem.setup.guides.len()];
+    let particles = &dem.particles;
+    for ((id, body), cargo) in particles.ids.iter().zip(&particles.bodies).zip(&particles.cargo) {
         let link = FlowLink::read(cargo);
-        let place = chosen.iter().position(|k| k == id);
-        for sum in std::iter::once(0).chain(place.map(|k| k + 1)) {
+        let place = chosen.iter().position(|k| k == id).map(|k| k + 1);
+        let guide = body.is_guided().then(|| of_guides + usize::from(body.guide) - 1);
+        for sum in std::iter::once(0).chain(place).chain(guide) {
             let load = link.force.iter().chain(&link.torque).copied().chain([1.0]);
             sums[sum].iter_mut().zip(load).for_each(|(sum, x)| *sum += x);
         }
     }
     transport.sum(sums.as_flattened_mut());
-    sums[1..].iter_mut().filter(|sum| sum[6] == 0.0).for_each(|sum| sum.fill(f64::NAN));
+    sums[1..of_guides].iter_mut().filter(|sum| sum[6] == 0.0).for_each(|sum| sum.fill(f64::NAN));
     sums.iter().flat_map(|sum| sum[..6].iter().copied()).collect()
 }
 

@@ -46,7 +46,7 @@ impl ResolvedBodies {
     pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
         let method = match given.method {
             CaseMethod::Direct => Method::Direct {
-                extrapolation: match given.extrapolation() {
+                extrapolation: match given.extrapolation(&case.inserts) {
                     CaseExtrapolation::Cubic => Extrapolation::Cubic,
                     CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
                     CaseExtrapolation::Linear => Extrapolation::Linear,

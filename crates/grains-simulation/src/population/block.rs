@@ -7,11 +7,13 @@ use super::rows::FileRows;
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
 use crate::random::Draw;
-use grains_case::{Case, Insert, Place, default_spacing};
-use grains_dem::{Catalogue, Dem, Kind, NewParticle, Occupancy, ParticleRecord};
+use crate::system;
+use grains_case::{Case, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing};
+use grains_dem::{Catalogue, Dem, Guide, Kind, Motion, NewParticle, Occupancy, ParticleRecord};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// How far an insertion has come, as of [`Block`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +30,21 @@ impl Progress {
     pub fn text(&self) -> String {
         let Self { first_id, count, done, before, start } = self;
         format!("{first_id} {count} {done} {before} {:x}", start.to_bits())
+    }
+
+    /// Particles inserted so far.
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Particles in all.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Their identities.
+    pub fn ids(&self) -> Range<u64> {
+        self.first_id..self.first_id + self.count
     }
 
     /// From a checkpoint.
@@ -87,7 +104,22 @@ impl Block {
             Some(rows) => of_rows(case, catalogue, (rows, component), transport),
             None => vec![of_component(component)],
         };
-        self.insert.particles.iter().flat_map(of).collect()
+        let is_prescribed = self.insert.is_prescribed();
+        let kinds = self.insert.particles.iter().flat_map(of);
+        kinds.map(|kind| KindRange { is_prescribed, ..kind }).collect()
+    }
+
+    /// What prescribes the motion of its particles, if anything does.
+    pub fn guide(&self) -> Option<Guide> {
+        let (motion, about_centres) = match self.insert.motion.as_ref()? {
+            ParticleMotion::Free => return None,
+            ParticleMotion::Fixed => (Motion::Fixed, false),
+            ParticleMotion::Prescribed(given) => {
+                (system::motion(given), matches!(given, CaseMotion::Rotation { point: None, .. }))
+            }
+        };
+        let ids = self.first_id..self.first_id + self.count;
+        Some(Guide { name: self.insert.name.clone(), ids, motion, about_centres })
     }
 
     /// Sum of something over the kind and scale of all its particles; of more than a million it is that of the first million,
@@ -312,7 +344,7 @@ impl Block {
             let site = (id - self.first_id) % self.batch();
             new.position = sites.position(site, &mut Draw::new(seed, id, purpose::NOISE));
         }
-        if case.holds_particles() {
+        if insert.is_prescribed() {
             // A packing brings the velocities of its last moments.
             (new.velocity, new.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
         }

@@ -14,8 +14,10 @@ pub struct KindRange {
     pub smallest: f64,
     /// Largest scale (-).
     pub largest: f64,
-    /// Whether it is the only particle of the case, which meets walls at most.
+    /// Whether only one particle of the case moves freely: it meets walls and particles of prescribed motion at most.
     pub is_alone: bool,
+    /// Whether its motion is prescribed: contacts feel no mass of it.
+    pub is_prescribed: bool,
 }
 
 /// Shape and material of a component.
@@ -27,7 +29,7 @@ pub fn component_kind(component: &Component) -> Kind {
 pub fn of_component(component: &Component) -> KindRange {
     let scale = &component.scale;
     let (smallest, largest) = (scale.smallest(), scale.largest());
-    KindRange { kind: component_kind(component), smallest, largest, is_alone: false }
+    KindRange { kind: component_kind(component), smallest, largest, is_alone: false, is_prescribed: false }
 }
 
 /// The kinds among the rows of a file that a component completes, in the order of the rows; collective.
@@ -53,7 +55,7 @@ pub fn of_rows(
     for (place, &[smallest, largest, first]) in table.iter().enumerate() {
         let kind = Kind { shape: (place / materials) as u16, material: (place % materials) as u16 };
         if largest.is_finite() {
-            found.push((-first, KindRange { kind, smallest: -smallest, largest, is_alone: false }));
+            found.push((-first, KindRange { kind, smallest: -smallest, largest, ..drawn }));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -13,9 +13,10 @@ use crate::changes::{Change, names};
 use crate::error::RunError;
 use block::{Block, Progress};
 use grains_case::Case;
-use grains_dem::{Catalogue, Dem, Kind, Partner, Touch};
+use grains_dem::{Catalogue, Dem, Guide, Kind, Partner, Touch};
 use grains_domain::Transport;
-use toml::Table;
+use std::ops::Range;
+use toml::{Table, Value};
 
 /// All insertions of a case.
 #[derive(Clone, Debug)]
@@ -41,7 +42,8 @@ impl Population {
             kinds.extend(block.kinds(case, catalogue, transport));
             blocks.push(block);
         }
-        let is_alone = first_id == 1;
+        let free = blocks.iter().filter(|block| !block.insert.is_prescribed());
+        let is_alone = free.map(|block| block.count).sum::<u64>() == 1;
         kinds.iter_mut().for_each(|kind| kind.is_alone = is_alone);
         Ok(Self { blocks, next_id: first_id, kinds, seed: case.seed })
     }
@@ -83,19 +85,67 @@ impl Population {
     /// Continues where the insertions of a checkpoint's case stood at a time (s), as of [`Population::progress`].
     ///
     /// They are known by their names. Particles an insertion has inserted count, whatever it says now. The next batch of one that
-    /// has changed is due at its start, now at the earliest, and so is the first of a new one.
-    pub fn restore(&mut self, before: &Table, progress: &str, changes: &[Change], time: f64) {
+    /// has changed is due at its start, now at the earliest, and so is the first of a new one. Returns the identities of the
+    /// particles whose motion was prescribed and no longer is.
+    ///
+    /// # Errors
+    /// Particles of prescribed motion whose insertion is no longer there, or gets further ones.
+    pub fn restore(
+        &mut self,
+        before: &Table,
+        progress: &str,
+        changes: &[Change],
+        time: f64,
+    ) -> Result<Vec<Range<u64>>, String> {
         let names = names(before, "insert");
         let mut lines: Vec<&str> = progress.lines().collect();
         let mut next_id = lines.pop().and_then(|id| id.parse().ok()).unwrap_or(0);
         let known: Vec<Option<Progress>> = lines.into_iter().map(Progress::parse).collect();
+        let mut released = Vec::new();
+        for (name, old) in names.iter().zip(&known) {
+            let Some(old) = old.filter(|old| old.done() > 0) else { continue };
+            let was_prescribed = was_prescribed(before, name);
+            match self.blocks.iter().find(|block| block.insert.name == *name) {
+                None if was_prescribed => {
+                    return Err(format!(
+                        "insert.{name} is gone: the motion of its particles, which are there, would be known no longer; keep it, with motion = \"free\" to let them go"
+                    ));
+                }
+                Some(block)
+                    if (was_prescribed || block.insert.is_prescribed()) && block.count > old.count() =>
+                {
+                    return Err(format!(
+                        "insert.{name}.count = {}, was {}: the motion of its particles is prescribed, and further ones would not be of the same insertion; add another [[insert]]",
+                        block.count,
+                        old.count()
+                    ));
+                }
+                Some(block) if was_prescribed && !block.insert.is_prescribed() => released.push(old.ids()),
+                _ => {}
+            }
+        }
         for block in &mut self.blocks {
             let old = names.iter().position(|name| *name == block.insert.name);
             let old = old.and_then(|old| known.get(old).copied().flatten());
-            let is_changed = changes.iter().any(|change| change.is_within(&["insert", &block.insert.name]));
+            // What its particles do changes none of its batches.
+            let is_of_batches = |change: &&Change| change.key.get(2).is_none_or(|key| key != "motion");
+            let is_changed = changes
+                .iter()
+                .filter(is_of_batches)
+                .any(|change| change.is_within(&["insert", &block.insert.name]));
             block.go_on(old, is_changed, &mut next_id, time);
         }
         self.next_id = next_id;
+        Ok(released)
+    }
+
+    /// What prescribes the motion of particles; nothing has to where none of a case moves.
+    pub fn guides(&self, case: &Case) -> Vec<Guide> {
+        if case.holds_particles() {
+            Vec::new()
+        } else {
+            self.blocks.iter().filter_map(Block::guide).collect()
+        }
     }
 
     /// The insertion a particle comes from, and its index; none if that was one of an earlier case.
@@ -185,6 +235,15 @@ impl Population {
         }
         Ok(inserted)
     }
+}
+
+/// Whether an earlier case prescribed the motion of the particles of an insertion.
+fn was_prescribed(before: &Table, name: &str) -> bool {
+    let inserts = before.get("insert").and_then(Value::as_array).into_iter().flatten();
+    let mut own = inserts.filter(|insert| insert.get("name").and_then(Value::as_str) == Some(name));
+    let usual = || before.get("fluid")?.get("resolved")?.get("motion");
+    let motion = own.next().and_then(|insert| insert.get("motion").or_else(usual));
+    motion.is_some_and(|motion| motion.as_str() != Some("free"))
 }
 
 fn partner_id(dem: &Dem, touch: &Touch) -> Option<u64> {

@@ -24,6 +24,7 @@ pub use resolved::{Extrapolation, Interpolation, Method as ResolvedMethod, Motio
 
 use crate::check::Checker;
 use crate::sections::domain::Domain;
+use crate::sections::insert::Insert;
 
 /// Scheme of the advective terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -149,13 +150,8 @@ pub(crate) struct Context<'a> {
 }
 
 impl Fluid {
-    /// Whether particles stay where they are inserted.
-    pub fn holds_particles(&self) -> bool {
-        self.resolved.as_ref().is_some_and(|resolved| resolved.motion == BodyMotion::Fixed)
-    }
-
     /// Fills in the defaults that depend on other keys and checks what the schema cannot express.
-    pub(crate) fn check(mut self, context: &Context<'_>, checker: &mut Checker) -> Self {
+    pub(crate) fn check(mut self, context: &Context<'_>, inserts: &[Insert], checker: &mut Checker) -> Self {
         let domain = context.domain;
         let usual = if self.coupling.is_some() { Advection::VanLeer } else { Advection::Central };
         self.advection.get_or_insert(usual);
@@ -163,7 +159,7 @@ impl Fluid {
         if self.resolved.is_none() {
             coupling::check(self.coupling.as_ref(), context, checker);
         }
-        resolved::check(&self, context, checker);
+        resolved::check(&self, context, inserts, checker);
         cells::check(&self, domain, checker);
         boundary::check(&self, domain, checker);
         pressure::check(&self, domain, checker);

@@ -7,6 +7,8 @@ use super::{Context, Fluid};
 use crate::check::Checker;
 use crate::diagnostic::rounded;
 use crate::sections::domain::Domain;
+use crate::sections::insert::Insert;
+use crate::sections::motion::ParticleMotion;
 use crate::sections::time::{Time, TimeStep};
 
 /// Most that widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
@@ -28,14 +30,23 @@ pub enum Motion {
     Fixed,
 }
 
+impl From<Motion> for ParticleMotion {
+    fn from(motion: Motion) -> Self {
+        match motion {
+            Motion::Free => Self::Free,
+            Motion::Fixed => Self::Fixed,
+        }
+    }
+}
+
 /// How velocities just inside a particle follow those in the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Extrapolation {
     /// Along a cubic through the surface and three points in the fluid: third order, where boundary layers are several cells
-    /// thick; the default for fixed particles.
+    /// thick; the default where all particles are fixed.
     Cubic,
-    /// Along a parabola through the surface and two points: steadier; the default for free particles.
+    /// Along a parabola through the surface and two points: steadier; the default where some move.
     Quadratic,
     /// Along a straight line through the surface and one point.
     Linear,
@@ -88,7 +99,7 @@ fn usual_gap() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Resolved {
-    /// "free" or "fixed".
+    /// "free" or "fixed": what particles do whose [[insert]] does not say.
     #[serde(default)]
     pub motion: Motion,
     /// How particles and fluid get one velocity.
@@ -128,8 +139,8 @@ pub struct Resolved {
 
 impl Resolved {
     /// Largest diffusion number at which forces settle.
-    fn largest_diffusion_number(&self) -> f64 {
-        match (self.method, self.extrapolation()) {
+    fn largest_diffusion_number(&self, inserts: &[Insert]) -> f64 {
+        match (self.method, self.extrapolation(inserts)) {
             (Method::Direct, Extrapolation::Quadratic | Extrapolation::Linear | Extrapolation::Rigid) => {
                 f64::INFINITY
             }
@@ -147,12 +158,18 @@ impl Resolved {
         }
     }
 
-    /// The extrapolation given, or the default for the motion.
-    pub fn extrapolation(&self) -> Extrapolation {
-        self.extrapolation.unwrap_or(match self.motion {
-            Motion::Free => Extrapolation::Quadratic,
-            Motion::Fixed => Extrapolation::Cubic,
-        })
+    /// Whether all particles stay where they are inserted.
+    pub(crate) fn holds_all(&self, inserts: &[Insert]) -> bool {
+        match inserts {
+            [] => self.motion == Motion::Fixed,
+            _ => inserts.iter().all(Insert::is_fixed),
+        }
+    }
+
+    /// The extrapolation given, or the default for the motion of the particles.
+    pub fn extrapolation(&self, inserts: &[Insert]) -> Extrapolation {
+        let usual = if self.holds_all(inserts) { Extrapolation::Cubic } else { Extrapolation::Quadratic };
+        self.extrapolation.unwrap_or(usual)
     }
 }
 
@@ -169,9 +186,14 @@ fn usual_iterations() -> u64 {
 }
 
 /// Refuses steps of the fluid in which the forces of particles would alternate.
-pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &mut Checker) {
+pub(crate) fn check_step(
+    fluid: &Fluid,
+    (domain, inserts): (&Domain, &[Insert]),
+    time: &Time,
+    checker: &mut Checker,
+) {
     let Some(resolved) = &fluid.resolved else { return };
-    let most = resolved.largest_diffusion_number();
+    let most = resolved.largest_diffusion_number(inserts);
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(domain, a)[0]);
     let width = widths.fold(f64::INFINITY, f64::min);
     let longest = most * width * width * fluid.density / fluid.viscosity;
@@ -184,7 +206,7 @@ pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &
     }
     // Past fixed particles each step is one of the fluid.
     if let TimeStep::Seconds(dt) = time.dt
-        && fluid.holds_particles()
+        && resolved.holds_all(inserts)
         && dt > longest
     {
         let message = format!(
@@ -197,7 +219,7 @@ pub(crate) fn check_step(fluid: &Fluid, domain: &Domain, time: &Time, checker: &
 }
 
 /// Particles need cells of one width, and collisions that are soft.
-pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker) {
+pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], checker: &mut Checker) {
     let bodies = &fluid.output.bodies;
     if fluid.resolved.is_none() {
         if !bodies.is_empty() {
@@ -224,7 +246,7 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
     if let Some(shape) = context.not_spheres.first().filter(|_| has_films) {
         let message = format!("films are known between spheres only; remove it, or do not insert `{shape}`");
         checker.error("fluid.resolved.lubrication", message);
-    } else if has_films && fluid.holds_particles() {
+    } else if has_films && fluid.resolved.as_ref().is_some_and(|resolved| resolved.holds_all(inserts)) {
         checker.warn(
             "fluid.resolved.lubrication",
             "without effect: the particles stay where they are; remove it".into(),

@@ -9,9 +9,7 @@ use super::setup::drag_law;
 use crate::cost;
 use crate::population::Population;
 use crate::timestep;
-use grains_case::{
-    BodyMotion, Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, PressureMethod, TimeStep,
-};
+use grains_case::{Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, PressureMethod, TimeStep};
 use grains_dem::Catalogue;
 use imposed::fastest;
 use kinds::{Settling, kinds};
@@ -77,12 +75,12 @@ pub fn least_seconds(case: &Case) -> Option<f64> {
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
     let narrowest = widths.fold(f64::INFINITY, f64::min);
-    let by_speed = match resolved.filter(|r| r.motion == BodyMotion::Free) {
+    let by_speed = match resolved.filter(|_| !case.holds_particles()) {
         Some(_) => fluid.courant * narrowest / case.time.impact_speed,
         None => fluid.courant / fastest(case, fluid).rate,
     };
     let step = match case.time.dt {
-        TimeStep::Seconds(dt) if resolved.is_none_or(|r| r.motion == BodyMotion::Fixed) => dt,
+        TimeStep::Seconds(dt) if resolved.is_none() || case.holds_particles() => dt,
         _ => longest_step(case, fluid).step.min(by_speed),
     };
     let cells = fluid.cells.iter().product::<u64>() as f64;

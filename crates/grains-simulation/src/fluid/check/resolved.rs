@@ -1,7 +1,7 @@
 //! What `check` says of bodies that the grid resolves.
 
 use crate::population::KindRange;
-use grains_case::{BodyMotion, Case, Extrapolation, Fluid, Resolved, ResolvedMethod};
+use grains_case::{Case, Extrapolation, Fluid, Insert, Resolved, ResolvedMethod};
 use grains_dem::Catalogue;
 use grains_geometry::Vec3;
 use grains_resolved::surface_points;
@@ -32,11 +32,17 @@ pub fn lines(
     let width = narrowest(case, fluid);
     let spacing = (resolved.method == ResolvedMethod::Multiplier).then_some(resolved.point_spacing * width);
     let found = extremes((case, fluid), catalogue, kinds, spacing);
-    let what = match resolved.motion {
-        BodyMotion::Free => "free bodies",
-        BodyMotion::Fixed => "bodies that stay where they are",
-    };
-    let how = match (resolved.method, resolved.extrapolation()) {
+    let what = [
+        ("free bodies", case.inserts.iter().any(|insert| !insert.is_prescribed())),
+        ("bodies that stay where they are", case.inserts.iter().any(Insert::is_fixed)),
+        (
+            "bodies of prescribed motion",
+            case.inserts.iter().any(|insert| insert.is_prescribed() && !insert.is_fixed()),
+        ),
+    ];
+    let what: Vec<&str> = what.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name).collect();
+    let what = what.join(", ");
+    let how = match (resolved.method, resolved.extrapolation(&case.inserts)) {
         (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", resolved.point_spacing),
         (_, Extrapolation::Cubic) => "cubics".into(),
         (_, Extrapolation::Quadratic) => "parabolas".into(),
