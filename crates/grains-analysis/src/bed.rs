@@ -30,7 +30,8 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    volume: ControlVolume,
+    /// Part of the bed that counts.
+    pub volume: ControlVolume,
 }
 
 /// Which part of a bed counts.
@@ -39,11 +40,11 @@ pub struct Options {
 pub struct ControlVolume {
     /// Axis of the flow; that of the mean superficial velocity if absent.
     #[cfg_attr(feature = "clap", arg(long))]
-    axis: Option<Axis>,
+    pub axis: Option<Axis>,
     /// What to leave out at the lower and upper end of the bed along the axis: layers of the diameter of the sphere of the mean
     /// volume (2), a part (10%) or a length (0.005m), or one for either with a comma between.
     #[cfg_attr(feature = "clap", arg(long, default_value = "2,3"))]
-    crop: Crop,
+    pub crop: Crop,
 }
 
 /// The flow through a bed.

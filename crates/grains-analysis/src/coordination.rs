@@ -19,10 +19,11 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// A particle with fewer contacts, walls included, is a rattler: 2 with friction, 4 for spheres without.
     #[cfg_attr(feature = "clap", arg(long, value_name = "CONTACTS", default_value_t = 2))]
-    rattlers: u64,
+    pub rattlers: u64,
 }
 
 /// Contacts of the particles of a region.

@@ -23,9 +23,10 @@ pub struct Options {
     pub common: Common,
     /// Output directories of further runs.
     #[cfg_attr(feature = "clap", arg(value_name = "RUN"))]
-    others: Vec<PathBuf>,
+    pub others: Vec<PathBuf>,
     #[cfg_attr(feature = "clap", command(flatten))]
-    volume: ControlVolume,
+    /// Part of the bed that counts.
+    pub volume: ControlVolume,
 }
 
 /// Fewest runs that β is fitted to.

@@ -19,10 +19,10 @@ pub struct Options {
     pub common: Common,
     /// Plane; all of the case if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    plane: Option<String>,
+    pub plane: Option<String>,
     /// Time over which a rate is taken (s); a fiftieth of the series if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "S"))]
-    window: Option<f64>,
+    pub window: Option<f64>,
 }
 
 /// The rate of what passed a plane over time.

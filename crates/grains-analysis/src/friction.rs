@@ -28,7 +28,7 @@ pub struct Options {
     pub common: Common,
     /// Axis along which the flow is driven; that of the largest mean pressure gradient if absent.
     #[cfg_attr(feature = "clap", arg(long))]
-    axis: Option<Axis>,
+    pub axis: Option<Axis>,
 }
 
 /// A row of the time series.

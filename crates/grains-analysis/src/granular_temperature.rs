@@ -20,13 +20,14 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// Edge of a cell (m); three mean diameters if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    cell: Option<f64>,
+    pub cell: Option<f64>,
     /// Particles a cell must hold to count.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..)))]
-    least: u64,
+    pub least: u64,
 }
 
 /// A cell with particles.

@@ -40,19 +40,19 @@ use std::path::PathBuf;
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct Common {
     /// Output directory of a run, its particles.vtkhdf, or a checkpoint.
-    run: PathBuf,
+    pub run: PathBuf,
     /// Which states: first, last, all, the nearest to a time (s), or FROM:TO (s).
     #[cfg_attr(
         feature = "clap",
         arg(long, default_value = "last", value_name = "WHICH", allow_hyphen_values = true)
     )]
-    time: Times,
+    pub time: Times,
     /// Folder of the results; `analysis` in the directory of the run if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "FOLDER"))]
-    output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Case file to use instead of the case stored with the states.
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
-    case: Option<PathBuf>,
+    pub case: Option<PathBuf>,
 }
 
 /// An analysis of the stored states of a run.

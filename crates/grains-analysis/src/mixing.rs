@@ -31,19 +31,20 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// What makes a kind; the material if the case has particles of several, else the shape, else the size.
     #[cfg_attr(feature = "clap", arg(long))]
-    by: Option<By>,
+    pub by: Option<By>,
     /// Equivalent diameter (m) that parts small from large particles, with `--by size`; that of the mean volume if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    diameter: Option<f64>,
+    pub diameter: Option<f64>,
     /// Edge of a cell (m); three mean diameters if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    cell: Option<f64>,
+    pub cell: Option<f64>,
     /// Particles a cell must hold to count.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(2..)))]
-    min: u64,
+    pub min: u64,
 }
 
 /// What makes a kind of particles.

@@ -21,16 +21,17 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// Axis of the body.
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = BodyAxis::Main))]
-    body_axis: BodyAxis,
+    pub body_axis: BodyAxis,
     /// Only particles of this shape.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    shape: Option<String>,
+    pub shape: Option<String>,
     /// Bins of the angle to gravity, from 0 to 90 degrees.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 18, value_parser = clap::value_parser!(u64).range(1..=9000)))]
-    bins: u64,
+    pub bins: u64,
 }
 
 /// An axis of a body.

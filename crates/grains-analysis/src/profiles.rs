@@ -21,16 +21,17 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// Centre of the radial profile across the axis (m); `axis` for the middle of the region.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "CX,CY|axis", allow_hyphen_values = true, default_value = "axis")
     )]
-    radial: Center,
+    pub radial: Center,
     /// Number of bins of either profile.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000)))]
-    bins: u64,
+    pub bins: u64,
 }
 
 /// Which part of the volume of a particle lies in a bin.

@@ -25,7 +25,8 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
 }
 
 /// Rows of the table; longer plots are thinned out.

@@ -28,28 +28,28 @@ pub struct Options {
     pub common: Common,
     /// Direction in which the column collapses: +x, -x, +y, …; +x if absent (+y if gravity is along x).
     #[cfg_attr(feature = "clap", arg(long, allow_hyphen_values = true))]
-    direction: Option<Direction>,
+    pub direction: Option<Direction>,
     /// Coordinate of the reservoir's wall (m), where lengths begin; that of the container if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M", allow_hyphen_values = true))]
-    origin: Option<f64>,
+    pub origin: Option<f64>,
     /// Coordinate of the floor along gravity (m); that of the container if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M", allow_hyphen_values = true))]
-    floor: Option<f64>,
+    pub floor: Option<f64>,
     /// Width of the channel (m); that of the container if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    width: Option<f64>,
+    pub width: Option<f64>,
     /// Length L of the column before the collapse (m), to scale with.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    length: Option<f64>,
+    pub length: Option<f64>,
     /// Particle diameter d (m); that of the sphere of the mean volume if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    diameter: Option<f64>,
+    pub diameter: Option<f64>,
     /// Width of the bins of the height profile (m); 2 d if absent.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    bin: Option<f64>,
+    pub bin: Option<f64>,
     /// Solid fraction of the deposit, which turns solid volume into height.
     #[cfg_attr(feature = "clap", arg(long, default_value_t = 0.6))]
-    packing: f64,
+    pub packing: f64,
 }
 
 /// An axis and a sign.

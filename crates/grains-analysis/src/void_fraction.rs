@@ -21,22 +21,23 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    region: RegionOptions,
+    /// Where particles count.
+    pub region: RegionOptions,
     /// Edge of a cell (m).
     #[cfg_attr(feature = "clap", arg(long, value_name = "M", conflicts_with = "cells"))]
-    cell: Option<f64>,
+    pub cell: Option<f64>,
     /// Number of cells of the box about the region.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 1e8))]
-    cells: f64,
+    pub cells: f64,
     /// Also the profile about a line along the axis, through these two coordinates (m); `axis` for the middle.
     #[cfg_attr(feature = "clap", arg(long, value_name = "CX,CY|axis", allow_hyphen_values = true))]
-    radial: Option<Center>,
+    pub radial: Option<Center>,
     /// Number of bins of the profiles.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000)))]
-    bins: u64,
+    pub bins: u64,
     /// Count again with cells of twice the edge, and estimate the error from the difference.
     #[cfg_attr(feature = "clap", arg(long))]
-    refine: bool,
+    pub refine: bool,
 }
 
 /// Where radial profiles begin.

@@ -48,7 +48,7 @@ pub use error::{ErrorKind, RunError, agreed};
 pub use files::Row;
 pub use fluid::{FluidPhase, FluidProgress};
 pub use grains_case::Case;
-pub use grains_comm::Job;
+pub use grains_comm::{Job, abort};
 pub use grains_dem::Motion;
 pub use simulation::{Options, Simulation, Status};
 pub use summary::{FluidSummary, PhaseTime, Progress, Summary};

@@ -434,6 +434,25 @@ impl Simulation {
         self.dem.clock = grains_dem::Clock::default();
     }
 
+    /// Whether this is rank 0, which tells what is the same on all.
+    pub fn is_first_rank(&self) -> bool {
+        self.transport.rank() == 0
+    }
+
+    /// Sum of a number over the ranks; collective.
+    pub fn sum(&self, value: f64) -> f64 {
+        let mut sums = [value];
+        self.transport.sum(&mut sums);
+        sums[0]
+    }
+
+    /// Largest of a number over the ranks; collective.
+    pub fn max(&self, value: f64) -> f64 {
+        let mut largest = [value];
+        self.transport.max(&mut largest);
+        largest[0]
+    }
+
     /// Messages among the ranks of the simulation.
     pub fn transport(&self) -> &MpiTransport {
         &self.transport

@@ -11,19 +11,19 @@ use grains_simulation::RunError;
 pub struct DrumOptions {
     /// The rotating wall, if the case has several.
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    wall: Option<String>,
+    pub wall: Option<String>,
     /// A point of the drum's axis (m).
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", allow_hyphen_values = true))]
-    center: Option<Triple>,
+    pub center: Option<Triple>,
     /// Direction of the axis.
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", allow_hyphen_values = true))]
-    axis: Option<Triple>,
+    pub axis: Option<Triple>,
     /// Inner radius of the drum (m).
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    radius: Option<f64>,
+    pub radius: Option<f64>,
     /// Angular velocity about the axis (rad/s).
     #[cfg_attr(feature = "clap", arg(long, value_name = "RAD/S", allow_hyphen_values = true))]
-    omega: Option<f64>,
+    pub omega: Option<f64>,
 }
 
 /// A drum that turns about an axis across gravity.

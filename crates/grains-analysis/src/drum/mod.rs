@@ -28,7 +28,8 @@ pub struct Options {
     /// Which states of which run.
     pub common: Common,
     #[cfg_attr(feature = "clap", command(flatten))]
-    drum: DrumOptions,
+    /// The drum.
+    pub drum: DrumOptions,
 }
 
 /// A particle moves with the drum if its velocity differs from that of the drum by less than this part of the
