@@ -1,0 +1,137 @@
+//! The library from outside: a simulation that is looked at, stopped and restarted has the bits of one that is let run.
+
+#![allow(clippy::unwrap_used)]
+
+mod ranks;
+
+use grains_analysis::{Analysis, Common, analyse, mixing, region::RegionOptions, snapshots::Times};
+use grains_domain::Transport;
+use grains_simulation::{Case, Job, Motion, Options, Simulation, Status};
+use ranks::on_ranks;
+use std::path::{Path, PathBuf};
+
+/// An empty folder of a test, the same on all ranks.
+fn folder(job: &Job, name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("library-{name}-{}", job.size()));
+    if job.transport().rank() == 0 {
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+    }
+    job.transport().any(false);
+    folder
+}
+
+/// A case of the tests with its results in a folder.
+fn case(name: &str, results: &Path) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let text = text.replace("directory = \"results\"", &format!("directory = {results:?}"));
+    Case::parse(&text, name, path.parent().unwrap()).unwrap()
+}
+
+/// Identity, position and velocity of all particles of all ranks, by identity, as bits.
+fn state(simulation: &Simulation) -> Vec<[u64; 7]> {
+    let row = |p: grains_simulation::ParticleView<'_>| {
+        let (x, v) = (p.position(), p.velocity());
+        [p.id as f64, x.x, x.y, x.z, v.x, v.y, v.z]
+    };
+    let own: Vec<f64> = simulation.particles().flat_map(row).collect();
+    let all = simulation.transport().gather(&own);
+    let mut rows: Vec<[u64; 7]> =
+        all.chunks_exact(7).map(|row| std::array::from_fn(|k| row[k].to_bits())).collect();
+    rows.sort_unstable();
+    rows
+}
+
+fn finish(simulation: &mut Simulation) {
+    while simulation.step().unwrap() == Status::Running {}
+}
+
+#[test]
+fn a_silo_in_pieces_is_that_in_one() {
+    on_ranks(&[1, 2], "a_silo_in_pieces_is_that_in_one", |job| {
+        let new = |name: &str, restart: Option<&str>| {
+            let results = match restart {
+                Some(_) => {
+                    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("library-{name}-{}", job.size()))
+                }
+                None => folder(job, name),
+            };
+            let options = Options { restart: restart.map(PathBuf::from), ..Options::default() };
+            Simulation::new(&case("silo.toml", &results), job, options).unwrap()
+        };
+        let mut whole = new("whole", None);
+        finish(&mut whole);
+        let expected = state(&whole);
+        assert!(expected.len() > 50, "{} particles", expected.len());
+
+        // Looked at in odd moments, and a wall told to do what it does.
+        let mut pieces = new("pieces", None);
+        let plate = Motion::Translation { velocity: [1.0, 0.0, 0.0].into(), start: 0.07, end: 0.1 };
+        for time in [0.00312, 0.0127, 0.0831, 0.1113] {
+            assert_eq!(pieces.run_to(time).unwrap(), Status::Running);
+            assert!((pieces.time() - time).abs() < 2e-5, "{} s", pieces.time());
+            let fastest = pieces.particles().map(|p| p.velocity().norm()).fold(0.0, f64::max);
+            assert!(fastest < 10.0);
+            pieces.set_wall_motion("plate", plate).unwrap();
+        }
+        finish(&mut pieces);
+        assert_eq!(state(&pieces), expected);
+
+        // Closed at a moment at which nothing is due, and continued.
+        let mut first = new("stopped", None);
+        first.run_to(0.0973).unwrap();
+        let summary = first.close().unwrap();
+        assert_eq!(summary.inserted, summary.inside + summary.left);
+        let mut second = new("stopped", Some("latest"));
+        assert!((second.time() - 0.0973).abs() < 2e-5);
+        finish(&mut second);
+        assert_eq!(state(&second), expected);
+
+        // Without files.
+        let results = folder(job, "silent");
+        let options = Options { writes_files: false, ..Options::default() };
+        let mut silent = Simulation::new(&case("silo.toml", &results), job, options).unwrap();
+        finish(&mut silent);
+        assert_eq!(state(&silent), expected);
+        assert_eq!(std::fs::read_dir(&results).unwrap().count(), 0);
+    });
+}
+
+#[test]
+fn a_wall_moves_otherwise_from_where_it_is() {
+    on_ranks(&[2], "a_wall_moves_otherwise_from_where_it_is", |job| {
+        let results = folder(job, "plate");
+        let mut silo = Simulation::new(&case("silo.toml", &results), job, Options::default()).unwrap();
+        silo.run_to(0.08).unwrap();
+        let place = |silo: &Simulation| {
+            silo.walls().find(|wall| wall.name == "plate").map(|wall| wall.state.translation).unwrap()
+        };
+        let before = place(&silo);
+        assert!((before.x - 0.01).abs() < 1e-4, "{before}");
+        silo.set_wall_motion("plate", Motion::Fixed).unwrap();
+        assert_eq!(place(&silo), before);
+        silo.run_to(0.09).unwrap();
+        assert_eq!(place(&silo), before);
+        let error = silo.set_wall_motion("plat", Motion::Fixed).unwrap_err();
+        assert!(error.message.contains("no wall is called `plat`; there are silo"), "{error}");
+    });
+}
+
+#[test]
+fn a_stored_run_is_analysed() {
+    on_ranks(&[1, 2], "a_stored_run_is_analysed", |job| {
+        let results = folder(job, "analysed");
+        let mut silo = Simulation::new(&case("silo.toml", &results), job, Options::default()).unwrap();
+        silo.run_to(0.05).unwrap();
+        silo.close().unwrap();
+        let common = Common { run: results, time: Times::All, output: None, case: None };
+        let region = RegionOptions::default();
+        let options = mixing::Options { common, region, by: None, diameter: None, cell: None, min: 5 };
+        let findings = analyse(&Analysis::Mixing(options), "test", job).unwrap();
+        assert!(findings.folder.join(&findings.files[0]).exists());
+        if job.transport().rank() == 0 {
+            assert!(findings.lines[0].contains("Lacey"), "{:?}", findings.lines);
+        }
+    });
+}
