@@ -6,7 +6,7 @@ mod common;
 
 use common::{MULTIPLIERS, QUADRATIC, Scene, body};
 use grains_domain::SerialTransport;
-use grains_fluid::{FlowSetup, Grid};
+use grains_fluid::{Drive, FlowSetup, Grid};
 use grains_geometry::{Shape, Vec3};
 use grains_resolved::Forcing;
 
@@ -122,4 +122,38 @@ fn no_fluid_comes_out_of_either_of_two_bodies() {
         assert!(through.abs() < 1e-15, "{through}");
         assert!(scene.flow.kinetic_energy(&SerialTransport) > 1e-6);
     }
+}
+
+#[test]
+fn a_body_that_moves_resists_as_one_that_the_fluid_passes() {
+    // A cylinder 8 cells across in a periodic box of 6 diameters, at Reynolds number 20.
+    let (cells, box_width, dt) = (8, 6.0, 1.0 / 60.0);
+    let h = 1.0 / f64::from(cells);
+    let n = 6 * cells as usize;
+    let grid = Grid::uniform([0.0; 3], [box_width, box_width, h], [n, n, 1], [true; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 0.05);
+    setup.drive = [Drive::MeanVelocity(1.0), Drive::MeanVelocity(0.0), Drive::None];
+    let disc = Shape::cylinder(0.5, h, 0.02).unwrap();
+    let center = Vec3::new(3.0 + 0.3 * h, 3.0 + 0.2 * h, 0.5 * h);
+    let mut scene = Scene::new(&setup, [1; 3], (&disc, &[body(1, center)]), QUADRATIC, &SerialTransport);
+    scene.flow.initialise(|_| [1.0, 0.0, 0.0], |_| 0.0, &SerialTransport);
+    (0..6000).for_each(|_| scene.step(dt, &SerialTransport));
+    let drag = -scene.actions[0].force.x;
+    // The same flow as one sees it who goes along with the fluid: now the body moves at -1, held back by its drag.
+    scene.flow.setup.drive[0] = Drive::MeanVelocity(0.0);
+    scene.flow.state.velocity.component_mut(0).iter_mut().for_each(|u| *u -= 1.0);
+    scene.flow.state.last_dt = 0.0;
+    scene.flow.refresh_velocity(&SerialTransport);
+    scene.own[0].velocity.x = -1.0;
+    let mass = 2.0 * std::f64::consts::PI / 4.0 * h;
+    let (mut sum, mut furthest) = (0.0, 0.0_f64);
+    for step in 0..1200 {
+        scene.move_freely((mass, mass / 8.0, 2.0), Vec3::new(-drag, 0.0, 0.0), dt, &SerialTransport);
+        let place = &mut scene.own[0].center.x;
+        *place = place.rem_euclid(box_width);
+        let speed = -scene.own[0].velocity.x;
+        furthest = furthest.max((speed - 1.0).abs());
+        sum += if step >= 600 { speed / 600.0 } else { 0.0 };
+    }
+    assert!((sum - 1.0_f64).abs() < 0.01 && furthest < 0.03, "mean speed {sum}, at most {furthest} off");
 }
