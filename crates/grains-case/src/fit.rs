@@ -53,21 +53,13 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
 }
 
 /// Every pair of materials that can meet must have a contact law.
+///
+/// Two particles can meet if they come from two insertions, or from one of two particles and more; a particle and a wall if the
+/// wall is there before the end. Whether they do is known only when they have: laws are asked for before the run begins.
 pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
     if case.holds_particles() {
         return;
     }
-    // With what moves it: two particles of prescribed motion never meet, nor does one a wall.
-    let components: Vec<(String, usize, bool)> = (case.inserts.iter().enumerate())
-        .flat_map(|(i, insert)| {
-            let path = move |j| format!("insert[{i}].particles[{j}].material");
-            let is_free = !insert.is_prescribed();
-            insert.particles.iter().enumerate().map(move |(j, c)| (path(j), c.material, is_free))
-        })
-        .collect();
-    let free = case.inserts.iter().filter(|insert| !insert.is_prescribed());
-    let counts = free.map(|insert| insert.count.map(|count| count.min(2)));
-    let is_alone = counts.sum::<Option<u64>>() == Some(1);
     let mut reported: Vec<[usize; 2]> = Vec::new();
     let mut require = |path: &str, a: usize, b: usize| {
         let pair = [a.min(b), a.max(b)];
@@ -76,16 +68,25 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
             checker.error(path, missing_contact(case, a, b));
         }
     };
-    for (i, (path, a, is_free)) in components.iter().enumerate() {
-        let meets = |other_is_free: bool| match (*is_free, other_is_free) {
-            (true, true) => !is_alone,
-            (one, other) => one || other,
-        };
-        components[..=i].iter().filter(|c| meets(c.2)).for_each(|(_, b, _)| require(path, *b, *a));
+    // Insertion and particle in it, and whether it moves freely; those without a count insert as many as a file has.
+    let components: Vec<(usize, usize, &Component, bool)> = (case.inserts.iter().enumerate())
+        .flat_map(|(i, insert)| {
+            let is_free = !insert.is_prescribed();
+            insert.particles.iter().enumerate().map(move |(j, c)| (i, j, c, is_free))
+        })
+        .collect();
+    let is_single = |insert: usize| case.inserts[insert].count == Some(1);
+    for (k, (i, j, later, is_free)) in components.iter().enumerate() {
+        for (other, _, earlier, other_is_free) in &components[..=k] {
+            // Two of prescribed motion exert nothing on each other.
+            if (*is_free || *other_is_free) && (i != other || !is_single(*i)) {
+                require(&format!("insert[{i}].particles[{j}].material"), earlier.material, later.material);
+            }
+        }
     }
-    for (i, wall) in case.walls.iter().enumerate() {
-        for (_, particle, _) in components.iter().filter(|(_, _, is_free)| *is_free) {
-            require(&format!("wall[{i}].material"), *particle, wall.material);
+    for (i, wall) in case.walls.iter().enumerate().filter(|(_, wall)| wall.from < case.time.end) {
+        for (_, _, particle, _) in components.iter().filter(|component| component.3) {
+            require(&format!("wall[{i}].material"), particle.material, wall.material);
         }
     }
 }

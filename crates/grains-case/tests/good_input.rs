@@ -497,3 +497,58 @@ fn the_impact_speed_is_that_of_the_longest_fall_and_the_fastest_wall() {
     let turning = "kind = \"rotation\", point = [0, 0, 0], axis = [0, 0, 2], angular_velocity = -3";
     close(wall(turning), 3.0 * 8.0_f64.sqrt());
 }
+
+/// Laws are asked for where two particles, or a particle and a wall, can be there together, and nowhere else.
+#[test]
+fn contact_laws_are_asked_for_where_pairs_can_meet() {
+    let asked = |inserts: &[(&[&str], u64)], walls: &[(&str, f64)]| -> Vec<String> {
+        let mut text = "[domain]\nlower = [0, 0, 0]\nupper = [1, 1, 1]\n[time]\nend = 2\n".to_owned();
+        text += "[[shape]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.01\n";
+        for name in ["a", "b", "c"] {
+            text += &format!("[[material]]\nname = \"{name}\"\ndensity = 1000\n");
+        }
+        for (i, (materials, count)) in inserts.iter().enumerate() {
+            let particles: Vec<String> =
+                materials.iter().map(|m| format!("{{ shape = \"ball\", material = \"{m}\" }}")).collect();
+            text += &format!(
+                "[[insert]]\nname = \"i{i}\"\nparticles = [{}]\ncount = {count}\nplace = {{ kind = \"lattice\", lower = [0, 0, {}], \
+                 upper = [1, 1, {}] }}\n",
+                particles.join(", "),
+                0.3 * i as f64,
+                0.3 * i as f64 + 0.25
+            );
+        }
+        for (i, (material, from)) in walls.iter().enumerate() {
+            text += &format!(
+                "[[wall]]\nname = \"w{i}\"\nmaterial = \"{material}\"\nkind = \"plane\"\npoint = [0, 0, 0]\n\
+                 normal = [0, 0, 1]\nfrom = {from}\n"
+            );
+        }
+        let Err(errors) = Case::parse(&text, "pairs.toml", Path::new("")) else { return Vec::new() };
+        let mut pairs = Vec::new();
+        for error in errors.0 {
+            let message = error.to_string();
+            let (_, rest) =
+                message.split_once("no contact law between ").unwrap_or_else(|| panic!("{message}"));
+            let mut quoted = rest.split('"').skip(1).step_by(2);
+            let pair: [&str; 2] = std::array::from_fn(|_| quoted.next().unwrap_or_default());
+            pairs.push(pair.concat());
+        }
+        pairs.sort();
+        pairs
+    };
+    let none: [&str; 0] = [];
+    assert_eq!(asked(&[(&["a"], 1)], &[]), none, "one alone");
+    assert_eq!(asked(&[(&["a"], 2)], &[]), ["aa"]);
+    assert_eq!(asked(&[(&["a"], 1), (&["a"], 1)], &[]), ["aa"], "two of one material");
+    assert_eq!(asked(&[(&["a"], 9), (&["b"], 1)], &[]), ["aa", "ab"], "a single intruder");
+    assert_eq!(asked(&[(&["a"], 1), (&["b"], 1), (&["c"], 1)], &[]), ["ab", "ac", "bc"]);
+    assert_eq!(asked(&[(&["a", "b"], 1)], &[]), none, "one of either");
+    assert_eq!(asked(&[(&["a", "b"], 2)], &[]), ["aa", "ab", "bb"]);
+    assert_eq!(
+        asked(&[(&["a"], 1)], &[("b", 0.0), ("c", 1.5)]),
+        ["ab", "ac"],
+        "walls, and none between them"
+    );
+    assert_eq!(asked(&[(&["a"], 1)], &[("b", 2.0)]), none, "a wall that never is");
+}

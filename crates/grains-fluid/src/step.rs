@@ -214,12 +214,12 @@ impl Flow {
 
     /// Adds to a driven axis the uniform force that restores its mean velocity, and keeps the force.
     ///
-    /// ⟨ε u⟩ = ⟨ε u⟩* + R Δf. Of a mixture the flux Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ is wanted, with ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀)
-    /// + λ Δf: s and ⟨ε u⟩₀ at the beginning of the step, κ and λ from the [`SolidFlux`]. In steady motion
-    /// nothing depends on κ and λ, which steady the drive.
+    /// ⟨ε u⟩ = ⟨ε u⟩* + R Δf. Of a mixture the flux Q = ⟨ε u⟩ + ⟨(1 − ε) v⟩ is wanted, with
+    /// ⟨(1 − ε) v⟩ = s + κ (⟨ε u⟩ − ⟨ε u⟩₀) + λ Δf: s and ⟨ε u⟩₀ at the beginning of the step, κ and λ from the [`SolidFlux`].
+    /// In steady motion nothing depends on κ and λ, which steady the drive.
     fn keep_means(&mut self, before: [f64; 3], dt: f64, transport: &dyn Transport) {
         let solid = self.mixture.as_ref().map_or(SolidFlux::default(), |mixture| mixture.solid);
-        for axis in 0..3 {
+        for (axis, before) in before.into_iter().enumerate() {
             if !self.local.active[axis] {
                 continue;
             }
@@ -231,7 +231,7 @@ impl Flow {
                 Drive::None | Drive::PressureGradient(_) => continue,
             };
             let [mean, response] = self.mean_and_response(axis, dt, transport);
-            let lacking = wanted - s + follow * before[axis] - (1.0 + follow) * mean;
+            let lacking = wanted - s + follow * before - (1.0 + follow) * mean;
             let force = lacking / ((1.0 + follow) * response + yielding);
             self.state.force[axis] += force;
             let density = self.setup.density;
