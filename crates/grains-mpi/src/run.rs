@@ -360,7 +360,8 @@ impl<'a> Run<'a> {
         let values = self.files.row(&mut self.dem, &of_fluid, &self.transport)?;
         let stop = &self.case.stop;
         let all_in = self.population.is_complete();
-        let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= self.population.total() as i64);
+        let passed =
+            stop.all_passed.is_some_and(|k| values.crossings[k].0 >= self.population.moving() as i64);
         let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
         let finished = all_in && self.dem.time() >= stop.after && (passed || settled);
         // In a log file one line every ten seconds is enough; the CSV has them all.
