@@ -414,42 +414,46 @@ fn the_motion_of_particles_may_change_at_a_restart() {
     let stage = |end: f64, motion: &str| {
         replaced(&falling(end, 1e-3), "angular_velocity = [3, 5, -2]", &format!("motion = {motion}"))
     };
+    let swings = "{ kind = \"oscillation\", amplitude = [0, 0, 0.01], frequency = 5 }";
     run_case(2, &home, &stage(0.05, "\"fixed\""), &[]).succeeded();
-    let output = staged(1, &home, &stage(0.1, "\"free\""), "latest");
+    // Loads on what is held are columns of the series: with others begins another folder.
+    let output = staged(1, &home, &into("free", &stage(0.1, "\"free\"")), "results");
     assert!(output.stdout.contains("insert.two.motion"), "{}", output.text());
-    staged(
-        3,
-        &home,
-        &stage(0.15, "{ kind = \"oscillation\", amplitude = [0, 0, 0.01], frequency = 5 }"),
-        "latest",
-    );
-    staged(2, &home, &stage(0.2, "{ kind = \"translation\", velocity = [0, 0, 0.5] }"), "latest");
-    let results = home.join("results");
-    let table = series(&results);
-    let [times, potential, momentum] = ["time", "potential", "momentum_z"].map(|name| table.column(name));
-    // The particles' mass, as those that fall gain momentum.
-    let at = |time: f64| times.iter().position(|t| (t - time).abs() < 1e-9).unwrap();
-    let mass = -momentum[at(0.1)] / (9.81 * 0.05);
-    let height = |time: f64| (potential[at(time)] - potential[0]) / (9.81 * mass);
-    assert!((0..=4).all(|k| height(0.01 * f64::from(k)) == 0.0 && momentum[at(0.01 * f64::from(k))] == 0.0));
+    staged(3, &home, &into("driven", &stage(0.15, swings)), "free");
+    let driven = into("driven", &stage(0.2, "{ kind = \"translation\", velocity = [0, 0, 0.5] }"));
+    staged(2, &home, &driven, "latest");
+    // Time, height and momentum of the particles' mass.
+    let read = |folder: &str| {
+        let table = series(&home.join(folder));
+        ["time", "potential", "momentum_z"].map(|name| table.column(name))
+    };
+    let at = |[times, potential, momentum]: &[Vec<f64>; 3], time: f64| {
+        let row = times.iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+        (potential[row], momentum[row])
+    };
+    let [held, free, driven] = ["results", "free", "driven"].map(read);
+    let mass = -at(&free, 0.1).1 / (9.81 * 0.05);
+    let first = held[1][0];
+    let height = |(potential, _): (f64, f64)| (potential - first) / (9.81 * mass);
+    assert!(held[1].iter().all(|p| *p == first) && held[2].iter().all(|p| *p == 0.0), "{held:?}");
     let fallen = -0.5 * 9.81 * 0.05_f64.powi(2);
-    assert!((height(0.1) - fallen).abs() < 1e-9, "{} for {fallen}", height(0.1));
+    let found = height(at(&free, 0.1));
+    assert!((found - fallen).abs() < 1e-9, "{found} for {fallen}");
     // The swing goes on from there, wherever it is in its period.
     let swing = |time: f64| 0.01 * (std::f64::consts::TAU * 5.0 * time).sin();
-    for time in [0.12, 0.15] {
-        let wanted = fallen + swing(time) - swing(0.1);
-        assert!((height(time) - wanted).abs() < 1e-9, "{time}: {} for {wanted}", height(time));
+    let swung = |time: f64| fallen + swing(time) - swing(0.1);
+    for (time, wanted) in [(0.12, swung(0.12)), (0.15, swung(0.15)), (0.2, swung(0.15) + 0.5 * 0.05)] {
+        let found = height(at(&driven, time));
+        assert!((found - wanted).abs() < 1e-9, "{time}: {found} for {wanted}");
     }
-    let wanted = fallen + swing(0.15) - swing(0.1) + 0.5 * 0.05;
-    assert!((height(0.2) - wanted).abs() < 1e-9, "{} for {wanted}", height(0.2));
-    assert!((momentum[at(0.2)] / mass - 0.5).abs() < 1e-9, "{}", momentum[at(0.2)]);
+    assert!((at(&driven, 0.2).1 / mass - 0.5).abs() < 1e-9, "{driven:?}");
     // Who is held stays known.
     for (old, new, reason) in [
         ("count = 6", "count = 8", "add another [[insert]]"),
         ("name = \"two\"", "name = \"three\"", "insert.two is gone"),
     ] {
         let text = replaced(&stage(0.3, "\"fixed\""), old, new);
-        let refused = run_case(2, &home, &text, &["--restart", "latest"]);
+        let refused = run_case(2, &home, &text, &["--restart", "results"]);
         let message = refused.only_error(2);
         assert!(message.contains(reason) && message.contains("cannot be continued"), "{new}: {message}");
     }

@@ -124,10 +124,16 @@ fn guide(
         }
         let frame = &particles.frames[i];
         particles.half_spin[i] = frame * inertia.component_mul(&frame.tr_mul(&spin));
-    } else if !catalogue.all_spheres() {
+        if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+            fast.push(i);
+        }
+        return;
+    }
+    if !catalogue.all_spheres() {
         particles.travelled[i] += (after.position - before).norm();
     }
-    if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+    // A sphere is where it is, however it turns.
+    if velocity.norm() * dt > particles.bodies[i].radius {
         fast.push(i);
     }
 }

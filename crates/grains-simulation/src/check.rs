@@ -9,7 +9,7 @@ use crate::population::Population;
 use crate::system::{self, System};
 use crate::timestep::{Encounter, Partner, TimeStepChoice};
 use crate::wall_surfaces::{WallTriangles, triangles_of};
-use grains_case::{Case, Face, Insert, TimeStep};
+use grains_case::{Case, Face, Insert, Motion, ParticleMotion, TimeStep};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{Catalogue, CollisionModel, FaceContact, Failure};
 use grains_domain::{Decomposition, SerialTransport};
@@ -70,6 +70,24 @@ pub fn explain(case: &Case, ranks: usize) -> Result<(String, Vec<String>), Strin
         case.inserts.len()
     );
     let _ = writeln!(out, "mass           {:.6e} kg", population.mass(case, &setup.catalogue));
+    for insert in &case.inserts {
+        let motion = match &insert.motion {
+            None | Some(ParticleMotion::Free) => continue,
+            Some(ParticleMotion::Fixed) => "stay where they are inserted".to_string(),
+            Some(ParticleMotion::Prescribed(motion)) => {
+                let how = match motion {
+                    Motion::Translation { .. } => "translation",
+                    Motion::Oscillation { .. } => "oscillation",
+                    Motion::Rotation { point: Some(_), .. } => "rotation about one axis",
+                    Motion::Rotation { point: None, .. } => "rotation, each about its own centre",
+                };
+                let (start, end) = motion.interval();
+                let end = if end.is_finite() { format!("{end} s") } else { "the end".into() };
+                format!("move by {how}, from {start} s to {end}")
+            }
+        };
+        let _ = writeln!(out, "  motion       {}: {motion}; to others of infinite mass", insert.name);
+    }
     for shape in &setup.catalogue.shapes {
         let _ = writeln!(
             out,

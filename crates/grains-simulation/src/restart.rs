@@ -7,8 +7,8 @@ use crate::population::Population;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, inertia,
-    other_half_step, renumber_walls,
+    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, half_step_back,
+    inertia, other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -131,11 +131,14 @@ pub fn restore(
         if ratio != 1.0 {
             change_step(&mut record, dem, ratio);
         }
+        let is_released = released.iter().any(|ids| ids.contains(&record.id));
+        if is_released {
+            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.rates);
+        }
         match numbering.keeps_walls() {
             true => dem.restore(&record, &row.memory),
             false => dem.restore(&record, &renumber_walls(&row.memory, |wall| numbering.wall(wall))),
         }
-        let is_released = released.iter().any(|ids| ids.contains(&record.id));
         if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
             let is_resolved = fluid.as_ref().is_some_and(|fluid| fluid.resolved.is_some());
             *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };

@@ -356,7 +356,7 @@ impl Simulation {
         if row {
             let of_fluid = fluid.as_ref().map_or(Vec::new(), |f| f.row(case, dem, transport));
             let values = files.row(dem, &of_fluid, transport)?;
-            let (stop, all) = (&case.stop, population.total() as i64);
+            let (stop, all) = (&case.stop, population.moving() as i64);
             let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= all);
             let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
             is_met = population.is_complete() && dem.time() >= stop.after && (passed || settled);

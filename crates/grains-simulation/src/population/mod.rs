@@ -58,6 +58,11 @@ impl Population {
         self.blocks.iter().map(|b| b.count).sum()
     }
 
+    /// Particles of all insertions that do not stay where they are inserted.
+    pub fn moving(&self) -> u64 {
+        self.blocks.iter().filter(|b| !b.insert.is_fixed()).map(|b| b.count).sum()
+    }
+
     /// Mass of all particles (kg), those still to come included; for a single rank, and before any is inserted.
     pub fn mass(&self, case: &Case, catalogue: &Catalogue) -> f64 {
         self.sum(case, catalogue, |kind, scale| catalogue.mass(kind, scale))
