@@ -97,7 +97,7 @@ pub(crate) fn check(
 fn wall_half_thickness(surface: &Surface) -> Option<f64> {
     match surface {
         Surface::Plane { .. } => None,
-        Surface::Tube { .. } | Surface::Mesh(_) => Some(0.0),
+        Surface::Tube { .. } | Surface::OpenTube(_) | Surface::Mesh(_) => Some(0.0),
         Surface::Solid { core, .. } => {
             let (lower, upper): (Vec3, Vec3) = core.bounds();
             Some(0.5 * (upper - lower).min())

@@ -2,7 +2,7 @@
 
 use crate::composites::composite;
 use grains_case::{Shape as CaseShape, ShapeKind, Side, Solid, VertexSpacing, WallKind};
-use grains_dem::Surface;
+use grains_dem::{OpenTube, Surface};
 use grains_geometry::{
     Core, Mat3, RegularSolid, SMOOTH_ANGLE, Shape, ShapeError, Spacing, TriMesh, Vec3, WallMesh, read_mesh,
 };
@@ -136,6 +136,10 @@ fn cylinder(
     let is_finite = half_length.is_finite();
     let reach = axis.map(|n| half_length * n.abs() + radius * (1.0 - n * n).max(0.0).sqrt());
     let extents = is_finite.then(|| (center - reach, center + reach));
+    if is_finite && !caps {
+        let tube = OpenTube { center, axis, radius, half_length };
+        return Ok((vec![Surface::OpenTube(tube)], extents));
+    }
     if side == Side::Outside {
         if !is_finite {
             return Err("the outside of a cylinder needs a height; give `height`".into());
@@ -150,7 +154,7 @@ fn cylinder(
         ));
     }
     let mut surfaces = vec![Surface::Tube { center, axis, radius, half_length }];
-    if caps && is_finite {
+    if is_finite {
         for sign in [-1.0, 1.0] {
             surfaces
                 .push(Surface::Plane { point: center + axis * (sign * half_length), normal: -axis * sign });

@@ -7,7 +7,7 @@ use crate::system::System;
 use grains_case::{
     BoundaryKind, Case, Domain, Drive, Expression, Face, Fluid, Insert, Kernel, Motion, TimeStep, WallKind,
 };
-use grains_dem::{Catalogue, Surface, Wall};
+use grains_dem::{Catalogue, OpenTube, Surface, Wall};
 use grains_geometry::{Core, TriMesh, Vec3};
 
 /// A key such as `wall[0].scale`, and what is odd about its value.
@@ -117,6 +117,10 @@ fn extents(surface: &Surface) -> Option<[Vec3; 2]> {
         Surface::Solid { center, bounding_radius, .. } => {
             let reach = Vec3::repeat(*bounding_radius);
             Some([center - reach, center + reach])
+        }
+        Surface::OpenTube(tube) => {
+            let reach = Vec3::repeat(tube.half_length.hypot(tube.radius));
+            Some([tube.center - reach, tube.center + reach])
         }
         Surface::Plane { .. } | Surface::Tube { .. } => None,
     }
@@ -457,7 +461,7 @@ fn shuts(surface: &Surface, face: Face, corners: [Vec3; 2]) -> bool {
             let distance = side * (corners[usize::from(face.is_upper())][face.axis()] - center[face.axis()]);
             axis[face.axis()].abs() < 1e-9 && distance >= radius - tolerance
         }
-        Surface::Solid { .. } | Surface::Mesh(_) => false,
+        Surface::OpenTube(_) | Surface::Solid { .. } | Surface::Mesh(_) => false,
     }
 }
 
@@ -603,7 +607,7 @@ fn fast_wall(s: &Setting) -> Vec<Remark> {
 fn reach(surface: &Surface) -> f64 {
     match surface {
         Surface::Plane { .. } => f64::INFINITY,
-        Surface::Tube { radius, .. } => *radius,
+        Surface::Tube { radius, .. } | Surface::OpenTube(OpenTube { radius, .. }) => *radius,
         Surface::Solid { core: Core::Cylinder { radius, .. }, .. } => *radius,
         Surface::Solid { bounding_radius, .. } => *bounding_radius,
         Surface::Mesh(mesh) => 0.5 * mesh.mesh().diagonal(),

@@ -58,6 +58,7 @@ fn tessellated(surface: &Surface, global: &GlobalBox) -> TriMesh {
         Surface::Tube { center, axis, radius, half_length } => {
             tube(center, axis, *radius, *half_length, global)
         }
+        Surface::OpenTube(sheet) => tube(&sheet.center, &sheet.axis, sheet.radius, sheet.half_length, global),
         Surface::Solid { core, rotation, center, .. } => {
             let shape = match core {
                 Core::Box(half) => Shape::cuboid(half * 2.0, 1e-6),

@@ -55,10 +55,11 @@ pub enum WallKind {
         #[serde(default = "super::infinity")]
         #[schemars(extend("exclusiveMinimum" = 0, "x-infinite" = true))]
         height: f64,
-        /// Whether particles are inside (a drum) or outside (a pillar).
+        /// Whether particles are inside (a drum) or outside (a pillar); without effect on an open tube.
         #[serde(default)]
         side: Side,
-        /// Whether flat discs close the two ends; without effect on an infinite cylinder.
+        /// Whether flat discs close the two ends; without effect on an infinite cylinder. A cylinder of finite height
+        /// without them is an open tube, a sheet of no thickness: particles meet its rims and both of its sides.
         #[serde(default = "super::yes")]
         caps: bool,
     },

@@ -376,7 +376,10 @@ impl WallSearch<'_> {
                                 known.iter().find(|m| (m.wall, m.surface, m.part, m.element, m.image) == key);
                             let memory = known.map(|m| m.contact).unwrap_or_default();
                             let closed = shape.is_sphere()
-                                || matches!(surface, Surface::Plane { .. } | Surface::Tube { .. });
+                                || matches!(
+                                    surface,
+                                    Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_)
+                                );
                             let simplex = if closed {
                                 WallPair::CLOSED_FORM
                             } else {

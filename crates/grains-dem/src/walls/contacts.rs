@@ -356,7 +356,6 @@ fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
 /// Gives the spring of a contact that ended to one that began beside it on the same surface, as when a
 /// ball rolls from one triangle of a flat floor to the next.
 fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
-    const SIMILAR_DIRECTION: f64 = 0.9;
     let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
     for k in 0..pairs.len() {
         let Some(contact) = touching[k] else { continue };
@@ -366,9 +365,7 @@ fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>]
         let orphan = (0..pairs.len()).find(|&l| {
             touching[l].is_none()
                 && pairs[l].spring != Vec3::zeros()
-                && surface
-                    .element_normal(pairs[l].element)
-                    .is_some_and(|n| n.dot(&contact.normal).abs() > SIMILAR_DIRECTION)
+                && surface.goes_on(pairs[l].element, pairs[k].element, &contact.normal)
         });
         if let Some(l) = orphan {
             (pairs[k].spring, pairs[k].twist) = (pairs[l].spring, pairs[l].twist);

@@ -2,9 +2,11 @@
 
 mod contacts;
 mod motion;
+mod open_tube;
 mod surface;
 
 pub use motion::{Motion, WallPlace, WallState};
+pub use open_tube::OpenTube;
 pub use surface::Surface;
 
 pub(crate) use contacts::{

@@ -1,5 +1,6 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
+use super::open_tube::OpenTube;
 use crate::bodies::{Meeting, PlacedPart, spread, touch};
 use crate::catalogue::FaceContact;
 use grains_geometry::gjk::{Separation, distance};
@@ -16,7 +17,7 @@ pub enum Surface {
         /// Unit normal.
         normal: Vec3,
     },
-    /// The inside of a cylinder, open at its ends.
+    /// The inside of a cylinder without end, or whose ends others close.
     Tube {
         /// Centre (m).
         center: Vec3,
@@ -27,6 +28,8 @@ pub enum Surface {
         /// Half of the length (m), or infinity.
         half_length: f64,
     },
+    /// Both sides of a cylinder of no thickness, open at its ends.
+    OpenTube(OpenTube),
     /// The outside of a convex body.
     Solid {
         /// The body.
@@ -91,7 +94,7 @@ impl SurfaceContact {
 
     /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
     #[inline(always)]
-    fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
+    pub(super) fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
         Self::new(center + normal * radius, normal, overlap, None)
     }
 }
@@ -102,7 +105,7 @@ impl Surface {
         match self {
             Surface::Plane { .. } => false,
             Surface::Tube { half_length, .. } => half_length.is_finite(),
-            Surface::Solid { .. } | Surface::Mesh(_) => true,
+            Surface::OpenTube(_) | Surface::Solid { .. } | Surface::Mesh(_) => true,
         }
     }
 
@@ -122,6 +125,7 @@ impl Surface {
                     found(0);
                 }
             }
+            Surface::OpenTube(tube) => tube.for_each_near(center, reach, found),
             Surface::Solid { center: middle, bounding_radius, .. } => {
                 if (center - middle).norm() < bounding_radius + reach {
                     found(0);
@@ -160,6 +164,7 @@ impl Surface {
                 (overlap > 0.0 && off > 0.0 && along.abs() <= *half_length)
                     .then(|| SurfaceContact::of_sphere(center, radius, outward / off, overlap))
             }
+            Surface::OpenTube(tube) => tube.meets_sphere(element, center, radius),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = Placement { matrix: *rotation, translation: middle - center };
                 match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
@@ -217,6 +222,7 @@ impl Surface {
                     contact.spread(footprint, part.crust)
                 }))
             }
+            Surface::OpenTube(tube) => tube.meets_part(element, center, part),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
                 let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
@@ -253,12 +259,22 @@ impl Surface {
             Surface::Solid { center: middle, bounding_radius, .. } => {
                 (center - middle).norm() >= radius + bounding_radius
             }
+            Surface::OpenTube(tube) => !tube.is_near(element, center, radius),
             Surface::Mesh(mesh) => !mesh.is_near(element, center, radius),
         }
     }
 
+    /// Whether a contact that ended on one element may go on, with a normal, on another.
+    pub(crate) fn goes_on(&self, from: u32, to: u32, normal: &Vec3) -> bool {
+        const SIMILAR_DIRECTION: f64 = 0.9;
+        match self {
+            Surface::OpenTube(tube) => tube.adjoin(from, to),
+            _ => self.element_normal(from).is_some_and(|n| n.dot(normal).abs() > SIMILAR_DIRECTION),
+        }
+    }
+
     /// Unit normal of an element that has one of its own.
-    pub(crate) fn element_normal(&self, element: u32) -> Option<Vec3> {
+    fn element_normal(&self, element: u32) -> Option<Vec3> {
         match self {
             Surface::Plane { normal, .. } => Some(*normal),
             Surface::Mesh(mesh) => {
