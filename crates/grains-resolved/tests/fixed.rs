@@ -193,7 +193,7 @@ fn shedding(cells_across: usize) -> [f64; 3] {
     for step in 1..=(2.1 / dt) as usize {
         scene.step(dt, &SerialTransport);
         let action = &scene.actions[0];
-        let force = action.on_held(&pending, dt)[0] / unit;
+        let force = action.on_held(&pending, [&[0.0; 6]; 2], dt)[0] / unit;
         pending = action.pending;
         let time = step as f64 * dt;
         if time > 1.1 {
