@@ -277,6 +277,9 @@ impl Flow {
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
         fill_velocity(&self.tables, &mut state.velocity, self.setup.halo);
         self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+        if let Some(mixture) = &mut self.mixture {
+            mixture.settle_faces(&self.local, &self.tables, &mut self.halo, transport);
+        }
     }
 
     /// Extent of the fields.

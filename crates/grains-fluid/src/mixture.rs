@@ -163,6 +163,20 @@ impl Mixture {
         }
     }
 
+    /// Gives the faces their void fraction, as a step leaves it: for states that come from elsewhere; collective.
+    pub(crate) fn settle_faces(
+        &mut self,
+        local: &Local,
+        tables: &[FaceTable],
+        halo: &mut Halo,
+        transport: &dyn Transport,
+    ) {
+        on_faces(&mut self.void_fraction, &mut self.faces, (local, tables, halo), transport);
+        for table in tables {
+            table.for_imposed(local.layout, |face| self.faces.component_mut(table.face.axis)[face] = 1.0);
+        }
+    }
+
     /// Checks the void fraction and works out what a step needs of it; collective.
     pub(crate) fn prepare(
         &mut self,
@@ -178,13 +192,7 @@ impl Mixture {
         tables.iter().for_each(|table| table.fill_even(&mut self.void_fraction));
         std::mem::swap(&mut self.faces, &mut self.old_faces);
         if !self.is_continued {
-            halo.fill(&mut [self.previous.data_mut()], transport);
-            tables.iter().for_each(|table| table.fill_even(&mut self.previous));
-            for axis in 0..3 {
-                for_rows(local, axis, |row| {
-                    row.interpolate(&self.previous, self.old_faces.component_mut(axis));
-                });
-            }
+            on_faces(&mut self.previous, &mut self.old_faces, (local, tables, halo), transport);
         }
         self.set_middle(local.layout, inputs.dt);
         for axis in 0..3 {
@@ -315,6 +323,20 @@ impl FaceRow<'_> {
                 out.zip(shares).for_each(|((face, (a, b)), (low, high))| *face = low * a + high * b);
             }
         }
+    }
+}
+
+/// Fills a field with its halo and ghosts, and interpolates it to the faces; collective.
+fn on_faces(
+    field: &mut Field<Centre>,
+    faces: &mut Faces,
+    (local, tables, halo): (&Local, &[FaceTable], &mut Halo),
+    transport: &dyn Transport,
+) {
+    halo.fill(&mut [field.data_mut()], transport);
+    tables.iter().for_each(|table| table.fill_even(field));
+    for axis in 0..3 {
+        for_rows(local, axis, |row| row.interpolate(field, faces.component_mut(axis)));
     }
 }
 

@@ -197,6 +197,7 @@ impl FluidPhase {
             exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;
             mixture.begin();
             exchange.forget_passages();
+            self.flow.synchronise(transport);
         }
         Ok(())
     }

@@ -15,6 +15,8 @@ const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 const ADVECTIVE: [&str; 3] = ["advective_x", "advective_y", "advective_z"];
 const FORCE: [&str; 3] = ["body_force_x", "body_force_y", "body_force_z"];
 const BEYOND: [&str; 3] = ["beyond_x", "beyond_y", "beyond_z"];
+/// The void fraction at the beginning of the coming step: with what was inserted since the last one, without what left.
+const COMING: &str = "coming_void_fraction";
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
@@ -174,7 +176,8 @@ impl FluidPhase {
         add("pressure", "Pa", cells(flow), flow.state.pressure.data());
         add("correction", "Pa or m2/s", cells(flow), flow.state.correction.data());
         if let Some(mixture) = &flow.mixture {
-            add("void_fraction", "-", cells(flow), mixture.previous_void_fraction().data());
+            add("void_fraction", "-", cells(flow), mixture.void_fraction.data());
+            add(COMING, "-", cells(flow), mixture.previous_void_fraction().data());
         }
         for (field, name) in self.means.iter().flat_map(|m| &m.fields).zip(MEANS) {
             add(name, "sum of samples", cells(flow), field.data());
@@ -251,7 +254,7 @@ impl FluidPhase {
         take("correction", place, self.flow.state.correction.data_mut())?;
         if let Some(mixture) = &mut self.flow.mixture {
             take("void_fraction", place, mixture.void_fraction.data_mut())?;
-            mixture.begin();
+            take(COMING, place, mixture.previous_void_fraction_mut().data_mut())?;
         }
         let state = &mut self.flow.state;
         (state.time, state.last_dt) = (clocks.time, clocks.last_dt);
