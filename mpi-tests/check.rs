@@ -48,7 +48,7 @@ fn the_silo_has_the_contact_times_and_overlaps_of_the_thesis() {
     assert!((row[6] - row[3] / 1e-5).abs() < 0.01, "T_c/dt");
     for word in [
         "particles      14000",
-        "mass           48.16",
+        "mass           4.816",
         "decomposition  ",
         "interaction range",
         "memory         about",

@@ -1,6 +1,6 @@
 //! The schema in the form that editors need: one mistake is one remark.
 //!
-//! A validator that meets alternatives (`oneOf`) reports the failure of each. What the types give is therefore rewritten:
+//! A validator that meets alternatives (`oneOf`, `anyOf`) reports the failure of each. What the types give is therefore rewritten:
 //!
 //! * tables told apart by `kind` become `if kind = … then …`, so that only the keys of the kind that is meant are looked at;
 //! * words told apart become a list of words (`enum`), whose descriptions go into that of the list;
@@ -19,6 +19,9 @@ fn rewrite(schema: &mut Json) {
         Json::Object(map) => {
             map.values_mut().for_each(rewrite);
             drop_null(map);
+            if let Some(Json::Array(alternatives)) = map.get("anyOf") {
+                by_type(map, &alternatives.clone());
+            }
             if let Some(Json::Array(alternatives)) = map.get("oneOf") {
                 let alternatives = alternatives.clone();
                 if alternatives.iter().all(|a| kind_of(a).is_some()) {
@@ -116,7 +119,7 @@ fn by_word(map: &mut Map<String, Json>, alternatives: &[Json]) {
     }
 }
 
-/// `oneOf` of words and something that is no text, as either of them by whether a text is there.
+/// Alternatives that are words or something that is no text, as either of them by whether a text is there.
 fn by_type(map: &mut Map<String, Json>, alternatives: &[Json]) {
     let (words, others): (Vec<&Json>, Vec<&Json>) =
         alternatives.iter().partition(|a| a.get("const").is_some());
@@ -125,6 +128,7 @@ fn by_type(map: &mut Map<String, Json>, alternatives: &[Json]) {
         return;
     }
     map.remove("oneOf");
+    map.remove("anyOf");
     let text = |a: &Json| (a["const"].clone(), a["description"].as_str().unwrap_or("").to_string());
     let words: Vec<(Json, String)> = words.into_iter().map(text).collect();
     let words: Vec<(Json, &str)> = words.iter().map(|(word, text)| (word.clone(), text.as_str())).collect();

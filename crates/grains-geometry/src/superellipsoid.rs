@@ -36,6 +36,8 @@ pub struct Superellipsoid {
     semi_axes: Vec3,
     /// Semi-axes of the body this one is the core of, its edges not rounded (m).
     sharp_axes: Vec3,
+    /// Exponents ε of that body (-).
+    sharp_eps: [f64; 2],
     /// One over the semi-axes (1/m).
     inverse_axes: Vec3,
     eps: [f64; 2],
@@ -88,6 +90,7 @@ impl Superellipsoid {
         Self {
             semi_axes,
             sharp_axes: semi_axes,
+            sharp_eps: eps,
             inverse_axes: semi_axes.map(|a| 1.0 / a),
             eps,
             inset,
@@ -106,13 +109,14 @@ impl Superellipsoid {
 
     /// The body without inset or rounding.
     pub fn sharp(&self) -> Self {
-        Self::build(self.sharp_axes, self.eps, 0.0)
+        Self::build(self.sharp_axes, self.sharp_eps, 0.0)
     }
 
     /// The body magnified, its inset too.
     pub fn magnified(&self, factor: f64) -> Self {
         let sharp_axes = self.sharp_axes * factor;
-        Self { sharp_axes, ..Self::build(self.semi_axes * factor, self.eps, self.inset * factor) }
+        let core = Self::build(self.semi_axes * factor, self.eps, self.inset * factor);
+        Self { sharp_axes, sharp_eps: self.sharp_eps, ..core }
     }
 
     /// Semi-axes of the body without inset (m).
@@ -123,6 +127,12 @@ impl Superellipsoid {
     /// Semi-axes of the body without inset or rounding (m).
     pub(crate) fn sharp_axes(&self) -> &Vec3 {
         &self.sharp_axes
+    }
+
+    /// Exponents p = 2/ε₂ and q = 2/ε₁ of the body without inset or rounding (-).
+    fn sharp_exponents(&self) -> [f64; 2] {
+        let [first, second] = self.sharp_eps;
+        [2.0 / second, 2.0 / first]
     }
 
     /// Exponents ε₁ (meridian) and ε₂ (x-y section) (-).
@@ -144,8 +154,8 @@ impl Superellipsoid {
     /// inside (-).
     pub fn inside_outside(&self, point: &Vec3) -> f64 {
         let [x, y, z] = point.component_div(&self.sharp_axes).abs().into();
-        let [p, q] = self.exponents;
-        match self.powers {
+        let [p, q] = self.sharp_exponents();
+        match if self.sharp_eps == self.eps { self.powers } else { Powers::Real } {
             Powers::Squares => x * x + y * y + z * z,
             Powers::Natural([n, m, ratio]) => {
                 let [xp, yp] = natural([x, y], n);
@@ -167,7 +177,7 @@ impl Superellipsoid {
         if largest.is_nan() || largest <= 0.0 {
             return (0.0, Vec3::zeros());
         }
-        let (gauge, gradient) = dual_norm((scaled / largest).abs(), self.exponents);
+        let (gauge, gradient) = dual_norm((scaled / largest).abs(), self.sharp_exponents());
         let signed = gradient.zip_map(point, f64::copysign);
         (gauge * largest, signed.component_div(&self.sharp_axes))
     }

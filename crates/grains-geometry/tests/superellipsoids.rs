@@ -104,15 +104,51 @@ fn radii_hold_what_they_say() {
                 least = least.min(point.norm());
                 most = most.max(point.norm());
             }
-            let n = random.direction();
-            // The core swept by the crust stays within the body; without edges it is the body.
+        }
+        // The core swept by the crust stays within the body; without edges it is the body.
+        for k in 0..400 {
+            let n = if k % 2 == 0 {
+                random.direction()
+            } else {
+                let [azimuth, latitude] = [0, 1].map(|_| FRAC_PI_2 * random.unit());
+                whole.gauge(&whole.surface_point(azimuth, latitude)).1.normalize()
+            };
             let reach = n.dot(&part.core.support(&n)) + part.crust;
             let sharp = n.dot(&Core::superellipsoid(whole).support(&n));
-            assert!(reach <= sharp * (1.0 + 1e-8));
+            assert!(reach <= sharp * (1.0 + 1e-8), "{axes:?} {eps:?} along {n:?}: {:e}", reach / sharp - 1.0);
             assert!(eps[0] > 1.0 || eps[1] > 1.0 || (reach - sharp).abs() < 1e-12);
         }
         assert!(least >= shape.inscribed_radius * (1.0 - 1e-12) && least < shape.inscribed_radius * 1.05);
         assert!(most <= shape.bounding_radius * (1.0 + 1e-12) && most > shape.bounding_radius * 0.95);
+    }
+}
+
+/// Bodies with edges: what the crust takes from their tips, and from any other place. Half axes of 1 and 2 with eps 1.5 lost
+/// 1.2 to 2.2 % to cores of the body's own eps.
+#[test]
+fn the_crust_takes_little_of_bodies_with_edges() {
+    let rows: [([f64; 3], [f64; 2], f64); 8] = [
+        ([1.0, 1.0, 1.0], [1.5, 1.5], 2e-3),
+        ([1.0, 1.0, 1.0], [1.2, 1.2], 4e-4),
+        ([1.0, 1.0, 2.0], [1.5, 1.5], 4e-3),
+        ([1.0, 2.0, 0.5], [1.5, 0.8], 5.5e-3),
+        ([1.0, 1.0, 1.0], [1.5, 1.0], 1e-3),
+        ([1.0, 0.7, 0.5], [0.5, 1.5], 2e-3),
+        ([1.0, 1.0, 1.0], [1.5, 0.2], 2e-3),
+        // An octahedron loses as much as any polyhedron.
+        ([1.0, 1.0, 1.0], [2.0, 2.0], 9e-3),
+    ];
+    let mut random = Random(21);
+    for (axes, eps, bound) in rows {
+        let axes = Vec3::from(axes);
+        let shape = Shape::superellipsoid(axes, eps, 0.02).unwrap();
+        let part = &shape.parts[0];
+        let whole = Core::superellipsoid(Superellipsoid::new(axes, eps).unwrap());
+        let tips = (0..3).map(|k| Vec3::ith(k, 1.0));
+        for n in tips.chain((0..2000).map(|_| random.direction())) {
+            let gap = 1.0 - (part.core.reach(&n) + part.crust) / whole.reach(&n);
+            assert!(gap > -1e-8 && gap < bound, "{axes:?} {eps:?}: {gap:e} along {n:?}");
+        }
     }
 }
 

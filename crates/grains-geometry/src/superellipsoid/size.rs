@@ -1,6 +1,6 @@
 //! Radii of superellipsoids: of balls inside and outside, and of curvature; rounded edges.
 
-use super::Superellipsoid;
+use super::{EPS_RANGE, Superellipsoid};
 use crate::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,8 +8,34 @@ use std::f64::consts::FRAC_PI_2;
 const SAMPLES: usize = 32;
 /// Halvings of the step of that search, from one sample distance.
 const HALVINGS: usize = 40;
-/// Safety margin of the sampled shift of the axes of rounded bodies (-).
-const MARGIN: f64 = 1.0 + 1e-9;
+/// Share by which rounded bodies are made smaller than sampled (-).
+const MARGIN: f64 = 1e-9;
+/// First and last step in ε of the search for a rounded body.
+const FIRST_STEP: f64 = 0.04;
+const LAST_STEP: f64 = 1e-4;
+/// Largest ε of that search, unless the body's is larger: beyond it edges are too sharp for Newton's method.
+const SMOOTH: f64 = 1.95;
+/// Relative gain for which that search moves.
+const GAIN: f64 = 1e-3;
+/// Directions in ε₁, ε₂ and the shift of the axes that it tries.
+const DIRECTIONS: [(f64, f64, f64); 7] = [
+    (1.0, 1.0, 0.0),
+    (1.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0),
+    (-1.0, 0.0, 0.0),
+    (0.0, -1.0, 0.0),
+    (0.0, 0.0, -1.0),
+    (0.0, 0.0, 1.0),
+];
+
+/// Where the extremes over all directions are looked for.
+#[derive(Clone, Copy)]
+enum Normals {
+    /// Among those of a sphere: quickly, for choosing.
+    OfSphere,
+    /// Also among those of the bodies that are compared: surely.
+    OfBodies,
+}
 
 /// Radius of the largest ball about the centre: for each norm the least c X + d Y on X^(1/ε) + Y^(1/ε) = 1,
 /// with squares for variables, is at an end for ε ≤ 1 and (c^s + d^s)^(1/s), s = 1/(1 − ε), beyond (m).
@@ -79,39 +105,77 @@ impl Superellipsoid {
         0.5 * (a + d) + libm::hypot(0.5 * (a - d), b)
     }
 
-    /// A smaller superellipsoid of the same ε which, swept by a ball of the given radius (m), stays within
-    /// this one and touches it: bodies with edges have no inner parallel body of their own kind.
+    /// A smaller superellipsoid which, swept by a ball of the given radius (m), stays within this one and touches it:
+    /// bodies with edges have no inner parallel body of their own kind.
     ///
-    /// Of the two that either reduce all semi-axes by one length or all by one factor, the larger.
+    /// Of those of semi-axes (1 − t)(aᵢ − λ radius) and any exponents the one that leaves the least gap,
+    /// relative to the body's extent in any direction: a larger ε keeps the tips in place while the faces
+    /// between them move inwards.
     pub fn rounded(&self, radius: f64) -> Self {
-        let factor = 1.0 - radius / self.inscribed;
-        let shrunk = self.semi_axes * factor;
-        let shift = MARGIN * self.least_shift(radius);
-        let shifted = self.semi_axes.add_scalar(-shift);
-        let larger = shifted.min() > 0.0 && shifted.product() > shrunk.product();
-        let core = Self::build(if larger { shifted } else { shrunk }, self.eps, 0.0);
-        Self { sharp_axes: self.semi_axes, ..core }
+        let mut best =
+            ([self.eps[0], self.eps[1], 1.0], self.within(self.eps, 1.0, radius, Normals::OfSphere));
+        let mut step = FIRST_STEP;
+        while step > LAST_STEP {
+            let mut moved = false;
+            for (first, second, share) in DIRECTIONS {
+                let [e1, e2, shift] = best.0;
+                let eps = [(e1 + first * step, self.eps[0]), (e2 + second * step, self.eps[1])]
+                    .map(|(e, own)| e.clamp(*EPS_RANGE.start(), own.max(SMOOTH)));
+                let at = [eps[0], eps[1], (shift + share * step / FIRST_STEP).clamp(0.0, 1.0)];
+                let found = self.within(eps, at[2], radius, Normals::OfSphere);
+                if found.1 < best.1.1 * (1.0 - GAIN) {
+                    (best, moved) = ((at, found), true);
+                }
+            }
+            if !moved {
+                step *= 0.5;
+            }
+        }
+        let [first, second, shift] = best.0;
+        let core = self.within([first, second], shift, radius, Normals::OfBodies).0;
+        Self { sharp_axes: self.semi_axes, sharp_eps: self.eps, ..core }
     }
 
-    /// Least length by which all semi-axes must be shorter for the rounded body to stay within (m).
-    fn least_shift(&self, radius: f64) -> f64 {
-        let fits = |shift: f64, n: &Vec3| {
-            let shorter = Self { semi_axes: self.semi_axes.add_scalar(-shift), ..*self };
-            shorter.dual(n).0 + radius <= self.dual(n).0
+    /// The largest body of the given ε and semi-axes in proportion to aᵢ − shift radius which, swept by a ball of the
+    /// radius, stays within this one; and the largest gap between the two, relative to the extent of this one.
+    fn within(&self, eps: [f64; 2], shift: f64, radius: f64, normals: Normals) -> (Self, f64) {
+        let axes = self.semi_axes.add_scalar(-shift * radius);
+        let core = Self::build(axes, eps, 0.0);
+        let excess = |n: &Vec3| 1.0 - (self.dual(n).0 - radius) / core.dual(n).0;
+        let smaller = self.largest_over_normals(&core, normals, excess);
+        let core = Self::build(axes * (1.0 - smaller.max(0.0) - MARGIN), eps, 0.0);
+        let gap = |n: &Vec3| 1.0 - (core.dual(n).0 + radius) / self.dual(n).0;
+        (core, self.largest_over_normals(&core, normals, gap))
+    }
+
+    /// Largest value over all directions, sought among directions crowded where a component vanishes, and among the normals of
+    /// this body and of another: ridges that are narrow in one of them are wide in another.
+    fn largest_over_normals(&self, other: &Self, normals: Normals, value: impl Fn(&Vec3) -> f64) -> f64 {
+        let crowded = |angle: f64| {
+            let share = angle / FRAC_PI_2;
+            angle * share * share * (10.0 - share * (15.0 - 6.0 * share))
         };
-        largest_over_octant(|azimuth, latitude, least| {
-            let (s, c) = (libm::sin(latitude), libm::cos(latitude));
-            let n = Vec3::new(c * libm::cos(azimuth), c * libm::sin(azimuth), s);
-            let mut range = [least.max(radius), self.semi_axes.min()];
-            if fits(range[0], &n) {
-                return range[0];
-            }
-            for _ in 0..HALVINGS {
-                let shift = 0.5 * (range[0] + range[1]);
-                range[usize::from(fits(shift, &n))] = shift;
-            }
-            range[1]
-        })
+        let sphere = Self { semi_axes: Vec3::repeat(1.0), eps: [1.0; 2], ..*self };
+        let of_angles = |a: f64, l: f64, _: f64| value(&sphere.normal_at(crowded(a), crowded(l)).normalize());
+        let of_body = |body: &Self| {
+            largest_over_octant(|a: f64, l: f64, _: f64| value(&body.normal_at(a, l).normalize()))
+        };
+        let of_all = largest_over_octant(of_angles);
+        match normals {
+            Normals::OfSphere => of_all,
+            Normals::OfBodies => of_all.max(of_body(self)).max(of_body(other)),
+        }
+    }
+
+    /// Direction of the normal at the point of azimuth φ₁ and latitude φ₂ (rad) in the first octant:
+    /// (cos^(2−ε₁) φ₂ cos^(2−ε₂) φ₁/a₁, cos^(2−ε₁) φ₂ sin^(2−ε₂) φ₁/a₂, sin^(2−ε₁) φ₂/a₃).
+    fn normal_at(&self, azimuth: f64, latitude: f64) -> Vec3 {
+        let snapped = |x: f64| if x < 1e-15 { 0.0 } else { x };
+        let [e1, e2] = self.eps.map(|e| 2.0 - e);
+        let power = |x: f64, e: f64| libm::pow(snapped(x), e);
+        let ring = power(libm::cos(latitude), e1);
+        let (c, s) = (power(libm::cos(azimuth), e2), power(libm::sin(azimuth), e2));
+        Vec3::new(ring * c, ring * s, power(libm::sin(latitude), e1)).component_div(&self.semi_axes)
     }
 }
 
