@@ -1,6 +1,6 @@
 //! Analyses a stored run through the library: `mixing RESULTS`, the mixing index of Lacey over time.
 
-use grains_analysis::{Analysis, Common, analyse, mixing, region, snapshots::Times};
+use grains_analysis::{Analysis, Common, Times, analyse, mixing, region};
 use grains_simulation::{ErrorKind, Job, RunError, abort, start};
 
 fn run(job: &Job, results: &str) -> Result<(), RunError> {

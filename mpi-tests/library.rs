@@ -4,7 +4,7 @@
 
 mod ranks;
 
-use grains_analysis::{Analysis, Common, analyse, mixing, region::RegionOptions, snapshots::Times};
+use grains_analysis::{Analysis, Common, Times, analyse, mixing, region::RegionOptions};
 use grains_domain::Transport;
 use grains_simulation::{Case, Job, Motion, Options, Simulation, Status};
 use ranks::on_ranks;

@@ -23,7 +23,7 @@ pub mod region;
 mod report;
 pub mod run_out;
 mod series;
-pub mod snapshots;
+mod snapshots;
 mod sums;
 pub mod void_fraction;
 
@@ -32,7 +32,8 @@ use grains_comm::Job;
 use grains_domain::Transport;
 use grains_simulation::{RunError, agreed};
 use region::Axis;
-use snapshots::{Stock, Times};
+use snapshots::Stock;
+pub use snapshots::Times;
 use std::path::PathBuf;
 
 /// What every analysis is told.

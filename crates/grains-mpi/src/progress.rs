@@ -23,11 +23,10 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
             simulation.stop();
         }
         let status = simulation.step()?;
-        if let Some(progress) = simulation.progress().filter(|p| is_first && told != Some(p.step)) {
-            if told.is_none() || status != Status::Running || last.elapsed().as_secs_f64() > INTERVAL {
-                say!("{}", line(progress, &simulation));
-                (told, last) = (Some(progress.step), Instant::now());
-            }
+        let is_due = told.is_none() || status != Status::Running || last.elapsed().as_secs_f64() > INTERVAL;
+        if let Some(progress) = simulation.progress().filter(|p| is_first && is_due && told != Some(p.step)) {
+            say!("{}", line(progress, &simulation));
+            (told, last) = (Some(progress.step), Instant::now());
         }
         if status != Status::Running {
             break status;
@@ -116,7 +115,7 @@ fn particles(summary: &Summary, case: &Case) {
         summary.moves
     );
     for (name, lacking) in &summary.missing {
-        log::warn!("{lacking} particles of insert `{name}` were not inserted: not yet due, or no room");
+        say!("warning: {lacking} particles of insert `{name}` were not inserted: not yet due, or no room");
     }
     say!("lists rebuilt {} times in {steps} steps", summary.rebuilds);
     let is_hard = case.collisions.is_hard();
@@ -137,8 +136,8 @@ fn particles(summary: &Summary, case: &Case) {
         100.0 * limit
     );
     if summary.cores_met > 0 {
-        log::warn!(
-            "shrunken cores met {} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
+        say!(
+            "warning: shrunken cores met {} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
             summary.cores_met
         );
     }

@@ -189,7 +189,7 @@ impl FluidPhase {
         wanted.iter().filter(|field| has_particles || !needs_particles(field)).map(name).collect()
     }
 
-    /// Values of [`columns`]; collective.
+    /// Values of the columns of the fluid in the time series; collective.
     pub fn row(&self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
         let flow = &self.flow;
         let dt = self.report.dt;
