@@ -1,7 +1,7 @@
 //! What the stored states of a run say: tables and pictures.
 //!
-//! Each rank reads its share of the particles ([`snapshots`]) and of the cells of a resolved flow ([`layers`]), and the ranks
-//! work together on each state; all sums are exact ([`sums`]), so the results have the same bits on any number of ranks.
+//! Each rank reads its share of the particles (`snapshots`) and of the cells of a resolved flow (`layers`), and the ranks
+//! work together on each state; all sums are exact (`sums`), so the results have the same bits on any number of ranks.
 
 pub mod bed;
 mod coarse_grid;

@@ -99,7 +99,7 @@ fn usual_gap() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Resolved {
-    /// "free" or "fixed": what particles do whose [[insert]] does not say.
+    /// "free" or "fixed": what particles do whose `[[insert]]` does not say.
     #[serde(default)]
     pub motion: Motion,
     /// How particles and fluid get one velocity.
