@@ -3,10 +3,14 @@
 use crate::bodies::{Meeting, PlacedPart, Pose, touch};
 use crate::images;
 use crate::integrate::{half_step_back, inertia};
+use crate::walls::SurfaceContact;
 use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
 use grains_domain::{SIZE_CLASSES, size_class};
-use grains_geometry::{Mat3, Rotation, Simplex, Vec3};
+use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
 use std::collections::HashMap;
+
+/// Overlap (m) where the distance of two bodies could not be found: their place is refused.
+const UNKNOWN: f64 = f64::INFINITY;
 
 /// A particle to be placed.
 #[derive(Clone, Copy, Debug)]
@@ -89,11 +93,13 @@ impl NewParticle {
                 let between = separation + other_part.offset - part.offset;
                 let placement = part.placement(&other_part.rotation, other_part.scale, &between);
                 let mut cold = Simplex::default();
-                if let Ok(Meeting::Touching(contact)) =
-                    touch(&part, other_part.core, &placement, other_part.crust, 0.0, &mut cold)
-                {
-                    worst = worst.max(contact.overlap);
-                }
+                worst = worst.max(
+                    match touch(&part, other_part.core, &placement, other_part.crust, 0.0, &mut cold) {
+                        Ok(Meeting::Touching(contact)) => contact.overlap,
+                        Ok(_) => 0.0,
+                        Err(_) => UNKNOWN,
+                    },
+                );
             }
         }
         worst
@@ -242,23 +248,19 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
             }
             for (center, element) in found {
                 let mut worst = 0.0_f64;
+                let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
+                    Ok(met) => met.map_or(0.0, |contact| contact.overlap),
+                    Err(_) => UNKNOWN,
+                };
                 if shape.is_sphere() {
-                    if let Ok(Some(contact)) = surface.meets_sphere(element, &center, radius) {
-                        worst = contact.overlap;
-                    }
+                    worst = overlap(surface.meets_sphere(element, &center, radius));
                 } else {
                     for part in 0..shape.parts.len() as u16 {
                         let placed = PlacedPart::of(&pose, part);
                         let at = center + placed.offset;
-                        if let Ok(Some(c)) = surface.meets_part(
-                            element,
-                            &at,
-                            &placed,
-                            &mut Simplex::default(),
-                            FaceContact::Point,
-                        ) {
-                            worst = worst.max(c.overlap);
-                        }
+                        let mut cold = Simplex::default();
+                        let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
+                        worst = worst.max(overlap(met));
                     }
                 }
                 if worst > tolerance {
