@@ -79,8 +79,8 @@ impl SpanRule {
         if let Some(given) = self.given.filter(|&given| span < given.min(left) && !self.is_told) {
             self.is_told = true;
             if transport.rank() == 0 {
-                eprintln!(
-                    "warning: t = {:.6e} s: {given} particle steps (fluid.coupling.particle_steps) would pass \
+                log::warn!(
+                    "t = {:.6e} s: {given} particle steps (fluid.coupling.particle_steps) would pass \
                      fluid.courant = {}: the fluid takes {span} now, and as many as that allows from here on",
                     dem.time(),
                     self.limits.cfl
