@@ -49,7 +49,7 @@ fn finish(simulation: &mut Simulation) {
 
 #[test]
 fn a_silo_in_pieces_is_that_in_one() {
-    on_ranks(&[1, 2], "a_silo_in_pieces_is_that_in_one", |job| {
+    on_ranks(&[1, 2, 3], "a_silo_in_pieces_is_that_in_one", |job| {
         let new = |name: &str, restart: Option<&str>| {
             let results = match restart {
                 Some(_) => {
@@ -87,6 +87,19 @@ fn a_silo_in_pieces_is_that_in_one() {
         assert!((second.time() - 0.0973).abs() < 2e-5);
         finish(&mut second);
         assert_eq!(state(&second), expected);
+
+        // Stopped at the wish of the last rank alone, and continued.
+        let mut asked = new("asked", None);
+        asked.run_to(0.0519).unwrap();
+        if job.transport().rank() + 1 == job.size() {
+            asked.stop();
+        }
+        finish(&mut asked);
+        assert_eq!(asked.step().unwrap(), Status::Stopped);
+        drop(asked);
+        let mut continued = new("asked", Some("latest"));
+        finish(&mut continued);
+        assert_eq!(state(&continued), expected);
 
         // Without files.
         let results = folder(job, "silent");

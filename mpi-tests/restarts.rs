@@ -152,7 +152,7 @@ fn bodies_in_a_flow_stopped_at_every_step_lose_no_row_and_no_snapshot() {
 
 #[test]
 fn fixed_and_driven_bodies_stopped_at_every_step_lose_nothing() {
-    at_every_step("held", 7, 1);
+    at_every_step("fixed_and_driven", 7, 1);
     at_every_step("resolved_driven", 6, 1);
     at_every_step("resolved_driven", 7, 3);
 }

@@ -118,7 +118,7 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
 #[test]
 fn fixed_and_driven_particles_among_free_ones() {
     let decompositions = Decompositions { chosen: &[2, 3, 4], given: &[[1, 1, 3], [2, 2, 1]] };
-    let series = series(&compare("held", &decompositions));
+    let series = series(&compare("fixed_and_driven", &decompositions));
     for name in ["pins", "shaker", "stirrer", "late"] {
         let loads = series.column(&format!("insert_{name}_fz"));
         assert!(loads.iter().any(|&f| f != 0.0), "{name} are touched");

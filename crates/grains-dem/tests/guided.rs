@@ -26,7 +26,7 @@ fn particle(id: u64, shape: u16, position: Vec3, velocity: Vec3) -> NewParticle 
 }
 
 fn guide(ids: std::ops::Range<u64>, motion: Motion) -> Guide {
-    Guide { name: "held".into(), ids, motion, about_centres: false }
+    Guide { name: "fixed".into(), ids, motion, about_centres: false }
 }
 
 fn oscillation(amplitude: Vec3) -> Motion {
@@ -107,9 +107,9 @@ fn prescribed_poses_are_kept_whatever_hits_the_bodies() {
     }
 }
 
-/// A sphere that hits a held body leaves it as a wall: with e times its speed, after the contact time of its whole mass.
+/// A sphere that hits a fixed body leaves it as a wall: with e times its speed, after the contact time of its whole mass.
 #[test]
-fn free_spheres_leave_held_ones_as_they_leave_walls() {
+fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
     let mass = 2500.0 * 4.0 / 3.0 * PI * RADIUS.powi(3);
     let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
     for (restitution, speed) in [(1.0, 0.0), (0.73, 0.0), (1.0, 0.25), (0.5, -0.6)] {
@@ -118,7 +118,7 @@ fn free_spheres_leave_held_ones_as_they_leave_walls() {
         let mut setup = setup([0.02; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
         setup.rates.gravity = Vec3::zeros();
         setup.rates.dt = collision.contact_time / 400.0;
-        // The held one may move towards the free one, or away.
+        // The fixed one may move towards the free one, or away.
         let velocity = Vec3::z() * speed;
         setup.guides = vec![guide(7..8, Motion::Translation { velocity, start: 0.0, end: f64::INFINITY })];
         let middle = Vec3::repeat(0.01);
@@ -148,9 +148,9 @@ fn free_spheres_leave_held_ones_as_they_leave_walls() {
     }
 }
 
-/// Bodies of any shape off their centres, at held bodies without damping and friction: energy is kept.
+/// Bodies of any shape off their centres, at fixed bodies without damping and friction: energy is kept.
 #[test]
-fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_held_ones() {
+fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
     let elastic = ContactLaw::new(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.02; 3], [true; 3], mixed_shapes(RADIUS), elastic);
     setup.rates.gravity = Vec3::zeros();
@@ -170,7 +170,7 @@ fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_held_ones() {
         hits += (0..16).filter(|&k| dem.particles.loads[index(&dem, k)].force.norm() > 0.0).count();
         dem.advance(&SerialTransport).unwrap();
     }
-    assert!(hits > 1000, "{hits} hits on held bodies");
+    assert!(hits > 1000, "{hits} hits on fixed bodies");
     // Until the last contact has ended part of it is elastic.
     while dem.report.largest_overlap > 0.0 {
         dem.step(&SerialTransport).unwrap();
@@ -178,10 +178,10 @@ fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_held_ones() {
     assert!((energy(&dem) / before - 1.0).abs() < 5e-3, "{before:e} J, then {:e} J", energy(&dem));
 }
 
-/// What the free ones lose of momentum is what the held ones are loaded with, to rounding; and two held ones do nothing to
+/// What the free ones lose of momentum is what the fixed ones are loaded with, to rounding; and two fixed ones do nothing to
 /// each other, nor a wall to them, however deep they are in.
 #[test]
-fn momentum_goes_to_the_held_bodies() {
+fn momentum_goes_to_the_fixed_bodies() {
     let mut setup = setup([0.02; 3], [true, true, false], mixed_shapes(RADIUS), law(true));
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 2e-3), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
@@ -208,26 +208,26 @@ fn momentum_goes_to_the_held_bodies() {
     };
     let mass: f64 = dem.particles.bodies.iter().filter(|b| !b.is_guided()).map(|b| b.mass).sum();
     let (dt, gravity) = (dem.setup.rates.dt, dem.setup.rates.gravity);
-    let (mut before, mut on_held) = (momentum(&dem), Vec3::zeros());
+    let (mut before, mut on_fixed) = (momentum(&dem), Vec3::zeros());
     for step in 0..3000 {
         dem.refresh(&SerialTransport).unwrap();
         dem.add_forces(&SerialTransport);
         let walls: Vec3 = dem.wall_loads(&SerialTransport).iter().map(|load| load.force).sum();
-        let held: Vec3 = dem.guided_loads(&SerialTransport).iter().map(|load| load.force).sum();
+        let fixed: Vec3 = dem.guided_loads(&SerialTransport).iter().map(|load| load.force).sum();
         if step == 0 {
-            assert_eq!((held, walls), (Vec3::zeros(), Vec3::zeros()), "held bodies that overlap");
+            assert_eq!((fixed, walls), (Vec3::zeros(), Vec3::zeros()), "fixed bodies that overlap");
         }
-        on_held += held * dt;
+        on_fixed += fixed * dt;
         dem.advance(&SerialTransport).unwrap();
         let after = momentum(&dem);
-        let off = after - before - (gravity * mass - walls - held) * dt;
+        let off = after - before - (gravity * mass - walls - fixed) * dt;
         assert!(off.norm() < 1e-13 * (mass * 3.0), "step {step}: {off:?}");
         before = after;
     }
-    assert!(on_held.norm() > 0.1 * mass, "{on_held:?} N s");
+    assert!(on_fixed.norm() > 0.1 * mass, "{on_fixed:?} N s");
 }
 
-/// Free and held bodies, shaken and turning ones, spheres and others, in a box periodic along two axes.
+/// Free and fixed bodies, shaken and turning ones, spheres and others, in a box periodic along two axes.
 fn mill(shapes: Vec<Shape>) -> Scene {
     let mut setup = setup([0.03; 3], [true, true, false], shapes, law(true));
     setup.rates.gravity = Vec3::new(4.0, 3.0, -30.0);
@@ -285,9 +285,9 @@ fn held_and_driven_bodies_change_no_bit_with_ranks_skin_and_restart() {
     }
 }
 
-/// Hard spheres leave held ones with e times their speed, and held ones do not move.
+/// Hard spheres leave fixed ones with e times their speed, and fixed ones do not move.
 #[test]
-fn hard_spheres_leave_held_ones_as_they_leave_walls() {
+fn hard_spheres_leave_fixed_ones_as_they_leave_walls() {
     for restitution in [1.0, 0.6] {
         let law = ContactLaw::rigid(restitution, 0.0);
         let mut setup = setup([0.02; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
@@ -302,9 +302,9 @@ fn hard_spheres_leave_held_ones_as_they_leave_walls() {
         for _ in 0..100 {
             dem.step(&SerialTransport).unwrap();
         }
-        let [free, held] = [0, 1].map(|id| dem.particles.bodies[index(&dem, id)]);
+        let [free, fixed] = [0, 1].map(|id| dem.particles.bodies[index(&dem, id)]);
         assert!((free.velocity - Vec3::z() * restitution).norm() < 1e-8, "{:?}", free.velocity);
-        assert!((held.position - middle).norm() < 3e-12, "{:?}", held.position);
-        assert!((held.velocity.y - 1e-12 * 180.0 * TAU * (180.0 * TAU * 1e-3 + 0.4).cos()).abs() < 1e-20);
+        assert!((fixed.position - middle).norm() < 3e-12, "{:?}", fixed.position);
+        assert!((fixed.velocity.y - 1e-12 * 180.0 * TAU * (180.0 * TAU * 1e-3 + 0.4).cos()).abs() < 1e-20);
     }
 }

@@ -95,7 +95,7 @@ impl Action {
     ///
     /// The force on the fluid also changes the momentum of the fluid inside, which that outside never had: E of what continues
     /// the flow, and m_f U of what goes with the body.
-    pub fn on_held(&self, pending: &[f64; 6], displaced: [&[f64; 6]; 2], dt: f64) -> [Vec3; 2] {
+    pub fn on_prescribed(&self, pending: &[f64; 6], displaced: [&[f64; 6]; 2], dt: f64) -> [Vec3; 2] {
         let [before, after] = displaced;
         let change = |k: usize| {
             Vec3::from_fn(|a, _| (self.pending[k + a] - pending[k + a] + after[k + a] - before[k + a]) / dt)

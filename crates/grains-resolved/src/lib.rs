@@ -72,7 +72,7 @@
 //! # Bodies of prescribed motion
 //!
 //! Their velocities are imposed on the fluid, of a body that turns those at its own places ([`BodyMotion::imposed`]). The flow's
-//! force on one is what the fluid got, less what that inside it keeps ([`Action::on_held`]):
+//! force on one is what the fluid got, less what that inside it keeps ([`Action::on_prescribed`]):
 //!
 //! ```text
 //! F Δt = −J + Eⁿ⁺¹ − Eⁿ + m_f (Uⁿ⁺¹ − Uⁿ)

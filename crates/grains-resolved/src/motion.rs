@@ -134,7 +134,7 @@ impl Surroundings {
     pub fn note(dem: &mut Dem, actions: &[Action], dt: f64) {
         for (cargo, action) in dem.particles.cargo.iter_mut().zip(actions) {
             let [linear, angular] = FlowLink::read(cargo).pending;
-            let [force, torque] = action.on_held(&six(&linear, &angular), [&[0.0; 6]; 2], dt);
+            let [force, torque] = action.on_prescribed(&six(&linear, &angular), [&[0.0; 6]; 2], dt);
             let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
             *cargo = FlowLink { force, torque, pending, ..FlowLink::default() }.write();
         }
@@ -158,7 +158,7 @@ impl Surroundings {
                     six(&(body.velocity * (share * own.mass)), &(new * share)),
                 );
                 let left = six(&link.pending[0], &link.pending[1]);
-                let [force, torque] = action.on_held(&left, [&before, &after], dt);
+                let [force, torque] = action.on_prescribed(&left, [&before, &after], dt);
                 let [impulse, angular_impulse] = [0, 3].map(|k| Vec3::from_column_slice(&after[k..k + 3]));
                 particles.cargo[i] = FlowLink { force, torque, impulse, angular_impulse, pending }.write();
                 continue;

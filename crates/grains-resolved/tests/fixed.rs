@@ -152,7 +152,7 @@ fn swinging(cells: usize) -> [f64; 2] {
         scene.flow.state.force[0] = (omega * time).cos();
         scene.step(dt, &SerialTransport);
         let action = &scene.actions[0];
-        let [force, _] = action.on_held(&pending, [&[0.0; 6]; 2], dt);
+        let [force, _] = action.on_prescribed(&pending, [&[0.0; 6]; 2], dt);
         pending = action.pending;
         if step >= steps / 2 {
             most = [most[0].max(force.x.abs() / h), most[1].max(action.force.x.abs() / h)];
@@ -193,7 +193,7 @@ fn shedding(cells_across: usize) -> [f64; 3] {
     for step in 1..=(2.1 / dt) as usize {
         scene.step(dt, &SerialTransport);
         let action = &scene.actions[0];
-        let force = action.on_held(&pending, [&[0.0; 6]; 2], dt)[0] / unit;
+        let force = action.on_prescribed(&pending, [&[0.0; 6]; 2], dt)[0] / unit;
         pending = action.pending;
         let time = step as f64 * dt;
         if time > 1.1 {

@@ -50,7 +50,7 @@ fn lead(scene: &mut Scene, displaced: &Displaced, to: [Vec3; 3], dt: f64) -> [Ve
     scene.actions = scene.resolved.follow(Some(&[motion]), &mut scene.flow, dt, &SerialTransport).unwrap();
     scene.own[0] = scene.resolved.bodies[0].clone();
     assert_eq!([scene.own[0].velocity, scene.own[0].spin], [to[1], to[2]], "the motion is imposed");
-    scene.actions[0].on_held(&pending, [&before, &displaced.momentum(&scene.own[0])], dt)
+    scene.actions[0].on_prescribed(&pending, [&before, &displaced.momentum(&scene.own[0])], dt)
 }
 
 /// A sphere that turns in a fluid at rest is held back by 8π μ R³ ω, in a cubic array of a volume fraction φ by
@@ -121,7 +121,7 @@ fn a_swinging_cylinder_feels_what_one_at_rest_in_a_swinging_fluid_does() {
             let acceleration = amplitude * omega * (after.sin() - before.sin()) / dt;
             resting.flow.state.force[0] = -acceleration;
             resting.step(dt, &SerialTransport);
-            let [at_rest, _] = resting.actions[0].on_held(&pending, [&[0.0; 6]; 2], dt);
+            let [at_rest, _] = resting.actions[0].on_prescribed(&pending, [&[0.0; 6]; 2], dt);
             pending = resting.actions[0].pending;
             if step >= steps / 4 {
                 let wanted = at_rest.x + mass * acceleration;
@@ -181,7 +181,7 @@ fn momentum_of_fluid_free_and_driven_bodies_is_accounted_for() {
             assert_eq!((scene.own[1].velocity, scene.own[1].spin), (Vec3::zeros(), Vec3::zeros()));
             let after: Vec<[f64; 6]> = scene.own.iter().map(|b| displaced.momentum(b)).collect();
             for k in 0..2 {
-                let [force, _] = scene.actions[k].on_held(&pending[k], [&before[k], &after[k]], dt);
+                let [force, _] = scene.actions[k].on_prescribed(&pending[k], [&before[k], &after[k]], dt);
                 given += force * dt;
             }
             let state = &scene.flow.state;
