@@ -15,7 +15,8 @@ sys.path.insert(0, str(HERE.parent))
 import sweep
 
 # Density and viscosity of the oil, end of the run, and the largest speed measured (m/s).
-RUNS = {"E1": (970, 0.373, 4.5, 0.0360), "E2": (965, 0.212, 2.6, 0.0572)}
+RUNS = {"E1": (970, 0.373, 4.5, 0.0360), "E2": (965, 0.212, 2.6, 0.0572),
+        "E3": (962, 0.113, 1.8, 0.0873), "E4": (960, 0.058, 1.4, 0.1222)}
 DIAMETER = 0.015
 MASS, GRAVITY = 1120 * 3.14159265 / 6 * DIAMETER**3, 9.81
 
