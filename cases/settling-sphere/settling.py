@@ -50,13 +50,14 @@ def main():
         measured = RUNS[name][3]
         largest = max(speeds)
         print(f"{name}, {across} cells: {largest:.4f} m/s, measured {measured:.4f} ({100 * (largest / measured - 1):+.1f} %)")
-        axes[0].plot(times, speeds, label=f"{name}, {across} cells")
-        axes[1].semilogy(times, [max(gap, 1e-6) / DIAMETER for gap in gaps])
+        style = {"color": f"C{list(RUNS).index(name)}", "linestyle": "-" if across == max(options.across) else "--"}
+        axes[0].plot(times, speeds, label=f"{name}, {across} cells", **style)
+        axes[1].semilogy(times, [max(gap, 1e-6) / DIAMETER for gap in gaps], **style)
     for name, (*_, measured) in RUNS.items():
         axes[0].axhline(measured, color="k", linestyle=":", linewidth=1)
-    axes[0].set(xlabel="time (s)", ylabel="speed (m/s); dotted: measured")
+    axes[0].set(xlim=(0, 6.5), xlabel="time (s)", ylabel="speed (m/s); dotted: measured")
     axes[1].set(xlabel="time (s)", ylabel="gap to the floor over the diameter")
-    axes[0].legend()
+    axes[0].legend(fontsize="small")
     figure.savefig(HERE / "speed.png", dpi=110)
 
 
