@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use grains_case::{
-    Advection, BoundaryKind, Case, Drag, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
+    Advection, BoundaryKind, Case, DragLaw, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
     ParticleColumns, ParticleMotion, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep,
     WallKind, schema,
 };
@@ -191,7 +191,7 @@ fn a_bed_takes_its_defaults_from_the_particles() {
     assert_eq!((fluid.advection, fluid.output.interval), (Some(Advection::VanLeer), Some(0.1)));
     assert_eq!(fluid.longest_step, None, "it does not follow the end of the run");
     let coupling = fluid.coupling.expect("coupling");
-    assert_eq!((coupling.drag, coupling.model), (Drag::Beetstra, MixtureModel::B));
+    assert_eq!((coupling.drag, coupling.model), (DragLaw::Beetstra, MixtureModel::B));
     assert_eq!((coupling.kernel, coupling.particle_steps), (Kernel::Smooth { half_width: 2.0 }, Some(10)));
 }
 

@@ -2,10 +2,11 @@
 
 use crate::drag::Flow;
 use crate::{
-    Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, Model, ShapeFactors,
-    ShapeProfile, Site, Stencil, buoyancy,
+    Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, ShapeFactors,
+    ShapeProfile, Site, Stencil,
 };
 use grains_dem::{Body, Catalogue, Particles};
+use grains_fluid::MixtureModel;
 use grains_geometry::Vec3;
 
 /// The cells of one rank with their halo, and where fields on them lie.
@@ -48,7 +49,7 @@ pub struct Coupling {
     /// Drag law.
     pub law: DragLaw,
     /// Who feels the pressure gradient.
-    pub model: Model,
+    pub model: MixtureModel,
     /// The fluid.
     pub fluid: Fluid,
     /// Gravity (m/s²).
@@ -64,7 +65,7 @@ impl Coupling {
     pub fn new(
         kernel: Kernel,
         law: DragLaw,
-        model: Model,
+        model: MixtureModel,
         fluid: Fluid,
         gravity: Vec3,
         catalogue: &Catalogue,
@@ -175,9 +176,9 @@ impl Coupling {
             link.lend(&velocity, &particles.half_velocity[i], time_step);
             let volume = self.volume(body);
             link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
-            if self.model == Model::A {
+            if self.model == MixtureModel::A {
                 let gradient = gradient_at(&stencil, grid, fluid);
-                link.pressure += self.model.pressure_force(volume, &gradient);
+                link.pressure += gradient * -volume;
             }
             particles.cargo[i] = link.write();
         }
@@ -205,6 +206,12 @@ impl Coupling {
         let drag = self.law.growing_coefficient(&self.fluid, diameter, &flow);
         Coefficient { value: drag.value * self.model.drag_factor(void_fraction), ..drag }
     }
+}
+
+/// Buoyancy −ρ V g (N) of a volume V (m³) in a fluid of density ρ (kg/m³) under gravity g (m/s²), the force of the
+/// hydrostatic pressure, in both models.
+pub fn buoyancy(fluid_density: f64, volume: f64, gravity: &Vec3) -> Vec3 {
+    gravity * (-fluid_density * volume)
 }
 
 /// Velocity of the fluid at a particle (m/s): next to a boundary that of the flow within.

@@ -55,14 +55,12 @@ mod error;
 mod exchange;
 mod fluidisation;
 mod kernel;
-mod model;
 mod shape_factors;
 
-pub use coupling::{Coupling, DragFields, FluidFields, Grid, void_fractions};
+pub use coupling::{Coupling, DragFields, FluidFields, Grid, buoyancy, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
 pub use exchange::{DragLink, MomentumLedger, add_drag, boundary_gradient, impulse_taken, owed, relaxation};
 pub use fluidisation::Bed;
 pub use kernel::{End, GridAxis, Kernel, Layout, MOST_CELLS, Site, Stencil};
-pub use model::{Model, buoyancy};
 pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};

@@ -5,14 +5,14 @@
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_coupling::{
     Bed, Coefficient, Coupling, DragFields, DragLaw, DragLink, End, Fluid, FluidFields, Grid, GridAxis,
-    Kernel, Layout, Model, MomentumLedger, ShapeFactors, add_drag, impulse_taken, owed, relaxation,
-    void_fractions,
+    Kernel, Layout, MomentumLedger, ShapeFactors, add_drag, impulse_taken, owed, relaxation, void_fractions,
 };
 use grains_dem::{
     Body, Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, Kind, ParticleRecord,
     Particles, Rates, Skin, half_step_back,
 };
 use grains_domain::{GlobalBox, SerialTransport};
+use grains_fluid::MixtureModel;
 use grains_geometry::{Rotation, Shape, Vec3};
 
 const AIR: Fluid = Fluid { density: 1.2, viscosity: 1.8e-5 };
@@ -238,7 +238,7 @@ fn fields<'a>(
     }
 }
 
-fn coupling(law: DragLaw, model: Model, fluid: Fluid, grains: &Grains) -> Coupling {
+fn coupling(law: DragLaw, model: MixtureModel, fluid: Fluid, grains: &Grains) -> Coupling {
     Coupling::new(Kernel::Cube, law, model, fluid, grains.rates.gravity, &grains.catalogue).unwrap()
 }
 
@@ -285,10 +285,10 @@ fn drag_of_stokes_is_integrated_exactly() {
 fn a_grain_reaches_its_terminal_velocity_with_any_step() {
     let worst = std::cell::Cell::new(0.0f64);
     for (law, diameter, model) in [
-        (DragLaw::SchillerNaumann, 50e-6, Model::A),
-        (DragLaw::Beetstra, 300e-6, Model::A),
-        (DragLaw::DiFelice, 2e-3, Model::B),
-        (DragLaw::HoelzerSommerfeld, 2e-2, Model::B),
+        (DragLaw::SchillerNaumann, 50e-6, MixtureModel::A),
+        (DragLaw::Beetstra, 300e-6, MixtureModel::A),
+        (DragLaw::DiFelice, 2e-3, MixtureModel::B),
+        (DragLaw::HoelzerSommerfeld, 2e-2, MixtureModel::B),
     ] {
         let length = 30.0 * diameter;
         let bed = Bed {
@@ -346,7 +346,7 @@ fn a_grain_speeds_up_as_its_law_wants() {
         let dt = end / f64::from(n);
         let length = 30.0 * diameter;
         let mut grains = Grains::new(diameter, 2500.0, falling(dt), &[Vec3::repeat(0.4 * length)]);
-        let coupling = coupling(law, Model::A, AIR, &grains);
+        let coupling = coupling(law, MixtureModel::A, AIR, &grains);
         let mut parcel = Parcel::new(length, 2, 1);
         let mut ledger = MomentumLedger::default();
         let run = Run { sub_steps: 1, push: Vec3::zeros(), frozen: true };
@@ -381,7 +381,7 @@ fn momentum_is_kept_and_stiff_drag_stays_quiet() {
             let sub_steps = 5;
             let dt = ratio * mass / slow / sub_steps as f64;
             let mut grains = Grains::new(diameter, density, weightless(dt), &places);
-            let coupling = coupling(DragLaw::Beetstra, Model::B, fluid, &grains);
+            let coupling = coupling(DragLaw::Beetstra, MixtureModel::B, fluid, &grains);
             let mut parcel = Parcel::new(length, 4, 1);
             let start = Vec3::new(1e-8, 0.0, 0.0);
             parcel.set_velocity(&start);
@@ -434,7 +434,7 @@ fn a_fixed_lattice_has_the_pressure_drop_of_its_law() {
         gravity: GRAVITY,
     };
     for law in [DragLaw::Beetstra, DragLaw::Ergun, DragLaw::Gidaspow, DragLaw::DiFelice] {
-        for model in [Model::A, Model::B] {
+        for model in [MixtureModel::A, MixtureModel::B] {
             for (dt, steps) in [(1e-5, 4000), (1.0, 60)] {
                 let superficial = 0.3;
                 let mut grains = Grains::new(diameter, 1e12, weightless(dt), &places);
@@ -464,7 +464,7 @@ fn both_models_push_grains_alike() {
     let places: Vec<Vec3> = (0..27)
         .map(|k| (Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64) + Vec3::repeat(0.4)) * 2e-3)
         .collect();
-    let forces = [Model::A, Model::B].map(|model| {
+    let forces = [MixtureModel::A, MixtureModel::B].map(|model| {
         let mut grains = Grains::new(diameter, 2500.0, falling(1e-6), &places);
         let coupling = coupling(DragLaw::Beetstra, model, AIR, &grains);
         let mut parcel = Parcel::new(length, 3, 1);
@@ -549,7 +549,7 @@ fn a_rod_is_dragged_as_it_lies() {
         grains.particles.push(&ParticleRecord { orientation: *turn, ..upright });
     }
     let fluid = Fluid { density: 1000.0, viscosity: 1e-3 };
-    let coupling = coupling(DragLaw::HoelzerSommerfeld, Model::A, fluid, &grains);
+    let coupling = coupling(DragLaw::HoelzerSommerfeld, MixtureModel::A, fluid, &grains);
     let drag = |i: usize, flow: Vec3| coupling.drag(&grains.particles, i, &(flow * 0.2), 0.9).value;
     let (along, across) = (drag(0, Vec3::z()), drag(0, Vec3::x()));
     assert!(across > 1.5 * along, "{across} {along}");

@@ -40,9 +40,9 @@ fn box_of(make: fn(usize, f64, f64, usize, End) -> GridAxis, cells: [usize; 3], 
 fn kernels() -> [Kernel; 4] {
     [
         Kernel::Cube,
-        Kernel::smooth(Kernel::USUAL_HALF_WIDTH).unwrap(),
-        Kernel::smooth(0.5).unwrap(),
-        Kernel::smooth(4.0).unwrap(),
+        Kernel::Smooth { half_width: 2.291_287_847_477_92 },
+        Kernel::Smooth { half_width: 0.5 },
+        Kernel::Smooth { half_width: 4.0 },
     ]
 }
 
@@ -136,7 +136,7 @@ fn the_cube_is_cut_exactly() {
 fn a_smooth_kernel_has_its_shape_on_any_cells() {
     // Far from walls: mean at the particle, variance (half width)²/7 plus that of the cells, h²/12 for points.
     let half = 2.0;
-    let kernel = Kernel::smooth(half).unwrap();
+    let kernel = Kernel::Smooth { half_width: half };
     for cells in [60, 100, 150] {
         let axes: [GridAxis; 3] = std::array::from_fn(|a| uniform(a, 0.0, 20.0, cells, End::Boundary));
         let h = 20.0 / cells as f64;
@@ -156,7 +156,7 @@ fn a_smooth_kernel_has_its_shape_on_any_cells() {
 
 #[test]
 fn a_kernel_is_mirrored_at_a_wall() {
-    let kernel = Kernel::smooth(3.0).unwrap();
+    let kernel = Kernel::Smooth { half_width: 3.0 };
     let wide: [GridAxis; 3] = std::array::from_fn(|a| uniform(a, -10.0, 10.0, 20, End::Boundary));
     let walled: [GridAxis; 3] = std::array::from_fn(|a| {
         uniform(a, if a == 0 { 0.0 } else { -10.0 }, 10.0, if a == 0 { 10 } else { 20 }, End::Boundary)
@@ -226,7 +226,7 @@ fn boundary_faces_take_no_share_of_the_velocity() {
 #[test]
 fn the_solid_of_a_face_is_half_that_of_its_cells() {
     let axes = box_of(stretched, [8, 8, 8], End::Boundary);
-    let kernel = Kernel::smooth(2.0).unwrap();
+    let kernel = Kernel::Smooth { half_width: 2.0 };
     let mut dice = Dice(11);
     let (mut cells, mut faces) = (vec![0.0; 512], vec![0.0; 8 * 8 * 9]);
     let mut stencil = Stencil::default();
@@ -257,7 +257,7 @@ fn halos_added_up_give_the_field_of_one_rank() {
     let whole = [part(0, cells, [End::Boundary; 2]), others(1), others(2)];
     let low = [part(0, cut + halo, [End::Boundary, End::Halo]), others(1), others(2)];
     let high = [part(cut - halo, cells, [End::Halo, End::Boundary]), others(1), others(2)];
-    let kernel = Kernel::smooth(2.0).unwrap();
+    let kernel = Kernel::Smooth { half_width: 2.0 };
     let diameter = 0.06;
     assert!(kernel.halo(diameter, 0.06, h) <= halo);
     let mut dice = Dice(9);
@@ -284,7 +284,7 @@ fn halos_added_up_give_the_field_of_one_rank() {
 #[test]
 fn what_does_not_fit_is_refused_with_the_remedy() {
     let fine = box_of(uniform, [300, 300, 300], End::Boundary);
-    let error = Kernel::smooth(4.0).unwrap().check(&fine, 1e-3).unwrap_err();
+    let error = Kernel::Smooth { half_width: 4.0 }.check(&fine, 1e-3).unwrap_err();
     assert!(matches!(error, CouplingError::TooManyCells { axis: 'x', most: MOST_CELLS, .. }), "{error}");
     let open = box_of(uniform, [30, 30, 30], End::Halo);
     let outside = Vec3::new(0.0, 0.0199, 0.0);
@@ -295,5 +295,7 @@ fn what_does_not_fit_is_refused_with_the_remedy() {
     assert!(
         GridAxis::new(2, vec![0.0, 1.0, 1.0], [End::Halo; 2]).unwrap_err().to_string().contains("along z")
     );
-    assert!(Kernel::smooth(0.1).unwrap_err().to_string().contains("[0.5, 20]"));
+    assert!(
+        Kernel::Smooth { half_width: 0.1 }.check(&fine, 1e-3).unwrap_err().to_string().contains("[0.5, 20]")
+    );
 }

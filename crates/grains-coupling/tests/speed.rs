@@ -23,7 +23,7 @@ fn time(name: &str, mut call: impl FnMut(usize) -> f64) {
 fn calls() {
     let shape = ShapeFactors { sphericity: 0.8, crosswise: 0.7, lengthwise: 0.9 };
     let fluid = Fluid { density: 1.2, viscosity: 1.8e-5 };
-    for law in DragLaw::ALL {
+    for &law in DragLaw::ALL {
         time(&format!("{law:?}, drag and slope"), |k| {
             let flow = Flow { reynolds: 1.0 + 1e-3 * k as f64, void_fraction: 0.5, shape };
             law.growing_coefficient(&fluid, 1e-3, black_box(&flow)).value
@@ -51,7 +51,7 @@ fn calls() {
 }
 
 fn kernels() {
-    for (kernel, cell) in [(Kernel::Cube, 3.0), (Kernel::smooth(Kernel::USUAL_HALF_WIDTH).unwrap(), 1.5)] {
+    for (kernel, cell) in [(Kernel::Cube, 3.0), (Kernel::Smooth { half_width: 2.291_287_847_477_92 }, 1.5)] {
         let axes: [GridAxis; 3] = std::array::from_fn(|a| {
             GridAxis::new(a, (0..=40).map(|k| f64::from(k) * cell).collect(), [End::Boundary; 2]).unwrap()
         });

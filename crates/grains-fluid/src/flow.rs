@@ -4,7 +4,8 @@ use crate::boundary::{FaceTable, Kind, fill_velocity, open_faces};
 use crate::clock::Clock;
 use crate::grid::AXES;
 use crate::metrics::Local;
-use crate::mixture::{Mixture, MixtureModel};
+use crate::mixture::Mixture;
+use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
 use crate::{

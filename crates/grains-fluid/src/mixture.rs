@@ -3,17 +3,8 @@
 use crate::boundary::FaceTable;
 use crate::metrics::Local;
 use crate::momentum::{Capacity, FaceTerms, Porosity};
-use crate::{Centre, Faces, Field, Halo, Layout, StepError};
+use crate::{Centre, Faces, Field, Halo, Layout, MixtureModel, StepError};
 use grains_domain::Transport;
-
-/// Who carries the pressure gradient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MixtureModel {
-    /// The fluid feels −ε ∇p, each particle −V ∇p besides its drag.
-    A,
-    /// The fluid feels the whole −∇p, the drag of the particles is divided by ε.
-    B,
-}
 
 /// What the particles carry through the box, for drives that keep the flux of the mixture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,7 +2,8 @@
 
 use crate::boundary::{FaceTable, Kind};
 use crate::metrics::Local;
-use crate::mixture::{Mixture, MixtureModel};
+use crate::mixture::Mixture;
+use crate::mixture_model::MixtureModel;
 use crate::{Centre, Faces, Field};
 
 /// f = Σ_faces ± A ε u + V ∂ε/∂t of every own cell (m³/s); returns its sum and that of the fluxes' sizes.

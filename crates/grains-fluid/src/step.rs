@@ -181,7 +181,7 @@ impl Flow {
             Some(mixture) => mixture.capacity(dt, viscosity),
             None => Capacity { inverse: None, dt, void_fraction: None, viscosity },
         };
-        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
+        let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         imposed_increments(&self.local, &self.tables, capacity, is_implicit, &mut self.increments);
         if is_implicit {
             self.implicit.solve(&self.local, &self.tables, capacity, &mut self.increments, transport);
@@ -298,7 +298,7 @@ impl Flow {
 
     /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.
     fn correct(&mut self, dt: f64, transport: &dyn Transport) {
-        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
+        let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         self.halo.fill(&mut [self.state.correction.data_mut()], transport);
         self.tables.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
         self.clock.book(Phase::Boundaries);

@@ -16,15 +16,19 @@ use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
 use nalgebra::Vector6;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
 
-/// How velocities are found at points of the surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How velocities are found at surface points of multipliers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Interpolation {
-    /// From the corners of the cell of velocities about the point.
-    Multilinear,
-    /// From 3 x 3 x 3 velocities that reach outwards, by parabolas.
+    /// By parabolas that reach outwards: 27 velocities.
+    #[default]
     Quadratic,
+    /// From the eight velocities around.
+    Multilinear,
 }
 
 /// How multipliers are found.

@@ -3,6 +3,8 @@
 use crate::subgrid::Stencil;
 use crate::{RigidBody, Subgrid};
 use grains_geometry::{Mat3, Shape, Vec3, WayOut};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How much further from the velocity of the surface a continued one may be than that of any sample (-).
 const MOST_BEYOND: f64 = 1.5;
@@ -25,17 +27,19 @@ const ROUNDING: f64 = 1e-9;
 /// Largest ν Δt/Δx² with cubics (-).
 pub const LARGEST_DIFFUSION_NUMBER: f64 = 2.0;
 
-/// How velocities just inside a body follow those in the fluid: along a polynomial that is the body's on the surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How velocities just inside a particle follow those in the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Extrapolation {
-    /// They are those of the body.
-    Rigid,
-    /// Along a straight line to a point in the fluid.
-    Linear,
-    /// Along a parabola through two: for moving bodies, whose boundary layers may be thin.
-    Quadratic,
-    /// Along a cubic through three: for flows that are smooth on the grid; others it makes noisier.
+    /// Along a cubic through the surface and three points in the fluid: third order, where boundary layers are several cells
+    /// thick; the default where all particles are fixed.
     Cubic,
+    /// Along a parabola through the surface and two points: steadier; the default where some move.
+    Quadratic,
+    /// Along a straight line through the surface and one point.
+    Linear,
+    /// Not at all: they are those of the particle.
+    Rigid,
 }
 
 /// How a polynomial is chosen.

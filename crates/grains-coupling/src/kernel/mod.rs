@@ -5,6 +5,10 @@
 //! beyond a wall or an open boundary of the domain is mirrored back. The same weights deposit and interpolate, so the
 //! force on a particle and its reaction on the fluid are the same numbers.
 //!
+//! *Cube* is the cube of the particle's volume (Bernard et al. 2016; thesis 5.4.3). *Smooth* is (15/16)(1 − t²)² per axis with
+//! t = (x − x_p)/(half width) (Deen et al. 2004), at a width that has nothing to do with the cells. Its standard deviation is
+//! the half width over √7: 2.29 diameters smooth like a box of three.
+//!
 //! *Faces.* A face takes half the weight of the cell on either side ([`Stencil::at`]): the velocity a particle sees is
 //! the weighted mean of the cells' mean velocities, its force goes in halves to the faces of each cell, and the void
 //! fraction that belongs to a face is the mean of those of its cells weighted by their volume. Faces on a boundary
@@ -22,42 +26,45 @@ mod stencil;
 
 use crate::CouplingError;
 pub use axis::{End, GridAxis};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 pub use stencil::{Layout, MOST_CELLS, Site, Stencil};
 
-/// Largest half width of the smoothing kernel allowed (diameters).
-const WIDEST: f64 = 20.0;
-
-/// How a particle is spread over cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a particle is spread over the cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Kernel {
-    /// The cube of the particle's volume, cut by the cells (Bernard et al. 2016; thesis 5.4.3). For cells of three
-    /// diameters and more.
+    /// A cube of the particle's volume, cut by the cells: for cells of three diameters and more.
+    #[default]
     Cube,
-    /// (15/16)(1 − t²)² per axis with t = (x − x_p)/(half width) (Deen et al. 2004), at a width that has nothing to do
-    /// with the cells. Its standard deviation is the half width over √7: 2.29 diameters smooth like a box of three.
+    /// A smooth blob whose width does not depend on the cells.
     Smooth {
         /// Half width (diameters of the sphere of the particle's volume).
+        #[serde(default = "usual_half_width")]
+        #[schemars(extend("minimum" = 0.5, "maximum" = 20))]
         half_width: f64,
     },
 }
 
-impl Kernel {
-    /// Half width that smooths like a cell of three diameters, ½ · 3 · √(7/3) (diameters).
-    pub const USUAL_HALF_WIDTH: f64 = 2.291_287_847_477_92;
+/// Smooths like a cell of three diameters, ½ · 3 · √(7/3) (diameters).
+fn usual_half_width() -> f64 {
+    2.291_287_847_477_92
+}
 
-    /// The smoothing kernel of a half width (diameters).
-    ///
-    /// Errors: a half width below half a diameter or beyond twenty.
-    pub fn smooth(half_width: f64) -> Result<Self, CouplingError> {
-        if (0.5..=WIDEST).contains(&half_width) {
-            return Ok(Self::Smooth { half_width });
+impl Kernel {
+    /// Refuses a smoothing kernel whose half width is below half a diameter or beyond twenty.
+    fn check_width(self) -> Result<(), CouplingError> {
+        match self {
+            Self::Smooth { half_width } if !(0.5..=20.0).contains(&half_width) => {
+                Err(CouplingError::OutOfRange {
+                    quantity: "fluid.coupling.kernel.half_width (diameters)",
+                    value: half_width,
+                    allowed: "in [0.5, 20]",
+                    remedy: "2.29 smooths like cells of three diameters",
+                })
+            }
+            Self::Smooth { .. } | Self::Cube => Ok(()),
         }
-        Err(CouplingError::OutOfRange {
-            quantity: "fluid.coupling.kernel.half_width (diameters)",
-            value: half_width,
-            allowed: "in [0.5, 20]",
-            remedy: "2.29 smooths like cells of three diameters",
-        })
     }
 
     /// How far (m) the kernel of a particle of equivalent diameter d (m) reaches to either side: half the cube's edge
@@ -85,10 +92,12 @@ impl Kernel {
         }
     }
 
-    /// Whether the largest particle of a case fits the cells: covers no more than [`MOST_CELLS`] along any axis.
+    /// Whether the kernel is of an allowed width and the largest particle of a case fits the cells: covers no more than
+    /// [`MOST_CELLS`] along any axis.
     ///
-    /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::TooManyCells`].
+    /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::OutOfRange`], [`CouplingError::TooManyCells`].
     pub fn check(&self, axes: &[GridAxis; 3], diameter: f64) -> Result<(), CouplingError> {
+        self.check_width()?;
         let reach = self.reach(diameter);
         for (a, axis) in axes.iter().enumerate() {
             let cell = axis.smallest_cell();

@@ -1,4 +1,9 @@
 //! Momentum: advection and diffusion on the staggered grid, and the implicit half of the diffusion.
+//!
+//! Central advection takes the mean of both sides: it keeps kinetic energy, and needs a cell Péclet number that resolves the
+//! flow. Van Leer's takes the upstream value with half the harmonic slope: second order where smooth, no new extrema. Implicit
+//! diffusion is Crank–Nicolson factored by directions (Douglas–Gunn in increments); explicit diffusion is forward Euler within
+//! Adams–Bashforth, and its step obeys ν Δt Σ 1/Δx² ≤ 1/4.
 
 mod constant;
 mod explicit;
@@ -12,22 +17,27 @@ pub(crate) use implicit::{Implicit, imposed_increments};
 pub(crate) use outlet::{FaceTerms, OutletTerms, advance_outlets};
 pub(crate) use system::Capacity;
 
-/// Scheme of the advected velocity on the faces of the control volumes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Scheme of the advective terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Advection {
-    /// Mean of both sides: second order, keeps kinetic energy; needs a cell Péclet number that resolves the flow.
+    /// Central differences, second order.
     #[default]
     Central,
-    /// Upstream value with half the harmonic slope (van Leer): second order where smooth, no new extrema.
+    /// Bounded by the limiter of van Leer, for cells that do not resolve the flow.
     VanLeer,
 }
 
-/// Treatment of the viscous term.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// Treatment of the viscous terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Diffusion {
-    /// Crank–Nicolson, factored by directions (Douglas–Gunn in increments): second order in time, no limit.
+    /// Crank–Nicolson: no limit of the time step.
     #[default]
-    CrankNicolson,
-    /// Forward Euler within Adams–Bashforth: cheaper, the step obeys ν Δt Σ 1/Δx² ≤ 1/4.
+    Implicit,
+    /// Adams–Bashforth.
     Explicit,
 }

@@ -4,11 +4,13 @@ use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, Model, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
-use grains_fluid::{Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership, SolidFlux};
+use grains_fluid::{
+    Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, Ownership, SolidFlux,
+};
 use grains_geometry::Vec3;
 use std::ops::Range;
 
@@ -327,7 +329,7 @@ impl Exchange {
             let drag = sums[5 + axis] * dt;
             flux.mean[axis] = sums[axis] / self.box_volume;
             flux.follow[axis] = drag / (mass + drag) * share / (1.0 - share);
-            if self.coupling.model == Model::A {
+            if self.coupling.model == MixtureModel::A {
                 flux.yielding[axis] = dt * volume / (mass + drag);
             }
         }

@@ -2,18 +2,12 @@
 
 use crate::error::{RunError, agreed};
 use crate::population::KindRange;
-use grains_case::{
-    Case, Extrapolation as CaseExtrapolation, Interpolation as CaseInterpolation, Resolved as CaseResolved,
-    ResolvedMethod as CaseMethod,
-};
+use grains_case::{Case, Resolved as CaseResolved, ResolvedMethod as CaseMethod};
 use grains_comm::MpiTransport;
 use grains_contact::Lubrication;
 use grains_dem::{Catalogue, Dem};
 use grains_fluid::{Centre, Field, Flow};
-use grains_resolved::{
-    Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
-    bodies,
-};
+use grains_resolved::{FollowError, Forcing, Method, MultiplierMethod, Resolved, Surroundings, bodies};
 use std::f64::consts::PI;
 
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
@@ -45,19 +39,9 @@ impl ResolvedBodies {
     /// A grid that bodies cannot be resolved on.
     pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
         let method = match given.method {
-            CaseMethod::Direct => Method::Direct {
-                extrapolation: match given.extrapolation(&case.inserts) {
-                    CaseExtrapolation::Cubic => Extrapolation::Cubic,
-                    CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
-                    CaseExtrapolation::Linear => Extrapolation::Linear,
-                    CaseExtrapolation::Rigid => Extrapolation::Rigid,
-                },
-            },
+            CaseMethod::Direct => Method::Direct { extrapolation: given.extrapolation(&case.inserts) },
             CaseMethod::Multiplier => Method::Multiplier(MultiplierMethod {
-                interpolation: match given.interpolation {
-                    CaseInterpolation::Quadratic => Interpolation::Quadratic,
-                    CaseInterpolation::Multilinear => Interpolation::Multilinear,
-                },
+                interpolation: given.interpolation,
                 spacing: given.point_spacing,
                 tolerance: given.tolerance,
                 iterations: given.iterations as usize,

@@ -2,17 +2,16 @@
 
 use crate::population::KindRange;
 use grains_case::{
-    BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
-    Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,
-    MixtureModel as CaseModel, PressureMethod, Resolved as CaseResolved,
+    BoundaryKind, Case, Drive as CaseDrive, Expression, Face, Fluid as CaseFluid, Formula, FormulaError,
+    PressureMethod, Resolved as CaseResolved,
 };
 use grains_comm::MpiTransport;
-use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
+use grains_coupling::{Coupling, Fluid};
 use grains_dem::Catalogue;
 use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Diffusion, Drive, FastSolver, Flow,
-    FlowSetup, Grid, MixtureModel, Ownership, Patch, PressureSolver, Profile, Side,
+    Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Drive, FastSolver, Flow, FlowSetup,
+    Grid, Ownership, Patch, PressureSolver, Profile, Side,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
@@ -59,12 +58,7 @@ pub fn flow_setup(
     let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
     let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
     let is_mixture = fluid.coupling.is_some() && !case.inserts.is_empty();
-    let advection = match fluid.advection {
-        Some(grains_case::Advection::Central) => Advection::Central,
-        Some(grains_case::Advection::VanLeer) => Advection::VanLeer,
-        None if is_mixture => Advection::VanLeer,
-        None => Advection::Central,
-    };
+    let usual_advection = if is_mixture { Advection::VanLeer } else { Advection::Central };
     let setup = FlowSetup {
         boundaries: boundaries(case, fluid, &grid)?,
         ownership,
@@ -72,16 +66,10 @@ pub fn flow_setup(
         halo,
         density: fluid.density,
         viscosity: fluid.viscosity,
-        advection,
-        diffusion: match fluid.diffusion {
-            CaseDiffusion::Implicit => Diffusion::CrankNicolson,
-            CaseDiffusion::Explicit => Diffusion::Explicit,
-        },
+        advection: fluid.advection.unwrap_or(usual_advection),
+        diffusion: fluid.diffusion,
         drive: drive(fluid),
-        mixture: fluid.coupling.as_ref().filter(|_| is_mixture).map(|c| match c.model {
-            CaseModel::A => MixtureModel::A,
-            CaseModel::B => MixtureModel::B,
-        }),
+        mixture: fluid.coupling.as_ref().filter(|_| is_mixture).map(|c| c.model),
     };
     setup.check().map_err(about)?;
     Ok(setup)
@@ -175,39 +163,15 @@ pub fn pressure_solver(
     }
 }
 
-/// The law of a case.
-pub fn drag_law(coupling: &CaseCoupling) -> DragLaw {
-    match coupling.drag {
-        Drag::Beetstra => DragLaw::Beetstra,
-        Drag::Ergun => DragLaw::Ergun,
-        Drag::WenYu => DragLaw::WenYu,
-        Drag::Gidaspow => DragLaw::Gidaspow,
-        Drag::DiFelice => DragLaw::DiFelice,
-        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
-        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
-        Drag::Ganser => DragLaw::Ganser,
-    }
-}
-
 /// How particles and fluid act on each other.
 ///
 /// # Errors
 /// A kernel that does not fit, or a shape that cannot be measured.
 pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
     let Some(given) = &fluid.coupling else { return Ok(None) };
-    let kernel = match given.kernel {
-        CaseKernel::Cube => Kernel::Cube,
-        CaseKernel::Smooth { half_width } => {
-            Kernel::smooth(half_width).map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?
-        }
-    };
-    let model = match given.model {
-        CaseModel::A => Model::A,
-        CaseModel::B => Model::B,
-    };
     let medium = Fluid { density: fluid.density, viscosity: fluid.viscosity };
     let mut coupling =
-        Coupling::new(kernel, drag_law(given), model, medium, Vec3::from(case.gravity), catalogue)
+        Coupling::new(given.kernel, given.drag, given.model, medium, Vec3::from(case.gravity), catalogue)
             .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
     coupling.least_void_fraction = given.least_void_fraction;
     Ok(Some(coupling))
