@@ -195,6 +195,17 @@ fn a_bed_takes_its_defaults_from_the_particles() {
     assert_eq!((coupling.kernel, coupling.particle_steps), (Kernel::Smooth { half_width: 2.0 }, Some(10)));
 }
 
+#[test]
+fn a_case_may_choose_any_drag_law() {
+    let text = std::fs::read_to_string(folder().join("bed.toml")).expect("text");
+    for &law in DragLaw::ALL {
+        let serde_json::Value::String(name) = serde_json::json!(law) else { panic!("{law:?} has no name") };
+        let text = text.replace("\"beetstra\"", &format!("{name:?}"));
+        let case = Case::parse(&text, "bed.toml", &folder()).expect("case");
+        assert_eq!(case.fluid.and_then(|fluid| fluid.coupling).map(|coupling| coupling.drag), Some(law));
+    }
+}
+
 /// What is odd about a fluid but no mistake.
 #[test]
 fn unlikely_fluids_are_warned_about() {

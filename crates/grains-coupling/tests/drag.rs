@@ -50,6 +50,44 @@ fn beetstra_has_the_tabulated_resistances() {
 }
 
 #[test]
+fn koch_and_hill_have_the_tabulated_resistances() {
+    let columns = [0.1, 1.0, 10.0, 100.0];
+    let rows = [
+        (0.05, [1.846698035, 1.892817866, 2.354016178, 6.965999299]),
+        (0.1, [2.546656828, 2.598411537, 3.115958622, 8.291429472]),
+        (0.2, [4.180065677, 4.245045958, 4.89484877, 11.3928769]),
+        (0.3, [6.615509059, 6.700224442, 7.547378268, 16.01891652]),
+        (0.5, [20.0228925, 20.228925, 22.28925, 42.8925]),
+        (0.6, [37.5492025, 37.992025, 42.42025, 86.7025]),
+    ];
+    for (phi, values) in rows {
+        for (reynolds, expected) in columns.into_iter().zip(values) {
+            assert_close(DragLaw::KochHill.resistance(&flow(reynolds, 1.0 - phi)), expected, 1e-9);
+        }
+    }
+}
+
+/// The limits of Koch and Hill's law: Stokes for a lone sphere, the first corrections of dilute arrays, Carman in packed beds.
+#[test]
+fn koch_and_hill_have_the_limits_of_theory() {
+    let creeping = |phi: f64| DragLaw::KochHill.resistance(&flow(0.0, 1.0 - phi));
+    assert_eq!(creeping(0.0), 1.0);
+    for phi in [1e-8_f64, 1e-6, 1e-4] {
+        // Childress (1972): 3 √(φ/2) + 135/64 φ ln φ, over the drag with the pressure gradient, F/ε.
+        let theory = 3.0 * (0.5 * phi).sqrt() + 135.0 / 64.0 * phi * phi.ln();
+        assert!((creeping(phi) / (1.0 - phi) - 1.0 - theory).abs() < 17.0 * phi, "{phi}");
+    }
+    for phi in [0.45, 0.55, 0.64] {
+        assert_close(creeping(phi), 10.0 * phi / (1.0 - phi).powi(2), 1e-12);
+    }
+    let u = velocity(1e-9);
+    let carman = 180.0 * 1.8e-5 * 0.36 * u / (0.064 * 1e-6);
+    assert_close(spheres(0.4).pressure_gradient(DragLaw::KochHill, u), carman, 1e-9);
+    // The published jump where the two branches meet.
+    assert_close(creeping(0.4 + 1e-12) / creeping(0.4 - 1e-12), 1.0104, 1e-4);
+}
+
+#[test]
 fn beds_have_the_tabulated_pressure_gradients() {
     let bed = spheres(0.4);
     let columns = [0.1, 1.0, 10.0, 79.333];
@@ -131,6 +169,7 @@ fn slow_lone_spheres_have_stokes_drag() {
         (DragLaw::Beetstra, 1.0),
         (DragLaw::WenYu, 1.0),
         (DragLaw::Gidaspow, 1.0),
+        (DragLaw::KochHill, 1.0),
         (DragLaw::DiFelice, 0.96), // 4.8²/24, as published
         (DragLaw::SchillerNaumann, 1.0),
         (DragLaw::HoelzerSommerfeld, 1.0),
@@ -152,7 +191,7 @@ fn crowded_laws_become_those_of_a_lone_particle() {
         assert_close(lone(DragLaw::WenYu), lone(DragLaw::SchillerNaumann), 1e-14);
         assert_close(lone(DragLaw::Gidaspow), lone(DragLaw::SchillerNaumann), 1e-14);
         for law in DragLaw::ALL.iter().copied().filter(|&l| l != DragLaw::Ergun) {
-            // Beetstra's law goes there with √φ.
+            // Beetstra's law and Koch and Hill's go there with √φ.
             assert_close(nearly(law), lone(law), 1e-4);
         }
         // As published, the laws for any shape are 16 % and 26 % off Schiller and Naumann's for spheres.

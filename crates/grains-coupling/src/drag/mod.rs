@@ -17,6 +17,7 @@ mod ergun;
 mod ganser;
 mod gidaspow;
 mod hoelzer_sommerfeld;
+mod koch_hill;
 mod schiller_naumann;
 mod wen_yu;
 
@@ -82,6 +83,8 @@ drag_laws! {
     WenYu => wen_yu,
     /// Ergun up to a void fraction of 0.8, Wen and Yu beyond.
     Gidaspow => gidaspow,
+    /// Koch and Hill (2001).
+    KochHill => koch_hill,
     /// Di Felice (1994).
     DiFelice => di_felice,
     /// Schiller and Naumann (1933): a lone sphere.
