@@ -54,7 +54,7 @@ fn a_new_preconditioner_knows_the_new_coefficients() {
         let fields = problem.fields(grid.owned(), steep, rough);
         for kind in [|| Preconditioner::Multigrid, || Preconditioner::Algebraic] {
             let solve = |first: Function, reuse| {
-                let settings = Settings { reuse, most_iterations: 500, ..tight() };
+                let settings = Settings { reuse, max_iterations: 500, ..tight() };
                 let mut solver = LinearSolver::new(problem.matrix(&grid), &settings, kind()).unwrap();
                 let mut pressure = vec![0.0; fields.rhs.len()];
                 for faces in [&problem.at_faces(grid.owned(), first), &fields.faces] {
@@ -173,7 +173,7 @@ fn solves_that_cannot_converge_say_why() {
     on_ranks(&[1, 2], "solves_that_cannot_converge_say_why", |job| {
         let petsc = petsc(job, "-one_pc_type jacobi -two_ksp_type preonly -two_pc_type jacobi");
         let named =
-            |prefix: &str| Settings { prefix: prefix.into(), most_iterations: 5, ..Settings::default() };
+            |prefix: &str| Settings { prefix: prefix.into(), max_iterations: 5, ..Settings::default() };
         for prefix in ["one_", "two_"] {
             let (mut solver, fields) = small(&petsc, job, &named(prefix)).unwrap();
             let mut pressure = vec![0.0; fields.rhs.len()];

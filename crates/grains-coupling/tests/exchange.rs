@@ -5,7 +5,8 @@
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_coupling::{
     Bed, Coefficient, Coupling, DragFields, DragLaw, DragLink, End, Fluid, FluidFields, Grid, GridAxis,
-    Kernel, Layout, MomentumLedger, ShapeFactors, add_drag, impulse_taken, owed, relaxation, void_fractions,
+    Kernel, Layout, MomentumLedger, ShapeFactors, add_drag, impulse_taken, relaxation, unpaid_impulse,
+    void_fractions,
 };
 use grains_dem::{
     Body, Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, Kind, ParticleRecord,
@@ -205,7 +206,7 @@ impl Parcel {
             self.fill(&mut velocity[a]);
         }
         let fluid = fields(&velocity, &self.void_fraction, zeros);
-        coupling.lend(&mut grains.particles, (&self.grid, &fluid), dt).unwrap();
+        coupling.set_fluid_velocities(&mut grains.particles, (&self.grid, &fluid), dt).unwrap();
         (self.velocity, self.coefficient, self.explicit) = (velocity, coefficient, explicit);
         for _ in 0..run.sub_steps {
             add_drag(&mut grains.particles, &grains.rates, ledger);
@@ -261,10 +262,10 @@ fn drag_of_stokes_is_integrated_exactly() {
     for steps in [1, 7, 100] {
         for total in [0.01 * tau, tau, 30.0 * tau] {
             let mut link = DragLink::default();
-            link.aim(&Coefficient { value: coefficient, exponent: 0.0 }, &(fluid - start));
-            link.lend(&fluid, &start, total);
+            link.linearise(&Coefficient { value: coefficient, exponent: 0.0 }, &(fluid - start));
+            link.set_fluid_velocity(&fluid, &start, total);
             let (dt, mut v) = (total / f64::from(steps), start);
-            let before = link.owed;
+            let before = link.unpaid;
             for _ in 0..steps {
                 let drag = link.force(&v, &other, mass, dt);
                 v += (drag + other) * (dt / mass);
@@ -274,7 +275,7 @@ fn drag_of_stokes_is_integrated_exactly() {
             assert!((v - expected).norm() < 1e-14, "{steps} {total}: {v} {expected}");
             let given = (v - start) * mass - other * total;
             let scale = coefficient * total + mass;
-            assert!((link.owed - before - given).norm() < 1e-14 * scale);
+            assert!((link.unpaid - before - given).norm() < 1e-14 * scale);
             assert_eq!(DragLink::read(&link.write()), link);
         }
     }
@@ -402,7 +403,7 @@ fn momentum_is_kept_and_stiff_drag_stays_quiet() {
                 worst = worst.max(rest);
             }
             let given: Vec3 = grains.particles.half_velocity.iter().sum::<Vec3>() * mass;
-            let after = parcel.momentum(fluid.density) + given - owed(&grains.particles);
+            let after = parcel.momentum(fluid.density) + given - unpaid_impulse(&grains.particles);
             assert!((after.x / before - 1.0).abs() < 1e-11, "{} of {before}", after.x);
             let expected = (-60.0 * ratio).exp();
             assert!(slip < 0.2 + expected, "density {density}, dt {ratio} tau: {slip}");
@@ -478,10 +479,10 @@ fn both_models_push_grains_alike() {
         let fluid = fields(&parcel.velocity, &parcel.void_fraction, [&zeros, &zeros, &gradients]);
         grains.particles.cargo.iter_mut().for_each(|cargo| {
             let mut link = DragLink::read(cargo);
-            link.aim(&Coefficient { value: drag / 0.7, exponent: 0.3 }, &slip);
+            link.linearise(&Coefficient { value: drag / 0.7, exponent: 0.3 }, &slip);
             *cargo = link.write();
         });
-        coupling.lend(&mut grains.particles, (&parcel.grid, &fluid), 1e-6).unwrap();
+        coupling.set_fluid_velocities(&mut grains.particles, (&parcel.grid, &fluid), 1e-6).unwrap();
         let link = DragLink::read(&grains.particles.cargo[0]);
         link.pressure.z + link.coefficient * link.target.z
     });
@@ -518,8 +519,8 @@ fn a_dem_step_relaxes_its_grains_exactly() {
     let fluid = Vec3::new(0.02, 0.0, 0.03);
     let mut ledger = MomentumLedger::default();
     let mut link = DragLink::default();
-    link.aim(&drag, &fluid);
-    link.lend(&fluid, &Vec3::zeros(), dt);
+    link.linearise(&drag, &fluid);
+    link.set_fluid_velocity(&fluid, &Vec3::zeros(), dt);
     dem.particles.carry();
     dem.particles.cargo[0] = link.write();
     grains.particles.cargo[0] = link.write();

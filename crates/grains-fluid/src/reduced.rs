@@ -1,7 +1,7 @@
 //! Tridiagonal lines shared by several ranks, or closed into a ring.
 //!
 //! Each rank solves its part of a line with zero beyond its ends; the true solution is x = y − v x₋ − w x₊, with
-//! the values x₋, x₊ just before and after the part, and v, w the answers to unit values there. The end values of
+//! the values x₋, x₊ just before and after the part, and v, w the influence vectors of unit values there. The end values of
 //! all parts give x₋ and x₊: exact, with two numbers per line and rank exchanged.
 
 use grains_domain::Transport;
@@ -11,9 +11,9 @@ use grains_domain::Transport;
 pub(crate) struct Segment {
     /// With zeros beyond the ends.
     pub y: [f64; 2],
-    /// Answer to the value before (subtracted).
+    /// Influence of the value before (subtracted).
     pub v: [f64; 2],
-    /// Answer to the value after (subtracted).
+    /// Influence of the value after (subtracted).
     pub w: [f64; 2],
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn values_around(parts: usize, own: usize, part: impl Fn(usize) -> Se
 
 /// Gathers equally long messages among the ranks of a row.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct RowGather {
+pub(crate) struct RowAllGather {
     /// Own place in the row.
     pub own: usize,
     peers: Vec<usize>,
@@ -71,7 +71,7 @@ pub(crate) struct RowGather {
     received: Vec<Vec<f64>>,
 }
 
-impl RowGather {
+impl RowAllGather {
     /// Among `row`, the own rank being `row[own]`.
     pub fn new(row: &[usize], own: usize) -> Self {
         let peers: Vec<usize> = row.iter().copied().filter(|&r| r != row[own]).collect();

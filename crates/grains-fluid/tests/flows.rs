@@ -392,7 +392,7 @@ fn a_drive_from_rest_keeps_the_courant_number() {
         let mut flow = Flow::new(setup, &SERIAL).unwrap();
         let dt = FlowLimits::new(1e6).time_step(&flow, &SERIAL);
         flow.step(dt, &SERIAL).unwrap();
-        assert!((flow.courant(dt, &SERIAL) - 0.25).abs() < 1e-12);
+        assert!((flow.cfl_number(dt, &SERIAL) - 0.25).abs() < 1e-12);
         assert!((flow.mean_velocity(1, &SERIAL).abs() - 2.0).abs() < 1e-12);
     }
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{joined, on_ranks, ownership, piece};
+use common::{joined, on_ranks, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Halo, Layout};
 
@@ -56,7 +56,7 @@ fn every_halo_cell_gets_its_owners_value_and_gives_back_what_is_put_in() {
 fn check(periodic: [bool; 3], ranks: [usize; 3], halo: usize) {
     let grid = grid(periodic);
     let counts = on_ranks(ranks.iter().product(), |transport| {
-        let own = ownership(&grid, ranks, transport.rank());
+        let own = partition(&grid, ranks, transport.rank());
         let layout = Layout { cells: own.cells(), halo };
         let first = own.first().map(|f| f as isize);
         let global = |p: [isize; 3]| std::array::from_fn(|a| p[a] + first[a]);
@@ -100,6 +100,6 @@ fn check(periodic: [bool; 3], ranks: [usize; 3], halo: usize) {
 #[test]
 fn a_rank_with_fewer_cells_than_the_halo_is_refused() {
     let grid = Grid::uniform([0.0; 3], [1.0; 3], [5, 8, 8], [false; 3]).unwrap();
-    let error = ownership(&grid, [4, 1, 1], 0).check(2).unwrap_err();
+    let error = partition(&grid, [4, 1, 1], 0).check(2).unwrap_err();
     assert!(error.to_string().contains("fewer than the halo of 2"), "{error}");
 }

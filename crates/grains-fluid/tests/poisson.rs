@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{difference, joined, on_ranks, order, ownership, piece, set};
+use common::{difference, joined, on_ranks, order, partition, piece, set};
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Axis, Centre, ConjugateGradients, Faces, FastSolver, Field, Grid, Layout, Preconditioner,
@@ -56,8 +56,8 @@ impl Ends {
 fn problem(ends: [Ends; 3], n: usize, stretched: [bool; 3]) -> PressureProblem {
     let cells = [n, n + 2, n - 2];
     let grid = Grid::new(std::array::from_fn(|a| ends[a].axis(cells[a], stretched[a]))).unwrap();
-    let whole = ownership(&grid, [1; 3], 0);
-    PressureProblem { grid, ownership: whole, halo: 2, imposed: ends.map(Ends::imposed) }
+    let whole = partition(&grid, [1; 3], 0);
+    PressureProblem { grid, partition: whole, halo: 2, imposed: ends.map(Ends::imposed) }
 }
 
 /// Exact solution less its mean if it has none imposed, and the integrated right-hand side.
@@ -72,9 +72,9 @@ fn exact(problem: &PressureProblem, ends: [Ends; 3], cell: [usize; 3]) -> [f64; 
 }
 
 fn fields(problem: &PressureProblem, ends: [Ends; 3]) -> (Field<Centre>, Field<Centre>) {
-    let layout = Layout { cells: problem.ownership.cells(), halo: problem.halo };
+    let layout = Layout { cells: problem.partition.cells(), halo: problem.halo };
     let (mut rhs, mut solution) = (Field::new(layout), Field::new(layout));
-    let first = problem.ownership.first();
+    let first = problem.partition.first();
     set(&mut rhs, first, |cell| exact(problem, ends, cell)[1]);
     set(&mut solution, first, |cell| exact(problem, ends, cell)[0]);
     (rhs, solution)
@@ -117,8 +117,8 @@ fn order_two_for_all_mixes_of_boundaries_and_stretched_axes() {
 
 /// Coefficients that vary in all directions, one on closed faces that impose a pressure.
 fn coefficients(problem: &PressureProblem, contrast: f64) -> Faces {
-    let layout = Layout { cells: problem.ownership.cells(), halo: problem.halo };
-    let first = problem.ownership.first();
+    let layout = Layout { cells: problem.partition.cells(), halo: problem.halo };
+    let first = problem.partition.first();
     let mut faces = Faces::new(layout);
     let dims = layout.dims();
     for axis in 0..3 {
@@ -213,7 +213,7 @@ fn balance(rhs: &mut Field<Centre>, is_singular: bool) {
 fn residual(problem: &PressureProblem, faces: &Faces, rhs: &Field<Centre>, p: &mut Field<Centre>) -> f64 {
     let mut operator = PressureOperator::new(problem);
     operator.set(faces);
-    let mut halo = grains_fluid::Halo::new(&problem.grid, &problem.ownership, p.layout());
+    let mut halo = grains_fluid::Halo::new(&problem.grid, &problem.partition, p.layout());
     halo.fill(&mut [p.data_mut()], &SerialTransport);
     let mut image = Field::new(p.layout());
     operator.apply(p, &mut image);
@@ -269,8 +269,8 @@ fn any_ranks_give_the_same_pressure() {
             let solve = |ranks: [usize; 3]| {
                 joined(on_ranks(ranks.iter().product(), |transport| {
                     let mut problem = problem(ends, 14, stretched);
-                    problem.ownership =
-                        ownership(&problem.grid, ranks, grains_domain::Transport::rank(&transport));
+                    problem.partition =
+                        partition(&problem.grid, ranks, grains_domain::Transport::rank(&transport));
                     let (rhs, _) = fields(&problem, ends);
                     let mut p = Field::new(rhs.layout());
                     if varying {
@@ -280,7 +280,7 @@ fn any_ranks_give_the_same_pressure() {
                     } else {
                         FastSolver::new(&problem, &transport).solve(&rhs, &mut p, &transport).unwrap();
                     }
-                    piece(p.data(), p.layout(), problem.ownership.first())
+                    piece(p.data(), p.layout(), problem.partition.first())
                 }))
             };
             let serial = solve([1; 3]);

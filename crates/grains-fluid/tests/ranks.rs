@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{difference, joined, on_ranks, ownership, piece};
+use common::{difference, joined, on_ranks, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,
@@ -14,8 +14,8 @@ use grains_fluid::{
 /// Velocity components and pressure after some steps.
 fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
     let results = on_ranks(ranks.iter().product(), |transport| {
-        let own = ownership(&setup.grid, ranks, transport.rank());
-        let mut flow = Flow::new(FlowSetup { ownership: own, ..setup.clone() }, &transport).unwrap();
+        let own = partition(&setup.grid, ranks, transport.rank());
+        let mut flow = Flow::new(FlowSetup { partition: own, ..setup.clone() }, &transport).unwrap();
         let wave =
             |x: f64, y: f64, z: f64| 0.3 * (6.0 * x + 1.0).sin() * (5.0 * y).cos() * (4.0 * z + 0.5).sin();
         flow.initialise(|[x, y, z]| [wave(x, y, z), wave(y, z, x), wave(z, x, y)], |[x, ..]| x, &transport);

@@ -11,7 +11,7 @@
 use crate::balance::unit_row;
 use crate::nodes::Nodes;
 use crate::points::{SurfacePoint, surface_points};
-use crate::{Action, BodyMotion, FollowError, Method, Resolved, RigidBody, Subgrid};
+use crate::{Action, BodyMotion, ConstraintError, Method, Resolved, RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
@@ -72,7 +72,7 @@ impl Multipliers {
             values: Vec::new(),
             surfaces: HashMap::new(),
             field: Faces::new(layout),
-            halo: Halo::new(&setup.grid, &setup.ownership, layout),
+            halo: Halo::new(&setup.grid, &setup.partition, layout),
             iterations: 0,
         }
     }
@@ -128,10 +128,10 @@ impl Resolved {
         flow: &mut Flow,
         dt: f64,
         transport: &dyn Transport,
-    ) -> Result<Vec<Action>, FollowError> {
+    ) -> Result<Vec<Action>, ConstraintError> {
         self.take_back(flow, dt);
         flow.refresh_velocity(transport);
-        let gain = dt / (flow.setup.density * self.subgrid.cell_volume());
+        let inverse_diagonal = dt / (flow.setup.density * self.subgrid.cell_volume());
         self.velocities_without_flow(motions, transport);
         let count = self.multipliers.constraints.rows.len();
         let mut residual = vec![0.0; count];
@@ -145,7 +145,7 @@ impl Resolved {
         values.resize(count, 0.0);
         let mut response = vec![0.0; count];
         if transport.any(values.iter().any(|v| *v != 0.0)) {
-            self.respond(&values, &mut response, gain, dt, motions, transport);
+            self.respond(&values, &mut response, inverse_diagonal, dt, motions, transport);
             residual.iter_mut().zip(&response).for_each(|(r, s)| *r -= s);
         }
         let mut direction = residual.clone();
@@ -155,9 +155,12 @@ impl Resolved {
         // A residual that is no number is never enough.
         while squared.is_nan() || squared > enough {
             if iterations == method.iterations || squared.is_nan() {
-                return Err(FollowError::Stalled { iterations, residual: (squared / wanted).sqrt() });
+                return Err(ConstraintError::NotConverged {
+                    iterations,
+                    residual: (squared / wanted).sqrt(),
+                });
             }
-            self.respond(&direction, &mut response, gain, dt, motions, transport);
+            self.respond(&direction, &mut response, inverse_diagonal, dt, motions, transport);
             let mut curvature = [direction.iter().zip(&response).map(|(d, s)| d * s).sum::<f64>()];
             transport.sum(&mut curvature);
             let step = squared / curvature[0];
@@ -166,8 +169,8 @@ impl Resolved {
                 residual[k] -= step * response[k];
             }
             let next = sum_of_squares(&residual, transport);
-            let turn = next / squared;
-            direction.iter_mut().zip(&residual).for_each(|(d, r)| *d = r + turn * *d);
+            let beta = next / squared;
+            direction.iter_mut().zip(&residual).for_each(|(d, r)| *d = r + beta * *d);
             squared = next;
             iterations += 1;
         }
@@ -198,14 +201,14 @@ impl Resolved {
             let (matrix, right) = motion.balance();
             *value = motion.solved(matrix, right).into();
         }
-        self.spread.scatter(&mut values, &self.subgrid, transport);
+        self.ghosts.scatter(&mut values, &self.subgrid, transport);
         for (body, value) in self.bodies.iter_mut().zip(&values) {
             body.velocity = Vec3::from_column_slice(&value[..3]);
             body.spin = Vec3::from_column_slice(&value[3..]);
         }
     }
 
-    /// Force and torque of multipliers on the fluid per body, copies included; collective.
+    /// Force and torque of multipliers on the fluid per body, ghosts included; collective.
     fn loads(&self, values: &[f64], transport: &dyn Transport) -> Vec<[f64; 6]> {
         let mut loads = vec![[0.0; 6]; self.bodies.len()];
         for (row, value) in self.multipliers.constraints.rows.iter().zip(values) {
@@ -213,7 +216,7 @@ impl Resolved {
             let load = &mut loads[row.body as usize];
             (0..6).for_each(|a| load[a] += along[a] * value);
         }
-        self.spread.gather(&mut loads, &self.subgrid, transport);
+        self.ghosts.gather(&mut loads, &self.subgrid, transport);
         loads
     }
 
@@ -229,7 +232,7 @@ impl Resolved {
         for ((value, load), motion) in values.iter_mut().zip(loads).zip(motions) {
             *value = motion.change(motion.balance().0, Vector6::from_column_slice(load) * -dt).into();
         }
-        self.spread.scatter(&mut values, &self.subgrid, transport);
+        self.ghosts.scatter(&mut values, &self.subgrid, transport);
         values
     }
 
@@ -238,7 +241,7 @@ impl Resolved {
         &mut self,
         values: &[f64],
         response: &mut [f64],
-        gain: f64,
+        inverse_diagonal: f64,
         dt: f64,
         motions: Option<&[BodyMotion]>,
         transport: &dyn Transport,
@@ -246,7 +249,7 @@ impl Resolved {
         self.multipliers.spread(values, transport);
         let Multipliers { constraints, field, .. } = &self.multipliers;
         constraints.interpolate(field.components(), response);
-        response.iter_mut().for_each(|r| *r *= gain);
+        response.iter_mut().for_each(|r| *r *= inverse_diagonal);
         let Some(motions) = motions else { return };
         let recoil = self.recoil(&self.loads(values, transport), dt, motions, transport);
         for (r, row) in response.iter_mut().zip(&constraints.rows) {

@@ -1,6 +1,6 @@
 //! The velocities of the fluid that bodies impose.
 
-use crate::skin::{Profile, Skin, pitch};
+use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_geometry::{Shape, Vec3, WayOut};
 use std::ops::RangeInclusive;
@@ -19,8 +19,8 @@ pub(crate) struct Node {
     pub body: u32,
     /// From the centre of the body to the velocity (m).
     pub arm: Vec3,
-    /// Number of its [`Skin`], or one of the two below.
-    skin: u32,
+    /// Number of its [`InterfaceStencil`], or one of the two below.
+    interface: u32,
 }
 
 /// A node that is not next to the surface.
@@ -33,8 +33,8 @@ const RIGID: u32 = u32::MAX - 1;
 pub(crate) struct Nodes {
     /// Own nodes per component.
     pub of: [Vec<Node>; 3],
-    skins: [Vec<Skin>; 3],
-    /// Scratch: the ways out that the skins of a component are made of.
+    interfaces: [Vec<InterfaceStencil>; 3],
+    /// Scratch: the ways out that the interfaces of a component are made of.
     ways: Vec<WayOut>,
     marks: [Vec<u32>; 3],
 }
@@ -44,7 +44,7 @@ impl Nodes {
         let marks = || vec![OUTSIDE; subgrid.layout.len()];
         Self {
             of: Default::default(),
-            skins: Default::default(),
+            interfaces: Default::default(),
             ways: Vec::new(),
             marks: [marks(), marks(), marks()],
         }
@@ -67,27 +67,28 @@ impl Nodes {
             for number in 0..bodies.len() {
                 self.claim(component, number, bodies, shapes, subgrid);
             }
-            let (marks, skins) = (&self.marks[component], &mut self.skins[component]);
-            skins.clear();
-            let made: Vec<Option<Skin>> = {
+            let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
+            interfaces.clear();
+            let made: Vec<Option<InterfaceStencil>> = {
                 let nodes = &self.of[component];
-                let next_to_surface = nodes.iter().filter(|node| node.skin != DEEP);
+                let next_to_surface = nodes.iter().filter(|node| node.interface != DEEP);
                 let make = |node: &Node| {
-                    let way = self.ways[node.skin as usize];
+                    let way = self.ways[node.interface as usize];
                     let center = bodies[node.body as usize].center;
                     let start = center + node.arm + way.direction * way.distance;
                     let holder = |place: usize| holder(marks[place], nodes);
                     let rule =
                         extrapolation.rule()?.at(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
-                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }.skin()
+                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }
+                        .interface_stencil()
                 };
                 next_to_surface.map(make).collect()
             };
-            let next_to_surface = self.of[component].iter_mut().filter(|node| node.skin != DEEP);
-            for (node, skin) in next_to_surface.zip(made) {
-                node.skin = skin.map_or(RIGID, |skin| {
-                    skins.push(skin);
-                    skins.len() as u32 - 1
+            let next_to_surface = self.of[component].iter_mut().filter(|node| node.interface != DEEP);
+            for (node, interface) in next_to_surface.zip(made) {
+                node.interface = interface.map_or(RIGID, |interface| {
+                    interfaces.push(interface);
+                    interfaces.len() as u32 - 1
                 });
             }
         }
@@ -101,8 +102,8 @@ impl Nodes {
 
     /// What is extrapolated at a node of a component; none if it has the velocity of the body.
     #[inline]
-    pub fn skin(&self, component: usize, node: &Node) -> Option<&Skin> {
-        self.skins[component].get(node.skin as usize)
+    pub fn interface(&self, component: usize, node: &Node) -> Option<&InterfaceStencil> {
+        self.interfaces[component].get(node.interface as usize)
     }
 
     /// Marks the nodes of one component inside a body, and keeps the own ones.
@@ -159,13 +160,13 @@ impl Nodes {
                     }
                     let distance = way.distance * body.scale;
                     let direction = body.rotation * way.direction;
-                    let skin = if distance < pitch(&direction, subgrid) {
+                    let interface = if distance < pitch(&direction, subgrid) {
                         ways.push(WayOut { distance, direction });
                         ways.len() as u32 - 1
                     } else {
                         DEEP
                     };
-                    let node = Node { place: place as u32, body: number as u32, arm, skin };
+                    let node = Node { place: place as u32, body: number as u32, arm, interface };
                     match marks[place] {
                         OUTSIDE => {
                             nodes.push(node);
@@ -182,7 +183,7 @@ impl Nodes {
 impl Node {
     /// Whether it is not next to the surface.
     pub fn is_deep(&self) -> bool {
-        self.skin == DEEP
+        self.interface == DEEP
     }
 }
 

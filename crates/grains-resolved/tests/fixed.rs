@@ -9,7 +9,7 @@ use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{Boundaries, Condition, Drive, FlowSetup, Grid, Profile};
 use grains_geometry::{Shape, Vec3};
 use grains_resolved::{
-    Action, Extrapolation, FollowError, Forcing, Interpolation, LARGEST_DIFFUSION_NUMBER, Method,
+    Action, ConstraintError, Extrapolation, Forcing, Interpolation, MAX_DIFFUSION_NUMBER, Method,
     MultiplierMethod,
 };
 
@@ -102,7 +102,7 @@ fn settled(mut scene: Scene, diffusion_number: f64) -> [f64; 2] {
 #[test]
 fn force_and_gradient_settle_at_any_diffusion_number_that_is_allowed() {
     let drive = Drive::MeanVelocity(1e-3);
-    for diffusion_number in [0.3, 1.0, LARGEST_DIFFUSION_NUMBER] {
+    for diffusion_number in [0.3, 1.0, MAX_DIFFUSION_NUMBER] {
         for (fraction, cells, found) in [(0.05, 32, 15.56), (0.2, 26, 51.53), (0.3, 32, 102.9)]
             .into_iter()
             .chain([(0.4, 32, 217.89), (0.5, 32, 532.55)])
@@ -145,15 +145,15 @@ fn swinging(cells: usize) -> [f64; 2] {
     let mut scene = cylinders(0.19635, cells, [0.3, 0.1], Drive::PressureGradient(-1.0));
     let steps = 400;
     let dt = 2.0 * std::f64::consts::TAU / omega / steps as f64;
-    let mut pending = [0.0; 6];
+    let mut carried_over = [0.0; 6];
     let mut most = [0.0_f64; 2];
     for step in 0..steps {
         let time = (step as f64 + 0.5) * dt;
         scene.flow.state.force[0] = (omega * time).cos();
         scene.step(dt, &SerialTransport);
         let action = &scene.actions[0];
-        let [force, _] = action.on_prescribed(&pending, [&[0.0; 6]; 2], dt);
-        pending = action.pending;
+        let [force, _] = action.on_prescribed(&carried_over, [&[0.0; 6]; 2], dt);
+        carried_over = action.carried_over;
         if step >= steps / 2 {
             most = [most[0].max(force.x.abs() / h), most[1].max(action.force.x.abs() / h)];
         }
@@ -188,13 +188,13 @@ fn shedding(cells_across: usize) -> [f64; 3] {
     let first = |x: [f64; 3]| [1.0 + 0.5 * (20.0 * x[1]).sin(), 0.3 * (10.0 * x[0]).sin(), 0.0];
     scene.flow.initialise(first, |_| 0.0, &SerialTransport);
     let (dt, unit) = (0.2 * h / longest, 0.5 * diameter * h);
-    let (mut pending, mut last, mut rises) = ([0.0; 6], 0.0, Vec::new());
+    let (mut carried_over, mut last, mut rises) = ([0.0; 6], 0.0, Vec::new());
     let (mut drag, mut lift) = (0.0_f64, [0.0_f64; 2]);
     for step in 1..=(2.1 / dt) as usize {
         scene.step(dt, &SerialTransport);
         let action = &scene.actions[0];
-        let force = action.on_prescribed(&pending, [&[0.0; 6]; 2], dt)[0] / unit;
-        pending = action.pending;
+        let force = action.on_prescribed(&carried_over, [&[0.0; 6]; 2], dt)[0] / unit;
+        carried_over = action.carried_over;
         let time = step as f64 * dt;
         if time > 1.1 {
             drag = drag.max(force.x);
@@ -258,8 +258,12 @@ fn a_solve_that_stalls_is_an_error() {
     let setup = FlowSetup::new(grid, 1.0, 1.0);
     let mut scene = Scene::new(&setup, [1; 3], (&sphere, &[ball]), forcing, &SerialTransport);
     scene.flow.step(0.01, &SerialTransport).unwrap();
-    let error = scene.resolved.follow(None, &mut scene.flow, 0.01, &SerialTransport).unwrap_err();
-    assert!(matches!(error, FollowError::Stalled { iterations: 2, residual } if residual > 1e-10), "{error}");
+    let error =
+        scene.resolved.impose_rigid_velocity(None, &mut scene.flow, 0.01, &SerialTransport).unwrap_err();
+    assert!(
+        matches!(error, ConstraintError::NotConverged { iterations: 2, residual } if residual > 1e-10),
+        "{error}"
+    );
 }
 
 #[test]

@@ -72,9 +72,10 @@ fn assert_keep_momentum(forcing: Forcing, other: Vec3) {
         let fluid =
             [state.velocity.x.own().sum(), state.velocity.y.own().sum(), state.velocity.z.own().sum()];
         let fluid: Vec3 = fluid.map(|u: f64| u * cell).into();
-        let pending: Vec3 = scene.actions.iter().map(|a| Vec3::from_column_slice(&a.pending[..3])).sum();
+        let carried_over: Vec3 =
+            scene.actions.iter().map(|a| Vec3::from_column_slice(&a.carried_over[..3])).sum();
         // The fluid is everywhere: of the bodies only what they weigh more.
-        fluid - pending + scene.own.iter().map(|b| b.velocity * (1.5 * volume())).sum::<Vec3>()
+        fluid - carried_over + scene.own.iter().map(|b| b.velocity * (1.5 * volume())).sum::<Vec3>()
     };
     let start = total(&scene);
     for _ in 0..30 {

@@ -25,7 +25,7 @@ impl Displaced {
     }
 
     /// A body so many times as dense as the fluid: free, or of the motion it has.
-    fn motion(&self, body: &RigidBody, density: f64, pending: [f64; 6], is_free: bool) -> BodyMotion {
+    fn motion(&self, body: &RigidBody, density: f64, carried_over: [f64; 6], is_free: bool) -> BodyMotion {
         let (u, w) = (body.velocity, body.spin);
         BodyMotion {
             mass: density * self.mass,
@@ -33,7 +33,7 @@ impl Displaced {
             density_ratio: 1.0 / density,
             momentum: self.momentum(body).map(|p| density * p),
             impulse: [0.0; 6],
-            pending,
+            carried_over,
             imposed: if is_free { [None; 6] } else { [u.x, u.y, u.z, w.x, w.y, w.z].map(Some) },
         }
     }
@@ -42,15 +42,16 @@ impl Displaced {
 /// Leads the one body of a scene to a place with a velocity and spin over a step; returns force and torque of the flow on it.
 fn lead(scene: &mut Scene, displaced: &Displaced, to: [Vec3; 3], dt: f64) -> [Vec3; 2] {
     let before = displaced.momentum(&scene.own[0]);
-    let pending = scene.actions[0].pending;
+    let carried_over = scene.actions[0].carried_over;
     [scene.own[0].center, scene.own[0].velocity, scene.own[0].spin] = to;
     scene.place(&SerialTransport);
     scene.flow.step(dt, &SerialTransport).unwrap();
-    let motion = displaced.motion(&scene.own[0], 1.0, pending, false);
-    scene.actions = scene.resolved.follow(Some(&[motion]), &mut scene.flow, dt, &SerialTransport).unwrap();
+    let motion = displaced.motion(&scene.own[0], 1.0, carried_over, false);
+    scene.actions =
+        scene.resolved.impose_rigid_velocity(Some(&[motion]), &mut scene.flow, dt, &SerialTransport).unwrap();
     scene.own[0] = scene.resolved.bodies[0].clone();
     assert_eq!([scene.own[0].velocity, scene.own[0].spin], [to[1], to[2]], "the motion is imposed");
-    scene.actions[0].on_prescribed(&pending, [&before, &displaced.momentum(&scene.own[0])], dt)
+    scene.actions[0].on_prescribed(&carried_over, [&before, &displaced.momentum(&scene.own[0])], dt)
 }
 
 /// A sphere that turns in a fluid at rest is held back by 8π μ R³ ω, in a cubic array of a volume fraction φ by
@@ -106,7 +107,7 @@ fn a_swinging_cylinder_feels_what_one_at_rest_in_a_swinging_fluid_does() {
         setup.drive[0] = Drive::None;
         let steps = 400;
         let dt = 2.0 * TAU / omega / f64::from(steps);
-        let mut pending = [0.0; 6];
+        let mut carried_over = [0.0; 6];
         let (mut parts, mut jitter) = ([[0.0; 2]; 2], 0.0);
         for step in 0..steps {
             let [before, after] = [step, step + 1].map(|s| omega * f64::from(s) * dt);
@@ -121,8 +122,8 @@ fn a_swinging_cylinder_feels_what_one_at_rest_in_a_swinging_fluid_does() {
             let acceleration = amplitude * omega * (after.sin() - before.sin()) / dt;
             resting.flow.state.force[0] = -acceleration;
             resting.step(dt, &SerialTransport);
-            let [at_rest, _] = resting.actions[0].on_prescribed(&pending, [&[0.0; 6]; 2], dt);
-            pending = resting.actions[0].pending;
+            let [at_rest, _] = resting.actions[0].on_prescribed(&carried_over, [&[0.0; 6]; 2], dt);
+            carried_over = resting.actions[0].carried_over;
             if step >= steps / 4 {
                 let wanted = at_rest.x + mass * acceleration;
                 for (parts, force) in parts.iter_mut().zip([wanted, force.x]) {
@@ -164,7 +165,8 @@ fn momentum_of_fluid_free_and_driven_bodies_is_accounted_for() {
         let (dt, mut given, mut start) = (0.01, Vec3::zeros(), None);
         for step in 0..40 {
             let before: Vec<[f64; 6]> = scene.own.iter().map(|b| displaced.momentum(b)).collect();
-            let pending: Vec<[f64; 6]> = scene.actions.iter().map(|action| action.pending).collect();
+            let carried_over: Vec<[f64; 6]> =
+                scene.actions.iter().map(|action| action.carried_over).collect();
             let angle = 8.0 * f64::from(step) * dt;
             scene.own[0].velocity = Vec3::new(0.6 * angle.sin(), 0.2, -0.3 * angle.cos());
             scene.own[0].spin = Vec3::new(0.0, 2.0, angle.sin());
@@ -172,23 +174,27 @@ fn momentum_of_fluid_free_and_driven_bodies_is_accounted_for() {
             scene.place(&SerialTransport);
             scene.flow.step(dt, &SerialTransport).unwrap();
             let motions: Vec<BodyMotion> =
-                (0..3).map(|k| displaced.motion(&scene.own[k], 2.0, pending[k], is_free[k])).collect();
+                (0..3).map(|k| displaced.motion(&scene.own[k], 2.0, carried_over[k], is_free[k])).collect();
             let driven = scene.own[0].clone();
-            scene.actions =
-                scene.resolved.follow(Some(&motions), &mut scene.flow, dt, &SerialTransport).unwrap();
+            scene.actions = scene
+                .resolved
+                .impose_rigid_velocity(Some(&motions), &mut scene.flow, dt, &SerialTransport)
+                .unwrap();
             scene.own.clone_from_slice(&scene.resolved.bodies[..3]);
             assert_eq!(scene.own[0].velocity, driven.velocity);
             assert_eq!((scene.own[1].velocity, scene.own[1].spin), (Vec3::zeros(), Vec3::zeros()));
             let after: Vec<[f64; 6]> = scene.own.iter().map(|b| displaced.momentum(b)).collect();
             for k in 0..2 {
-                let [force, _] = scene.actions[k].on_prescribed(&pending[k], [&before[k], &after[k]], dt);
+                let [force, _] =
+                    scene.actions[k].on_prescribed(&carried_over[k], [&before[k], &after[k]], dt);
                 given += force * dt;
             }
             let state = &scene.flow.state;
             let sums: [f64; 3] =
                 [state.velocity.x.own().sum(), state.velocity.y.own().sum(), state.velocity.z.own().sum()];
             let sums = sums.map(|sum| sum * (cells as f64).powi(-3));
-            let left: Vec3 = scene.actions.iter().map(|a| Vec3::from_column_slice(&a.pending[..3])).sum();
+            let left: Vec3 =
+                scene.actions.iter().map(|a| Vec3::from_column_slice(&a.carried_over[..3])).sum();
             // Of a free body its momentum beyond that of the fluid in its place; of the others that of the fluid goes.
             let own =
                 scene.own[2].velocity * mass - scene.own[..2].iter().map(|b| b.velocity * mass).sum::<Vec3>();

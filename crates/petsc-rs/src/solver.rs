@@ -24,7 +24,7 @@ pub struct Settings {
     /// Largest norm of the residual f - div(c grad p), weighted by volume, over that of f.
     pub tolerance: f64,
     /// Most iterations per solve.
-    pub most_iterations: usize,
+    pub max_iterations: usize,
     /// Number of solves with changed coefficients for which the preconditioner is kept before it is built
     /// anew; 0 builds it after every change.
     pub reuse: usize,
@@ -74,7 +74,7 @@ struct State {
 impl Default for Settings {
     /// A tolerance of 1e-6, 200 iterations, a new preconditioner for new coefficients, no prefix.
     fn default() -> Self {
-        Self { tolerance: 1e-6, most_iterations: 200, reuse: 0, prefix: String::new() }
+        Self { tolerance: 1e-6, max_iterations: 200, reuse: 0, prefix: String::new() }
     }
 }
 
@@ -89,7 +89,7 @@ impl LinearSolver {
     ) -> Result<Self, PetscError> {
         let session = Rc::clone(&pressure.session);
         let mut krylov =
-            Krylov::new(&session, &settings.prefix, settings.tolerance, settings.most_iterations)?;
+            Krylov::new(&session, &settings.prefix, settings.tolerance, settings.max_iterations)?;
         krylov.set_operator(&pressure.matrix)?;
         let scale = Rc::new(Cell::new(1.0));
         let mut hierarchy = None;

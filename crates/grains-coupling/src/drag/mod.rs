@@ -113,7 +113,7 @@ impl Fluid {
 
 impl DragLaw {
     /// Whether the law looks at the shape of the particle and how it lies.
-    pub fn minds_shape(self) -> bool {
+    pub fn depends_on_shape(self) -> bool {
         matches!(self, Self::HoelzerSommerfeld | Self::Ganser)
     }
 

@@ -1,6 +1,6 @@
 //! The cells of one rank along one axis, and the weights of a kernel on them.
 
-use super::{Kernel, MOST_CELLS};
+use super::{Kernel, MAX_CELLS};
 use crate::CouplingError;
 
 /// What lies beyond the last cell of an axis.
@@ -27,11 +27,11 @@ pub struct GridAxis {
 pub(super) struct Weights {
     pub(super) first: usize,
     pub(super) count: usize,
-    pub(super) values: [f64; MOST_CELLS + 1],
+    pub(super) values: [f64; MAX_CELLS + 1],
 }
 
 impl Weights {
-    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MOST_CELLS + 1] };
+    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MAX_CELLS + 1] };
 
     #[inline(always)]
     pub(super) fn slice(&self) -> &[f64] {
@@ -115,7 +115,7 @@ impl GridAxis {
         let x = x.clamp(lower, upper);
         let (first, last) = (self.cell_of(x - reach), self.cell_of(x + reach));
         // The set-up has checked the largest particle, so that this never cuts anything off.
-        let count = (last - first + 1).min(MOST_CELLS);
+        let count = (last - first + 1).min(MAX_CELLS);
         let per_reach = 1.0 / reach;
         let share = |node: f64| kernel.below((node - x) * per_reach);
         let mut before = share(self.nodes[first]);

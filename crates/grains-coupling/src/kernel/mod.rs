@@ -28,7 +28,7 @@ use crate::CouplingError;
 pub use axis::{End, GridAxis};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-pub use stencil::{Layout, MOST_CELLS, Site, Stencil};
+pub use stencil::{Layout, MAX_CELLS, Site, Stencil};
 
 /// How a particle is spread over the cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -93,7 +93,7 @@ impl Kernel {
     }
 
     /// Whether the kernel is of an allowed width and the largest particle of a case fits the cells: covers no more than
-    /// [`MOST_CELLS`] along any axis.
+    /// [`MAX_CELLS`] along any axis.
     ///
     /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::OutOfRange`], [`CouplingError::TooManyCells`].
     pub fn check(&self, axes: &[GridAxis; 3], diameter: f64) -> Result<(), CouplingError> {
@@ -102,17 +102,17 @@ impl Kernel {
         for (a, axis) in axes.iter().enumerate() {
             let cell = axis.smallest_cell();
             let cells = ((2.0 * reach / cell).ceil() as usize + 1).min(axis.cells());
-            if cells > MOST_CELLS {
+            if cells > MAX_CELLS {
                 let axis = ['x', 'y', 'z'][a];
-                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, most: MOST_CELLS });
+                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, most: MAX_CELLS });
             }
         }
         Ok(())
     }
 
     /// Cells of halo that a rank needs: those that the reach of the largest particle covers which has wandered
-    /// `wander` (m) out of the rank's own cells since it last migrated, of size `cell` (m) at least.
-    pub fn halo(&self, diameter: f64, wander: f64, cell: f64) -> usize {
-        ((self.reach(diameter) + wander) / cell).ceil() as usize
+    /// `drift` (m) out of the rank's own cells since it last migrated, of size `cell` (m) at least.
+    pub fn halo(&self, diameter: f64, drift: f64, cell: f64) -> usize {
+        ((self.reach(diameter) + drift) / cell).ceil() as usize
     }
 }

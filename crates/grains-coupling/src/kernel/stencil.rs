@@ -6,7 +6,7 @@ use crate::CouplingError;
 use grains_geometry::Vec3;
 
 /// Most cells along an axis that a kernel may cover.
-pub const MOST_CELLS: usize = 32;
+pub const MAX_CELLS: usize = 32;
 
 /// Where a field lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

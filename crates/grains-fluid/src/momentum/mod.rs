@@ -15,7 +15,7 @@ mod variable;
 pub(crate) use explicit::{Explicit, Porosity, RowPlace};
 pub(crate) use implicit::{Implicit, imposed_increments};
 pub(crate) use outlet::{FaceTerms, OutletTerms, advance_outlets};
-pub(crate) use system::Capacity;
+pub(crate) use system::MomentumDiagonal;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -32,7 +32,8 @@ pub struct ConjugateGradients {
     residual: Field<Centre>,
     correction: Field<Centre>,
     direction: Field<Centre>,
-    image: Field<Centre>,
+    /// The operator applied to the search direction, A d.
+    applied: Field<Centre>,
 }
 
 /// The operator and an approximate inverse of it.
@@ -107,12 +108,12 @@ impl ConjugateGradients {
         preconditioner: Preconditioner,
         transport: &dyn Transport,
     ) -> Self {
-        let layout = Layout { cells: problem.ownership.cells(), halo: 1 };
+        let layout = Layout { cells: problem.partition.cells(), halo: 1 };
         let field = || Field::new(layout);
         let engine = match preconditioner {
             Preconditioner::Multigrid => Engine::Multigrid(Multigrid::new(problem)),
             Preconditioner::PlaneMeans => Engine::PlaneMeans {
-                operator: Box::new(PressureOperator::on(&problem.grid, &problem.ownership, 1)),
+                operator: Box::new(PressureOperator::on(&problem.grid, &problem.partition, 1)),
                 solver: Box::new(FastSolver::new(problem, transport)),
             },
         };
@@ -121,11 +122,11 @@ impl ConjugateGradients {
             tolerance,
             most: most as usize,
             engine,
-            halo: Halo::new(&problem.grid, &problem.ownership, layout),
+            halo: Halo::new(&problem.grid, &problem.partition, layout),
             residual: field(),
             correction: field(),
             direction: field(),
-            image: field(),
+            applied: field(),
         }
     }
 
@@ -135,12 +136,12 @@ impl ConjugateGradients {
             self.direction.data_mut()[own].copy_from_slice(&guess.data()[given]);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
-        self.engine.operator().apply(&self.direction, &mut self.image);
+        self.engine.operator().apply(&self.direction, &mut self.applied);
         let mut norms = [0.0, 0.0];
         for (own, given) in own_rows(&self.residual).zip(own_rows(rhs)) {
-            let (f, image) = (&rhs.data()[given], &self.image.data()[own.clone()]);
+            let (f, applied) = (&rhs.data()[given], &self.applied.data()[own.clone()]);
             let r = &mut self.residual.data_mut()[own];
-            r.iter_mut().zip(f).zip(image).for_each(|((r, f), a)| *r = a - f);
+            r.iter_mut().zip(f).zip(applied).for_each(|((r, f), a)| *r = a - f);
             norms[0] += dot(r, r);
             norms[1] += dot(f, f);
         }
@@ -171,14 +172,14 @@ impl ConjugateGradients {
         for_volumes(self.engine.operator(), pressure, |p, _| *p -= mean);
     }
 
-    /// d = z + β d; returns −d · A d over all ranks, A d being the image.
-    fn turn(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
+    /// d = z + β d; returns −d · A d over all ranks.
+    fn new_direction(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
         for own in own_rows(&self.direction) {
             let z = &self.correction.data()[own.clone()];
             self.direction.data_mut()[own].iter_mut().zip(z).for_each(|(d, z)| *d = z + beta * *d);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
-        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.image)];
+        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.applied)];
         transport.sum(&mut curvature);
         curvature[0]
     }
@@ -189,9 +190,9 @@ impl ConjugateGradients {
         for (own, given) in own_rows(&self.direction).zip(own_rows(pressure)) {
             let direction = &self.direction.data()[own.clone()];
             pressure.data_mut()[given].iter_mut().zip(direction).for_each(|(x, d)| *x += alpha * d);
-            let image = &self.image.data()[own.clone()];
+            let applied = &self.applied.data()[own.clone()];
             let r = &mut self.residual.data_mut()[own];
-            r.iter_mut().zip(image).for_each(|(r, a)| *r += alpha * a);
+            r.iter_mut().zip(applied).for_each(|(r, a)| *r += alpha * a);
             sum[0] += dot(r, r);
         }
         transport.sum(&mut sum);
@@ -223,7 +224,7 @@ impl ConjugateGradients {
             let next = self.engine.precondition(&mut self.residual, &mut self.correction, transport);
             let beta = if iterations == 0 { 0.0 } else { next / rho };
             rho = next;
-            let curvature = self.turn(beta, transport);
+            let curvature = self.new_direction(beta, transport);
             if curvature <= 0.0 || rho <= 0.0 {
                 return Err(self.failed(iterations, residual / scale, "the operator is not definite"));
             }

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use grains_domain::{Decomposition, GlobalBox, Transport};
-use grains_fluid::{Centre, Field, Grid, Ownership};
+use grains_fluid::{CellPartition, Centre, Field, Grid};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex};
 
@@ -113,7 +113,7 @@ pub fn on_ranks<R: Send>(size: usize, job: impl Fn(ThreadTransport) -> R + Sync)
 }
 
 /// Cells of a rank by the decomposition of the particles.
-pub fn ownership(grid: &Grid, ranks: [usize; 3], rank: usize) -> Ownership {
+pub fn partition(grid: &Grid, ranks: [usize; 3], rank: usize) -> CellPartition {
     let corner = |end: bool| {
         std::array::from_fn(|a| {
             let nodes = grid.axis(a).nodes();
@@ -123,7 +123,7 @@ pub fn ownership(grid: &Grid, ranks: [usize; 3], rank: usize) -> Ownership {
     let periodic = std::array::from_fn(|a| grid.axis(a).is_periodic());
     let global = GlobalBox::new(corner(false), corner(true), periodic);
     let decomposition = Decomposition::new(global, ranks, rank, 1e-9).unwrap();
-    Ownership::new(grid, &decomposition).unwrap()
+    CellPartition::new(grid, &decomposition).unwrap()
 }
 
 /// Own values with their global cells: pieces of one global array.

@@ -13,7 +13,7 @@ use grains_resolved::{
     Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
 };
 #[allow(unused_imports)] // each test program uses its part
-pub use ranks::{difference, joined, on_ranks, order, ownership, piece};
+pub use ranks::{difference, joined, on_ranks, order, partition, piece};
 
 /// A body at rest that is not turned.
 pub fn body(id: u64, center: Vec3) -> RigidBody {
@@ -61,9 +61,9 @@ impl Scene {
         forcing: Forcing,
         transport: &dyn Transport,
     ) -> Self {
-        let own = ownership(&setup.grid, ranks, transport.rank());
+        let own = partition(&setup.grid, ranks, transport.rank());
         let (first, cells) = (own.first(), own.cells());
-        let mut flow = Flow::new(FlowSetup { ownership: own, halo: 7, ..setup.clone() }, transport).unwrap();
+        let mut flow = Flow::new(FlowSetup { partition: own, halo: 7, ..setup.clone() }, transport).unwrap();
         let resolved = Resolved::new(&mut flow, forcing).unwrap();
         let is_own = |body: &&RigidBody| {
             (0..3).all(|a| {
@@ -87,7 +87,7 @@ impl Scene {
     /// One step past bodies that stay.
     pub fn step(&mut self, dt: f64, transport: &dyn Transport) {
         self.flow.step(dt, transport).unwrap();
-        self.actions = self.resolved.follow(None, &mut self.flow, dt, transport).unwrap();
+        self.actions = self.resolved.impose_rigid_velocity(None, &mut self.flow, dt, transport).unwrap();
     }
 
     /// One step with spheres that move, of a mass, inertia, and density over that of the fluid, under a force.
@@ -109,12 +109,13 @@ impl Scene {
                 density_ratio: 1.0 / density,
                 momentum: [momentum.x, momentum.y, momentum.z, spun.x, spun.y, spun.z],
                 impulse: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
-                pending: action.pending,
+                carried_over: action.carried_over,
                 imposed: [None; 6],
             }
         };
         let motions: Vec<BodyMotion> = self.own.iter().zip(&self.actions).map(motion).collect();
-        self.actions = self.resolved.follow(Some(&motions), &mut self.flow, dt, transport).unwrap();
+        self.actions =
+            self.resolved.impose_rigid_velocity(Some(&motions), &mut self.flow, dt, transport).unwrap();
         self.own.clone_from_slice(&self.resolved.bodies[..self.resolved.owned]);
     }
 }

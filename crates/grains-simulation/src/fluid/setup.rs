@@ -10,8 +10,8 @@ use grains_coupling::{Coupling, Fluid};
 use grains_dem::Catalogue;
 use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Drive, FastSolver, Flow, FlowSetup,
-    Grid, Ownership, Patch, PressureSolver, Profile, Side,
+    Advection, Axis, Boundaries, BoxFace, CellPartition, Condition, ConjugateGradients, Drive, FastSolver,
+    Flow, FlowSetup, Grid, Patch, PressureSolver, Profile, Side,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
@@ -56,12 +56,12 @@ pub fn flow_setup(
 ) -> Result<FlowSetup, String> {
     let grid = grid(case, fluid)?;
     let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
-    let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
+    let partition = CellPartition::new(&grid, decomposition).map_err(about)?;
     let is_mixture = fluid.coupling.is_some() && !case.inserts.is_empty();
     let usual_advection = if is_mixture { Advection::VanLeer } else { Advection::Central };
     let setup = FlowSetup {
         boundaries: boundaries(case, fluid, &grid)?,
-        ownership,
+        partition,
         grid,
         halo,
         density: fluid.density,
@@ -154,7 +154,7 @@ pub fn pressure_solver(
             let options = Options::parse(&given.options).map_err(|e| e.to_string())?;
             let options = options.with_command_line(petsc.iter().cloned());
             let settings =
-                Settings { tolerance: given.tolerance, most_iterations: iterations, ..Settings::default() };
+                Settings { tolerance: given.tolerance, max_iterations: iterations, ..Settings::default() };
             let communicator = transport.communicator();
             let solver =
                 PetscSolver::new(&problem, communicator, &options, &settings, Preconditioning::Multigrid);
@@ -173,7 +173,7 @@ pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result
     let mut coupling =
         Coupling::new(given.kernel, given.drag, given.model, medium, Vec3::from(case.gravity), catalogue)
             .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
-    coupling.least_void_fraction = given.least_void_fraction;
+    coupling.min_void_fraction = given.least_void_fraction;
     Ok(Some(coupling))
 }
 

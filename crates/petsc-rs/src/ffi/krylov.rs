@@ -63,12 +63,12 @@ impl Krylov {
         session: &Rc<Session>,
         prefix: &str,
         tolerance: f64,
-        most_iterations: usize,
+        max_iterations: usize,
     ) -> Result<Self, PetscError> {
         let mut krylov = Self { raw: null_mut(), session: Rc::clone(session), shell: null_mut() };
         let prefix = c_text(prefix)?;
         // The residual may grow on the way: no limit on that; and no absolute tolerance.
-        let (absolute, growth, limit) = (0.0, 1e30, most_iterations.min(i32::MAX as usize) as i32);
+        let (absolute, growth, limit) = (0.0, 1e30, max_iterations.min(i32::MAX as usize) as i32);
         let norm = c::KSPNormType::KSP_NORM_UNPRECONDITIONED;
         // SAFETY: texts outlive their calls and are copied.
         unsafe {

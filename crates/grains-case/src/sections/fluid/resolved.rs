@@ -1,6 +1,6 @@
 //! `[fluid.resolved]`: particles that the grid resolves.
 
-use grains_resolved::{Extrapolation, Interpolation, LARGEST_DIFFUSION_NUMBER};
+use grains_resolved::{Extrapolation, Interpolation, MAX_DIFFUSION_NUMBER};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -115,7 +115,7 @@ impl Resolved {
             (Method::Direct, Extrapolation::Quadratic | Extrapolation::Linear | Extrapolation::Rigid) => {
                 f64::INFINITY
             }
-            (Method::Direct, Extrapolation::Cubic) | (Method::Multiplier, _) => LARGEST_DIFFUSION_NUMBER,
+            (Method::Direct, Extrapolation::Cubic) | (Method::Multiplier, _) => MAX_DIFFUSION_NUMBER,
         }
     }
 

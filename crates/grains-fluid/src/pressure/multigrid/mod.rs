@@ -3,29 +3,29 @@
 //! Cells are joined in pairs along the axes on which they are thin, every rank its own. Coarse conductances are
 //! those of the fine faces side by side over the coarse distance. A cycle goes down once and up once, with a damped
 //! Jacobi step before and after each correction, and with linear interpolation and its transpose: symmetric,
-//! positive definite, and the same for any order of the cells. What is left in the end, [`GATHERED`] cells or one per
-//! rank, is gathered on all ranks and coarsened further there, down to [`DENSE`] cells that are solved directly.
+//! positive definite, and the same for any order of the cells. What is left in the end, [`AGGLOMERATED`] cells or one per
+//! rank, is agglomerated on all ranks and coarsened further there, down to [`DENSE`] cells that are solved directly.
 
-mod bottom;
+mod coarse_solve;
 mod level;
 mod transfer;
 
 use super::PressureProblem;
 use super::operator::PressureOperator;
-use crate::{Centre, Faces, Field, Grid, Ownership};
-use bottom::{Dense, Gathered};
+use crate::{CellPartition, Centre, Faces, Field, Grid};
+use coarse_solve::{Agglomerated, Dense};
 use grains_domain::Transport;
 use level::Level;
 use transfer::{AxisPair, Transfer, paired, pairing};
 
 /// Cells of all ranks that are few enough to be solved by every rank.
-const GATHERED: usize = 1000;
+const AGGLOMERATED: usize = 1000;
 /// Cells that are solved directly.
 const DENSE: usize = 64;
 
-enum Bottom {
+enum CoarseSolve {
     Dense(Dense),
-    Gathered(Box<Gathered>),
+    Agglomerated(Box<Agglomerated>),
 }
 
 /// The hierarchy, built once; coefficients are set as often as they change.
@@ -34,32 +34,32 @@ pub(crate) struct Multigrid {
     levels: Vec<Level>,
     /// From each level to the next.
     transfers: Vec<Transfer>,
-    bottom: Bottom,
+    coarse_solve: CoarseSolve,
 }
 
 impl Multigrid {
     /// Hierarchy for a problem.
     pub fn new(problem: &PressureProblem) -> Self {
-        Self::on(&problem.grid, &problem.ownership, problem.is_singular(), problem.imposed)
+        Self::on(&problem.grid, &problem.partition, problem.is_singular(), problem.imposed)
     }
 
-    fn on(grid: &Grid, ownership: &Ownership, is_singular: bool, imposed: [[bool; 2]; 3]) -> Self {
-        let mut levels = vec![Level::new(grid.clone(), ownership.clone())];
+    fn on(grid: &Grid, partition: &CellPartition, is_singular: bool, imposed: [[bool; 2]; 3]) -> Self {
+        let mut levels = vec![Level::new(grid.clone(), partition.clone())];
         let mut transfers = Vec::new();
-        let least = if ownership.size() > 1 { GATHERED } else { DENSE };
+        let least = if partition.size() > 1 { AGGLOMERATED } else { DENSE };
         while let Some((transfer, coarse)) = levels.last().and_then(|level| coarsened(level, least, imposed))
         {
             transfers.push(transfer);
             levels.push(coarse);
         }
         let last = &levels[levels.len() - 1];
-        let bottom = if ownership.size() > 1 {
-            Bottom::Gathered(Box::new(Gathered::new(last, is_singular, imposed)))
+        let coarse_solve = if partition.size() > 1 {
+            CoarseSolve::Agglomerated(Box::new(Agglomerated::new(last, is_singular, imposed)))
         } else {
             let periodic = [0, 1, 2].map(|a| grid.axis(a).is_periodic());
-            Bottom::Dense(Dense::new(last.operator.layout(), periodic, is_singular))
+            CoarseSolve::Dense(Dense::new(last.operator.layout(), periodic, is_singular))
         };
-        Self { levels, transfers, bottom }
+        Self { levels, transfers, coarse_solve }
     }
 
     fn finest(&self) -> &Level {
@@ -89,9 +89,9 @@ impl Multigrid {
         }
         self.levels.iter_mut().for_each(Level::set_weights);
         let last = &self.levels[self.levels.len() - 1];
-        match &mut self.bottom {
-            Bottom::Dense(dense) => dense.set(last),
-            Bottom::Gathered(gathered) => gathered.set(last, transport),
+        match &mut self.coarse_solve {
+            CoarseSolve::Dense(dense) => dense.set(last),
+            CoarseSolve::Agglomerated(agglomerated) => agglomerated.set(last, transport),
         }
     }
 
@@ -113,20 +113,20 @@ impl Multigrid {
 
     /// From the right-hand side of the finest level to its solution.
     fn cycle(&mut self, transport: &dyn Transport) -> f64 {
-        let Self { levels, transfers, bottom } = self;
+        let Self { levels, transfers, coarse_solve } = self;
         for (l, transfer) in transfers.iter_mut().enumerate() {
             let (fine, coarse) = levels.split_at_mut(l + 1);
-            fine[l].descend(transfer, &mut coarse[0], transport);
+            fine[l].restriction_leg(transfer, &mut coarse[0], transport);
         }
         let last = levels.len() - 1;
-        match bottom {
-            Bottom::Dense(dense) => dense.solve(&mut levels[last]),
-            Bottom::Gathered(gathered) => gathered.solve(&mut levels[last], transport),
+        match coarse_solve {
+            CoarseSolve::Dense(dense) => dense.solve(&mut levels[last]),
+            CoarseSolve::Agglomerated(agglomerated) => agglomerated.solve(&mut levels[last], transport),
         }
         let mut product = None;
         for (l, transfer) in transfers.iter_mut().enumerate().rev() {
             let (fine, coarse) = levels.split_at_mut(l + 1);
-            product = Some(fine[l].ascend(transfer, &mut coarse[0], transport));
+            product = Some(fine[l].prolongation_leg(transfer, &mut coarse[0], transport));
         }
         product.unwrap_or_else(|| levels[0].rhs.own().zip(levels[0].solution.own()).map(|(r, x)| r * x).sum())
     }
@@ -134,31 +134,31 @@ impl Multigrid {
 
 /// The next coarser level and the way to it; nothing if there are few cells or none to pair.
 fn coarsened(level: &Level, least: usize, imposed: [[bool; 2]; 3]) -> Option<(Transfer, Level)> {
-    let (grid, ownership) = (&level.grid, &level.ownership);
-    let counts = [0, 1, 2].map(|a| ownership.counts(a));
+    let (grid, partition) = (&level.grid, &level.partition);
+    let counts = [0, 1, 2].map(|a| partition.counts(a));
     let axes = [0, 1, 2].map(|a| grid.axis(a));
     let pairs = pairing(axes, counts.each_ref().map(|c| &c[..]));
     if level.cells() <= least || pairs == [false; 3] {
         return None;
     }
-    let mut coarse_ownership = ownership.clone();
+    let mut coarse_partition = partition.clone();
     let coarse_axes = [0, 1, 2].map(|a| {
         if !pairs[a] {
             return axes[a].clone();
         }
-        let (axis, starts) = paired(axes[a], &ownership.starts[a]);
-        coarse_ownership.starts[a] = starts;
+        let (axis, starts) = paired(axes[a], &partition.starts[a]);
+        coarse_partition.starts[a] = starts;
         axis
     });
-    let own = |o: &Ownership, a: usize| [o.first()[a], o.cells()[a]];
+    let own = |o: &CellPartition, a: usize| [o.first()[a], o.cells()[a]];
     let transfer = Transfer::new([0, 1, 2].map(|a| AxisPair {
         fine: axes[a],
         coarse: &coarse_axes[a],
-        fine_own: own(ownership, a),
-        coarse_own: own(&coarse_ownership, a),
+        fine_own: own(partition, a),
+        coarse_own: own(&coarse_partition, a),
         imposed: imposed[a],
     }));
     // Nodes of the fine grid, so the coarse ones ascend too.
     let coarse_grid = Grid::new(coarse_axes).ok()?;
-    Some((transfer, Level::new(coarse_grid, coarse_ownership)))
+    Some((transfer, Level::new(coarse_grid, coarse_partition)))
 }

@@ -1,11 +1,11 @@
 //! Whole lines along an axis that several ranks share: sent to one rank each, transformed there, sent back.
 
-use crate::Ownership;
+use crate::CellPartition;
 use grains_domain::Transport;
 
 /// Exchange of the lines along one axis of a block `[nz][ny][nx]` without halo.
 #[derive(Clone)]
-pub(crate) struct Redistribution {
+pub(crate) struct PencilTranspose {
     axis: usize,
     cells: [usize; 3],
     own: usize,
@@ -16,17 +16,17 @@ pub(crate) struct Redistribution {
     sent: Vec<Vec<f64>>,
     received: Vec<Vec<f64>>,
     /// Own lines, each contiguous: `[line][n]`.
-    whole: Vec<f64>,
+    pencils: Vec<f64>,
 }
 
-impl Redistribution {
-    /// Redistribution along an axis.
-    pub fn new(ownership: &Ownership, axis: usize) -> Self {
-        let (row, cells) = (ownership.row(axis), ownership.cells());
-        let own = ownership.coordinates[axis];
+impl PencilTranspose {
+    /// Transpose along an axis.
+    pub fn new(partition: &CellPartition, axis: usize) -> Self {
+        let (row, cells) = (partition.row(axis), partition.cells());
+        let own = partition.coordinates[axis];
         let lines = cells.iter().product::<usize>() / cells[axis];
         let shares: Vec<usize> = (0..=row.len()).map(|r| lines * r / row.len()).collect();
-        let starts = ownership.starts[axis].clone();
+        let starts = partition.starts[axis].clone();
         let n = starts[row.len()];
         let mine = shares[own + 1] - shares[own];
         let others = || (0..row.len()).filter(move |&r| r != own);
@@ -37,7 +37,7 @@ impl Redistribution {
             peers: others().map(|r| row[r]).collect(),
             sent: others().map(|r| vec![0.0; (shares[r + 1] - shares[r]) * cells[axis]]).collect(),
             received: others().map(|r| vec![0.0; mine * (starts[r + 1] - starts[r])]).collect(),
-            whole: vec![0.0; mine * n],
+            pencils: vec![0.0; mine * n],
             starts,
             shares,
         }
@@ -61,12 +61,12 @@ impl Redistribution {
         mut transform: impl FnMut(&mut [f64]),
     ) {
         let n = *self.starts.last().unwrap_or(&0);
-        self.collect(block, transport);
-        self.whole.chunks_exact_mut(n).for_each(&mut transform);
-        self.give_back(block, transport);
+        self.to_pencils(block, transport);
+        self.pencils.chunks_exact_mut(n).for_each(&mut transform);
+        self.from_pencils(block, transport);
     }
 
-    fn collect(&mut self, block: &[f64], transport: &dyn Transport) {
+    fn to_pencils(&mut self, block: &[f64], transport: &dyn Transport) {
         let (n, part) = (*self.starts.last().unwrap_or(&0), self.cells[self.axis]);
         let mut sent = std::mem::take(&mut self.sent);
         for (message, r) in sent.iter_mut().zip((0..self.shares.len() - 1).filter(|&r| r != self.own)) {
@@ -78,7 +78,7 @@ impl Redistribution {
         }
         transport.exchange(&self.peers, &sent, &mut self.received);
         self.sent = sent;
-        let mut whole = std::mem::take(&mut self.whole);
+        let mut whole = std::mem::take(&mut self.pencils);
         for (l, values) in whole.chunks_exact_mut(n).enumerate() {
             let (start, stride) = self.line(self.shares[self.own] + l);
             let own = &mut values[self.starts[self.own]..self.starts[self.own + 1]];
@@ -90,13 +90,13 @@ impl Redistribution {
                 values[self.starts[r]..self.starts[r + 1]].copy_from_slice(&message[l * count..][..count]);
             }
         }
-        self.whole = whole;
+        self.pencils = whole;
     }
 
-    fn give_back(&mut self, block: &mut [f64], transport: &dyn Transport) {
+    fn from_pencils(&mut self, block: &mut [f64], transport: &dyn Transport) {
         let (n, part) = (*self.starts.last().unwrap_or(&0), self.cells[self.axis]);
         let mine = self.shares[self.own];
-        for (l, values) in self.whole.chunks_exact(n).enumerate() {
+        for (l, values) in self.pencils.chunks_exact(n).enumerate() {
             let (start, stride) = self.line(mine + l);
             let own = &values[self.starts[self.own]..self.starts[self.own + 1]];
             block[start..].iter_mut().step_by(stride).zip(own).for_each(|(b, v)| *b = *v);

@@ -1,4 +1,4 @@
-//! Which rank owns which cells: the decomposition of the particles, counted in cells.
+//! Partition of the cells: which rank owns which, by the decomposition of the particles.
 
 use crate::grid::AXES;
 use crate::{Grid, SetupError};
@@ -6,7 +6,7 @@ use grains_domain::Decomposition;
 
 /// Ranges of cells per rank and axis, and the own place among the ranks (x fastest).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ownership {
+pub struct CellPartition {
     /// Ranks per axis.
     pub ranks: [usize; 3],
     /// Own place in the grid of ranks.
@@ -15,7 +15,7 @@ pub struct Ownership {
     pub starts: [Vec<usize>; 3],
 }
 
-impl Ownership {
+impl CellPartition {
     /// All cells on one rank.
     pub fn serial(grid: &Grid) -> Self {
         Self { ranks: [1; 3], coordinates: [0; 3], starts: grid.cells().map(|n| vec![0, n]) }

@@ -1,4 +1,4 @@
-//! Velocities next to a surface, which continue the flow outside.
+//! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
 
 use crate::subgrid::Stencil;
 use crate::{RigidBody, Subgrid};
@@ -6,26 +6,26 @@ use grains_geometry::{Mat3, Shape, Vec3, WayOut};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How much further from the velocity of the surface a continued one may be than that of any sample (-).
-const MOST_BEYOND: f64 = 1.5;
+/// How much further from the velocity of the surface an extrapolated one may be than that of any sample (-).
+const MAX_EXTRAPOLATION: f64 = 1.5;
 /// Least cosine between the normal and that of the surface opposite, reversed.
 const FACING: f64 = 0.3;
 
-/// Largest S of a continued velocity (-): with it forces settle wherever ν Δt/Δx² is at most [`LARGEST_DIFFUSION_NUMBER`].
+/// Largest S of an extrapolated velocity (-): with it forces settle wherever ν Δt/Δx² is at most [`MAX_DIFFUSION_NUMBER`].
 ///
 /// Forces that alternate from step to step obey f = κ (L_ii − W L_oi) f, κ = ν Δt/Δx², with L the sum of differences from the
-/// neighbours, i the velocities inside, o those in the fluid, and W the weights of the continuation.
+/// neighbours, i the velocities inside, o those in the fluid, and W the weights of the extrapolation.
 /// They die out where κ λ < 1 for the largest eigenvalue λ of L_ii − W L_oi.
 /// Into a body with a flat side they decay by 1/S per cell, S = −Σ W_io n_o with n_o neighbours of o inside, which gives
 /// λ = S + 1/S − 2 for S > 1, and less than 0 otherwise: at most ½ for S = 2.
 /// Straight lines and parabolas stay below 0 in any pose.
-const MOST_ANSWERED: f64 = 2.0;
+const MAX_RESPONSE: f64 = 2.0;
 /// Samples whose velocities may lie beside the body: further ones lie beyond the neighbours that S counts.
 const NEAR: usize = 2;
 /// What rounding may make of S, which is 2 at depths of 0.4 cells: all ranks take one polynomial (-).
 const ROUNDING: f64 = 1e-9;
 /// Largest ν Δt/Δx² with cubics (-).
-pub const LARGEST_DIFFUSION_NUMBER: f64 = 2.0;
+pub const MAX_DIFFUSION_NUMBER: f64 = 2.0;
 
 /// How velocities just inside a particle follow those in the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -49,12 +49,12 @@ pub(crate) struct Rule {
     samples: usize,
     /// Their distance, in those of the planes between which a cell fits (-).
     spacing: f64,
-    /// What the weights may sum to in magnitude, times the number of continued velocities about one in the fluid (-).
-    most_weight: f64,
-    /// What may come of velocities that are continued themselves: loops among close bodies must not feed themselves (-).
-    most_fed_back: f64,
-    /// S: what the velocities beside continued ones may weigh, times the number of these (-).
-    most_answered: f64,
+    /// What the weights may sum to in magnitude, times the number of extrapolated velocities about one in the fluid (-).
+    max_weight: f64,
+    /// What may come of velocities that are extrapolated themselves: loops among close bodies must not feed themselves (-).
+    max_feedback: f64,
+    /// S: what the velocities beside extrapolated ones may weigh, times the number of these (-).
+    max_response: f64,
 }
 
 impl Extrapolation {
@@ -62,14 +62,14 @@ impl Extrapolation {
     ///
     /// Far or few samples are less exact; near and many of them amplify what the grid does not resolve.
     pub(crate) fn rule(self) -> Option<Rule> {
-        let rule = |samples, spacing, most_weight, most_fed_back, most_answered| {
-            Some(Rule { samples, spacing, most_weight, most_fed_back, most_answered })
+        let rule = |samples, spacing, max_weight, max_feedback, max_response| {
+            Some(Rule { samples, spacing, max_weight, max_feedback, max_response })
         };
         match self {
             Self::Rigid => None,
             Self::Linear => rule(1, 1.0, 5.0, 0.25, f64::INFINITY),
             Self::Quadratic => rule(2, 1.0, 5.0, 0.25, f64::INFINITY),
-            Self::Cubic => rule(3, 0.8, 12.0, 0.5, MOST_ANSWERED),
+            Self::Cubic => rule(3, 0.8, 12.0, 0.5, MAX_RESPONSE),
         }
     }
 }
@@ -77,11 +77,11 @@ impl Extrapolation {
 impl Rule {
     /// The same for the velocity at a place.
     ///
-    /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are continued.
+    /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are extrapolated.
     pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
         let hidden = |place: usize| around(subgrid, place).filter(|&p| is_hidden(p)).count();
         let most = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
-        Self { most_weight: self.most_weight / most.unwrap_or(1).max(1) as f64, ..self }
+        Self { max_weight: self.max_weight / most.unwrap_or(1).max(1) as f64, ..self }
     }
 }
 
@@ -93,7 +93,7 @@ fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
 #[derive(Clone, Debug)]
-pub(crate) struct Skin {
+pub(crate) struct InterfaceStencil {
     /// From the centre of the body to the surface (m).
     pub foot: Vec3,
     /// b_k (-), and x_k in the fluid; of those that there are not, b_k is 0.
@@ -141,12 +141,12 @@ pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
 }
 
 impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
-    /// What continues the flow to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
-    /// none where there is nothing to continue.
+    /// The extrapolation to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
+    /// none where there is nothing to extrapolate.
     ///
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
-    pub fn skin(&self) -> Option<Skin> {
+    pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
         let Rule { samples, spacing, .. } = self.rule;
         let step = spacing * pitch(&self.way.direction, self.subgrid);
         let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
@@ -171,11 +171,11 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     }
 
     /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
-    /// there are samples, is continued exactly, interpolation included; none if they are too large.
-    fn fit(&self, samples: &[Sample]) -> Option<Skin> {
+    /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
+    fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
         let unit = pitch(&self.way.direction, self.subgrid);
         let mut values = Mat3::identity();
-        let (mut wanted, mut hidden, mut answered) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
+        let (mut wanted, mut hidden, mut response) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (n, sample) in samples.iter().enumerate() {
             wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
             values[(n, n)] = 0.0;
@@ -184,8 +184,8 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
                 Sample::Flow(distance, stencil) => {
                     let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
                     hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
-                    if n < NEAR && self.rule.most_answered.is_finite() {
-                        answered[n] = self.answered(stencil);
+                    if n < NEAR && self.rule.max_response.is_finite() {
+                        response[n] = self.response(stencil);
                     }
                     self.powers(distance / unit, stencil, unit)
                 }
@@ -193,9 +193,9 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
         }
         let weights = values.lu().solve(&wanted)?;
-        if weights.abs().dot(&hidden) > self.rule.most_fed_back
-            || weights.abs().sum() > self.rule.most_weight
-            || -weights.dot(&answered) > self.rule.most_answered + ROUNDING
+        if weights.abs().dot(&hidden) > self.rule.max_feedback
+            || weights.abs().sum() > self.rule.max_weight
+            || -weights.dot(&response) > self.rule.max_response + ROUNDING
         {
             return None;
         }
@@ -204,21 +204,21 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             Sample::Opposite(..) => None,
         })?;
         let foot = self.start - self.center;
-        let mut skin = Skin { foot, fluid: [(0.0, first); 3], opposite: None };
+        let mut interface = InterfaceStencil { foot, fluid: [(0.0, first); 3], opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
-                Sample::Flow(_, stencil) => skin.fluid[n] = (weight, stencil),
+                Sample::Flow(_, stencil) => interface.fluid[n] = (weight, stencil),
                 Sample::Opposite(width, body) => {
                     let foot = self.start + self.way.direction * width - self.bodies[body as usize].center;
-                    skin.opposite = Some(Opposite { body, foot, weight });
+                    interface.opposite = Some(Opposite { body, foot, weight });
                 }
             }
         }
-        Some(skin)
+        Some(interface)
     }
 
     /// Mean over the fluid's corners of a stencil of the number of their neighbours inside bodies.
-    fn answered(&self, stencil: &Stencil) -> f64 {
+    fn response(&self, stencil: &Stencil) -> f64 {
         let strides = self.subgrid.layout.strides();
         let holds = |place: usize| (self.holder)(place).is_some();
         let of_corner = |(place, weight): (usize, f64)| match holds(place) {
@@ -272,13 +272,13 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     }
 }
 
-impl Skin {
+impl InterfaceStencil {
     /// The velocity (m/s) inside, of that of the surface, of the surface opposite with its weight, and of the fluid.
     ///
     /// It differs from that of the surface by little more than a sample does: boundary layers thinner than a cell are not
-    /// continued to the other side with several times their velocity.
+    /// extrapolated to the other side with several times their velocity.
     #[inline]
-    pub fn continued(
+    pub fn extrapolated(
         &self,
         surface: f64,
         opposite: Option<(f64, f64)>,
@@ -295,7 +295,7 @@ impl Skin {
             add(*weight, stencil.mean(strides, |place| velocity[place]));
         }
         opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
-        surface + sum.clamp(-MOST_BEYOND * most, MOST_BEYOND * most)
+        surface + sum.clamp(-MAX_EXTRAPOLATION * most, MAX_EXTRAPOLATION * most)
     }
 }
 
@@ -305,8 +305,8 @@ pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
 }
 
 #[cfg(test)]
-impl Skin {
-    /// What velocities in the fluid add to the continued one.
+impl InterfaceStencil {
+    /// What velocities in the fluid add to the extrapolated one.
     pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
         self.fluid.iter().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
     }

@@ -18,7 +18,7 @@ pub(crate) enum Kind {
 /// Conditions on the own part of a face, halo included: entry m₂ d₁ + m₁ for array places m₁, m₂ along the two
 /// tangential axes.
 #[derive(Clone, Debug)]
-pub(crate) struct FaceTable {
+pub(crate) struct BoundaryData {
     pub face: BoxFace,
     /// Tangential axes and the extents of the arrays along them.
     pub tangents: [usize; 2],
@@ -39,9 +39,9 @@ pub(crate) struct FaceTable {
     pub has_outlet: bool,
 }
 
-impl FaceTable {
+impl BoundaryData {
     /// Tables of the faces the subdomain touches, at a time (s).
-    pub fn all(grid: &Grid, local: &Local, boundaries: &Boundaries, time: f64) -> Vec<FaceTable> {
+    pub fn all(grid: &Grid, local: &Local, boundaries: &Boundaries, time: f64) -> Vec<BoundaryData> {
         // Across an axis of one cell nothing is read.
         let touched = |face: &BoxFace| {
             local.active[face.axis] && local.ends[face.axis][usize::from(face.side == Side::High)]
@@ -49,10 +49,10 @@ impl FaceTable {
         BoxFace::all()
             .filter(touched)
             .map(|face| {
-                let mut table = FaceTable::new(face, local);
-                table.classify(grid, local, boundaries);
-                table.evaluate(grid, local, boundaries, time);
-                table
+                let mut face_data = BoundaryData::new(face, local);
+                face_data.classify(grid, local, boundaries);
+                face_data.evaluate(grid, local, boundaries, time);
+                face_data
             })
             .collect()
     }
@@ -243,7 +243,7 @@ impl FaceTable {
         normal * s[self.face.axis] + m1 * s[self.tangents[0]] + m2 * s[self.tangents[1]]
     }
 
-    /// Array place of the boundary value of the normal component for a place given by [`FaceTable::inside`].
+    /// Array place of the boundary value of the normal component for a place given by [`BoundaryData::inside`].
     #[inline]
     pub fn boundary(&self, layout: Layout, inside: usize) -> usize {
         if self.face.side == Side::High { inside } else { inside - layout.strides()[self.face.axis] }
@@ -274,7 +274,7 @@ fn condition_at(boundaries: &Boundaries, face: BoxFace, at: [f64; 3]) -> (&Condi
     }
 }
 
-impl FaceTable {
+impl BoundaryData {
     /// Places in the arrays of all boundary faces, halo included, whose normal velocity is imposed.
     pub fn for_imposed(&self, layout: Layout, mut job: impl FnMut(usize)) {
         for (entry, [m1, m2]) in self.entries() {

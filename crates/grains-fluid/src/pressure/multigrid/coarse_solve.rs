@@ -2,7 +2,7 @@
 
 use super::Multigrid;
 use super::level::Level;
-use crate::{Layout, Ownership};
+use crate::{CellPartition, Layout};
 use grains_domain::{SerialTransport, Transport};
 
 /// Pivots below this share of their diagonal entry are those of an isolated or floating cell.
@@ -93,7 +93,7 @@ impl Dense {
 }
 
 /// The cells of all ranks on every rank, and a multigrid over them.
-pub(crate) struct Gathered {
+pub(crate) struct Agglomerated {
     inner: Multigrid,
     /// Place in the inner arrays of every cell as the ranks send them, and the own ones among them.
     places: Vec<usize>,
@@ -101,23 +101,23 @@ pub(crate) struct Gathered {
     sent: Vec<f64>,
 }
 
-impl Gathered {
+impl Agglomerated {
     /// Of a level whose cells are shared among ranks.
     pub fn new(level: &Level, is_singular: bool, imposed: [[bool; 2]; 3]) -> Self {
-        let (grid, ownership) = (&level.grid, &level.ownership);
-        let inner = Multigrid::on(grid, &Ownership::serial(grid), is_singular, imposed);
-        let (layout, [px, py, pz]) = (inner.finest().operator.layout(), ownership.ranks);
+        let (grid, partition) = (&level.grid, &level.partition);
+        let inner = Multigrid::on(grid, &CellPartition::serial(grid), is_singular, imposed);
+        let (layout, [px, py, pz]) = (inner.finest().operator.layout(), partition.ranks);
         let (mut places, mut own) = (Vec::new(), 0..0);
         for rank in 0..px * py * pz {
             let at = [rank % px, rank / px % py, rank / (px * py)];
-            let [x, y, z] = [0, 1, 2].map(|a| ownership.starts[a][at[a]]..ownership.starts[a][at[a] + 1]);
+            let [x, y, z] = [0, 1, 2].map(|a| partition.starts[a][at[a]]..partition.starts[a][at[a] + 1]);
             let begin = places.len();
             for k in z {
                 for j in y.clone() {
                     places.extend(x.clone().map(|i| layout.row(j, k) + i));
                 }
             }
-            if at == ownership.coordinates {
+            if at == partition.coordinates {
                 own = begin..places.len();
             }
         }

@@ -1,7 +1,7 @@
 //! The ordinary differential equation that remains per mode: tridiagonal along the third axis.
 
 use super::PressureProblem;
-use crate::reduced::{RowGather, Segment, values_around};
+use crate::reduced::{RowAllGather, Segment, values_around};
 use grains_domain::Transport;
 
 /// Coefficients c that depend on the place along the line axis only; global, the same on all ranks.
@@ -15,7 +15,7 @@ pub(crate) struct LineProfile {
 
 /// Tridiagonal solver along the line axis of a block `[nz][ny][nx]` of modes.
 #[derive(Clone)]
-pub(crate) struct ModeLines {
+pub(crate) struct ModalTridiagonal {
     axis: usize,
     cells: [usize; 3],
     is_coupled: bool,
@@ -28,10 +28,10 @@ pub(crate) struct ModeLines {
     across: [Vec<f64>; 2],
     /// Line of the constant, and what is added to its first diagonal where it has no pressure imposed.
     pinned: Option<(usize, f64)>,
-    gather: RowGather,
-    /// Answers [v₀, v₁, w₀, w₁] of the own part of every line, and those of all parts.
-    answers: Vec<f64>,
-    all_answers: RowGather,
+    gather: RowAllGather,
+    /// Influence vectors [v₀, v₁, w₀, w₁] of the own part of every line, and those of all parts.
+    influence: Vec<f64>,
+    all_influence: RowAllGather,
     ends: Vec<f64>,
     scratch: Scratch,
 }
@@ -48,31 +48,31 @@ const LINES: usize = 64;
 /// Lines along x are transposed in blocks of this many.
 const ROWS: usize = 16;
 
-impl ModeLines {
+impl ModalTridiagonal {
     /// Lines along `axis` for modes with the eigenvalues of the other two axes (ascending axis order).
     pub fn new(problem: &PressureProblem, axis: usize, eigenvalues: [&[f64]; 2]) -> Self {
-        let ownership = &problem.ownership;
-        let (cells, first) = (ownership.cells(), ownership.first());
+        let partition = &problem.partition;
+        let (cells, first) = (partition.cells(), partition.first());
         let others = [usize::from(axis == 0), if axis == 2 { 1 } else { 2 }];
         let [n1, n2] = others.map(|a| cells[a]);
         let lambda = std::array::from_fn(|o| {
             let at = |l: usize| if o == 0 { l % n1 } else { l / n1 };
             (0..n1 * n2).map(|l| eigenvalues[o][first[others[o]] + at(l)]).collect()
         });
-        let (row, own) = (ownership.row(axis), ownership.coordinates[axis]);
+        let (row, own) = (partition.row(axis), partition.coordinates[axis]);
         Self {
             axis,
             cells,
-            is_coupled: ownership.is_split(axis) || problem.grid.axis(axis).is_periodic(),
+            is_coupled: partition.is_split(axis) || problem.grid.axis(axis).is_periodic(),
             lambda,
             lower: Vec::new(),
             upper: Vec::new(),
             base: Vec::new(),
             across: Default::default(),
             pinned: None,
-            gather: RowGather::new(&row, own),
-            answers: Vec::new(),
-            all_answers: RowGather::new(&row, own),
+            gather: RowAllGather::new(&row, own),
+            influence: Vec::new(),
+            all_influence: RowAllGather::new(&row, own),
             ends: Vec::new(),
             scratch: Scratch::default(),
         }
@@ -85,7 +85,7 @@ impl ModeLines {
     /// Takes coefficients; collective.
     pub fn set(&mut self, problem: &PressureProblem, profile: &LineProfile, transport: &dyn Transport) {
         let axis = problem.grid.axis(self.axis);
-        let (n, first) = (axis.cells(), problem.ownership.first()[self.axis]);
+        let (n, first) = (axis.cells(), problem.partition.first()[self.axis]);
         let (periodic, own) = (axis.is_periodic(), first..first + self.len());
         let is_inner = |face: usize| (face > 0 && face < n) || periodic && n > 1;
         let conductance = |face: usize| {
@@ -109,7 +109,7 @@ impl ModeLines {
         let is_floating = problem.is_singular() && first == 0;
         self.pinned = constant.filter(|_| is_floating).map(|line| (line, size));
         if self.is_coupled {
-            self.set_answers(transport);
+            self.set_influence(transport);
         }
     }
 
@@ -176,11 +176,11 @@ impl ModeLines {
         }
     }
 
-    /// Answers of the own part of every line to unit values beyond its ends.
-    fn set_answers(&mut self, transport: &dyn Transport) {
+    /// Influence vectors of the own part of every line for unit values beyond its ends.
+    fn set_influence(&mut self, transport: &dyn Transport) {
         let (n, count) = (self.len(), self.lambda[0].len());
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.answers.clear();
+        self.influence.clear();
         for first in (0..count).step_by(LINES) {
             let lines = LINES.min(count - first);
             let mut ends = [0.0, 0.0, 0.0, 0.0].repeat(lines);
@@ -194,10 +194,10 @@ impl ModeLines {
                     ends[4 * l + 2 * side + 1] = scratch.panel[(n - 1) * lines + l];
                 }
             }
-            self.answers.extend(ends);
+            self.influence.extend(ends);
         }
         self.scratch = scratch;
-        self.all_answers.gather(&self.answers, transport);
+        self.all_influence.gather(&self.influence, transport);
     }
 
     /// Solves all lines of the block in place for the right-hand side −d; collective.
@@ -238,7 +238,7 @@ impl ModeLines {
         for number in 0..self.lambda[0].len() {
             let part = |k: usize| {
                 let y = &self.gather.message(k, &self.ends)[2 * number..][..2];
-                let a = &self.all_answers.message(k, &self.answers)[4 * number..][..4];
+                let a = &self.all_influence.message(k, &self.influence)[4 * number..][..4];
                 Segment { y: [y[0], y[1]], v: [a[0], a[1]], w: [a[2], a[3]] }
             };
             let [before, after] = values_around(parts, self.gather.own, part);

@@ -1,4 +1,4 @@
-//! Copies of bodies on all ranks that they reach into.
+//! Ghosts of bodies on all ranks that they reach into.
 
 use crate::body::RECORD;
 use crate::{RigidBody, Subgrid};
@@ -15,15 +15,15 @@ struct Hop {
     received: [Range<usize>; 2],
 }
 
-/// How copies of bodies came to this rank, and the way back: along x, then y, then z, passed on from neighbour to
+/// How ghosts of bodies came to this rank, and the way back: along x, then y, then z, passed on from neighbour to
 /// neighbour as far as they reach, periodic images included. Nothing depends on the number of ranks.
 #[derive(Clone, Debug, Default)]
-pub struct Spread {
+pub struct BodyGhosts {
     hops: Vec<Hop>,
 }
 
-impl Spread {
-    /// Appends to the bodies that this rank owns the copies that reach into its cells or halo; collective.
+impl BodyGhosts {
+    /// Appends to the bodies that this rank owns the ghosts that reach into its cells or halo; collective.
     pub fn new(
         bodies: &mut Vec<RigidBody>,
         shapes: &[Shape],
@@ -67,7 +67,7 @@ impl Spread {
         Self { hops }
     }
 
-    /// Adds the numbers of copies to those of the bodies they are copies of; collective.
+    /// Adds the numbers of ghosts to those of their bodies; collective.
     pub fn gather<const N: usize>(
         &self,
         sums: &mut [[f64; N]],
@@ -85,7 +85,7 @@ impl Spread {
         }
     }
 
-    /// Gives copies the numbers of the bodies they are copies of; collective.
+    /// Gives ghosts the numbers of their bodies; collective.
     pub fn scatter<const N: usize>(
         &self,
         values: &mut [[f64; N]],
