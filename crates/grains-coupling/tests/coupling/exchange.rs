@@ -1,7 +1,5 @@
 //! The exchange of momentum: steady states, stability, and the ledger, with real particles and a fluid of a few cells.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_coupling::{
     Bed, Coefficient, Coupling, DragFields, DragLaw, DragLink, End, Fluid, FluidFields, Grid, GridAxis,

@@ -1,7 +1,5 @@
 //! Kernels: exact sums, adjoint interpolation, walls, ranks.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_coupling::{CouplingError, End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
 use grains_geometry::Vec3;
 use std::f64::consts::PI;

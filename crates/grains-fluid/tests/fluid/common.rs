@@ -1,7 +1,6 @@
 //! Ranks as threads of one process, and grids shared among them.
 
 #![allow(dead_code)] // each test program uses its part
-#![allow(clippy::unwrap_used)]
 
 use grains_domain::{Decomposition, GlobalBox, Transport};
 use grains_fluid::{CellPartition, Centre, Field, Grid};

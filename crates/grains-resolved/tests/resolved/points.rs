@@ -1,7 +1,5 @@
 //! Points on the surfaces of bodies.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_geometry::{Lobes, RegularSolid, Shape, Vec3};
 use grains_resolved::{SurfacePoint, surface_points};
 

@@ -1,6 +1,4 @@
-//! Time per call, by hand: `cargo test --release -p grains-coupling --test speed -- --ignored --nocapture`.
-
-#![allow(clippy::unwrap_used)]
+//! Time per call, by hand: `cargo test --release -p grains-coupling --test coupling speed -- --ignored --nocapture`.
 
 use grains_coupling::{
     DragLaw, End, Flow, Fluid, GridAxis, Kernel, Layout, ShapeFactors, ShapeProfile, Site, Stencil,

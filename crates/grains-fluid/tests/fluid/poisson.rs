@@ -1,10 +1,6 @@
 //! The pressure equation: order, mixes of boundaries, stretched axes, varying coefficients, ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{difference, joined, on_ranks, order, partition, piece, set};
+use crate::common::{difference, joined, on_ranks, order, partition, piece, set};
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Axis, Centre, ConjugateGradients, Faces, FastSolver, Field, Grid, Layout, Preconditioner,

@@ -1,10 +1,6 @@
 //! Bodies of prescribed motion, alone and beside free ones.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{CUBIC, MULTIPLIERS, QUADRATIC, Scene, body};
+use crate::common::{CUBIC, MULTIPLIERS, QUADRATIC, Scene, body};
 use grains_domain::SerialTransport;
 use grains_fluid::{Drive, FlowSetup, Grid};
 use grains_geometry::{Mat3, Shape, Vec3};

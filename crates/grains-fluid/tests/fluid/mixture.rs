@@ -1,10 +1,6 @@
 //! Fluid among particles: manufactured solution, limits, drag.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{difference, order};
+use crate::common::{difference, order};
 use grains_domain::SerialTransport;
 use grains_fluid::{Boundaries, Condition, Drive, Faces, Flow, FlowSetup, Grid, MixtureModel, Profile, Side};
 use std::f64::consts::PI;

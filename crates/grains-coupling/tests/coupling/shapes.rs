@@ -1,7 +1,5 @@
 //! Projected areas and sphericities against closed forms.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_coupling::{ShapeFactors, ShapeProfile};
 use grains_geometry::{Component, Lobes, RegularSolid, Rotation, Shape, Vec3};
 use std::f64::consts::PI;

@@ -1,10 +1,6 @@
 //! Flow past bodies that stay where they are.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{CUBIC, MULTIPLIERS, Scene, body, difference, joined, on_ranks, order, piece};
+use crate::common::{CUBIC, MULTIPLIERS, Scene, body, difference, joined, on_ranks, order, piece};
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{Boundaries, Condition, Drive, FlowSetup, Grid, Profile};
 use grains_geometry::{Shape, Vec3};

@@ -1,10 +1,6 @@
 //! Bodies that move with the flow.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{MULTIPLIERS, QUADRATIC, Scene, body};
+use crate::common::{MULTIPLIERS, QUADRATIC, Scene, body};
 use grains_domain::SerialTransport;
 use grains_fluid::{Drive, FlowSetup, Grid};
 use grains_geometry::{Shape, Vec3};

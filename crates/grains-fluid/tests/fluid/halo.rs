@@ -1,10 +1,6 @@
 //! Halos filled from owners and added back to them, on any ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{joined, on_ranks, partition, piece};
+use crate::common::{joined, on_ranks, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Halo, Layout};
 

@@ -1,10 +1,6 @@
 //! Flows of one phase against closed forms and Ghia's cavity.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::order;
+use crate::common::order;
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Advection, Axis, Boundaries, Condition, Diffusion, Drive, Flow, FlowLimits, FlowSetup, Grid, Profile,

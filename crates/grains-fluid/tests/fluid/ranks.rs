@@ -1,10 +1,6 @@
 //! The same flow on any number of ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{difference, joined, on_ranks, partition, piece};
+use crate::common::{difference, joined, on_ranks, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,

@@ -1,9 +1,6 @@
 //! Bodies in a flow, on any number of ranks.
 
-#![allow(dead_code)] // each test program uses its part
-#![allow(clippy::unwrap_used)]
-
-#[path = "../../../grains-fluid/tests/common/mod.rs"]
+#[path = "../../../grains-fluid/tests/fluid/common.rs"]
 mod ranks;
 
 use grains_domain::Transport;
@@ -12,7 +9,6 @@ use grains_geometry::{Mat3, Shape, Vec3};
 use grains_resolved::{
     Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
 };
-#[allow(unused_imports)] // each test program uses its part
 pub use ranks::{difference, joined, on_ranks, order, partition, piece};
 
 /// A body at rest that is not turned.

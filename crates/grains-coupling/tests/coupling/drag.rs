@@ -1,7 +1,5 @@
 //! Drag laws against tabulated values, limits, and the beds they imply.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_coupling::{Bed, CouplingError, DragLaw, Flow, Fluid, ShapeFactors};
 use grains_fluid::MixtureModel;
 use std::f64::consts::PI;

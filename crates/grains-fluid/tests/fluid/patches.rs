@@ -1,7 +1,5 @@
 //! What flows through inlets on patches is their velocity times their area, wherever their edges lie among the cells.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_domain::SerialTransport as SERIAL;
 use grains_fluid::{Axis, Boundaries, BoxFace, Condition, Flow, FlowSetup, Grid, Patch, Profile, Side};
 use std::sync::Arc;
