@@ -75,8 +75,8 @@ mod mixture_model;
 mod momentum;
 mod pressure;
 mod projection;
-mod reduced;
 mod step;
+mod tridiagonal;
 
 pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
 pub use cell_partition::CellPartition;

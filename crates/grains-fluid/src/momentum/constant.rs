@@ -1,6 +1,6 @@
 //! (1 − a δ²) x = d along lines with the same coefficients for all lines: factors computed once per time step.
 
-use crate::reduced::{RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
 use crate::{CellPartition, Grid};
 use grains_domain::Transport;
 
@@ -86,7 +86,7 @@ impl LineKind {
     }
 }
 
-/// Thomas factors: lower coefficients, inverse pivots, and upper coefficients over pivots.
+/// Thomas factors of the rows −low x₋ + diagonal x − high x₊: low, the inverse pivot, and high over the pivot.
 fn factor(rows: &[[f64; 3]]) -> [Vec<f64>; 3] {
     let mut out: [Vec<f64>; 3] = Default::default();
     let mut carried = 0.0;
@@ -94,9 +94,9 @@ fn factor(rows: &[[f64; 3]]) -> [Vec<f64>; 3] {
         let low = if i == 0 { 0.0 } else { low };
         let inverse = 1.0 / (diagonal - low * carried);
         carried = if i + 1 == rows.len() { 0.0 } else { high * inverse };
-        out[0].push(low);
+        out[0].push(-low);
         out[1].push(inverse);
-        out[2].push(carried);
+        out[2].push(-carried);
     }
     out
 }
@@ -112,31 +112,15 @@ fn influence_vector(factors: &[Vec<f64>; 3], place: usize, value: f64) -> Vec<f6
     x
 }
 
-/// Lines side by side: unknown i of line l lies at start + i stride + l.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel {
-    pub start: usize,
-    pub stride: usize,
-    pub lines: usize,
-}
-
-/// Thomas elimination of all lines of a panel, vectorised over the lines.
+/// Thomas elimination of all lines of a panel.
 fn eliminate(data: &mut [f64], panel: Panel, factors: &[Vec<f64>; 3]) {
-    let Panel { start, stride, lines } = panel;
-    let [lower, inverse_pivot, upper] = factors;
-    let n = lower.len();
-    data[start..start + lines].iter_mut().for_each(|x| *x *= inverse_pivot[0]);
-    for i in 1..n {
-        let (below, above) = data.split_at_mut(start + i * stride);
-        let (previous, current) = (&below[start + (i - 1) * stride..][..lines], &mut above[..lines]);
-        let (l, p) = (lower[i], inverse_pivot[i]);
-        current.iter_mut().zip(previous).for_each(|(x, y)| *x = (*x - l * y) * p);
+    let [low, inverse_pivot, high] = factors;
+    for (i, row) in low.iter().zip(inverse_pivot).map(|(&low, &pivot)| [low, pivot]).enumerate() {
+        panel.forward(data, i, |_| row);
     }
-    for i in (0..n.saturating_sub(1)).rev() {
-        let (below, above) = data.split_at_mut(start + (i + 1) * stride);
-        let (current, next) = (&mut below[start + i * stride..][..lines], &above[..lines]);
-        let u = upper[i];
-        current.iter_mut().zip(next).for_each(|(x, y)| *x -= u * y);
+    for i in (0..low.len().saturating_sub(1)).rev() {
+        let high = high[i];
+        panel.backward(data, i, |_| high);
     }
 }
 

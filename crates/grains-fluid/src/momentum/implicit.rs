@@ -3,11 +3,12 @@
 //! In increments Δu the factors split (Douglas–Gunn): the error a² δx² δy² Δu is of third order per step, and none
 //! remains in a steady state.
 
-use super::constant::{ConstantLines, LineEnd, LineKind, Panel};
+use super::constant::{ConstantLines, LineEnd, LineKind};
 use super::system::MomentumDiagonal;
 use super::variable::VariableLines;
 use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
+use crate::tridiagonal::Panel;
 use crate::{Boundaries, CellPartition, Faces, Grid, Side};
 use grains_domain::Transport;
 

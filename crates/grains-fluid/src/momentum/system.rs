@@ -3,6 +3,7 @@
 use super::Porosity;
 use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
+use crate::tridiagonal::Panel;
 use crate::{Faces, Side};
 
 /// Coefficients of (m − ½ ν ∇·ε∇) δ = r.
@@ -29,14 +30,6 @@ impl MomentumDiagonal<'_> {
 const LINES: usize = 64;
 /// Rows along x solved side by side, through transposed buffers.
 const ROWS: usize = 16;
-
-/// Lines side by side: unknown i of line l at start + i stride + l.
-#[derive(Clone, Copy)]
-pub(super) struct Panel {
-    pub start: usize,
-    pub stride: usize,
-    pub lines: usize,
-}
 
 /// The arrays of a panel; conductances begin with those of the lower side one stride before the first unknown.
 pub(super) struct Arrays<'a> {
@@ -166,18 +159,19 @@ impl System<'_> {
             let p = start + i * stride;
             self.set_row(i, arrays, [p, stride, lines], scratch);
             let (low, pivot) = (&scratch.low[..lines], &scratch.pivot[..lines]);
-            advance(arrays.data, [p, stride, lines], [low, pivot], i > 0);
+            panel.forward(arrays.data, i, |l| [low[l], pivot[l]]);
             if !arrays.before.is_empty() {
                 let high = &scratch.carried[i * lines..][..lines];
                 start_influence(arrays, [p, lines], [low, pivot, high], [i == 0, i + 1 == n]);
-                advance_influence(arrays, [p, stride, lines], [low, pivot], i > 0);
+                panel.forward(arrays.before, i, |l| [low[l], pivot[l]]);
+                panel.forward(arrays.after, i, |l| [low[l], pivot[l]]);
             }
         }
         for i in (0..n.saturating_sub(1)).rev() {
             let carried = &scratch.carried[i * lines..][..lines];
             for list in [&mut *arrays.data, &mut *arrays.before, &mut *arrays.after] {
                 if !list.is_empty() {
-                    retreat(list, [start + i * stride, stride, lines], carried);
+                    panel.backward(list, i, |l| carried[l]);
                 }
             }
         }
@@ -256,24 +250,6 @@ impl Scratch {
     }
 }
 
-/// x = (x + low x₋) pivot for the row at p.
-fn advance(x: &mut [f64], [p, stride, lines]: [usize; 3], [low, pivot]: [&[f64]; 2], has_previous: bool) {
-    let (done, ahead) = x.split_at_mut(p);
-    let current = &mut ahead[..lines];
-    if has_previous {
-        let previous = &done[p - stride..][..lines];
-        current.iter_mut().zip(low).zip(previous).for_each(|((x, low), before)| *x += low * before);
-    }
-    current.iter_mut().zip(pivot).for_each(|(x, pivot)| *x *= pivot);
-}
-
-/// x += carried x₊ for the row at p.
-fn retreat(x: &mut [f64], [p, stride, lines]: [usize; 3], carried: &[f64]) {
-    let (current, ahead) = x.split_at_mut(p + stride);
-    let current = current[p..][..lines].iter_mut().zip(carried);
-    current.zip(&ahead[..lines]).for_each(|((x, carried), next)| *x += carried * next);
-}
-
 /// Right-hand sides of the influence vectors of unit values: −low before the first unknown, −high after the last. The coefficient
 /// above is the carried one over the pivot.
 fn start_influence(
@@ -288,9 +264,4 @@ fn start_influence(
     for ((w, pivot), carried) in after.iter_mut().zip(pivot).zip(carried) {
         *w = if is_last { -carried / pivot } else { 0.0 };
     }
-}
-
-fn advance_influence(arrays: &mut Arrays<'_>, row: [usize; 3], factors: [&[f64]; 2], has_previous: bool) {
-    advance(arrays.before, row, factors, has_previous);
-    advance(arrays.after, row, factors, has_previous);
 }

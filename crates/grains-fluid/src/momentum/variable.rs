@@ -1,10 +1,10 @@
 //! The implicit factors where void fraction, drag or kinds of boundary differ from place to place.
 
-use super::system::{Arrays, MomentumDiagonal, Panel, Scratch, System};
+use super::system::{Arrays, MomentumDiagonal, Scratch, System};
 use crate::CellPartition;
 use crate::boundary::BoundaryData;
 use crate::metrics::Local;
-use crate::reduced::{RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
 use grains_domain::Transport;
 
 /// Transposed copies of rows along x, with one unknown more at the beginning.

@@ -1,7 +1,7 @@
 //! The ordinary differential equation that remains per mode: tridiagonal along the third axis.
 
 use super::PressureProblem;
-use crate::reduced::{RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
 use grains_domain::Transport;
 
 /// Coefficients c that depend on the place along the line axis only; global, the same on all ranks.
@@ -128,51 +128,38 @@ impl ModalTridiagonal {
         }
     }
 
-    /// Thomas elimination of `lines` lines from number `first` on; cell i of line l at start + i stride + l.
+    /// Thomas elimination of the lines of a panel, from line number `first` on.
     ///
     /// Solves −(lower x₋ − diagonal x + upper x₊) = −d: the sign of the operator is turned once, in `solve`.
-    fn thomas(
-        &self,
-        data: &mut [f64],
-        [start, stride, lines]: [usize; 3],
-        first: usize,
-        carried: &mut Vec<f64>,
-    ) {
-        let n = self.len();
+    fn thomas(&self, data: &mut [f64], panel: Panel, first: usize, carried: &mut Vec<f64>) {
+        let (n, lines) = (self.len(), panel.lines);
         carried.resize(n * lines, 0.0);
         let (l1, l2) = (&self.lambda[0][first..first + lines], &self.lambda[1][first..first + lines]);
         let pin = self.pinned.filter(|p| (first..first + lines).contains(&p.0));
         for i in 0..n {
             let (base, a1, a2) = (self.base[i], self.across[0][i], self.across[1][i]);
-            let (low, high) = (if i == 0 { 0.0 } else { self.lower[i] }, self.upper[i]);
-            let (done, ahead) = data.split_at_mut(start + i * stride);
-            let current = &mut ahead[..lines];
+            let (low, high) = (self.lower[i], self.upper[i]);
             let (carried_done, carried_now) = carried.split_at_mut(i * lines);
             let carried_now = &mut carried_now[..lines];
             if i == 0 {
-                for l in 0..lines {
+                panel.forward(data, i, |l| {
                     let extra = pin.map_or(0.0, |(line, size)| if line == first + l { size } else { 0.0 });
                     let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] + extra);
                     carried_now[l] = high * inverse;
-                    current[l] *= inverse;
-                }
+                    [0.0, inverse]
+                });
             } else {
-                let previous = &done[start + (i - 1) * stride..][..lines];
-                let carried_previous = &carried_done[(i - 1) * lines..][..lines];
-                for l in 0..lines {
-                    let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] - low * carried_previous[l]);
+                let previous = &carried_done[(i - 1) * lines..][..lines];
+                panel.forward(data, i, |l| {
+                    let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] - low * previous[l]);
                     carried_now[l] = high * inverse;
-                    current[l] = (current[l] + low * previous[l]) * inverse;
-                }
+                    [low, inverse]
+                });
             }
         }
         for i in (0..n.saturating_sub(1)).rev() {
-            let (done, ahead) = data.split_at_mut(start + (i + 1) * stride);
-            let current = &mut done[start + i * stride..][..lines];
             let carried = &carried[i * lines..][..lines];
-            for ((x, next), c) in current.iter_mut().zip(&ahead[..lines]).zip(carried) {
-                *x += c * next;
-            }
+            panel.backward(data, i, |l| carried[l]);
         }
     }
 
@@ -188,7 +175,7 @@ impl ModalTridiagonal {
                 scratch.panel.clear();
                 scratch.panel.resize(n * lines, 0.0);
                 scratch.panel[place * lines..][..lines].fill(-coupling);
-                self.thomas(&mut scratch.panel, [0, lines, lines], first, &mut scratch.carried);
+                self.thomas(&mut scratch.panel, side_by_side(lines), first, &mut scratch.carried);
                 for l in 0..lines {
                     ends[4 * l + 2 * side] = scratch.panel[l];
                     ends[4 * l + 2 * side + 1] = scratch.panel[(n - 1) * lines + l];
@@ -220,12 +207,13 @@ impl ModalTridiagonal {
         let mut ends = std::mem::take(&mut self.ends);
         let mut copy = std::mem::take(&mut scratch.panel);
         ends.clear();
-        self.for_panels(block, scratch, |this, data, [start, stride, lines], first, carried| {
+        self.for_panels(block, scratch, |this, data, panel, first, carried| {
+            let Panel { start, stride, lines } = panel;
             copy.resize(n * lines, 0.0);
             for (i, row) in copy.chunks_exact_mut(lines).enumerate() {
                 row.copy_from_slice(&data[start + i * stride..][..lines]);
             }
-            this.thomas(&mut copy, [0, lines, lines], first, carried);
+            this.thomas(&mut copy, side_by_side(lines), first, carried);
             ends.extend((0..lines).flat_map(|l| [copy[l], copy[(n - 1) * lines + l]]));
         });
         scratch.panel = copy;
@@ -253,7 +241,7 @@ impl ModalTridiagonal {
         &self,
         block: &mut [f64],
         scratch: &mut Scratch,
-        mut job: impl FnMut(&Self, &mut [f64], [usize; 3], usize, &mut Vec<f64>),
+        mut job: impl FnMut(&Self, &mut [f64], Panel, usize, &mut Vec<f64>),
     ) {
         let [nx, ny, nz] = self.cells;
         let carried = &mut scratch.carried;
@@ -267,19 +255,28 @@ impl ModalTridiagonal {
                     for (l, line) in panel.chunks_exact(nx).enumerate() {
                         rows[l..].iter_mut().step_by(lines).zip(line).for_each(|(r, x)| *r = *x);
                     }
-                    job(self, rows, [0, lines, lines], first, carried);
+                    job(self, rows, side_by_side(lines), first, carried);
                     for (l, line) in panel.chunks_exact_mut(nx).enumerate() {
                         line.iter_mut().zip(rows[l..].iter().step_by(lines)).for_each(|(x, r)| *x = *r);
                     }
                 }
             }
-            1 => (0..nz).for_each(|k| job(self, block, [k * nx * ny, nx, nx], k * nx, carried)),
+            1 => (0..nz).for_each(|k| {
+                let panel = Panel { start: k * nx * ny, stride: nx, lines: nx };
+                job(self, block, panel, k * nx, carried);
+            }),
             _ => {
                 for first in (0..nx * ny).step_by(LINES) {
                     let lines = LINES.min(nx * ny - first);
-                    job(self, block, [first, nx * ny, lines], first, carried);
+                    let panel = Panel { start: first, stride: nx * ny, lines };
+                    job(self, block, panel, first, carried);
                 }
             }
         }
     }
+}
+
+/// A panel that holds nothing but its lines.
+fn side_by_side(lines: usize) -> Panel {
+    Panel { start: 0, stride: lines, lines }
 }
