@@ -88,6 +88,7 @@
 mod balance;
 mod body;
 mod body_ghosts;
+mod constraints;
 mod direct;
 mod error;
 mod interface_stencil;
@@ -100,14 +101,16 @@ mod solid;
 #[cfg(test)]
 mod spectrum;
 mod subgrid;
+mod uzawa;
 
 pub use balance::{Action, BodyMotion};
 pub use body::RigidBody;
 pub use body_ghosts::BodyGhosts;
+pub use constraints::Interpolation;
 pub use error::{ConstraintError, SetupError};
 pub use interface_stencil::{Extrapolation, MAX_DIFFUSION_NUMBER};
 pub use motion::{FlowLink, Surroundings, bodies};
-pub use multiplier::{Interpolation, MultiplierMethod};
+pub use multiplier::MultiplierMethod;
 pub use points::{SurfacePoint, surface_points};
 pub use resolved::{Forcing, Method, Resolved};
 pub use subgrid::Subgrid;

@@ -5,7 +5,7 @@ use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
 use crate::{Action, BodyGhosts, BodyMotion, ConstraintError, Extrapolation, RigidBody, SetupError, Subgrid};
 use grains_domain::Transport;
-use grains_fluid::{Faces, Flow, Immersed};
+use grains_fluid::{Faces, Flow, Immersed, Layout};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -57,8 +57,13 @@ impl Resolved {
         immersed.extrapolated =
             matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
         flow.immersed = Some(immersed);
+        // Direct forcing needs no room for multipliers.
+        let layout = match forcing.method {
+            Method::Direct { .. } => Layout { cells: [0; 3], halo: 0 },
+            Method::Multiplier(_) => flow.layout(),
+        };
         Ok(Self {
-            multipliers: Multipliers::new(&flow.setup, flow.layout(), forcing.method),
+            multipliers: Multipliers::new(&flow.setup, layout),
             nodes: Nodes::new(&subgrid),
             subgrid,
             forcing,

@@ -1,7 +1,10 @@
 //! The cells of one rank along one axis, and the weights of a kernel on them.
 
-use super::{Kernel, MAX_CELLS};
+use super::function::Kernel;
 use crate::CouplingError;
+
+/// Largest number of cells along an axis that a kernel may cover.
+pub const MAX_CELLS: usize = 32;
 
 /// What lies beyond the last cell of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +23,26 @@ pub struct GridAxis {
     ends: [End; 2],
     /// Cells per metre of a uniform axis.
     per_length: Option<f64>,
+}
+
+impl Kernel {
+    /// Whether the kernel is of an allowed width and the largest particle of a case fits the cells: covers no more than
+    /// [`MAX_CELLS`] along any axis.
+    ///
+    /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::OutOfRange`], [`CouplingError::TooManyCells`].
+    pub fn check(&self, axes: &[GridAxis; 3], diameter: f64) -> Result<(), CouplingError> {
+        self.check_width()?;
+        let reach = self.reach(diameter);
+        for (a, axis) in axes.iter().enumerate() {
+            let cell = axis.smallest_cell();
+            let cells = ((2.0 * reach / cell).ceil() as usize + 1).min(axis.cells());
+            if cells > MAX_CELLS {
+                let axis = ['x', 'y', 'z'][a];
+                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, most: MAX_CELLS });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Weights of a run of cells or faces.

@@ -61,12 +61,12 @@ impl PencilTranspose {
         mut transform: impl FnMut(&mut [f64]),
     ) {
         let n = *self.starts.last().unwrap_or(&0);
-        self.to_pencils(block, transport);
+        self.transpose(block, transport);
         self.pencils.chunks_exact_mut(n).for_each(&mut transform);
-        self.from_pencils(block, transport);
+        self.transpose_back(block, transport);
     }
 
-    fn to_pencils(&mut self, block: &[f64], transport: &dyn Transport) {
+    fn transpose(&mut self, block: &[f64], transport: &dyn Transport) {
         let (n, part) = (*self.starts.last().unwrap_or(&0), self.cells[self.axis]);
         let mut sent = std::mem::take(&mut self.sent);
         for (message, r) in sent.iter_mut().zip((0..self.shares.len() - 1).filter(|&r| r != self.own)) {
@@ -93,7 +93,7 @@ impl PencilTranspose {
         self.pencils = whole;
     }
 
-    fn from_pencils(&mut self, block: &mut [f64], transport: &dyn Transport) {
+    fn transpose_back(&mut self, block: &mut [f64], transport: &dyn Transport) {
         let (n, part) = (*self.starts.last().unwrap_or(&0), self.cells[self.axis]);
         let mine = self.shares[self.own];
         for (l, values) in self.pencils.chunks_exact(n).enumerate() {

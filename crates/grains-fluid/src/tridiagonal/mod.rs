@@ -20,9 +20,7 @@ impl Panel {
         let (done, ahead) = x.split_at_mut(start + i * stride);
         let current = &mut ahead[..lines];
         if i == 0 {
-            for l in 0..lines {
-                current[l] *= row(l)[1];
-            }
+            current.iter_mut().enumerate().for_each(|(l, x)| *x *= row(l)[1]);
         } else {
             let previous = &done[start + (i - 1) * stride..][..lines];
             for l in 0..lines {
