@@ -108,19 +108,19 @@ impl FlowSetup {
         self.suitable_solver_to(1e-10, 500, transport)
     }
 
-    /// The solver that suits: direct for constant coefficients, else [`ConjugateGradients`] within `most` iterations to
+    /// The solver that suits: direct for constant coefficients, else [`ConjugateGradients`] within `max_iterations` to
     /// a residual of `tolerance` times the right-hand side; collective.
     pub fn suitable_solver_to(
         &self,
         tolerance: f64,
-        most: usize,
+        max_iterations: usize,
         transport: &dyn Transport,
     ) -> Box<dyn PressureSolver> {
         let problem = self.pressure_problem();
         if self.has_constant_coefficients() {
             Box::new(FastSolver::new(&problem, transport))
         } else {
-            Box::new(ConjugateGradients::new(&problem, tolerance, most, transport))
+            Box::new(ConjugateGradients::new(&problem, tolerance, max_iterations, transport))
         }
     }
 }

@@ -52,7 +52,7 @@
 //!
 //! | to add | file | one line in |
 //! |---|---|---|
-//! | an advection scheme | `momentum/explicit.rs` | [`Advection`] |
+//! | an advection scheme | `momentum/explicit.rs` | [`Advection`], in `momentum/scheme.rs` |
 //! | a boundary condition | `boundary/` | [`Condition`] |
 //! | a pressure solver | any crate (`grains-petsc` is one) | implement [`PressureSolver`] |
 //!

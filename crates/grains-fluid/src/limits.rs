@@ -88,7 +88,7 @@ impl Flow {
     fn largest_inverse_width(&self, axis: usize) -> f64 {
         let h = self.local.layout.halo;
         let own = &self.local.axes[axis].inverse_width[h..h + self.local.layout.cells[axis]];
-        own.iter().fold(0.0_f64, |most, inverse| most.max(*inverse))
+        own.iter().fold(0.0_f64, |max, inverse| max.max(*inverse))
     }
 
     /// Largest ν Σ 1/Δx² of the own cells (1/s).

@@ -18,7 +18,7 @@ struct Hop {
 /// How ghosts of bodies came to this rank, and the way back: along x, then y, then z, passed on from neighbour to
 /// neighbour as far as they reach, periodic images included. Nothing depends on the number of ranks.
 #[derive(Clone, Debug, Default)]
-pub struct BodyGhosts {
+pub(crate) struct BodyGhosts {
     hops: Vec<Hop>,
 }
 

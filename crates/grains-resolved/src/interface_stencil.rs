@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// How much further from the velocity of the surface an extrapolated one may be than that of any sample (-).
 const MAX_EXTRAPOLATION: f64 = 1.5;
-/// Least cosine between the normal and that of the surface opposite, reversed.
+/// Smallest cosine between the normal and that of the surface opposite, reversed.
 const FACING: f64 = 0.3;
 
 /// Largest S of an extrapolated velocity (-): with it forces settle wherever ν Δt/Δx² is at most [`MAX_DIFFUSION_NUMBER`].
@@ -80,8 +80,8 @@ impl Rule {
     /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are extrapolated.
     pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
         let hidden = |place: usize| around(subgrid, place).filter(|&p| is_hidden(p)).count();
-        let most = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
-        Self { max_weight: self.max_weight / most.unwrap_or(1).max(1) as f64, ..self }
+        let max = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
+        Self { max_weight: self.max_weight / max.unwrap_or(1).max(1) as f64, ..self }
     }
 }
 
@@ -249,7 +249,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         let flat = (0..3).find(|&a| !self.subgrid.active[a]);
         let mut best: Option<(f64, f64, u32)> = None;
         for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
-            if best.is_some_and(|(most, _, _)| most >= weight) {
+            if best.is_some_and(|(max, _, _)| max >= weight) {
                 continue;
             }
             let Some(number) = (self.holder)(place) else { continue };
@@ -285,17 +285,17 @@ impl InterfaceStencil {
         velocity: &[f64],
         strides: [usize; 3],
     ) -> f64 {
-        let (mut sum, mut most) = (0.0, 0.0_f64);
+        let (mut sum, mut max) = (0.0, 0.0_f64);
         let mut add = |weight: f64, sample: f64| {
             let relative = sample - surface;
             sum += weight * relative;
-            most = most.max(relative.abs());
+            max = max.max(relative.abs());
         };
         for (weight, stencil) in self.fluid.iter().filter(|(weight, _)| *weight != 0.0) {
             add(*weight, stencil.mean(strides, |place| velocity[place]));
         }
         opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
-        surface + sum.clamp(-MAX_EXTRAPOLATION * most, MAX_EXTRAPOLATION * most)
+        surface + sum.clamp(-MAX_EXTRAPOLATION * max, MAX_EXTRAPOLATION * max)
     }
 }
 

@@ -12,7 +12,7 @@
 //!
 //! ```text
 //! (particles)  the granular phase goes through the step with the flow's last force and torque ([`Surroundings::add_loads`])
-//! place        ghosts of bodies on all ranks they reach into ([`BodyGhosts`]); which velocities are inside, and where the surface
+//! place        ghosts of bodies on all ranks they reach into (`body_ghosts`); which velocities are inside, and where the surface
 //!              is from them ([`grains_geometry::Shape::way_out`])
 //! (fluid)      predictor with γ fⁿ, projection: u^{n+1/2}, pⁿ⁺¹                              (7.9 to 7.11)
 //! release      fⁿ is taken back where no body is any more
@@ -105,7 +105,6 @@ mod uzawa;
 
 pub use balance::{Action, BodyMotion};
 pub use body::RigidBody;
-pub use body_ghosts::BodyGhosts;
 pub use constraints::Interpolation;
 pub use error::{ConstraintError, SetupError};
 pub use interface_stencil::{Extrapolation, MAX_DIFFUSION_NUMBER};

@@ -18,7 +18,7 @@ pub struct MultiplierMethod {
     pub spacing: f64,
     /// Residual of the constraint over that without multipliers (-).
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub iterations: usize,
 }
 

@@ -116,68 +116,91 @@ impl Nodes {
         subgrid: &Subgrid,
     ) {
         let body = &bodies[number];
-        let shape = &shapes[body.shape as usize];
-        let radius = body.radius(shapes);
-        let layout = subgrid.layout;
-        let own = subgrid.unknowns(component);
+        let (shape, radius) = (&shapes[body.shape as usize], body.radius(shapes));
         let flat = (0..3).find(|&a| !subgrid.active[a]).map(|a| {
             let mut axis = Vec3::zeros();
             axis[a] = 1.0;
             body.rotation.tr_mul(&axis)
         });
-        let ranges: [RangeInclusive<isize>; 3] = std::array::from_fn(|a| {
-            let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
-            if !subgrid.active[a] {
-                return 0..=0;
-            }
-            let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
-            let low = place(body.center[a] - radius).ceil().max(-h as f64) as isize;
-            low..=(place(body.center[a] + radius).floor().min((n + h - 1) as f64) as isize)
-        });
-        let (nodes, marks, ways) = (&mut self.of[component], &mut self.marks[component], &mut self.ways);
-        for k in ranges[2].clone() {
-            for j in ranges[1].clone() {
-                for i in ranges[0].clone() {
-                    let arm =
-                        Vec3::from_fn(|a, _| subgrid.coordinate(component, a, [i, j, k][a])) - body.center;
-                    let rank = arm.norm_squared();
-                    if rank >= radius * radius {
+        let way_out = |arm: &Vec3| {
+            let local = body.rotation.tr_mul(arm) / body.scale;
+            let way = shape.way_out(&local, flat.as_ref())?;
+            Some(WayOut { distance: way.distance * body.scale, direction: body.rotation * way.direction })
+        };
+        let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
+        for k in z {
+            for j in y.clone() {
+                for i in x.clone() {
+                    let index = [i, j, k];
+                    let position = Vec3::from_fn(|a, _| subgrid.coordinate(component, a, index[a]));
+                    let arm = position - body.center;
+                    if arm.norm_squared() >= radius * radius {
                         continue;
                     }
-                    let place = layout.index(i, j, k);
-                    let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
-                    if held.is_some_and(|other| {
-                        ((body.center + arm - other.center).norm_squared(), other.id) <= (rank, body.id)
-                    }) {
-                        continue;
-                    }
-                    let local = body.rotation.tr_mul(&arm) / body.scale;
-                    let Some(way) = shape.way_out(&local, flat.as_ref()) else { continue };
-                    let is_own = [i, j, k].iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize);
-                    if !is_own {
-                        marks[place] = HALO | number as u32;
-                        continue;
-                    }
-                    let distance = way.distance * body.scale;
-                    let direction = body.rotation * way.direction;
-                    let interface = if distance < pitch(&direction, subgrid) {
-                        ways.push(WayOut { distance, direction });
-                        ways.len() as u32 - 1
-                    } else {
-                        DEEP
-                    };
-                    let node = Node { place: place as u32, body: number as u32, arm, interface };
-                    match marks[place] {
-                        OUTSIDE => {
-                            nodes.push(node);
-                            marks[place] = nodes.len() as u32;
-                        }
-                        mark => nodes[mark as usize - 1] = node,
-                    }
+                    self.claim_node((component, index), (number, bodies), arm, way_out, subgrid);
                 }
             }
         }
     }
+
+    /// Gives a node inside a body to it, unless a body with a nearer centre has it.
+    fn claim_node(
+        &mut self,
+        (component, index): (usize, [isize; 3]),
+        (number, bodies): (usize, &[RigidBody]),
+        arm: Vec3,
+        way_out: impl Fn(&Vec3) -> Option<WayOut>,
+        subgrid: &Subgrid,
+    ) {
+        let (nodes, marks, body) = (&mut self.of[component], &mut self.marks[component], &bodies[number]);
+        let place = subgrid.layout.index(index[0], index[1], index[2]);
+        let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
+        if held.is_some_and(|other| {
+            let from_other = (body.center + arm - other.center).norm_squared();
+            (from_other, other.id) <= (arm.norm_squared(), body.id)
+        }) {
+            return;
+        }
+        let Some(way) = way_out(&arm) else { return };
+        let own = subgrid.unknowns(component);
+        if !index.iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize) {
+            marks[place] = HALO | number as u32;
+            return;
+        }
+        let interface = if way.distance < pitch(&way.direction, subgrid) {
+            self.ways.push(way);
+            self.ways.len() as u32 - 1
+        } else {
+            DEEP
+        };
+        let node = Node { place: place as u32, body: number as u32, arm, interface };
+        match marks[place] {
+            OUTSIDE => {
+                nodes.push(node);
+                marks[place] = nodes.len() as u32;
+            }
+            mark => nodes[mark as usize - 1] = node,
+        }
+    }
+}
+
+/// Indices, halo included, of the velocities of a component in the box about a ball (m).
+fn ball_indices(
+    subgrid: &Subgrid,
+    component: usize,
+    center: &Vec3,
+    radius: f64,
+) -> [RangeInclusive<isize>; 3] {
+    let layout = subgrid.layout;
+    std::array::from_fn(|a| {
+        let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
+        if !subgrid.active[a] {
+            return 0..=0;
+        }
+        let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
+        let low = place(center[a] - radius).ceil().max(-h as f64) as isize;
+        low..=(place(center[a] + radius).floor().min((n + h - 1) as f64) as isize)
+    })
 }
 
 impl Node {

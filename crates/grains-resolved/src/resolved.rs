@@ -1,9 +1,10 @@
 //! The bodies of a rank, and how their rigid-body velocity is imposed on the fluid.
 
 use crate::balance::{VIRTUAL_MASS, velocities};
+use crate::body_ghosts::BodyGhosts;
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
-use crate::{Action, BodyGhosts, BodyMotion, ConstraintError, Extrapolation, RigidBody, SetupError, Subgrid};
+use crate::{Action, BodyMotion, ConstraintError, Extrapolation, RigidBody, SetupError, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, Immersed, Layout};
 use grains_geometry::Shape;

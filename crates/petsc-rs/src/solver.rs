@@ -23,7 +23,7 @@ pub enum Preconditioner {
 pub struct Settings {
     /// Largest norm of the residual f - div(c grad p), weighted by volume, over that of f.
     pub tolerance: f64,
-    /// Most iterations per solve.
+    /// Largest number of iterations per solve.
     pub max_iterations: usize,
     /// Number of solves with changed coefficients for which the preconditioner is kept before it is built
     /// anew; 0 builds it after every change.
@@ -95,8 +95,8 @@ impl LinearSolver {
         let mut hierarchy = None;
         match preconditioner {
             Preconditioner::Multigrid => {
-                let most = session.integer_option(&settings.prefix, "-pc_mg_levels")?;
-                let grids = Hierarchy::new(&pressure, most.unwrap_or(usize::MAX).max(1))?;
+                let max_levels = session.integer_option(&settings.prefix, "-pc_mg_levels")?;
+                let grids = Hierarchy::new(&pressure, max_levels.unwrap_or(usize::MAX).max(1))?;
                 krylov.set_multigrid(&grids.operators(), &grids.transfers())?;
                 hierarchy = Some(grids);
             }

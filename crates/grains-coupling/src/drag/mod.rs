@@ -10,6 +10,8 @@
 //! with u the interstitial velocity of the fluid, v that of the particle, ε the void fraction and d the diameter of the
 //! sphere of the particle's volume. F_d is the drag *without* the part of the pressure gradient, that of model A
 //! ([`grains_fluid::MixtureModel`] says what model B makes of it; errata R16-38).
+//!
+//! To add a law: its file, its module and its line in `drag_laws!` below, a test. The case file and its schema take it from there.
 
 mod beetstra;
 mod di_felice;

@@ -38,7 +38,7 @@ impl Kernel {
             let cells = ((2.0 * reach / cell).ceil() as usize + 1).min(axis.cells());
             if cells > MAX_CELLS {
                 let axis = ['x', 'y', 'z'][a];
-                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, most: MAX_CELLS });
+                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, max: MAX_CELLS });
             }
         }
         Ok(())

@@ -283,7 +283,7 @@ fn halos_added_up_give_the_field_of_one_rank() {
 fn what_does_not_fit_is_refused_with_the_remedy() {
     let fine = box_of(uniform, [300, 300, 300], End::Boundary);
     let error = Kernel::Smooth { half_width: 4.0 }.check(&fine, 1e-3).unwrap_err();
-    assert!(matches!(error, CouplingError::TooManyCells { axis: 'x', most: MAX_CELLS, .. }), "{error}");
+    assert!(matches!(error, CouplingError::TooManyCells { axis: 'x', max: MAX_CELLS, .. }), "{error}");
     let open = box_of(uniform, [30, 30, 30], End::Halo);
     let outside = Vec3::new(0.0, 0.0199, 0.0);
     let error = Stencil::default().place(&Kernel::Cube, &open, &outside, 1e-3).unwrap_err();

@@ -25,7 +25,7 @@ pub enum Preconditioner {
 pub struct ConjugateGradients {
     problem: PressureProblem,
     tolerance: f64,
-    most: usize,
+    max_iterations: usize,
     engine: Engine,
     halo: Halo,
     /// All with a halo of one cell, zero beyond the box.
@@ -87,9 +87,14 @@ fn own_rows(field: &Field<Centre>) -> impl Iterator<Item = std::ops::Range<usize
 }
 
 impl ConjugateGradients {
-    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `most` iterations,
+    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `max_iterations`,
     /// with the preconditioner that suits the grid.
-    pub fn new(problem: &PressureProblem, tolerance: f64, most: usize, transport: &dyn Transport) -> Self {
+    pub fn new(
+        problem: &PressureProblem,
+        tolerance: f64,
+        max_iterations: usize,
+        transport: &dyn Transport,
+    ) -> Self {
         let is_even = |a: usize| {
             let axis = problem.grid.axis(a);
             let widths = || (0..axis.cells() as isize).map(|i| axis.width(i));
@@ -97,14 +102,14 @@ impl ConjugateGradients {
         };
         let suitable =
             if (0..3).all(is_even) { Preconditioner::Multigrid } else { Preconditioner::PlaneMeans };
-        Self::preconditioned(problem, [tolerance, most as f64], suitable, transport)
+        Self::preconditioned(problem, [tolerance, max_iterations as f64], suitable, transport)
     }
 
     /// Solver with a given preconditioner; `limits` are the tolerance and the number of iterations, see
     /// [`ConjugateGradients::new`].
     pub fn preconditioned(
         problem: &PressureProblem,
-        [tolerance, most]: [f64; 2],
+        [tolerance, max_iterations]: [f64; 2],
         preconditioner: Preconditioner,
         transport: &dyn Transport,
     ) -> Self {
@@ -120,7 +125,7 @@ impl ConjugateGradients {
         Self {
             problem: problem.clone(),
             tolerance,
-            most: most as usize,
+            max_iterations: max_iterations as usize,
             engine,
             halo: Halo::new(&problem.grid, &problem.partition, layout),
             residual: field(),
@@ -217,7 +222,7 @@ impl ConjugateGradients {
                 let why = "the right-hand side or the guess is no number";
                 return Err(self.failed(iterations, residual, why));
             }
-            if iterations == self.most {
+            if iterations == self.max_iterations {
                 let why = "raise the limit of iterations, or look for cells with extreme coefficients";
                 return Err(self.failed(iterations, residual / scale, why));
             }
