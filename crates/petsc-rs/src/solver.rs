@@ -49,6 +49,8 @@ pub struct LinearSolver {
     // Fields are dropped in this order: the solver before the matrices it refers to.
     krylov: Krylov,
     hierarchy: Option<Hierarchy>,
+    /// Whether PETSc makes the operators of the coarse grids itself, as its option `-pc_mg_galerkin` asks.
+    is_galerkin: bool,
     pressure: PressureMatrix,
     rhs: Vector,
     /// Scale of the matrix, as a preconditioner of the caller must know it.
@@ -97,7 +99,7 @@ impl LinearSolver {
             Preconditioner::Multigrid => {
                 let max_levels = session.integer_option(&settings.prefix, "-pc_mg_levels")?;
                 let grids = Hierarchy::new(&pressure, max_levels.unwrap_or(usize::MAX).max(1))?;
-                krylov.set_multigrid(&grids.operators(), &grids.transfers())?;
+                krylov.set_multigrid(&grids.transfers())?;
                 hierarchy = Some(grids);
             }
             Preconditioner::Algebraic => krylov.set_preconditioner(c"gamg")?,
@@ -107,9 +109,10 @@ impl LinearSolver {
         if krylov.preconditioner_name()? != "mg" {
             hierarchy = None;
         }
+        let is_galerkin = hierarchy.is_some() && krylov.is_galerkin()?;
         let (tolerance, (_, rhs)) = (krylov.tolerance()?, pressure.matrix.vectors()?);
         let (settings, state) = (settings.clone(), State::default());
-        Ok(Self { krylov, hierarchy, pressure, rhs, scale, settings, tolerance, state })
+        Ok(Self { krylov, hierarchy, is_galerkin, pressure, rhs, scale, settings, tolerance, state })
     }
 
     /// The operator.
@@ -138,7 +141,7 @@ impl LinearSolver {
     /// Builds the preconditioner now instead of in the next solve. Collective.
     pub fn set_up(&mut self) -> Result<(), PetscError> {
         self.pressure.check_ready()?;
-        if let Some(hierarchy) = &mut self.hierarchy {
+        if let Some(hierarchy) = self.hierarchy.as_mut().filter(|_| !self.is_galerkin) {
             hierarchy.refresh(&self.pressure)?;
             self.krylov.set_level_operators(&hierarchy.operators())?;
         }
