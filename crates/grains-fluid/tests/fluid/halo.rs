@@ -1,8 +1,9 @@
 //! Halos filled from owners and added back to them, on any ranks.
 
-use crate::common::{joined, on_ranks, partition, piece};
+use crate::common::{joined, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Halo, Layout};
+use grains_testing::on_ranks;
 
 const CELLS: [usize; 3] = [9, 7, 8];
 

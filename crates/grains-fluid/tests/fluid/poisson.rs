@@ -1,11 +1,12 @@
 //! The pressure equation: order, mixes of boundaries, stretched axes, varying coefficients, ranks.
 
-use crate::common::{difference, joined, on_ranks, order, partition, piece, set};
+use crate::common::{difference, joined, order, partition, piece, set};
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Axis, Centre, ConjugateGradients, Faces, FastSolver, Field, Grid, Layout, Preconditioner,
     PressureOperator, PressureProblem, PressureSolver, SolveError,
 };
+use grains_testing::on_ranks;
 use std::f64::consts::PI;
 
 /// What closes an axis: periodic, or zero imposed at the ends or not.

@@ -1,11 +1,12 @@
 //! The same flow on any number of ranks.
 
-use crate::common::{difference, joined, on_ranks, partition, piece};
+use crate::common::{difference, joined, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,
     Profile, Side,
 };
+use grains_testing::on_ranks;
 
 /// Velocity components and pressure after some steps.
 fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {

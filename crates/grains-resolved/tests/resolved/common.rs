@@ -9,7 +9,7 @@ use grains_geometry::{Mat3, Shape, Vec3};
 use grains_resolved::{
     Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
 };
-pub use ranks::{difference, joined, on_ranks, order, partition, piece};
+pub use ranks::{difference, joined, order, partition, piece};
 
 /// A body at rest that is not turned.
 pub fn body(id: u64, center: Vec3) -> RigidBody {

@@ -1,6 +1,6 @@
 //! Flow past bodies that stay where they are.
 
-use crate::common::{CUBIC, MULTIPLIERS, Scene, body, difference, joined, on_ranks, order, piece};
+use crate::common::{CUBIC, MULTIPLIERS, Scene, body, difference, joined, order, piece};
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{Boundaries, Condition, Drive, FlowSetup, Grid, Profile};
 use grains_geometry::{Shape, Vec3};
@@ -8,6 +8,7 @@ use grains_resolved::{
     Action, ConstraintError, Extrapolation, Forcing, Interpolation, MAX_DIFFUSION_NUMBER, Method,
     MultiplierMethod,
 };
+use grains_testing::on_ranks;
 
 /// A sphere of a simple cubic array on unit cells, so many cells from the middle.
 fn spheres(fraction: f64, cells: usize, offset: f64, drive: Drive, forcing: Forcing) -> Scene {
