@@ -1,17 +1,8 @@
 //! What particles are made of: shapes, materials, and the law of every pair of materials.
 
-use crate::Body;
+use crate::particles::{Body, Kind};
 use grains_contact::{ContactLaw, PreparedLaw, Sharing};
-use grains_geometry::Shape;
-
-/// Shape and material of a particle, as indices into the catalogue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct Kind {
-    /// Shape number.
-    pub shape: u16,
-    /// Material number.
-    pub material: u16,
-}
+use grains_geometry::{Shape, Vec3};
 
 /// Contact laws by pair of materials.
 #[derive(Clone, Debug)]
@@ -106,5 +97,12 @@ impl Catalogue {
     /// Mass ρ V s³ (kg) of a kind at scale s.
     pub fn mass(&self, kind: Kind, scale: f64) -> f64 {
         self.densities[kind.material as usize] * self.shape(kind).volume * scale.powi(3)
+    }
+    /// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
+    #[inline]
+    pub fn inertia(&self, body: &Body) -> Vec3 {
+        let shape = self.shape(body.kind);
+        let scale = body.radius / shape.bounding_radius;
+        shape.inertia * (body.mass / shape.volume * (scale * scale))
     }
 }

@@ -1,10 +1,13 @@
 //! New particles, and whether there is room for them.
 
-use crate::bodies::{Meeting, PlacedPart, Pose, touch};
-use crate::images;
-use crate::integrate::{half_step_back, inertia};
+use crate::catalogue::{Catalogue, FaceContact};
+use crate::dem::Dem;
+use crate::integrate::half_step_back;
+use crate::narrow_phase::{Meeting, PlacedPart, Pose, touch};
+use crate::particles::{Body, Kind, ParticleRecord};
+use crate::periodic_images as images;
+use crate::rotation::frame;
 use crate::walls::SurfaceContact;
-use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
 use grains_domain::{SIZE_CLASSES, size_class};
 use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
 use std::collections::HashMap;
@@ -49,7 +52,7 @@ impl NewParticle {
             self.angular_velocity
         } else {
             let frame = self.frame();
-            frame * inertia(catalogue, &body).component_mul(&frame.tr_mul(&self.angular_velocity))
+            frame * catalogue.inertia(&body).component_mul(&frame.tr_mul(&self.angular_velocity))
         };
         let half_velocity = half_step_back(self.velocity, &dem.setup.rates);
         ParticleRecord {
@@ -68,7 +71,7 @@ impl NewParticle {
     }
 
     fn frame(&self) -> Mat3 {
-        crate::rotation::frame(&self.orientation)
+        frame(&self.orientation)
     }
 
     /// Largest overlap (m) with another particle at `separation` (m) from this one; 0 if apart.

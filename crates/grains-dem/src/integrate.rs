@@ -4,11 +4,12 @@
 //! stored velocity is extrapolated by half a step with the last acceleration, which keeps the damped
 //! contact second order in dt, where the lagged velocity of most codes is first order.
 
-use crate::guide::Course;
-use crate::neighbours::{Neighbours, Reference};
-use crate::passing;
+use crate::catalogue::Catalogue;
+use crate::particles::{Load, Particles};
+use crate::prescribed::Course;
 use crate::rotation::{Tops, angular_velocity};
-use crate::{Catalogue, Load, Particles};
+use crate::tunnelling;
+use crate::verlet::{Neighbours, Reference};
 use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
@@ -19,14 +20,6 @@ pub struct Rates {
     pub gravity: Vec3,
     /// Time step (s).
     pub dt: f64,
-}
-
-/// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
-#[inline]
-pub fn inertia(catalogue: &Catalogue, body: &crate::Body) -> Vec3 {
-    let shape = catalogue.shape(body.kind);
-    let scale = body.radius / shape.bounding_radius;
-    shape.inertia * (body.mass / shape.volume * (scale * scale))
 }
 
 /// Velocity half a step before a particle is placed with `velocity` (m/s): it has flown freely until then.
@@ -115,7 +108,7 @@ fn guide(
     let [velocity, spin] = after.mean;
     (particles.half_velocity[i], particles.half_spin[i]) = (velocity, spin);
     if !catalogue.shape(body.kind).is_sphere() {
-        let inertia = inertia(catalogue, body);
+        let inertia = catalogue.inertia(body);
         if course.turns() {
             let orientation = course.turned(&particles.orientations[i]);
             particles.turn_to(i, &before, orientation);
@@ -124,7 +117,7 @@ fn guide(
         }
         let frame = &particles.frames[i];
         particles.half_spin[i] = frame * inertia.component_mul(&frame.tr_mul(&spin));
-        if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+        if tunnelling::is_fast(catalogue, &particles.bodies[i], dt) {
             fast.push(i);
         }
         return;
@@ -183,7 +176,7 @@ impl Turning {
         for (lane, (i, _, load)) in waiting.iter().enumerate() {
             let spin = &mut particles.half_spin[*i];
             *spin += load.torque * dt;
-            inertias[lane] = inertia(catalogue, &particles.bodies[*i]);
+            inertias[lane] = catalogue.inertia(&particles.bodies[*i]);
             tops.set(lane, &particles.orientations[*i], &inertias[lane], spin, dt);
         }
         tops.rotate_freely();
@@ -195,7 +188,7 @@ impl Turning {
             particles.bodies[i].angular_velocity =
                 angular_velocity(&particles.frames[i], &inertias[lane], &predicted);
             is_stale |= !is_within_reach(particles, neighbours, i);
-            if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+            if tunnelling::is_fast(catalogue, &particles.bodies[i], dt) {
                 fast.push(i);
             }
         }

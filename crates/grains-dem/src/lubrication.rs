@@ -1,9 +1,10 @@
 //! Films of fluid between spheres, and between spheres and walls, that its grid does not resolve.
 
-use crate::forces::LoadLattice;
-use crate::spheres::SpherePair;
+use crate::catalogue::Catalogue;
+use crate::contacts::{LoadLattice, SpherePair};
+use crate::error::StepError;
+use crate::particles::{Load, Particles};
 use crate::walls::{WallList, WallLoad, WallScene, not_found};
-use crate::{Catalogue, Load, Particles, StepError};
 use grains_contact::Lubrication;
 
 /// Adds the forces of the films between spheres; antisymmetric in the two, operation by operation.

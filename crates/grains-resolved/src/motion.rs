@@ -1,7 +1,7 @@
 //! Between the particles of the granular phase and the bodies in the fluid (Wachs et al. 2009, steps 4 to 6).
 
 use crate::{Action, BodyMotion, RigidBody};
-use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles, inertia};
+use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles};
 use grains_geometry::{Mat3, Vec3};
 
 /// What a particle carries through a step of the fluid.
@@ -184,7 +184,7 @@ fn six(linear: &Vec3, angular: &Vec3) -> [f64; 6] {
 
 /// Inertia of a particle in the world frame (kg m²).
 fn world_inertia(particles: &Particles, i: usize, catalogue: &Catalogue) -> Mat3 {
-    let principal = Mat3::from_diagonal(&inertia(catalogue, &particles.bodies[i]));
+    let principal = Mat3::from_diagonal(&catalogue.inertia(&particles.bodies[i]));
     particles.frames.get(i).map_or(principal, |frame| frame * principal * frame.transpose())
 }
 

@@ -8,7 +8,7 @@ use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
     CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, half_step_back,
-    inertia, other_half_step, renumber_walls,
+    other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -242,7 +242,7 @@ fn change_step(record: &mut ParticleRecord, dem: &Dem, ratio: f64) {
         false => {
             let turn = &record.orientation;
             let own = turn.inverse_transform_vector(&body.angular_velocity);
-            turn.transform_vector(&own.component_mul(&inertia(&dem.setup.catalogue, body)))
+            turn.transform_vector(&own.component_mul(&dem.setup.catalogue.inertia(body)))
         }
     };
     record.half_velocity = other_half_step(body.velocity, record.half_velocity, ratio);

@@ -1,22 +1,17 @@
 //! The rebuild: particles change hands, are sorted, cloned, and listed anew.
 
-use super::{Dem, Failure};
-use crate::StepError;
-use crate::error::vector;
-use crate::measure;
-use crate::memory::Memories;
-use crate::neighbours::{Sorted, Surroundings, widest};
-use crate::passing;
+use super::report::Failure;
+use super::state::Dem;
+use crate::contact_history::Memories;
+use crate::error::{StepError, vector};
+use crate::flow_planes::count_crossings;
+use crate::tunnelling;
+use crate::verlet::{Sorted, Surroundings, widest};
 use grains_domain::{Cells, Transport};
 
 impl Dem {
     pub(super) fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        measure::count_crossings(
-            &mut self.particles,
-            &self.setup.planes,
-            &self.setup.global,
-            &mut self.crossings,
-        );
+        count_crossings(&mut self.particles, &self.setup.planes, &self.setup.global, &mut self.crossings);
         if !self.is_alone(transport) {
             self.check_jumps();
         }
@@ -122,7 +117,7 @@ impl Dem {
                 let turned = (self.particles.orientations[i].coords - before.coords).norm();
                 distance += 2.0 * body.radius * turned;
             }
-            let thickness = passing::half_thickness(&self.setup.catalogue, body);
+            let thickness = tunnelling::half_thickness(&self.setup.catalogue, body);
             if distance > reference.reach + thickness {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],

@@ -4,13 +4,14 @@
 //! undoes: each body is hit where it is deepest, the points that relocation brings together.
 
 use super::key::Key;
-use crate::bodies::{self, BodyPair, PartContact};
-use crate::error::vector;
-use crate::forces::Tally;
-use crate::neighbours::Neighbours;
-use crate::spheres::SpherePair;
+use crate::catalogue::Catalogue;
+use crate::contacts::{SpherePair, Tally};
+use crate::error::{StepError, vector};
+use crate::narrow_phase::PartContact;
+use crate::non_spherical::{self, BodyPair};
+use crate::particles::Particles;
+use crate::verlet::Neighbours;
 use crate::walls::{self, WallMeeting, WallScene};
-use crate::{Catalogue, Particles, StepError};
 use grains_geometry::Vec3;
 
 /// The second body of a contact.
@@ -60,7 +61,7 @@ pub(crate) fn collect(
     for pair in &neighbours.spheres {
         contacts.extend(of_spheres(pair, particles, catalogue, tally));
     }
-    let met = bodies::meet(particles, &mut neighbours.bodies, catalogue, |pair, contact| {
+    let met = non_spherical::meet(particles, &mut neighbours.bodies, catalogue, |pair, contact| {
         contacts.push(of_bodies(pair, contact, particles, catalogue, tally));
     });
     if let Err(error) = met {
@@ -108,7 +109,7 @@ fn of_bodies(
 ) -> HardContact {
     let (a, b) = (pair.a as usize, pair.b as usize);
     tally.cores_met += u64::from(contact.cores_met);
-    let radius = bodies::smaller_radius(particles, a, b, catalogue);
+    let radius = non_spherical::smaller_radius(particles, a, b, catalogue);
     note(tally, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
     let separation = particles.bodies[b].position - particles.bodies[a].position;
     let half = contact.normal * (0.5 * contact.overlap);

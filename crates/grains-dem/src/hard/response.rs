@@ -1,10 +1,11 @@
 //! What one contact does to its bodies: an impulse and a relocation. Clones are left to their owners.
 
-use super::HardModel;
 use super::contacts::{HardContact, Second};
-use crate::integrate::inertia;
+use super::model::HardModel;
+use crate::catalogue::Catalogue;
+use crate::particles::Particles;
 use crate::rotation::angular_velocity;
-use crate::{Catalogue, Particles, WallLoad};
+use crate::walls::WallLoad;
 use grains_contact::{Impact, Mobility};
 use grains_domain::Lattice;
 use grains_geometry::{Mat3, Vec3};
@@ -96,7 +97,7 @@ impl Site<'_> {
         if body.is_guided() {
             return Mat3::zeros();
         }
-        let inverse = inertia(self.catalogue, body).map(|moment| 1.0 / moment);
+        let inverse = self.catalogue.inertia(body).map(|moment| 1.0 / moment);
         let inverse_inertia = match self.particles.frames.get(i as usize) {
             Some(frame) if !self.catalogue.shape(body.kind).is_sphere() => {
                 frame * Mat3::from_diagonal(&inverse) * frame.transpose()
@@ -124,7 +125,7 @@ impl Site<'_> {
         let gain = impulse * (1.0 / body.mass);
         body.velocity += gain;
         particles.half_velocity[i] += gain;
-        let inertia = inertia(self.catalogue, body);
+        let inertia = self.catalogue.inertia(body);
         if self.catalogue.shape(body.kind).is_sphere() {
             let gain = turn.component_div(&inertia);
             body.angular_velocity += gain;

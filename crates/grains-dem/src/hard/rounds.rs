@@ -1,15 +1,16 @@
 //! Works off the contacts of a step in rounds, in the same order on any ranks.
 
-use super::HardModel;
 use super::contacts::{HardContact, Second, collect};
 use super::key::Key;
+use super::model::HardModel;
 use super::response::{Outcome, Site};
-use crate::error::vector;
+use crate::catalogue::Catalogue;
+use crate::contacts::Tally;
+use crate::error::{StepError, vector};
 use crate::exchange::Exchange;
-use crate::forces::Tally;
-use crate::neighbours::Neighbours;
+use crate::particles::Particles;
+use crate::verlet::Neighbours;
 use crate::walls::WallScene;
-use crate::{Catalogue, Particles, StepError};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 

@@ -5,8 +5,8 @@
 //! or a ball on a seat is held all around: ½ k δ² of the deepest and the shallowest point have no kink where they change
 //! places.
 
-use super::surface::SurfaceContact;
-use crate::bodies::{Meeting, PlacedPart, touch};
+use super::surface_contact::SurfaceContact;
+use crate::narrow_phase::{Meeting, PlacedPart, touch};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, GjkError, Mat3, Simplex, Vec3};
@@ -223,7 +223,7 @@ impl OpenTube {
             let is_beside = end.abs() <= self.half_length + slack;
             let is_through = distance <= self.radius || crossing.abs() <= self.half_length + slack;
             (is_beside && is_through)
-                .then(|| part.contact_behind(&(center + deepest), outward, distance - self.radius))
+                .then(|| SurfaceContact::behind(part, &(center + deepest), outward, distance - self.radius))
                 .flatten()
         };
         let (deepest, outward, distance) = part.farthest_from_axis(&(center - self.center), &self.axis);

@@ -1,10 +1,11 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
 use super::open_tube::OpenTube;
-use crate::bodies::{Meeting, PlacedPart, spread, touch};
+use super::surface_contact::SurfaceContact;
 use crate::catalogue::FaceContact;
+use crate::narrow_phase::{Meeting, PlacedPart, spread, touch};
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
+use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
 
 /// A piece of wall in the wall's frame.
@@ -45,60 +46,6 @@ pub enum Surface {
     Mesh(Arc<WallMesh>),
 }
 
-/// Contact of a convex body with a surface, in the wall's frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfaceContact {
-    /// Unit normal from the body into the wall.
-    pub(crate) normal: Vec3,
-    /// Overlap (m), positive.
-    pub(crate) overlap: f64,
-    /// Contact point (m).
-    pub(crate) point: Vec3,
-    /// Where the body touches if not in a point.
-    pub(crate) footprint: Option<Footprint>,
-}
-
-impl SurfaceContact {
-    /// Contact of a body whose surface reaches `overlap` behind the wall at `deepest`.
-    #[inline(always)]
-    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
-        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
-    }
-
-    /// The same contact spread over a footprint of the core, which is swept by a ball of radius `crust`.
-    fn spread(self, footprint: Option<Footprint>, crust: f64) -> Self {
-        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
-        Self::new(center + self.normal * crust, self.normal, overlap, footprint)
-    }
-
-    /// Two contacts with one flat patch: the deeper, or both footprints together.
-    pub(crate) fn joined(&self, other: &Self) -> Self {
-        let deeper = if self.overlap >= other.overlap { self } else { other };
-        match (&self.footprint, &other.footprint) {
-            (Some(a), Some(b)) => {
-                let joined = a.joined(b);
-                let share = a.weight / joined.weight;
-                Self {
-                    normal: self.normal,
-                    overlap: joined.overlap,
-                    point: self.point * share + other.point * (1.0 - share),
-                    footprint: Some(joined),
-                }
-            }
-            // A triangle touched in one point adds nothing to a face that lies on its neighbours.
-            (Some(_), None) => *self,
-            (None, Some(_)) => *other,
-            (None, None) => *deeper,
-        }
-    }
-
-    /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
-    #[inline(always)]
-    pub(super) fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
-        Self::new(center + normal * radius, normal, overlap, None)
-    }
-}
-
 impl Surface {
     /// Whether periodic images of a particle may meet this surface elsewhere: planes are their own images.
     pub fn is_finite(&self) -> bool {
@@ -107,6 +54,11 @@ impl Surface {
             Surface::Tube { half_length, .. } => half_length.is_finite(),
             Surface::OpenTube(_) | Surface::Solid { .. } | Surface::Mesh(_) => true,
         }
+    }
+
+    /// Whether contacts of all shapes with it need no distance query.
+    pub(crate) fn has_closed_form(&self) -> bool {
+        matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))
     }
 
     /// Calls `found` with every element (triangle, or 0) within `reach` (m) of a point.
@@ -196,10 +148,10 @@ impl Surface {
         match self {
             Surface::Plane { point, normal } => {
                 if let Some(vertices) = part.vertices {
-                    return Ok(part.vertices_behind(vertices, center, point, normal));
+                    return Ok(SurfaceContact::of_vertices(part, vertices, center, point, normal));
                 }
                 let deepest = center + part.farthest(&-normal);
-                let contact = part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal));
+                let contact = SurfaceContact::behind(part, &deepest, -normal, -(deepest - point).dot(normal));
                 Ok(contact.map(|contact| {
                     let gap = |p: &Vec3| (center + p - point).dot(normal);
                     let footprint = if is_spread { part.footprint(center, &-normal, gap) } else { None };
@@ -212,7 +164,7 @@ impl Surface {
                 if along.abs() > *half_length {
                     return Ok(None);
                 }
-                let contact = part.contact_behind(&(center + deepest), outward, off - radius);
+                let contact = SurfaceContact::behind(part, &(center + deepest), outward, off - radius);
                 Ok(contact.map(|contact| {
                     let gap = |p: &Vec3| {
                         let from = center - middle + p;

@@ -1,0 +1,285 @@
+//! What contacts remember from one step to the next, gathered per particle when lists are rebuilt.
+//!
+//! Between rebuilds a memory sits in its pair. For a rebuild, a migration or a checkpoint it is gathered
+//! into rows, one per owned particle, so that it travels with the particle. Both ranks that share a pair
+//! hold the same memory, so nothing is lost when one of the two particles moves away.
+
+use crate::memory_use::heap_bytes;
+use grains_geometry::{Simplex, Vec3};
+
+/// Rows of items, one row per particle.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<T> {
+    first: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
+        Self { first: vec![0], items: Vec::new() }
+    }
+}
+
+impl<T: Copy> Rows<T> {
+    /// Fills the rows from entries (row, item) visited in any order, twice the same.
+    fn fill(&mut self, rows: usize, blank: T, visit: impl Fn(&mut dyn FnMut(u32, T))) {
+        self.first.clear();
+        self.first.resize(rows + 1, 0);
+        let first = &mut self.first;
+        visit(&mut |row, _| first[row as usize + 1] += 1);
+        for row in 0..rows {
+            first[row + 1] += first[row];
+        }
+        self.items.clear();
+        self.items.resize(first[rows] as usize, blank);
+        let items = &mut self.items;
+        visit(&mut |row, item| {
+            let at = &mut first[row as usize];
+            items[*at as usize] = item;
+            *at += 1;
+        });
+        // Every start has moved to its end: shift back.
+        first.rotate_right(1);
+        first[0] = 0;
+    }
+
+    /// Items of a row; a row that was never filled is empty.
+    pub(crate) fn row(&self, row: usize) -> &[T] {
+        match self.first.get(row + 1) {
+            Some(&end) => &self.items[self.first[row] as usize..end as usize],
+            None => &[],
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        heap_bytes(&self.first) + heap_bytes(&self.items)
+    }
+
+    fn push_row(&mut self, items: impl IntoIterator<Item = T>) {
+        self.items.extend(items);
+        self.first.push(self.items.len() as u32);
+    }
+}
+
+/// A contact of two spheres, seen from the particle that holds it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereMemory {
+    pub(crate) partner: u64,
+    pub(crate) spring: Vec3,
+}
+
+/// What a contact of bodies that are not both spheres remembers while it lasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ContactMemory {
+    /// Tangential spring (m).
+    pub(crate) spring: Vec3,
+    /// Spring against twisting about the normal (rad).
+    pub(crate) twist: f64,
+    /// Simplex of the last distance query.
+    pub(crate) simplex: Simplex,
+}
+
+/// A contact of two parts, seen from the particle of lower id.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyMemory {
+    pub(crate) partner: u64,
+    pub(crate) parts: [u16; 2],
+    pub(crate) contact: ContactMemory,
+}
+
+/// A contact with a wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallMemory {
+    pub(crate) wall: u16,
+    pub(crate) surface: u16,
+    pub(crate) part: u16,
+    pub(crate) element: u32,
+    /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
+    pub(crate) image: u8,
+    pub(crate) contact: ContactMemory,
+}
+
+/// What tells apart the contacts of a particle with walls: wall, surface, part, element, and periodic image.
+pub(crate) type WallKey = (u16, u16, u16, u32, u8);
+
+impl WallMemory {
+    pub(crate) fn key(&self) -> WallKey {
+        (self.wall, self.surface, self.part, self.element, self.image)
+    }
+}
+
+/// The memories of all owned particles, in rows by particle.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Memories {
+    pub(crate) spheres: Rows<SphereMemory>,
+    pub(crate) bodies: Rows<BodyMemory>,
+    pub(crate) walls: Rows<WallMemory>,
+}
+
+/// What the contacts of a particle remember, as of [`Dem::packed_memory`](crate::Dem::packed_memory), with walls that have
+/// other numbers now; those without one are forgotten.
+pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Vec<f64> {
+    let mut memories = Memories::default();
+    memories.read(packed);
+    let walls = memories.walls.row(0).iter().filter_map(|m| Some(WallMemory { wall: number(m.wall)?, ..*m }));
+    let mut renumbered = Rows::default();
+    renumbered.push_row(walls);
+    memories.walls = renumbered;
+    let mut packed = Vec::new();
+    memories.write(0, &mut packed);
+    packed
+}
+
+impl Memories {
+    /// Gathers entries (owned particle, memory) into rows.
+    pub(crate) fn fill(
+        &mut self,
+        owned: usize,
+        spheres: impl Fn(&mut dyn FnMut(u32, SphereMemory)),
+        bodies: impl Fn(&mut dyn FnMut(u32, BodyMemory)),
+        walls: impl Fn(&mut dyn FnMut(u32, WallMemory)),
+    ) {
+        self.spheres.fill(owned, SphereMemory { partner: 0, spring: Vec3::zeros() }, spheres);
+        let contact = ContactMemory::default();
+        self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], contact }, bodies);
+        let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
+        self.walls.fill(owned, WallMemory { wall, surface, part, element, image, contact }, walls);
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        self.spheres.bytes() + self.bodies.bytes() + self.walls.bytes()
+    }
+
+    /// Appends one particle's memories to a message.
+    pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
+        let (spheres, bodies, walls) = (self.spheres.row(row), self.bodies.row(row), self.walls.row(row));
+        message.extend([spheres.len() as f64, bodies.len() as f64, walls.len() as f64]);
+        for m in spheres {
+            message.extend([m.partner as f64, m.spring.x, m.spring.y, m.spring.z]);
+        }
+        for m in bodies {
+            message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
+            m.contact.write(message);
+        }
+        for m in walls {
+            message.extend([m.wall, m.surface, m.part].map(f64::from));
+            message.extend([f64::from(m.element), f64::from(m.image)]);
+            m.contact.write(message);
+        }
+    }
+
+    /// Reads one particle's memories as a new last row; returns the rest of the message.
+    pub(crate) fn read<'a>(&mut self, message: &'a [f64]) -> &'a [f64] {
+        let counts = [0, 1, 2].map(|k| message[k] as usize);
+        let mut rest = &message[3..];
+        let mut take = |n: usize| {
+            let (head, tail) = rest.split_at(n);
+            rest = tail;
+            head
+        };
+        self.spheres.push_row((0..counts[0]).map(|_| {
+            let m = take(4);
+            SphereMemory { partner: m[0] as u64, spring: Vec3::new(m[1], m[2], m[3]) }
+        }));
+        self.bodies.push_row((0..counts[1]).map(|_| {
+            let m = take(3);
+            let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
+            BodyMemory { partner, parts, contact: ContactMemory::read(&mut take) }
+        }));
+        self.walls.push_row((0..counts[2]).map(|_| {
+            let m = take(5);
+            let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
+            let (element, image) = (m[3] as u32, m[4] as u8);
+            WallMemory { wall, surface, part, element, image, contact: ContactMemory::read(&mut take) }
+        }));
+        rest
+    }
+}
+
+impl ContactMemory {
+    /// Whether there is anything to remember.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.simplex.len == 0 && self.twist == 0.0 && self.spring == Vec3::zeros()
+    }
+
+    fn write(&self, message: &mut Vec<f64>) {
+        let Self { spring, twist, simplex } = self;
+        message.extend([spring.x, spring.y, spring.z, *twist, f64::from(simplex.len)]);
+        for k in 0..simplex.len as usize {
+            for p in [&simplex.a[k], &simplex.b[k]] {
+                message.extend([p.x, p.y, p.z]);
+            }
+        }
+    }
+
+    fn read<'a>(take: &mut impl FnMut(usize) -> &'a [f64]) -> Self {
+        let m = take(5);
+        let mut simplex = Simplex { len: m[4] as u8, ..Simplex::default() };
+        for k in 0..simplex.len as usize {
+            let p = take(6);
+            simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
+            simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
+        }
+        Self { spring: Vec3::new(m[0], m[1], m[2]), twist: m[3], simplex }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memories_survive_gathering_and_packing() {
+        let spring = |k: f64| Vec3::new(k, -k, 2.0 * k);
+        let simplex = Simplex { len: 2, a: [spring(1.0); 4], b: [spring(2.0); 4] };
+        let mut gathered = Memories::default();
+        gathered.fill(
+            3,
+            |add| {
+                add(2, SphereMemory { partner: 7, spring: spring(0.5) });
+                add(0, SphereMemory { partner: 8, spring: spring(0.25) });
+                add(2, SphereMemory { partner: 9, spring: spring(0.125) });
+            },
+            |add| {
+                let contact = ContactMemory { spring: spring(3.0), twist: 0.1, simplex };
+                add(1, BodyMemory { partner: 3, parts: [4, 5], contact })
+            },
+            |add| {
+                let contact = ContactMemory { spring: spring(5.0), twist: -0.3, simplex };
+                add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
+            },
+        );
+        assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
+        assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());
+        let mut again = Memories::default();
+        for row in 0..3 {
+            let (mut message, mut copy) = (Vec::new(), Vec::new());
+            gathered.write(row, &mut message);
+            assert!(again.read(&message).is_empty());
+            again.write(row, &mut copy);
+            assert_eq!(message, copy);
+        }
+    }
+
+    /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.
+    fn memory(walls: &[f64]) -> Vec<f64> {
+        let mut packed = vec![1.0, 0.0, walls.len() as f64, 7.0, 0.1, 0.2, 0.3];
+        for (k, wall) in walls.iter().enumerate() {
+            packed.extend([*wall, 1.0, 0.0, 5.0, 13.0, 0.5 + k as f64, 0.25, 0.125, 2.0, 0.0]);
+        }
+        packed
+    }
+
+    #[test]
+    fn contacts_keep_to_their_walls_when_others_come_and_go() {
+        let packed = memory(&[0.0, 1.0, 2.0]);
+        assert_eq!(renumber_walls(&packed, Some), packed);
+        assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), memory(&[3.0, 4.0, 5.0]));
+        // The first is gone: the springs of the others stay with them.
+        let moved = renumber_walls(&packed, |wall| wall.checked_sub(1));
+        let wanted: Vec<f64> =
+            [&[1.0, 0.0, 2.0], &packed[3..7], &[0.0], &packed[18..27], &[1.0], &packed[28..]].concat();
+        assert_eq!(moved, wanted);
+    }
+}

@@ -1,0 +1,13 @@
+//! The granular phase of one rank and its step.
+
+mod observe;
+mod rebuild;
+mod report;
+mod setup;
+mod state;
+mod step;
+
+pub use observe::{Partner, Touch};
+pub use report::{Failure, Ledger, Origin, Passages, StepReport};
+pub use setup::DemSetup;
+pub use state::Dem;

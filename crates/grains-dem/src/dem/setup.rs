@@ -1,0 +1,76 @@
+//! What defines a granular system.
+
+use crate::catalogue::Catalogue;
+use crate::contacts::LoadLattice;
+use crate::exchange::ExchangeStrategy;
+use crate::flow_planes::FlowPlane;
+use crate::hard::CollisionModel;
+use crate::integrate::Rates;
+use crate::prescribed::Guide;
+use crate::verlet::Skin;
+use crate::walls::{Wall, WallScene, WallState};
+use grains_contact::Lubrication;
+use grains_domain::{Balance, GlobalBox};
+
+/// Everything that defines a granular system, apart from its particles.
+#[derive(Clone, Debug)]
+pub struct DemSetup {
+    /// The box.
+    pub global: GlobalBox,
+    /// Faces −x, +x, −y, +y, −z, +z through which particles may leave.
+    pub outlets: [bool; 6],
+    /// Ranks per axis.
+    pub ranks: [usize; 3],
+    /// Shapes, materials, laws.
+    pub catalogue: Catalogue,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Planes through which particles are counted.
+    pub planes: Vec<FlowPlane>,
+    /// Gravity and time step.
+    pub rates: Rates,
+    /// Largest bounding radius of any particle (m).
+    pub largest_radius: f64,
+    /// Largest admissible overlap over inscribed radius (-).
+    pub overlap_limit: f64,
+    /// Verlet skin.
+    pub skin: Skin,
+    /// What happens when bodies meet.
+    pub collisions: CollisionModel,
+    /// Films of fluid between spheres.
+    pub lubrication: Option<Lubrication>,
+    /// What prescribes the motion of some particles; [`Dem::guide`] changes it.
+    pub guides: Vec<Guide>,
+    /// How clones are brought up to date.
+    pub exchange: ExchangeStrategy,
+    /// When borders between subdomains move; they stay if there is none.
+    pub balance: Option<Balance>,
+}
+
+impl DemSetup {
+    /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
+    pub fn interaction_range(&self) -> f64 {
+        2.0 * self.largest_radius * (1.0 + self.skin.most) + self.film()
+    }
+
+    /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
+    pub fn load_quanta(&self) -> [f64; 2] {
+        self.load_lattice().quanta()
+    }
+
+    pub(super) fn load_lattice(&self) -> LoadLattice {
+        // Without particles, as beside a fluid alone, there are no loads.
+        let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
+        LoadLattice::new(&self.catalogue.contacts, radius, self.overlap_limit)
+    }
+
+    /// Thickness (m) of the films that act.
+    pub(super) fn film(&self) -> f64 {
+        self.lubrication.map_or(0.0, |film| film.range)
+    }
+
+    /// The walls as they are at a time (s).
+    pub(super) fn wall_scene<'a>(&'a self, states: &'a [WallState], time: f64) -> WallScene<'a> {
+        WallScene { walls: &self.walls, states, time, dt: self.rates.dt, global: &self.global }
+    }
+}

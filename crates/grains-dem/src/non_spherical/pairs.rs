@@ -1,0 +1,75 @@
+//! Pairs of parts that may touch, and what those that touch remember.
+
+use crate::contact_history::ContactMemory;
+use grains_geometry::Vec3;
+
+/// A pair of parts that may touch; `a` is the particle of lower id.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyPair {
+    pub(crate) a: u32,
+    pub(crate) b: u32,
+    pub(crate) parts: [u16; 2],
+    /// Unit normal of a plane that parted the two when they were last asked; it changes the time of the answer, not
+    /// the answer.
+    pub(crate) axis: Vec3,
+    /// Way the two bodies may go together, counted from when the lists were built (m): until then they are apart.
+    pub(super) apart_until: f64,
+    /// Place of its memory, or [`BodyPair::APART`]: a pair remembers only while it touches step after step.
+    pub(super) memory: u32,
+}
+
+impl BodyPair {
+    pub(super) const APART: u32 = u32::MAX;
+
+    /// Whether two pairs are of the same two particles.
+    pub(super) fn is_of_same_bodies(&self, other: &Self) -> bool {
+        (self.a, self.b) == (other.a, other.b)
+    }
+
+    /// Whether the pair touched in the last step.
+    pub(super) fn is_touching(&self) -> bool {
+        self.memory != Self::APART
+    }
+
+    /// Leaves the two, which have `gone` so far (m) and are `gap` (m) apart, alone until that can be closed.
+    pub(super) fn stay_apart(&mut self, gone: f64, gap: f64) {
+        // The share covers the rounding of the sums.
+        self.apart_until = gone + 0.999 * gap;
+    }
+
+    /// Takes a plane of this normal, of any length, to part the two from the next step on.
+    pub(super) fn part_by(&mut self, normal: &Vec3) {
+        self.axis = normal * (1.0 / normal.norm());
+    }
+}
+
+/// Memories of the pairs that touch; pairs apart, the most, stay small.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Memories {
+    pub(super) items: Vec<ContactMemory>,
+    pub(super) free: Vec<u32>,
+}
+
+impl Memories {
+    /// What a pair remembers; a new memory if it did not touch.
+    #[inline]
+    pub(super) fn of(&mut self, pair: &mut BodyPair) -> &mut ContactMemory {
+        if pair.memory == BodyPair::APART {
+            pair.memory = self.free.pop().unwrap_or_else(|| {
+                self.items.push(ContactMemory::default());
+                self.items.len() as u32 - 1
+            });
+            self.items[pair.memory as usize] = ContactMemory::default();
+            pair.apart_until = 0.0;
+        }
+        &mut self.items[pair.memory as usize]
+    }
+
+    /// Forgets a pair that is apart.
+    pub(super) fn forget(&mut self, pair: &mut BodyPair) {
+        if pair.memory != BodyPair::APART {
+            self.free.push(pair.memory);
+            pair.memory = BodyPair::APART;
+        }
+    }
+}
