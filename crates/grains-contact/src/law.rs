@@ -1,19 +1,9 @@
 //! The damped linear spring with Coulomb friction and rolling resistance.
 
+use crate::encounter::Encounter;
 use nalgebra::Vector3;
 
 type Vec3 = Vector3<f64>;
-
-/// Kinematics of one contact, with the normal from body 1 to body 2.
-#[derive(Clone, Copy, Debug)]
-pub struct Contact {
-    /// Unit normal from body 1 to body 2 (-).
-    pub normal: Vec3,
-    /// Overlap δ (m), positive in contact.
-    pub overlap: f64,
-    /// Relative velocity V2 − V1 at the contact point (m/s).
-    pub velocity: Vec3,
-}
 
 /// Reduced mass of a pair of bodies, M1 M2/(M1 + M2) (kg); M1 against a wall.
 #[inline(always)]
@@ -208,8 +198,8 @@ impl Coefficients {
     /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
     /// thesis eqs 3.20-3.21 and ξ stays zero; [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
-    pub fn force(&self, contact: &Contact, spring: &mut Vec3, dt: f64) -> Vec3 {
-        let Contact { normal, overlap, velocity } = *contact;
+    pub fn force(&self, encounter: &Encounter, spring: &mut Vec3, dt: f64) -> Vec3 {
+        let Encounter { normal, overlap, velocity, .. } = *encounter;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
         let share = share_in_contact(overlap, opening, dt);
@@ -257,12 +247,12 @@ impl Coefficients {
 
     /// Rolling resistance on body 1 (N m): against the relative spin ω1 − ω2, at most μr R kn δ.
     ///
-    /// `spin` is ω1 − ω2 (rad/s), `arm` the effective radius R1 R2/(R1 + R2) (m), R1 against a wall.
+    /// `effective_radius` is R1 R2/(R1 + R2) (m), R the distances of the contact point from the centres; R1 against a wall.
     /// Below the cap the torque is viscous, 2 γt m R² (ω1 − ω2), so that a body at rest stays at rest.
     #[inline(always)]
-    pub fn rolling_torque(&self, contact: &Contact, spin: &Vec3, arm: f64) -> Vec3 {
-        let viscous = -spin * (self.tangential_dashpot * arm * arm);
-        capped(viscous, self.rolling_friction * arm * self.stiffness * contact.overlap)
+    pub fn rolling_torque(&self, encounter: &Encounter, effective_radius: f64) -> Vec3 {
+        let viscous = -encounter.spin * (self.tangential_dashpot * effective_radius * effective_radius);
+        capped(viscous, self.rolling_friction * effective_radius * self.stiffness * encounter.overlap)
     }
 }
 
@@ -317,8 +307,8 @@ mod tests {
         assert!((2.0 * m * law.tangential_rate(m) / dashpot - 1.0).abs() < 1e-6);
         let coefficients = law.coefficients(m);
         let force = |overlap: f64, velocity: Vec3| {
-            let contact = Contact { normal: Vec3::z(), overlap, velocity };
-            coefficients.force(&contact, &mut Vec3::zeros(), 1e-9)
+            let encounter = Encounter { normal: Vec3::z(), overlap, velocity, spin: Vec3::zeros() };
+            coefficients.force(&encounter, &mut Vec3::zeros(), 1e-9)
         };
         let slow = force(1e-5, Vec3::new(1e-4, 0.0, 0.0));
         assert!((slow - Vec3::new(1e-4 * dashpot, 0.0, -8e-5)).norm() < 1e-9 * 8e-5 + 1e-6 * slow.x);

@@ -94,6 +94,12 @@ impl Catalogue {
         shape.inscribed_radius * (body.radius / shape.bounding_radius)
     }
 
+    /// Smaller inscribed radius of two particles (m).
+    #[inline]
+    pub fn smaller_inscribed_radius(&self, [a, b]: [&Body; 2]) -> f64 {
+        self.inscribed_radius(a).min(self.inscribed_radius(b))
+    }
+
     /// Mass ρ V s³ (kg) of a kind at scale s.
     pub fn mass(&self, kind: Kind, scale: f64) -> f64 {
         self.densities[kind.material as usize] * self.shape(kind).volume * scale.powi(3)

@@ -40,7 +40,7 @@ impl NewParticle {
         let catalogue = &dem.setup.catalogue;
         let shape = catalogue.shape(self.kind);
         let body = Body {
-            position: self.position.map(|x| dem.setup.global.lattice.snap(x)),
+            position: self.position.map(|x| dem.setup.global.quantum.snap(x)),
             radius: shape.bounding_radius * self.scale,
             velocity: self.velocity,
             mass: catalogue.mass(self.kind, self.scale),

@@ -43,7 +43,7 @@ pub(crate) fn advance(
     largest_force: f64,
 ) -> Advance {
     let mut outcome = Advance { is_stale: false, overloaded: None, fast: Vec::new() };
-    let (all_spheres, positions) = (catalogue.all_spheres(), &global.lattice);
+    let (all_spheres, positions) = (catalogue.all_spheres(), &global.quantum);
     let (half, dt) = (0.5 * rates.dt, rates.dt);
     let mut turning = Turning::default();
     for i in 0..particles.owned {
@@ -62,7 +62,7 @@ pub(crate) fn advance(
         particles.half_velocity[i] = velocity;
         body.velocity = velocity + acceleration * half;
         let before = body.position;
-        // Only the displacement is rounded: the position stays on the lattice.
+        // Only the displacement is rounded: the position stays on the quanta.
         body.position += (velocity * dt).map(|d| positions.round(d));
         if all_spheres || catalogue.shape(body.kind).is_sphere() {
             // I = 2/5 M R²

@@ -19,7 +19,7 @@
 //! # Same bits on any number of ranks
 //!
 //! * Positions are multiples of a power of two, so separations are exact in every periodic image.
-//! * Every contribution to a force or torque is rounded to a lattice on which sums are exact, so the
+//! * Every contribution to a force or torque is rounded to a quantum of which sums are exact, so the
 //!   order of contacts, and with it the number of ranks and the order of particles, cannot matter.
 //! * What a pair remembers (tangential spring, GJK simplex) lives only while it touches, with a wall while it is
 //!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,

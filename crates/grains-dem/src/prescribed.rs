@@ -33,13 +33,13 @@ pub struct Guide {
 /// The way of a guide through one step.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
-    /// Way of translation (m), on the lattice of positions.
+    /// Way of translation (m), on the quantum of positions.
     way: Vec3,
     /// Turn, if there is one.
     turn: Option<(Rotation, Mat3)>,
     /// Velocity (m/s) and angular velocity (rad/s) at the end of the step.
     rates: [Vec3; 2],
-    /// A point of the axis (m), on the lattice; none if each turns about its centre.
+    /// A point of the axis (m), a multiple of the quantum; none if each turns about its centre.
     pivot: Option<Vec3>,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct Guided {
 impl Course {
     /// The course between two times (s).
     pub(crate) fn new(guide: &Guide, [from, to]: [f64; 2], global: &GlobalBox) -> Self {
-        let snap = |x: Vec3| x.map(|x| global.lattice.snap(x));
+        let snap = |x: Vec3| x.map(|x| global.quantum.snap(x));
         let (before, after) = (guide.motion.at(from), guide.motion.at(to));
         let (way, turn) = match guide.motion {
             Motion::Rotation { .. } => {
@@ -63,7 +63,7 @@ impl Course {
                 let turn = (old != new).then(|| new * old.inverse());
                 (Vec3::zeros(), turn.map(|turn| (turn, frame(&turn))))
             }
-            // Differences of lattice points: ways add up to where the motion is, to the last bit.
+            // Differences of multiples of the quantum: ways add up to where the motion is, to the last bit.
             _ => (snap(after.translation) - snap(before.translation), None),
         };
         let pivot = (!guide.about_centres).then(|| snap(after.pivot));
@@ -94,7 +94,7 @@ impl Course {
         let mut spin = Vec3::zeros();
         if let Some((turn, matrix)) = &self.turn {
             let arm = self.arm(&body.position, global);
-            way += (matrix * arm - arm).map(|x| global.lattice.snap(x));
+            way += (matrix * arm - arm).map(|x| global.quantum.snap(x));
             spin = turn.scaled_axis() / dt;
         }
         let position = body.position + way;

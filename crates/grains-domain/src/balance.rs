@@ -169,10 +169,10 @@ impl Decomposition {
             let within = (wanted - below[slice]) / (below[slice + 1] - below[slice]);
             let quantile = global.lower[axis] + global.length(axis) * (slice as f64 + within) / SLICES as f64;
             // Rounding must not make a subdomain too thin.
-            let (lattice, least) = (&global.lattice, least + 2.0 * global.lattice.spacing());
+            let (quantum, least) = (&global.quantum, least + 2.0 * global.quantum.size());
             let (low, high) = (old[k - 1].max(moved[k - 1]) + least, old[k + 1] - least);
             if low <= high {
-                moved[k] = lattice.snap(quantile.clamp(low, high));
+                moved[k] = quantum.snap(quantile.clamp(low, high));
             }
         }
         moved

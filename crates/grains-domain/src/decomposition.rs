@@ -79,7 +79,7 @@ impl Decomposition {
         let cuts = std::array::from_fn(|a| {
             let n = ranks[a];
             let cut =
-                |k: usize| global.lattice.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
+                |k: usize| global.quantum.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
             (0..=n).map(|k| if k == n { global.upper[a] } else { cut(k) }).collect()
         });
         let coordinates = [rank % ranks[0], rank / ranks[0] % ranks[1], rank / (ranks[0] * ranks[1])];
@@ -97,7 +97,7 @@ impl Decomposition {
                 continue;
             }
             for (k, cut) in self.cuts[axis].iter_mut().enumerate().take(ranks).skip(1) {
-                *cut = self.global.lattice.snap(nodes[k * n / ranks]);
+                *cut = self.global.quantum.snap(nodes[k * n / ranks]);
             }
         }
     }

@@ -361,7 +361,8 @@ impl Files {
         let (neighbours, walls) = dem.coordination();
         let count = |list: &[u32]| list.iter().map(|&c| u64::from(c)).sum::<u64>();
         let (report, ledger) = (&dem.report, &dem.ledger);
-        let mut counts = [count(&neighbours), count(&walls), report.cores_met, ledger.inserted, ledger.left];
+        let mut counts =
+            [count(&neighbours), count(&walls), report.deep_penetrations, ledger.inserted, ledger.left];
         transport.sum_counts(&mut counts);
         let mut overlap = [report.largest_overlap];
         transport.max(&mut overlap);

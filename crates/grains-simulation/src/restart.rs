@@ -45,7 +45,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
     if dem.particles.is_carrying() {
         arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
     }
-    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.deep_penetrations];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
     let passed: Vec<String> =
@@ -156,7 +156,7 @@ pub fn restore(
     if is_first {
         let ledger = numbers("ledger");
         (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
-        dem.report.cores_met = ledger.get(2).map_or(0, |&count| count as u64);
+        dem.report.deep_penetrations = ledger.get(2).map_or(0, |&count| count as u64);
         let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
         let counts: Vec<(i64, f64)> = words
             .chunks_exact(2)

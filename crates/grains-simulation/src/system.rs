@@ -221,8 +221,7 @@ fn resolved_positions(
     /// Largest spacing of positions over the smallest inscribed radius (-).
     const COARSEST: f64 = 1e-8;
     let radius = |k: &KindRange| catalogue.shape(k.kind).inscribed_radius * k.smallest;
-    let (spacing, smallest) =
-        (global.lattice.spacing(), kinds.iter().map(radius).fold(f64::INFINITY, f64::min));
+    let (spacing, smallest) = (global.quantum.size(), kinds.iter().map(radius).fold(f64::INFINITY, f64::min));
     if spacing <= COARSEST * smallest {
         return Ok(());
     }

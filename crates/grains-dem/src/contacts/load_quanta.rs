@@ -1,35 +1,35 @@
 //! How loads are rounded so that their sums are exact.
 
 use crate::catalogue::ContactTable;
-use grains_domain::Lattice;
+use grains_domain::Quantum;
 use grains_geometry::Vec3;
 
 /// How far contact loads may go before sums lose exactness, and how they are rounded.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LoadLattice {
-    force: Lattice,
-    torque: Lattice,
+pub(crate) struct LoadQuanta {
+    force: Quantum,
+    torque: Quantum,
     /// Largest admissible component of a force sum (N).
     pub(crate) largest_force: f64,
 }
 
-impl LoadLattice {
-    /// Lattice for the stiffest contact at the overlap limit on the largest body, with a margin
+impl LoadQuanta {
+    /// Quanta for the stiffest contact at the overlap limit on the largest body, with a margin
     /// of some ten such contacts in one direction.
     ///
-    /// `overlap` is the overlap limit over the radius. A lattice spacing changes a velocity by some
+    /// `overlap` is the overlap limit over the radius. A quantum changes a velocity by some
     /// 10⁻¹³ m/s per step, about what f64 itself does at metres per second.
     pub(crate) fn new(contacts: &ContactTable, largest_radius: f64, overlap: f64) -> Self {
         let stiffness = contacts.laws().map(|law| law.normal_stiffness).fold(f64::MIN_POSITIVE, f64::max);
         let largest = 32.0 * stiffness * overlap * largest_radius;
         let (force, torque) =
-            (Lattice::for_sums_below(largest), Lattice::for_sums_below(largest * largest_radius));
+            (Quantum::for_sums_below(largest), Quantum::for_sums_below(largest * largest_radius));
         Self { force, torque, largest_force: 0.25 * largest }
     }
 
     /// The multiples to which forces (N) and torques (N m) are rounded.
     pub(crate) fn quanta(&self) -> [f64; 2] {
-        [self.force.spacing(), self.torque.spacing()]
+        [self.force.size(), self.torque.size()]
     }
 
     #[inline(always)]

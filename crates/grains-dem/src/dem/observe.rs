@@ -136,7 +136,7 @@ impl Dem {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
             let (other, overlap) = (Partner::Particle(other), contact.overlap);
-            let radius = non_spherical::smaller_radius(&self.particles, a, b, catalogue);
+            let radius = catalogue.smaller_inscribed_radius([a, b].map(|i| &bodies[i]));
             let new = Touch { particle, other, overlap, radius };
             match &mut touch {
                 Some(same) if (same.particle, same.other) == (particle, other) => {

@@ -20,7 +20,7 @@ pub struct StepReport {
     /// Largest of these since the start (-).
     pub worst_overlap: f64,
     /// Contacts since the start that the penetration routine had to resolve.
-    pub cores_met: u64,
+    pub deep_penetrations: u64,
     /// Rebuilds of the lists since the start.
     pub rebuilds: u64,
     /// Those of them before which borders between subdomains moved.

@@ -1,7 +1,7 @@
 //! What defines a granular system.
 
 use crate::catalogue::Catalogue;
-use crate::contacts::LoadLattice;
+use crate::contacts::LoadQuanta;
 use crate::exchange::ExchangeStrategy;
 use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
@@ -55,13 +55,13 @@ impl DemSetup {
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
     pub fn load_quanta(&self) -> [f64; 2] {
-        self.load_lattice().quanta()
+        self.exact_loads().quanta()
     }
 
-    pub(super) fn load_lattice(&self) -> LoadLattice {
+    pub(super) fn exact_loads(&self) -> LoadQuanta {
         // Without particles, as beside a fluid alone, there are no loads.
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
-        LoadLattice::new(&self.catalogue.contacts, radius, self.overlap_limit)
+        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
     }
 
     /// Thickness (m) of the films that act.

@@ -4,7 +4,7 @@ use super::report::{Ledger, Origin, Passages, StepReport};
 use super::setup::DemSetup;
 use crate::clock::Clock;
 use crate::contact_history::Memories;
-use crate::contacts::LoadLattice;
+use crate::contacts::LoadQuanta;
 use crate::error::StepError;
 use crate::exchange::Exchange;
 use crate::flow_planes::{Crossings, sides};
@@ -45,7 +45,7 @@ pub struct Dem {
     pub report: StepReport,
     /// What else borders between subdomains share out when they move.
     pub other_work: OtherWork,
-    pub(super) lattice: LoadLattice,
+    pub(super) quanta: LoadQuanta,
     pub(super) exchange: Exchange,
     pub(super) neighbours: Neighbours,
     pub(super) memories: Memories,
@@ -81,7 +81,7 @@ impl Dem {
             interrupt: false,
             report: StepReport::default(),
             other_work: OtherWork::default(),
-            lattice: setup.load_lattice(),
+            quanta: setup.exact_loads(),
             exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
             neighbours: Neighbours::default(),
             memories: Memories::default(),
@@ -169,7 +169,7 @@ impl Dem {
     pub fn restore(&mut self, record: &ParticleRecord, memory: &[f64]) {
         self.gather();
         let mut record = *record;
-        let snap = |x: f64| self.setup.global.lattice.snap(x);
+        let snap = |x: f64| self.setup.global.quantum.snap(x);
         record.body.position = record.body.position.map(snap);
         record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);

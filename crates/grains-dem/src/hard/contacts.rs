@@ -5,8 +5,7 @@
 
 use super::key::Key;
 use crate::catalogue::Catalogue;
-use crate::contacts::{SpherePair, Tally};
-use crate::error::{StepError, vector};
+use crate::contacts::{Overlapping, PassStatistics, SpherePair};
 use crate::narrow_phase::PartContact;
 use crate::non_spherical::{self, BodyPair};
 use crate::particles::Particles;
@@ -55,23 +54,23 @@ pub(crate) fn collect(
     neighbours: &mut Neighbours,
     scene: &WallScene,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) {
     contacts.clear();
     for pair in &neighbours.spheres {
-        contacts.extend(of_spheres(pair, particles, catalogue, tally));
+        contacts.extend(of_spheres(pair, particles, catalogue, statistics));
     }
     let met = non_spherical::meet(particles, &mut neighbours.bodies, catalogue, |pair, contact| {
-        contacts.push(of_bodies(pair, contact, particles, catalogue, tally));
+        contacts.push(of_bodies(pair, contact, particles, catalogue, statistics));
     });
     if let Err(error) = met {
-        tally.error = Some(error);
+        statistics.error = Some(error);
     }
     let met = walls::meet(particles, &mut neighbours.walls, scene, catalogue, |meeting| {
-        contacts.push(of_wall(meeting, particles, scene, catalogue, tally));
+        contacts.push(of_wall(meeting, particles, scene, catalogue, statistics));
     });
     if let Err(error) = met {
-        tally.error = Some(error);
+        statistics.error = Some(error);
     }
 }
 
@@ -79,7 +78,7 @@ fn of_spheres(
     pair: &SpherePair,
     particles: &Particles,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> Option<HardContact> {
     let (mut a, mut b) = (pair.a, pair.b);
     if particles.ids[a as usize] > particles.ids[b as usize] {
@@ -93,7 +92,7 @@ fn of_spheres(
     }
     let distance = square.sqrt();
     let (normal, overlap) = (separation * (1.0 / distance), radii - distance);
-    note(tally, overlap, one.radius.min(two.radius), particles, a, || {
+    note(statistics, overlap, one.radius.min(two.radius), particles, a, || {
         format!("particle {}", particles.ids[b as usize])
     });
     let arms = [normal * one.radius, normal * -two.radius];
@@ -105,12 +104,12 @@ fn of_bodies(
     contact: &PartContact,
     particles: &Particles,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> HardContact {
     let (a, b) = (pair.a as usize, pair.b as usize);
-    tally.cores_met += u64::from(contact.cores_met);
-    let radius = non_spherical::smaller_radius(particles, a, b, catalogue);
-    note(tally, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
+    statistics.deep_penetrations += u64::from(contact.cores_met);
+    let radius = catalogue.smaller_inscribed_radius([a, b].map(|i| &particles.bodies[i]));
+    note(statistics, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
     let separation = particles.bodies[b].position - particles.bodies[a].position;
     let half = contact.normal * (0.5 * contact.overlap);
     let arms = [contact.point + half, contact.point - half - separation];
@@ -145,14 +144,14 @@ fn of_wall(
     particles: &Particles,
     scene: &WallScene,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> HardContact {
     let WallMeeting { pair, image, normal, overlap, arm, point, velocity } = *meeting;
     let (i, wall) = (pair.particle as usize, &scene.walls[pair.wall as usize]);
     let body = &particles.bodies[i];
     let inscribed = catalogue.inscribed_radius(body);
     let half = normal * (0.5 * overlap);
-    note(tally, overlap, inscribed, particles, pair.particle, || format!("wall `{}`", wall.name));
+    note(statistics, overlap, inscribed, particles, pair.particle, || format!("wall `{}`", wall.name));
     let law = catalogue.contacts.law(body.kind.material, wall.material);
     HardContact {
         key: Key::of_wall(particles.ids[i], [pair.wall, pair.surface, pair.part], pair.element, image),
@@ -168,21 +167,13 @@ fn of_wall(
 
 /// Notes an overlap (m) of particle `a` with another body, on a radius (m); beyond the limit it is an error.
 fn note(
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
     overlap: f64,
     radius: f64,
     particles: &Particles,
     a: u32,
-    other: impl Fn() -> String,
+    other: impl FnOnce() -> String,
 ) {
-    if tally.note(overlap / radius) {
-        tally.error = Some(StepError::Overlap {
-            id: particles.ids[a as usize],
-            other: other(),
-            overlap,
-            percent: 100.0 * overlap / radius,
-            limit: 100.0 * tally.limit(),
-            place: vector(&particles.bodies[a as usize].position),
-        });
-    }
+    let (id, position) = (particles.ids[a as usize], particles.bodies[a as usize].position);
+    statistics.note(overlap / radius, || Overlapping { id, other: other(), radius, position });
 }

@@ -7,7 +7,7 @@ use crate::particles::Particles;
 use crate::rotation::angular_velocity;
 use crate::walls::WallLoad;
 use grains_contact::{Impact, Mobility};
-use grains_domain::Lattice;
+use grains_domain::Quantum;
 use grains_geometry::{Mat3, Vec3};
 
 /// Where collisions take place.
@@ -15,8 +15,8 @@ pub(crate) struct Site<'a> {
     pub(crate) particles: &'a mut Particles,
     pub(crate) catalogue: &'a Catalogue,
     pub(crate) wall_loads: &'a mut [WallLoad],
-    /// Lattice of the positions.
-    pub(crate) positions: &'a Lattice,
+    /// Quantum of the positions.
+    pub(crate) positions: &'a Quantum,
     /// Time step (s): the loads reported are impulses over it.
     pub(crate) dt: f64,
 }

@@ -5,7 +5,7 @@ use super::key::Key;
 use super::model::HardModel;
 use super::response::{Outcome, Site};
 use crate::catalogue::Catalogue;
-use crate::contacts::Tally;
+use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
 use crate::exchange::Exchange;
 use crate::particles::Particles;
@@ -22,7 +22,7 @@ pub(crate) struct Collisions {
     pending: Vec<u32>,
     /// Lowest key among the pending contacts of each particle, clones included.
     lowest: Vec<Key>,
-    /// Relocation of each particle (m), on the position lattice, clones included.
+    /// Relocation of each particle (m), on the position quanta, clones included.
     relocations: Vec<Vec3>,
     /// Whether the clones of an owned particle do not yet know how it fared.
     is_news: Vec<bool>,
@@ -60,18 +60,18 @@ impl Collisions {
         neighbours: &mut Neighbours,
         scene: &WallScene,
         catalogue: &Catalogue,
-        tally: &mut Tally,
+        statistics: &mut PassStatistics,
     ) {
-        collect(&mut self.contacts, particles, neighbours, scene, catalogue, tally);
+        collect(&mut self.contacts, particles, neighbours, scene, catalogue, statistics);
     }
 
-    /// Gives the contacts that were found their impulses, unless `tally` says that some were not.
+    /// Gives the contacts that were found their impulses, unless `statistics` says that some were not.
     pub(crate) fn resolve(
         &mut self,
         site: &mut Site,
         model: &HardModel,
         exchange: &mut Exchange,
-        tally: &mut Tally,
+        statistics: &mut PassStatistics,
         transport: &impl Transport,
     ) -> Counts {
         let (all, owned) = (site.particles.len(), site.particles.owned);
@@ -80,7 +80,7 @@ impl Collisions {
         self.is_news.clear();
         self.is_news.resize(owned, false);
         let mut counts = Counts::default();
-        let level = match (&tally.error, self.contacts.is_empty()) {
+        let level = match (&statistics.error, self.contacts.is_empty()) {
             (Some(_), _) => Level::Failed,
             (None, false) => Level::Working,
             (None, true) => Level::Done,
@@ -94,7 +94,7 @@ impl Collisions {
             self.begin_sweep(all, owned);
             if !self.work_off(site, model, exchange, &mut counts, transport) {
                 let unmet = self.pending.first().map(|&k| &self.contacts[k as usize]);
-                tally.error = unmet.map(|contact| waits_for_ever(contact, site.particles));
+                statistics.error = unmet.map(|contact| waits_for_ever(contact, site.particles));
                 break;
             }
             if model.sweeps > 1 && !transport.any(counts.collisions > before) {

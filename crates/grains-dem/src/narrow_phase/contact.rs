@@ -133,7 +133,7 @@ pub(crate) fn meet_parts(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use grains_geometry::Spacing;
+    use grains_geometry::{Mat3, Shape, Spacing};
 
     /// Two octahedra tip to tip: vertices lie on the sharp bodies, which reach farther than the rounded ones.
     #[test]

@@ -1,6 +1,6 @@
 //! All pairs of parts of a rank.
 
-use super::batch::Run;
+use super::batch::PointBatch;
 use super::found::Contacts;
 use super::pairs::{BodyPair, Memories};
 use crate::contact_history::ContactMemory;
@@ -13,7 +13,7 @@ pub(crate) struct BodyList {
     pub(crate) pairs: Vec<BodyPair>,
     pub(super) memories: Memories,
     pub(super) found: Contacts,
-    pub(super) run: Box<Run>,
+    pub(super) batch: Box<PointBatch>,
 }
 
 impl BodyList {

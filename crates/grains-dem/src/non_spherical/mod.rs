@@ -1,12 +1,14 @@
 //! Contacts between particles that are not both spheres.
 
 mod batch;
+mod contacts;
 mod forces;
 mod found;
 mod list;
 mod pairs;
 mod point_contact;
 
-pub(crate) use forces::{add_forces, meet, smaller_radius};
+pub(crate) use contacts::meet;
+pub(crate) use forces::add_forces;
 pub(crate) use list::BodyList;
 pub(crate) use pairs::BodyPair;

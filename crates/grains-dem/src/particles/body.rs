@@ -15,7 +15,7 @@ pub struct Kind {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub struct Body {
-    /// Centre of mass (m), on the position lattice.
+    /// Centre of mass (m), on the position quanta.
     pub position: Vec3,
     /// Radius of the bounding sphere (m); of a sphere, its radius.
     pub radius: f64,

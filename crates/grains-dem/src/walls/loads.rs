@@ -5,49 +5,119 @@ use super::pairs::{WallList, WallPair, WallScene};
 use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;
 use crate::catalogue::Catalogue;
-use crate::contacts::{LoadLattice, Tally};
-use crate::error::{StepError, vector};
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
 use crate::narrow_phase::Pose;
-use crate::particles::{Load, Particles};
-use grains_contact::{Coefficients, Contact, Spread};
+use crate::particles::Particles;
+use grains_contact::{Coefficients, ContactPatch, Encounter};
 use grains_geometry::{Footprint, Vec3};
 use std::ops::Range;
+
+/// The point in which a particle touches a wall.
+struct WallPoint {
+    /// Unit normal into the wall (-).
+    normal: Vec3,
+    /// Overlap (m).
+    overlap: f64,
+    /// The point from the centre of mass of the particle (m).
+    arm: Vec3,
+    /// Velocities of the particle's centre and of the wall at the point (m/s).
+    velocities: [Vec3; 2],
+    /// Angular velocities of both (rad/s).
+    spins: [Vec3; 2],
+}
+
+impl ContactPoint for WallPoint {
+    #[inline(always)]
+    fn encounter(&self) -> Encounter {
+        let Self { normal, overlap, arm, velocities: [v, wall_v], spins: [w, wall_w] } = *self;
+        Encounter { normal, overlap, velocity: wall_v - (v + w.cross(&arm)), spin: w - wall_w }
+    }
+
+    /// That on the wall, which is about the origin, is left out.
+    #[inline(always)]
+    fn torques(&self, force: &Vec3) -> [Vec3; 2] {
+        [self.arm.cross(force), Vec3::zeros()]
+    }
+
+    #[inline(always)]
+    fn effective_radius(&self) -> f64 {
+        self.arm.norm()
+    }
+}
 
 /// Adds the loads of all wall contacts to particles and walls.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     list: &mut WallList,
     scene: &WallScene,
-    catalogue: &Catalogue,
-    lattice: &LoadLattice,
     wall_loads: &mut [WallLoad],
-    tally: &mut Tally,
+    pass: &mut ContactPass,
 ) {
+    let catalogue = pass.catalogue;
     let mut start = 0;
     while start < list.pairs.len() {
         let end = list.group_end(start);
         if let Err(reason) = find_contacts(particles, list, start..end, scene, catalogue) {
-            tally.error = Some(not_found(particles, &list.pairs[start], scene, &reason));
+            pass.statistics.error = Some(not_found(particles, &list.pairs[start], scene, &reason));
             return;
         }
         let parts = touching_parts(list, start..end, scene);
         let first = &list.pairs[start];
         let body = &particles.bodies[first.particle as usize];
         let center = scene.center(first, &body.position, &list.shifts);
-        let wall = &scene.walls[first.wall as usize];
-        let law = catalogue.contacts.law(body.kind.material, wall.material);
-        let mass = felt_mass(particles, first, &list.touching, &center, scene, catalogue);
-        let law = law.coefficients(mass).shared(parts.max(1), catalogue.sharing);
+        let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
+        let mass = effective_mass(particles, first, &list.touching, &center, scene, catalogue);
+        let law = law.at(mass).shared(parts.max(1), catalogue.sharing);
         for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
             match contact {
                 None => pair.forget_springs(),
-                Some(contact) => add_contact(
-                    particles, pair, contact, &center, scene, &law, catalogue, lattice, wall_loads, tally,
-                ),
+                Some(contact) => {
+                    let load = &mut wall_loads[pair.wall as usize];
+                    add_contact(particles, (pair, contact, &center), (scene, load), &law, pass);
+                }
             }
         }
         start = end;
     }
+}
+
+/// Adds the load of one contact of a particle whose image is at `center` (m).
+#[inline]
+fn add_contact(
+    particles: &mut Particles,
+    (pair, found, center): (&mut WallPair, &SurfaceContact, &Vec3),
+    (scene, wall_load): (&WallScene, &mut WallLoad),
+    law: &Coefficients,
+    pass: &mut ContactPass,
+) {
+    let (i, w) = (pair.particle as usize, pair.wall as usize);
+    let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
+    let arm = state.to_world(&(found.point - state.to_wall(center)));
+    let point = center + arm;
+    let contact = WallPoint {
+        normal: state.to_world(&found.normal),
+        overlap: found.overlap,
+        arm,
+        velocities: [body.velocity, state.velocity_at(&point)],
+        spins: [body.angular_velocity, state.angular_velocity],
+    };
+    let (quanta, dt) = (&pass.quanta, pass.dt);
+    let mut loads = ContactLoads::of(&contact, law, &mut pair.spring, quanta, dt);
+    if let Some(footprint) = found.footprint {
+        let Footprint { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
+        let patch = ContactPatch { moment, second };
+        loads.add_patch(&contact, law, (&patch, &mut pair.twist), quanta, dt);
+    }
+    let radius = pass.catalogue.inscribed_radius(body);
+    pass.statistics.note(found.overlap / radius, || {
+        let other = format!("wall `{}`", wall.name);
+        Overlapping { id: particles.ids[i], other, radius, position: body.position }
+    });
+    let load = &mut particles.loads[i];
+    load.force += loads.force;
+    load.torque += loads.torques[0];
+    wall_load.force -= loads.force;
+    wall_load.torque -= quanta.torque(&point.cross(&loads.force));
 }
 
 /// Number of parts of the particle that touch; each part's springs go where its contacts have gone.
@@ -65,8 +135,8 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
     parts
 }
 
-/// Mass (kg) that a particle sets against a wall, as felt amid its contacts.
-fn felt_mass(
+/// Effective mass (kg) of a particle at the mean of its contacts with a wall.
+fn effective_mass(
     particles: &Particles,
     pair: &WallPair,
     touching: &[Option<SurfaceContact>],
@@ -107,59 +177,4 @@ fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>]
             pairs[l].forget_springs();
         }
     }
-}
-
-/// Adds the load of one contact.
-#[allow(clippy::too_many_arguments)] // the one place where particle, wall and sums come together
-#[inline]
-fn add_contact(
-    particles: &mut Particles,
-    pair: &mut WallPair,
-    found: &SurfaceContact,
-    center: &Vec3,
-    scene: &WallScene,
-    law: &Coefficients,
-    catalogue: &Catalogue,
-    lattice: &LoadLattice,
-    wall_loads: &mut [WallLoad],
-    tally: &mut Tally,
-) {
-    let (i, w) = (pair.particle as usize, pair.wall as usize);
-    let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
-    let normal = state.to_world(&found.normal);
-    let arm = state.to_world(&(found.point - state.to_wall(center)));
-    let point = center + arm;
-    let contact = Contact {
-        normal,
-        overlap: found.overlap,
-        velocity: state.velocity_at(&point) - (body.velocity + body.angular_velocity.cross(&arm)),
-    };
-    let force = lattice.force(&law.force(&contact, &mut pair.spring, scene.dt));
-    let mut torque = lattice.torque(&arm.cross(&force));
-    if let Some(footprint) = found.footprint {
-        let (turn, spin) = (state.rotation, state.angular_velocity - body.angular_velocity);
-        let Footprint { moment, second, .. } = footprint.moved(&turn, 1.0, &Vec3::zeros());
-        let spread = Spread { moment, second };
-        torque += lattice.torque(&law.spread_torque(&contact, &spread, &spin, &mut pair.twist, scene.dt));
-    }
-    if law.resists_rolling() {
-        let spin = body.angular_velocity - state.angular_velocity;
-        torque += lattice.torque(&law.rolling_torque(&contact, &spin, arm.norm()));
-    }
-    let radius = catalogue.inscribed_radius(body);
-    if tally.note(found.overlap / radius) {
-        tally.error = Some(StepError::Overlap {
-            id: particles.ids[i],
-            other: format!("wall `{}`", wall.name),
-            overlap: found.overlap,
-            percent: 100.0 * found.overlap / radius,
-            limit: 100.0 * tally.limit(),
-            place: vector(&body.position),
-        });
-    }
-    let load: &mut Load = &mut particles.loads[i];
-    load.force += force;
-    load.torque += torque;
-    wall_loads[w].force -= force;
-    wall_loads[w].torque -= lattice.torque(&point.cross(&force));
 }

@@ -1,0 +1,128 @@
+//! Contacts between bodies that are not both spheres, part by part: a plane that parts two parts, else GJK on their
+//! cores.
+//!
+//! Most listed pairs are apart. The gap across a plane says how far the two may go before they are looked at again;
+//! then two support functions give the gap across the same plane as it is now, and where there is none a query from a
+//! cold start finds the contact or another plane. A pair that touches starts from its last simplex. So its history
+//! begins with its contact, and planes and ways, which depend on when lists were built, change the time of an answer
+//! only.
+
+use super::found::{Contacts, Found};
+use super::list::BodyList;
+use super::pairs::{BodyPair, Memories};
+use crate::catalogue::{Catalogue, FaceContact};
+use crate::error::{StepError, vector};
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, gap_across, meet_parts, spread};
+use crate::particles::Particles;
+use grains_geometry::{GjkError, Simplex, Vec3};
+
+/// Calls `visit` with every pair of parts that touch and their contact.
+///
+/// # Errors
+/// A distance that could not be found.
+pub(crate) fn meet(
+    particles: &Particles,
+    list: &mut BodyList,
+    catalogue: &Catalogue,
+    mut visit: impl FnMut(&BodyPair, &PartContact),
+) -> Result<(), StepError> {
+    let BodyList { pairs, memories, found, .. } = list;
+    for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
+        find_contacts(particles, group, memories, catalogue, found)?;
+        for Found { place, contact, .. } in &found.items {
+            visit(&group[*place], contact);
+        }
+    }
+    Ok(())
+}
+
+/// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
+pub(super) fn find_contacts(
+    particles: &Particles,
+    group: &mut [BodyPair],
+    memories: &mut Memories,
+    catalogue: &Catalogue,
+    found: &mut Contacts,
+) -> Result<(), StepError> {
+    found.clear();
+    let (a, b) = (group[0].a as usize, group[0].b as usize);
+    let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
+    let gone = particles.travelled[a] + particles.travelled[b];
+    if group.iter().all(|pair| gone < pair.apart_until) {
+        return Ok(());
+    }
+    let separation = body_b.position - body_a.position;
+    let reach = body_a.radius + body_b.radius;
+    if separation.norm_squared() >= reach * reach {
+        let gap = separation.norm() - reach;
+        for pair in group {
+            memories.forget(pair);
+            pair.stay_apart(gone, gap);
+        }
+        return Ok(());
+    }
+    let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+    for (place, pair) in group.iter_mut().enumerate() {
+        if gone < pair.apart_until {
+            continue;
+        }
+        if !pair.is_touching() {
+            let gap = gap_across(&poses, &pair.parts, &separation, &pair.axis);
+            if gap > 0.0 {
+                pair.stay_apart(gone, gap);
+                continue;
+            }
+        }
+        find_contact(place, pair, &poses, &separation, memories, catalogue.faces, found).map_err(
+            |reason| StepError::Distance {
+                id: particles.ids[a],
+                other: format!("particle {}", particles.ids[b]),
+                place: vector(&body_a.position),
+                reason: reason.to_string(),
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// Finds whether a pair of parts touches by a query, or how it is parted.
+#[inline(always)]
+fn find_contact(
+    place: usize,
+    pair: &mut BodyPair,
+    poses: &[Pose; 2],
+    separation: &Vec3,
+    memories: &mut Memories,
+    faces: FaceContact,
+    found: &mut Contacts,
+) -> Result<(), GjkError> {
+    let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
+    let between = separation + (part_b.offset - part_a.offset);
+    let reach = part_a.bounding_radius + part_b.bounding_radius;
+    if between.norm_squared() >= reach * reach {
+        memories.forget(pair);
+        pair.part_by(&between);
+        return Ok(());
+    }
+    let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
+    let mut cold = Simplex::default();
+    let simplex = if pair.is_touching() { &mut memories.of(pair).simplex } else { &mut cold };
+    match meet_parts(&part_a, &part_b, &placement, simplex)? {
+        Meeting::Apart(normal) => {
+            memories.forget(pair);
+            pair.part_by(&normal);
+        }
+        Meeting::Touching(mut contact) => {
+            if !pair.is_touching() {
+                memories.of(pair).simplex = cold;
+            }
+            let is_spread = faces == FaceContact::Spread && part_a.vertices.is_none();
+            let footprint = is_spread
+                .then(|| spread(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
+                .flatten();
+            contact.point += part_a.offset;
+            found.push(place, contact, footprint);
+        }
+    }
+    Ok(())
+}
