@@ -194,11 +194,11 @@ impl Coefficients {
     /// A contact that begins slides, as δ = 0: its ξ is −2 γt m Vrt/kt, and its force grows from nothing. One that
     /// sticks until it ends drops its force, weighted by the share of the step in which the bodies touch.
     ///
-    /// `spring` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
+    /// `displacement` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
     /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
     /// thesis eqs 3.20-3.21 and ξ stays zero; [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
-    pub fn force(&self, encounter: &Encounter, spring: &mut Vec3, dt: f64) -> Vec3 {
+    pub fn force(&self, encounter: &Encounter, displacement: &mut Vec3, dt: f64) -> Vec3 {
         let Encounter { normal, overlap, velocity, .. } = *encounter;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
@@ -215,16 +215,16 @@ impl Coefficients {
         let (stiffness, compliance) = (self.tangential_stiffness, 1.0 / self.tangential_stiffness);
         let dashpot = self.tangential_dashpot + self.step_dashpot(dt);
         let viscous = sliding * dashpot;
-        let is_new = (spring.x == 0.0) & (spring.y == 0.0) & (spring.z == 0.0);
+        let is_new = (displacement.x == 0.0) & (displacement.y == 0.0) & (displacement.z == 0.0);
         let begins = begins(share, opening) & is_new;
         let since = if begins { (share - 0.5) * dt - dashpot * compliance } else { 0.5 * dt };
-        let mut stretched = *spring + sliding * since;
+        let mut stretched = *displacement + sliding * since;
         stretched -= normal * stretched.dot(&normal);
         let sticking = stretched * stiffness + viscous;
         let (slides, on_cone) = on_cone(&sticking, limit);
         let force = sticking * if slides { on_cone } else { share_at_end(share, opening) };
         let stretched = if slides { (force - viscous) * compliance } else { stretched };
-        *spring = stretched + sliding * (0.5 * dt);
+        *displacement = stretched + sliding * (0.5 * dt);
         normal_force + force
     }
 

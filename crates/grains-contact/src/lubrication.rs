@@ -15,8 +15,8 @@ pub struct Lubrication {
     pub viscosity: f64,
     /// Thickness H of the films that the grid resolves (m).
     pub range: f64,
-    /// Least thickness of a film over the radius, ε (-).
-    pub least_gap: f64,
+    /// Smallest gap over the radius, the roughness ε (-).
+    pub min_gap: f64,
 }
 
 impl Lubrication {
@@ -30,7 +30,7 @@ impl Lubrication {
         if gap <= 0.0 || gap >= self.range {
             return 0.0;
         }
-        let film = gap.max(self.least_gap * radius);
+        let film = gap.max(self.min_gap * radius);
         let resistance = 6.0 * std::f64::consts::PI * self.viscosity * radius * radius;
         let rate = (resistance * (1.0 / film - 1.0 / self.range)).max(0.0);
         rate.min(0.25 / (inverse_mass * dt)) * approach

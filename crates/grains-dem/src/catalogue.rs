@@ -57,7 +57,7 @@ pub enum FaceContact {
     #[default]
     Point,
     /// At the corners of their common face or line, which share the force.
-    Spread,
+    MultiPoint,
 }
 
 /// Shapes, densities and contact laws of a case.

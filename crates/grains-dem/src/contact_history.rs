@@ -63,46 +63,46 @@ impl<T: Copy> Rows<T> {
 
 /// A contact of two spheres, seen from the particle that holds it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SphereMemory {
+pub(crate) struct SphereHistory {
     pub(crate) partner: u64,
-    pub(crate) spring: Vec3,
+    pub(crate) tangential_displacement: Vec3,
 }
 
 /// What a contact of bodies that are not both spheres remembers while it lasts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ContactMemory {
+pub(crate) struct ContactHistory {
     /// Tangential spring (m).
-    pub(crate) spring: Vec3,
+    pub(crate) tangential_displacement: Vec3,
     /// Spring against twisting about the normal (rad).
-    pub(crate) twist: f64,
+    pub(crate) torsional_angle: f64,
     /// Simplex of the last distance query.
     pub(crate) simplex: Simplex,
 }
 
 /// A contact of two parts, seen from the particle of lower id.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyMemory {
+pub(crate) struct PartHistory {
     pub(crate) partner: u64,
     pub(crate) parts: [u16; 2],
-    pub(crate) contact: ContactMemory,
+    pub(crate) contact: ContactHistory,
 }
 
 /// A contact with a wall.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WallMemory {
+pub(crate) struct WallHistory {
     pub(crate) wall: u16,
     pub(crate) surface: u16,
     pub(crate) part: u16,
     pub(crate) element: u32,
     /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
     pub(crate) image: u8,
-    pub(crate) contact: ContactMemory,
+    pub(crate) contact: ContactHistory,
 }
 
 /// What tells apart the contacts of a particle with walls: wall, surface, part, element, and periodic image.
 pub(crate) type WallKey = (u16, u16, u16, u32, u8);
 
-impl WallMemory {
+impl WallHistory {
     pub(crate) fn key(&self) -> WallKey {
         (self.wall, self.surface, self.part, self.element, self.image)
     }
@@ -110,55 +110,66 @@ impl WallMemory {
 
 /// The memories of all owned particles, in rows by particle.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Memories {
-    pub(crate) spheres: Rows<SphereMemory>,
-    pub(crate) bodies: Rows<BodyMemory>,
-    pub(crate) walls: Rows<WallMemory>,
+pub(crate) struct SavedHistories {
+    pub(crate) spheres: Rows<SphereHistory>,
+    pub(crate) part_pairs: Rows<PartHistory>,
+    pub(crate) walls: Rows<WallHistory>,
 }
 
-/// What the contacts of a particle remember, as of [`Dem::packed_memory`](crate::Dem::packed_memory), with walls that have
+/// What the contacts of a particle remember, as of [`Dem::packed_history`](crate::Dem::packed_history), with walls that have
 /// other numbers now; those without one are forgotten.
 pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Vec<f64> {
-    let mut memories = Memories::default();
-    memories.read(packed);
-    let walls = memories.walls.row(0).iter().filter_map(|m| Some(WallMemory { wall: number(m.wall)?, ..*m }));
+    let mut histories = SavedHistories::default();
+    histories.read(packed);
+    let walls =
+        histories.walls.row(0).iter().filter_map(|m| Some(WallHistory { wall: number(m.wall)?, ..*m }));
     let mut renumbered = Rows::default();
     renumbered.push_row(walls);
-    memories.walls = renumbered;
+    histories.walls = renumbered;
     let mut packed = Vec::new();
-    memories.write(0, &mut packed);
+    histories.write(0, &mut packed);
     packed
 }
 
-impl Memories {
+impl SavedHistories {
     /// Gathers entries (owned particle, memory) into rows.
     pub(crate) fn fill(
         &mut self,
         owned: usize,
-        spheres: impl Fn(&mut dyn FnMut(u32, SphereMemory)),
-        bodies: impl Fn(&mut dyn FnMut(u32, BodyMemory)),
-        walls: impl Fn(&mut dyn FnMut(u32, WallMemory)),
+        spheres: impl Fn(&mut dyn FnMut(u32, SphereHistory)),
+        part_pairs: impl Fn(&mut dyn FnMut(u32, PartHistory)),
+        walls: impl Fn(&mut dyn FnMut(u32, WallHistory)),
     ) {
-        self.spheres.fill(owned, SphereMemory { partner: 0, spring: Vec3::zeros() }, spheres);
-        let contact = ContactMemory::default();
-        self.bodies.fill(owned, BodyMemory { partner: 0, parts: [0; 2], contact }, bodies);
+        self.spheres.fill(
+            owned,
+            SphereHistory { partner: 0, tangential_displacement: Vec3::zeros() },
+            spheres,
+        );
+        let contact = ContactHistory::default();
+        self.part_pairs.fill(owned, PartHistory { partner: 0, parts: [0; 2], contact }, part_pairs);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
-        self.walls.fill(owned, WallMemory { wall, surface, part, element, image, contact }, walls);
+        self.walls.fill(owned, WallHistory { wall, surface, part, element, image, contact }, walls);
     }
 
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        self.spheres.bytes() + self.bodies.bytes() + self.walls.bytes()
+        self.spheres.bytes() + self.part_pairs.bytes() + self.walls.bytes()
     }
 
     /// Appends one particle's memories to a message.
     pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
-        let (spheres, bodies, walls) = (self.spheres.row(row), self.bodies.row(row), self.walls.row(row));
-        message.extend([spheres.len() as f64, bodies.len() as f64, walls.len() as f64]);
+        let (spheres, part_pairs, walls) =
+            (self.spheres.row(row), self.part_pairs.row(row), self.walls.row(row));
+        message.extend([spheres.len() as f64, part_pairs.len() as f64, walls.len() as f64]);
         for m in spheres {
-            message.extend([m.partner as f64, m.spring.x, m.spring.y, m.spring.z]);
+            message.extend([
+                m.partner as f64,
+                m.tangential_displacement.x,
+                m.tangential_displacement.y,
+                m.tangential_displacement.z,
+            ]);
         }
-        for m in bodies {
+        for m in part_pairs {
             message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
             m.contact.write(message);
         }
@@ -180,32 +191,38 @@ impl Memories {
         };
         self.spheres.push_row((0..counts[0]).map(|_| {
             let m = take(4);
-            SphereMemory { partner: m[0] as u64, spring: Vec3::new(m[1], m[2], m[3]) }
+            SphereHistory { partner: m[0] as u64, tangential_displacement: Vec3::new(m[1], m[2], m[3]) }
         }));
-        self.bodies.push_row((0..counts[1]).map(|_| {
+        self.part_pairs.push_row((0..counts[1]).map(|_| {
             let m = take(3);
             let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
-            BodyMemory { partner, parts, contact: ContactMemory::read(&mut take) }
+            PartHistory { partner, parts, contact: ContactHistory::read(&mut take) }
         }));
         self.walls.push_row((0..counts[2]).map(|_| {
             let m = take(5);
             let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
             let (element, image) = (m[3] as u32, m[4] as u8);
-            WallMemory { wall, surface, part, element, image, contact: ContactMemory::read(&mut take) }
+            WallHistory { wall, surface, part, element, image, contact: ContactHistory::read(&mut take) }
         }));
         rest
     }
 }
 
-impl ContactMemory {
+impl ContactHistory {
     /// Whether there is anything to remember.
     pub(crate) fn is_empty(&self) -> bool {
-        self.simplex.len == 0 && self.twist == 0.0 && self.spring == Vec3::zeros()
+        self.simplex.len == 0 && self.torsional_angle == 0.0 && self.tangential_displacement == Vec3::zeros()
     }
 
     fn write(&self, message: &mut Vec<f64>) {
-        let Self { spring, twist, simplex } = self;
-        message.extend([spring.x, spring.y, spring.z, *twist, f64::from(simplex.len)]);
+        let Self { tangential_displacement, torsional_angle, simplex } = self;
+        message.extend([
+            tangential_displacement.x,
+            tangential_displacement.y,
+            tangential_displacement.z,
+            *torsional_angle,
+            f64::from(simplex.len),
+        ]);
         for k in 0..simplex.len as usize {
             for p in [&simplex.a[k], &simplex.b[k]] {
                 message.extend([p.x, p.y, p.z]);
@@ -221,7 +238,7 @@ impl ContactMemory {
             simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
             simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
         }
-        Self { spring: Vec3::new(m[0], m[1], m[2]), twist: m[3], simplex }
+        Self { tangential_displacement: Vec3::new(m[0], m[1], m[2]), torsional_angle: m[3], simplex }
     }
 }
 
@@ -231,28 +248,37 @@ mod tests {
 
     #[test]
     fn memories_survive_gathering_and_packing() {
-        let spring = |k: f64| Vec3::new(k, -k, 2.0 * k);
-        let simplex = Simplex { len: 2, a: [spring(1.0); 4], b: [spring(2.0); 4] };
-        let mut gathered = Memories::default();
+        let tangential_displacement = |k: f64| Vec3::new(k, -k, 2.0 * k);
+        let simplex =
+            Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
+        let mut gathered = SavedHistories::default();
         gathered.fill(
             3,
             |add| {
-                add(2, SphereMemory { partner: 7, spring: spring(0.5) });
-                add(0, SphereMemory { partner: 8, spring: spring(0.25) });
-                add(2, SphereMemory { partner: 9, spring: spring(0.125) });
+                add(2, SphereHistory { partner: 7, tangential_displacement: tangential_displacement(0.5) });
+                add(0, SphereHistory { partner: 8, tangential_displacement: tangential_displacement(0.25) });
+                add(2, SphereHistory { partner: 9, tangential_displacement: tangential_displacement(0.125) });
             },
             |add| {
-                let contact = ContactMemory { spring: spring(3.0), twist: 0.1, simplex };
-                add(1, BodyMemory { partner: 3, parts: [4, 5], contact })
+                let contact = ContactHistory {
+                    tangential_displacement: tangential_displacement(3.0),
+                    torsional_angle: 0.1,
+                    simplex,
+                };
+                add(1, PartHistory { partner: 3, parts: [4, 5], contact })
             },
             |add| {
-                let contact = ContactMemory { spring: spring(5.0), twist: -0.3, simplex };
-                add(2, WallMemory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
+                let contact = ContactHistory {
+                    tangential_displacement: tangential_displacement(5.0),
+                    torsional_angle: -0.3,
+                    simplex,
+                };
+                add(2, WallHistory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
             },
         );
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
         assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());
-        let mut again = Memories::default();
+        let mut again = SavedHistories::default();
         for row in 0..3 {
             let (mut message, mut copy) = (Vec::new(), Vec::new());
             gathered.write(row, &mut message);
@@ -263,7 +289,7 @@ mod tests {
     }
 
     /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.
-    fn memory(walls: &[f64]) -> Vec<f64> {
+    fn history(walls: &[f64]) -> Vec<f64> {
         let mut packed = vec![1.0, 0.0, walls.len() as f64, 7.0, 0.1, 0.2, 0.3];
         for (k, wall) in walls.iter().enumerate() {
             packed.extend([*wall, 1.0, 0.0, 5.0, 13.0, 0.5 + k as f64, 0.25, 0.125, 2.0, 0.0]);
@@ -273,9 +299,9 @@ mod tests {
 
     #[test]
     fn contacts_keep_to_their_walls_when_others_come_and_go() {
-        let packed = memory(&[0.0, 1.0, 2.0]);
+        let packed = history(&[0.0, 1.0, 2.0]);
         assert_eq!(renumber_walls(&packed, Some), packed);
-        assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), memory(&[3.0, 4.0, 5.0]));
+        assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), history(&[3.0, 4.0, 5.0]));
         // The first is gone: the springs of the others stay with them.
         let moved = renumber_walls(&packed, |wall| wall.checked_sub(1));
         let wanted: Vec<f64> =

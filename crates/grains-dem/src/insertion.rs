@@ -54,7 +54,7 @@ impl NewParticle {
             let frame = self.frame();
             frame * catalogue.inertia(&body).component_mul(&frame.tr_mul(&self.angular_velocity))
         };
-        let half_velocity = half_step_back(self.velocity, &dem.setup.rates);
+        let half_velocity = half_step_back(self.velocity, &dem.setup.parameters);
         ParticleRecord {
             id: self.id,
             body,
@@ -202,7 +202,7 @@ impl Occupancy {
             return None;
         }
         let (catalogue, radius) = (&dem.setup.catalogue, new.radius(&dem.setup.catalogue));
-        let reach = radius + self.largest_radius;
+        let range = radius + self.largest_radius;
         for code in 0..27 {
             let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
             if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
@@ -211,7 +211,7 @@ impl Occupancy {
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
             let outside =
-                (0..3).any(|a| image[a] < global.lower[a] - reach || image[a] > global.upper[a] + reach);
+                (0..3).any(|a| image[a] < global.lower[a] - range || image[a] > global.upper[a] + range);
             if outside {
                 continue;
             }

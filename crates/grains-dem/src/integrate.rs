@@ -7,15 +7,15 @@
 use crate::catalogue::Catalogue;
 use crate::particles::{Load, Particles};
 use crate::prescribed::Course;
-use crate::rotation::{Tops, angular_velocity};
+use crate::rotation::{FreeRotors, angular_velocity};
 use crate::tunnelling;
-use crate::verlet::{Neighbours, Reference};
+use crate::verlet::{Reference, VerletLists};
 use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
 /// What changes all velocities alike.
 #[derive(Clone, Copy, Debug)]
-pub struct Rates {
+pub struct StepParameters {
     /// Gravity (m/s²).
     pub gravity: Vec3,
     /// Time step (s).
@@ -23,8 +23,8 @@ pub struct Rates {
 }
 
 /// Velocity half a step before a particle is placed with `velocity` (m/s): it has flown freely until then.
-pub fn half_step_back(velocity: Vec3, rates: &Rates) -> Vec3 {
-    velocity - rates.gravity * (0.5 * rates.dt)
+pub fn half_step_back(velocity: Vec3, parameters: &StepParameters) -> Vec3 {
+    velocity - parameters.gravity * (0.5 * parameters.dt)
 }
 
 /// Velocity v(t − Δt'/2) that goes with the velocity v(t) and v(t − Δt/2) under the same acceleration, of `ratio` Δt'/Δt; any
@@ -36,15 +36,15 @@ pub fn other_half_step(now: Vec3, half: Vec3, ratio: f64) -> Vec3 {
 /// Kicks and drifts all owned particles and empties their loads; returns whether the lists are stale.
 pub(crate) fn advance(
     particles: &mut Particles,
-    neighbours: &Neighbours,
+    neighbours: &VerletLists,
     catalogue: &Catalogue,
     (global, courses): (&GlobalBox, &[Course]),
-    rates: &Rates,
+    parameters: &StepParameters,
     largest_force: f64,
 ) -> Advance {
     let mut outcome = Advance { is_stale: false, overloaded: None, fast: Vec::new() };
     let (all_spheres, positions) = (catalogue.all_spheres(), &global.quantum);
-    let (half, dt) = (0.5 * rates.dt, rates.dt);
+    let (half, dt) = (0.5 * parameters.dt, parameters.dt);
     let mut turning = Turning::default();
     for i in 0..particles.owned {
         let load = std::mem::take(&mut particles.loads[i]);
@@ -54,10 +54,10 @@ pub(crate) fn advance(
         }
         if body.is_guided() {
             guide(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
-            outcome.is_stale |= !is_within_reach(particles, neighbours, i);
+            outcome.is_stale |= !is_within_allowance(particles, neighbours, i);
             continue;
         }
-        let acceleration = load.force * (1.0 / body.mass) + rates.gravity;
+        let acceleration = load.force * (1.0 / body.mass) + parameters.gravity;
         let velocity = particles.half_velocity[i] + acceleration * dt;
         particles.half_velocity[i] = velocity;
         body.velocity = velocity + acceleration * half;
@@ -74,7 +74,7 @@ pub(crate) fn advance(
                 outcome.fast.push(i);
             }
             if !all_spheres {
-                particles.travelled[i] += (body.position - before).norm();
+                particles.path_length[i] += (body.position - before).norm();
             }
         } else {
             turning.push(i, before, load);
@@ -83,7 +83,7 @@ pub(crate) fn advance(
             }
             continue;
         }
-        outcome.is_stale |= !is_within_reach(particles, neighbours, i);
+        outcome.is_stale |= !is_within_allowance(particles, neighbours, i);
     }
     outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt, &mut outcome.fast);
     outcome
@@ -113,7 +113,7 @@ fn guide(
             let orientation = course.turned(&particles.orientations[i]);
             particles.turn_to(i, &before, orientation);
         } else {
-            particles.travelled[i] += (after.position - before).norm();
+            particles.path_length[i] += (after.position - before).norm();
         }
         let frame = &particles.frames[i];
         particles.half_spin[i] = frame * inertia.component_mul(&frame.tr_mul(&spin));
@@ -123,7 +123,7 @@ fn guide(
         return;
     }
     if !catalogue.all_spheres() {
-        particles.travelled[i] += (after.position - before).norm();
+        particles.path_length[i] += (after.position - before).norm();
     }
     // A sphere is where it is, however it turns.
     if velocity.norm() * dt > particles.bodies[i].radius {
@@ -133,7 +133,7 @@ fn guide(
 
 /// What a pass over the particles found.
 pub(crate) struct Advance {
-    /// Whether some particle went beyond its reach.
+    /// Whether some particle went beyond its allowance.
     pub(crate) is_stale: bool,
     /// A particle under a force (N) that the sums cannot hold.
     pub(crate) overloaded: Option<(usize, f64)>,
@@ -161,17 +161,17 @@ impl Turning {
         self.count == TOGETHER
     }
 
-    /// Turns them: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt. Returns whether one is out of its reach.
+    /// Turns them: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt. Returns whether one is out of its allowance.
     fn turn(
         &mut self,
         particles: &mut Particles,
-        neighbours: &Neighbours,
+        neighbours: &VerletLists,
         catalogue: &Catalogue,
         dt: f64,
         fast: &mut Vec<usize>,
     ) -> bool {
         let waiting = &self.waiting[..std::mem::take(&mut self.count)];
-        let mut tops = Tops::<TOGETHER>::default();
+        let mut tops = FreeRotors::<TOGETHER>::default();
         let mut inertias = [Vec3::zeros(); TOGETHER];
         for (lane, (i, _, load)) in waiting.iter().enumerate() {
             let spin = &mut particles.half_spin[*i];
@@ -187,7 +187,7 @@ impl Turning {
             let predicted = particles.half_spin[i] + load.torque * (0.5 * dt);
             particles.bodies[i].angular_velocity =
                 angular_velocity(&particles.frames[i], &inertias[lane], &predicted);
-            is_stale |= !is_within_reach(particles, neighbours, i);
+            is_stale |= !is_within_allowance(particles, neighbours, i);
             if tunnelling::is_fast(catalogue, &particles.bodies[i], dt) {
                 fast.push(i);
             }
@@ -196,17 +196,17 @@ impl Turning {
     }
 }
 
-/// Whether particle `i` has moved and turned less than its reach; false if it is no longer a number.
+/// Whether particle `i` has moved and turned less than its allowance; false if it is no longer a number.
 #[inline(always)]
-fn is_within_reach(particles: &Particles, neighbours: &Neighbours, i: usize) -> bool {
+fn is_within_allowance(particles: &Particles, neighbours: &VerletLists, i: usize) -> bool {
     let body = &particles.bodies[i];
-    let Reference { position, reach } = neighbours.references[i];
+    let Reference { position, allowance } = neighbours.references[i];
     let moved = body.position - position;
     let Some(before) = neighbours.reference_orientations.get(i) else {
-        return moved.norm_squared() < reach * reach;
+        return moved.norm_squared() < allowance * allowance;
     };
     // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body,
     // at most √3 R away, by more than √3 R θ; the factor 4 covers angles up to a radian.
     let turned = (particles.orientations[i].coords - before.coords).norm();
-    moved.norm() + 4.0 * body.radius * turned < reach
+    moved.norm() + 4.0 * body.radius * turned < allowance
 }

@@ -66,7 +66,7 @@ pub use exchange::{ExchangeStrategy, Traffic};
 pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
-pub use integrate::{Rates, half_step_back, other_half_step};
+pub use integrate::{StepParameters, half_step_back, other_half_step};
 pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;
 pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Particles};

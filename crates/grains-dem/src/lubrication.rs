@@ -9,7 +9,7 @@ use grains_contact::Lubrication;
 pub(crate) fn add_between_spheres(
     particles: &mut Particles,
     pairs: &[SpherePair],
-    film: &Lubrication,
+    lubrication: &Lubrication,
     quanta: &LoadQuanta,
     dt: f64,
 ) {
@@ -20,14 +20,14 @@ pub(crate) fn add_between_spheres(
         let (a, b) = (&bodies[i], &bodies[j]);
         let separation = b.position - a.position;
         let (distance, radii) = (separation.norm(), a.radius + b.radius);
-        if distance >= radii + film.range || distance <= radii {
+        if distance >= radii + lubrication.range || distance <= radii {
             continue;
         }
         let normal = separation / distance;
         let approach = (a.velocity - b.velocity).dot(&normal);
         let radius = a.radius * b.radius / radii;
-        let inverse_mass = 1.0 / a.mass_felt() + 1.0 / b.mass_felt();
-        let size = film.force(distance - radii, approach, radius, inverse_mass, dt);
+        let inverse_mass = 1.0 / a.contact_mass() + 1.0 / b.contact_mass();
+        let size = lubrication.force(distance - radii, approach, radius, inverse_mass, dt);
         let force = quanta.force(&(normal * size));
         loads[i].force -= force;
         if j < owned {
@@ -41,7 +41,7 @@ pub(crate) fn add_at_walls(
     particles: &mut Particles,
     list: &WallList,
     scene: &WallScene,
-    film: &Lubrication,
+    lubrication: &Lubrication,
     wall_loads: &mut [WallLoad],
     pass: ContactPass,
 ) {
@@ -58,7 +58,7 @@ pub(crate) fn add_at_walls(
         let position = scene.center(pair, &body.position, &list.shifts);
         let (surface, center) = (&wall.surfaces[pair.surface as usize], state.to_wall(&position));
         // A sphere larger by the range meets the wall where this one has a film.
-        let met = surface.meets_sphere(pair.element, &center, body.radius + film.range);
+        let met = surface.meets_sphere(pair.element, &center, body.radius + lubrication.range);
         let met = match met {
             Ok(Some(met)) => met,
             Ok(None) => continue,
@@ -71,7 +71,13 @@ pub(crate) fn add_at_walls(
         let normal = state.to_world(&met.normal);
         let point = position + normal * body.radius;
         let approach = (body.velocity - state.velocity_at(&point)).dot(&normal);
-        let size = film.force(film.range - met.overlap, approach, body.radius, 1.0 / body.mass, scene.dt);
+        let size = lubrication.force(
+            lubrication.range - met.overlap,
+            approach,
+            body.radius,
+            1.0 / body.mass,
+            scene.dt,
+        );
         let force = quanta.force(&(normal * size));
         let load: &mut Load = &mut particles.loads[pair.particle as usize];
         load.force -= force;

@@ -18,20 +18,20 @@ pub(crate) fn shifts(global: &GlobalBox) -> Vec<Vec3> {
     (0..27).map(|image| Vec3::from_fn(|a, _| f64::from(steps(image)[a]) * length(a))).collect()
 }
 
-/// Images that may come within `reach` (m) of something in the box, by steps along some periodic axes.
+/// Images that may come within `range` (m) of something in the box, by steps along some periodic axes.
 pub(crate) fn near_faces<'a>(
     global: &'a GlobalBox,
     position: &Vec3,
-    reach: f64,
+    range: f64,
     axes: [bool; 3],
 ) -> impl Iterator<Item = u8> + 'a {
     let near = std::array::from_fn::<_, 3, _>(|a| {
         let is_open = axes[a] && global.periodic[a];
         // Moved up it must be near the lower face, and the other way round.
         [
-            is_open && global.upper[a] - position[a] < reach,
+            is_open && global.upper[a] - position[a] < range,
             true,
-            is_open && position[a] - global.lower[a] < reach,
+            is_open && position[a] - global.lower[a] < range,
         ]
     });
     let home_only = near.iter().all(|[down, _, up]| !down && !up);

@@ -6,7 +6,7 @@
 use crate::catalogue::Catalogue;
 use crate::error::{StepError, vector};
 use crate::particles::{Body, Particles};
-use crate::verlet::Neighbours;
+use crate::verlet::VerletLists;
 use crate::walls::{Surface, WallScene};
 use grains_geometry::{Shape, Vec3};
 
@@ -39,13 +39,13 @@ pub(crate) fn is_fast(catalogue: &Catalogue, body: &Body, dt: f64) -> bool {
 /// What a fast particle may have passed through in the step just made, of what is listed with it.
 pub(crate) fn check(
     particles: &Particles,
-    neighbours: &Neighbours,
+    neighbours: &VerletLists,
     fast: &[usize],
     scene: &WallScene,
     catalogue: &Catalogue,
     step: u64,
 ) -> Option<StepError> {
-    let found = |i: usize, other: String, way: f64, allowed: f64| StepError::Passing {
+    let found = |i: usize, other: String, way: f64, allowed: f64| StepError::Tunnelling {
         id: particles.ids[i],
         other,
         step,
@@ -67,7 +67,7 @@ pub(crate) fn check(
     let mut is_among = vec![false; particles.bodies.len()];
     fast.iter().for_each(|&i| is_among[i] = true);
     let spheres = neighbours.spheres.iter().map(|pair| (pair.a as usize, pair.b as usize));
-    let bodies = neighbours.bodies.pairs.iter().map(|pair| (pair.a as usize, pair.b as usize));
+    let bodies = neighbours.part_pairs.pairs.iter().map(|pair| (pair.a as usize, pair.b as usize));
     let pairs = spheres.chain(bodies).filter(|&(i, j)| is_among[i] || is_among[j]);
     if let Some(error) = pairs.into_iter().find_map(|(i, j)| may_pass(i, j)) {
         return Some(error);

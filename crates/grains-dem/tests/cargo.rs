@@ -11,7 +11,7 @@ use grains_geometry::{Shape, Vec3};
 #[test]
 fn cargo_travels_with_its_particle() {
     let mut setup = setup([0.02; 3], [true; 3], vec![Shape::sphere(0.5e-3).unwrap()], law(false));
-    setup.rates.gravity = Vec3::zeros();
+    setup.parameters.gravity = Vec3::zeros();
     let particles = lattice([1e-3; 3], [19e-3; 3], 3e-3, 1, 10.0);
     let scene = Scene { setup, particles };
     for ranks in [[1, 1, 1], [2, 1, 1], [2, 2, 2]] {

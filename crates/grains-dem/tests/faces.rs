@@ -48,7 +48,7 @@ fn placed(shape: Shape, floor: Surface, faces: FaceContact, places: &[(Vec3, Rot
     let mut setup = setup([0.1; 3], [false; 3], vec![shape], law());
     setup.catalogue.faces = faces;
     setup.catalogue.contacts.set(0, 1, law());
-    setup.rates.dt = 3e-5;
+    setup.parameters.dt = 3e-5;
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let mut dem = Dem::new(setup, 0).unwrap();
     for (id, &(position, orientation)) in places.iter().enumerate() {
@@ -68,7 +68,7 @@ fn placed(shape: Shape, floor: Surface, faces: FaceContact, places: &[(Vec3, Rot
 }
 
 fn run(dem: &mut Dem, seconds: f64) {
-    for _ in 0..(seconds / dem.setup.rates.dt).round() as u64 {
+    for _ in 0..(seconds / dem.setup.parameters.dt).round() as u64 {
         dem.step(&SerialTransport).unwrap();
     }
 }
@@ -107,7 +107,7 @@ fn cube() -> Shape {
 fn a_cube_at_rest_stays_for_ten_seconds() {
     let turn = Rotation::from_axis_angle(&Vec3::z_axis(), 0.4);
     for floor in [plane(), tiles(37)] {
-        let [moved, turned, speed] = drift(cube(), floor, FaceContact::Spread, turn, 0.5005 * EDGE, 10.0);
+        let [moved, turned, speed] = drift(cube(), floor, FaceContact::MultiPoint, turn, 0.5005 * EDGE, 10.0);
         assert!(moved < 1e-9 * EDGE && turned < 1e-9, "moved {moved:e} m, turned {turned:e}");
         assert!(speed < 1e-10, "still moves at {speed:e} m/s");
     }
@@ -129,11 +129,11 @@ fn a_cylinder_stays_on_its_side_and_on_its_end() {
     let lying = Rotation::from_axis_angle(&Vec3::x_axis(), FRAC_PI_2);
     for floor in [plane(), tiles(37)] {
         let [moved, turned, speed] =
-            drift(rod(), floor.clone(), FaceContact::Spread, Rotation::identity(), 1.0005 * EDGE, 10.0);
+            drift(rod(), floor.clone(), FaceContact::MultiPoint, Rotation::identity(), 1.0005 * EDGE, 10.0);
         assert!(moved < 1e-9 * EDGE && turned < 1e-9, "moved {moved:e} m, turned {turned:e}");
         assert!(speed < 1e-10, "still moves at {speed:e} m/s");
         // On its side it is free to roll; landing on tiles may set it off, but nothing drives it on.
-        let [moved, _, speed] = drift(rod(), floor, FaceContact::Spread, lying, 0.5005 * EDGE, 10.0);
+        let [moved, _, speed] = drift(rod(), floor, FaceContact::MultiPoint, lying, 0.5005 * EDGE, 10.0);
         assert!(moved < 1e-3 * EDGE, "rolled {moved:e} m");
         assert!(speed < 3.3 * moved / 10.0 + 1e-10, "rolls at {speed:e} m/s, {moved:e} m in 10 s");
     }
@@ -142,7 +142,7 @@ fn a_cylinder_stays_on_its_side_and_on_its_end() {
 #[test]
 fn a_cube_dropped_askew_comes_to_rest_on_a_face() {
     let turn = Rotation::new(Vec3::new(0.4, 0.3, 0.2));
-    let [moved, turned, speed] = drift(cube(), plane(), FaceContact::Spread, turn, 1.2 * EDGE, 1.0);
+    let [moved, turned, speed] = drift(cube(), plane(), FaceContact::MultiPoint, turn, 1.2 * EDGE, 1.0);
     assert!(
         moved < 1e-8 * EDGE && turned < 1e-8 && speed < 1e-9,
         "{moved:e} m, {turned:e} rad, {speed:e} m/s"
@@ -164,7 +164,7 @@ fn tower(faces: FaceContact) -> Dem {
 
 #[test]
 fn a_tower_of_ten_cubes_stands() {
-    let mut dem = tower(FaceContact::Spread);
+    let mut dem = tower(FaceContact::MultiPoint);
     run(&mut dem, 2.0);
     let before: Vec<_> = (0..10).map(|k| place(&dem, k)).collect();
     run(&mut dem, 3.0);

@@ -15,7 +15,7 @@ const RADIUS: f64 = 1.5e-3;
 /// Two spheres with a gap (m) between them, the second (id 8) with a velocity (m/s).
 fn pair(gap: f64, velocity: Vec3) -> Dem {
     let mut setup = setup([0.5; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law(true));
-    setup.rates.gravity = Vec3::zeros();
+    setup.parameters.gravity = Vec3::zeros();
     let mut dem = Dem::new(setup, 0).unwrap();
     for (id, x, velocity) in [(3, 0.2, Vec3::zeros()), (8, 0.2 + 2.0 * RADIUS + gap, velocity)] {
         let particle = NewParticle {
@@ -58,7 +58,7 @@ fn a_particle_that_outruns_its_neighbours_is_named() {
 #[test]
 fn a_particle_alone_may_go_as_far_as_it_likes() {
     let mut setup = setup([0.5; 3], [true; 3], vec![Shape::sphere(RADIUS).unwrap()], law(true));
-    setup.rates.gravity = Vec3::zeros();
+    setup.parameters.gravity = Vec3::zeros();
     let mut dem = Dem::new(setup, 0).unwrap();
     let record = NewParticle {
         id: 0,
@@ -121,8 +121,8 @@ fn sweeping(dt: f64, fibre: bool, sheet: bool) -> Result<(), StepError> {
         Shape::sphere(0.5e-3).unwrap(),
     ];
     let mut setup = setup([0.2; 3], [false; 3], shapes, law(true));
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = dt;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = dt;
     let middle = Vec3::repeat(0.1);
     // The fibre lies along z and turns about x: its upper end goes towards -y, the ball flies there.
     let aside = Vec3::new(0.0, -8e-3, 8e-3);
@@ -183,7 +183,7 @@ fn what_may_pass_through_thin_bodies_or_sheets_is_named() {
                 Err(error) => {
                     let is_named = matches!(
                         error,
-                        StepError::Passing { .. }
+                        StepError::Tunnelling { .. }
                             | StepError::Jump { .. }
                             | StepError::Overlap { .. }
                             | StepError::Load { .. }

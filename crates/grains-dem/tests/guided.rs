@@ -116,8 +116,8 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
         let law = ContactLaw::new(1e5, restitution, 0.3, tangential);
         let collision = CollisionEstimate::new(&law, mass);
         let mut setup = setup([0.02; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
-        setup.rates.gravity = Vec3::zeros();
-        setup.rates.dt = collision.contact_time / 400.0;
+        setup.parameters.gravity = Vec3::zeros();
+        setup.parameters.dt = collision.contact_time / 400.0;
         // The fixed one may move towards the free one, or away.
         let velocity = Vec3::z() * speed;
         setup.guides = vec![guide(7..8, Motion::Translation { velocity, start: 0.0, end: f64::INFINITY })];
@@ -140,7 +140,7 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
         let after = dem.particles.bodies[index(&dem, 2)].velocity.z;
         let wanted = speed + restitution * (1.0 + speed);
         assert!((after - wanted).abs() < 5e-3 * (1.0 + speed), "{after} for {wanted}");
-        let duration = f64::from(steps) * dem.setup.rates.dt / collision.contact_time;
+        let duration = f64::from(steps) * dem.setup.parameters.dt / collision.contact_time;
         assert!((duration - 1.0).abs() < 6e-3, "{duration} contact times");
         if restitution == 1.0 && speed == 0.0 {
             assert!((energy(&dem) / before - 1.0).abs() < 1e-6, "{before:e} J, then {:e} J", energy(&dem));
@@ -153,8 +153,8 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
 fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
     let elastic = ContactLaw::new(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.02; 3], [true; 3], mixed_shapes(RADIUS), elastic);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = 2e-7;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = 2e-7;
     setup.guides = vec![guide(0..16, Motion::Fixed)];
     let particles = lattice([0.0; 3], [0.02; 3], 3.2e-3, 4, 6.0);
     let mut dem = start(setup, particles);
@@ -207,7 +207,7 @@ fn momentum_goes_to_the_fixed_bodies() {
         (0..dem.particles.owned).filter(free).map(of).sum()
     };
     let mass: f64 = dem.particles.bodies.iter().filter(|b| !b.is_guided()).map(|b| b.mass).sum();
-    let (dt, gravity) = (dem.setup.rates.dt, dem.setup.rates.gravity);
+    let (dt, gravity) = (dem.setup.parameters.dt, dem.setup.parameters.gravity);
     let (mut before, mut on_fixed) = (momentum(&dem), Vec3::zeros());
     for step in 0..3000 {
         dem.refresh(&SerialTransport).unwrap();
@@ -230,7 +230,7 @@ fn momentum_goes_to_the_fixed_bodies() {
 /// Free and fixed bodies, shaken and turning ones, spheres and others, in a box periodic along two axes.
 fn mill(shapes: Vec<Shape>) -> Scene {
     let mut setup = setup([0.03; 3], [true, true, false], shapes, law(true));
-    setup.rates.gravity = Vec3::new(4.0, 3.0, -30.0);
+    setup.parameters.gravity = Vec3::new(4.0, 3.0, -30.0);
     setup.overlap_limit = 0.6;
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 1e-3), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
@@ -264,7 +264,7 @@ fn held_and_driven_bodies_change_no_bit_with_ranks_skin_and_restart() {
         let mut scene = mill(shapes);
         let mut steps = 900;
         if is_hard {
-            let rates = &mut scene.setup.rates;
+            let rates = &mut scene.setup.parameters;
             (rates.dt, steps) = (1e-5, 300);
             let model = HardModel { scheme: ImpulseScheme::Exact, ..HardModel::new(rates) };
             scene.setup.collisions = CollisionModel::Hard(model);
@@ -280,7 +280,7 @@ fn held_and_driven_bodies_change_no_bit_with_ranks_skin_and_restart() {
             let found = scene.run_with_restart(first, stop, second, steps - stop);
             assert_same(&wanted, &found, &format!("{first:?} then {second:?}"));
         }
-        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
+        scene.setup.skin = Skin { min: 0.1, max: 0.2, horizon: 7.0 };
         assert_same(&wanted, &scene.run([2, 1, 1], steps), "skin");
     }
 }
@@ -291,9 +291,9 @@ fn hard_spheres_leave_fixed_ones_as_they_leave_walls() {
     for restitution in [1.0, 0.6] {
         let law = ContactLaw::rigid(restitution, 0.0);
         let mut setup = setup([0.02; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
-        setup.rates.gravity = Vec3::zeros();
-        setup.rates.dt = 1e-5;
-        setup.collisions = CollisionModel::Hard(HardModel::new(&setup.rates));
+        setup.parameters.gravity = Vec3::zeros();
+        setup.parameters.dt = 1e-5;
+        setup.collisions = CollisionModel::Hard(HardModel::new(&setup.parameters));
         setup.guides = vec![guide(1..2, oscillation(Vec3::y() * 1e-12))];
         let middle = Vec3::repeat(0.01);
         let above = middle + Vec3::z() * 2.5 * RADIUS;

@@ -28,16 +28,16 @@ fn hard(
     let law = ContactLaw::rigid(restitution, friction);
     let mut setup = setup([size; 3], [false; 3], shapes, law);
     setup.catalogue.contacts.set(0, 1, law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = dt;
-    setup.collisions = CollisionModel::Hard(HardModel { scheme, ..HardModel::new(&setup.rates) });
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = dt;
+    setup.collisions = CollisionModel::Hard(HardModel { scheme, ..HardModel::new(&setup.parameters) });
     setup
 }
 
 /// Sets gravity, and the rest speed that goes with it.
 fn with_gravity(mut setup: DemSetup, gravity: Vec3) -> DemSetup {
-    setup.rates.gravity = gravity;
-    setup.collisions = CollisionModel::Hard(HardModel::new(&setup.rates));
+    setup.parameters.gravity = gravity;
+    setup.collisions = CollisionModel::Hard(HardModel::new(&setup.parameters));
     setup
 }
 

@@ -43,8 +43,8 @@ fn drop(shape: Shape, angle: f64, faces: FaceContact, sharing: Sharing) -> Rebou
     let mut setup = setup([0.1; 3], [false; 3], vec![shape], law);
     (setup.catalogue.faces, setup.catalogue.sharing) = (faces, sharing);
     setup.catalogue.contacts.set(0, 1, law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = 1e-8;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = 1e-8;
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, FLOOR), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let mut dem = Dem::new(setup, 0).unwrap();
@@ -101,7 +101,7 @@ fn the_cylinder_and_its_slices_rebound_as_a_rigid_body() {
 fn lines_and_faces_rebound_without_spin() {
     for degrees in [0.0, 90.0_f64] {
         let whole = Shape::cylinder(RADIUS, HEIGHT, CRUST).unwrap();
-        let found = drop(whole, degrees.to_radians(), FaceContact::Spread, Sharing::Mean);
+        let found = drop(whole, degrees.to_radians(), FaceContact::MultiPoint, Sharing::Mean);
         assert!((found.velocity / RESTITUTION - 1.0).abs() < 1e-3 && found.omega.abs() < 1e-3, "{found:?}");
     }
 }
@@ -110,10 +110,10 @@ fn lines_and_faces_rebound_without_spin() {
 fn contacts_shorten_with_the_root_of_their_number_in_model_a_and_stay_in_model_b() {
     let lying = 90.0_f64.to_radians();
     let slices = |n| Shape::sliced_cylinder(RADIUS, HEIGHT, n, CRUST).unwrap();
-    let one = drop(slices(1), lying, FaceContact::Spread, Sharing::Mean).duration;
+    let one = drop(slices(1), lying, FaceContact::MultiPoint, Sharing::Mean).duration;
     for n in [4, 16] {
-        let sum = drop(slices(n), lying, FaceContact::Spread, Sharing::Sum);
-        let mean = drop(slices(n), lying, FaceContact::Spread, Sharing::Mean);
+        let sum = drop(slices(n), lying, FaceContact::MultiPoint, Sharing::Sum);
+        let mean = drop(slices(n), lying, FaceContact::MultiPoint, Sharing::Mean);
         assert!(
             (sum.duration * f64::from(n).sqrt() / one - 1.0).abs() < 0.02,
             "{sum:?} of {n}, one {one:e} s"

@@ -20,9 +20,9 @@ const LEAST: f64 = 1e-3;
 fn scene(viscosity: f64, particles: &[(Vec3, Vec3)]) -> Dem {
     let law = ContactLaw::new(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.05; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = CollisionEstimate::new(&law, MASS).contact_time / 400.0;
-    setup.lubrication = Some(Lubrication { viscosity, range: RANGE, least_gap: LEAST });
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = CollisionEstimate::new(&law, MASS).contact_time / 400.0;
+    setup.lubrication = Some(Lubrication { viscosity, range: RANGE, min_gap: LEAST });
     if particles.len() == 1 {
         let floor = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
         setup.catalogue.contacts.set(0, 1, law);
@@ -97,7 +97,7 @@ fn films_of_any_thickness_are_stable_however_many_act_on_a_sphere() {
     let place = |k: usize| Vec3::new(0.025, 0.025, 0.02 + (2 * k + 1) as f64 * RADIUS + (k + 1) as f64 * gap);
     let row = [0, 1, 2].map(|k| (place(k), Vec3::z() * [0.02, -0.02, 0.01][k]));
     let mut dem = scene(1.0, &row);
-    let rate = 6.0 * PI * RADIUS / LEAST / MASS * dem.setup.rates.dt;
+    let rate = 6.0 * PI * RADIUS / LEAST / MASS * dem.setup.parameters.dt;
     dem.setup.lubrication = dem.setup.lubrication.map(|film| Lubrication { viscosity: 20.0 / rate, ..film });
     let top = 0.02 + 6.0 * RADIUS + 4.0 * gap;
     for (z, normal) in [(0.02, Vec3::z()), (top, -Vec3::z())] {

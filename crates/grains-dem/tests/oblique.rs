@@ -82,13 +82,13 @@ fn before(impact: &Impact, steps: f64, fraction: f64, meets: Meets) -> Dem {
     let ball = Shape::sphere(RADIUS).unwrap();
     let cube = Shape::cuboid(Vec3::repeat(2.0 * RADIUS), 0.05).unwrap();
     let mut setup = setup([0.05; 3], [false; 3], vec![ball, cube], law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = impact.collision().contact_time / steps;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = impact.collision().contact_time / steps;
     setup.overlap_limit = 0.5;
     setup.catalogue.contacts.set(0, 1, law);
     let middle = Vec3::repeat(0.025);
     let velocity = Vec3::new(impact.angle.sin(), 0.0, -impact.angle.cos());
-    let gap = Vec3::z() * (-velocity.z * setup.rates.dt * fraction);
+    let gap = Vec3::z() * (-velocity.z * setup.parameters.dt * fraction);
     let still = NewParticle {
         id: 0,
         kind: Kind { shape: 0, material: 0 },

@@ -55,7 +55,7 @@ fn scene(tube: OpenTube, shape: Shape, law: ContactLaw, particle: NewParticle) -
     let base = setup([2.0 * MIDDLE; 3], [false; 3], vec![shape], law);
     let mut scene = Scene { setup: DemSetup { overlap_limit: 1.0, ..base }, particles: vec![particle] };
     scene.setup.catalogue.contacts.set(0, 1, law);
-    scene.setup.rates.gravity = Vec3::zeros();
+    scene.setup.parameters.gravity = Vec3::zeros();
     scene.setup.walls = vec![wall("tube", Surface::OpenTube(tube), Motion::Fixed)];
     scene
 }
@@ -178,7 +178,7 @@ fn bodies_meet_open_tubes_where_points_of_the_sheet_are_in_them() {
                 continue; // wedged: the sheet goes through it
             }
             let mut scene = scene(tube, shape.clone(), law(false), particle(at, turn));
-            scene.setup.rates.dt = 1e-12;
+            scene.setup.parameters.dt = 1e-12;
             let deepest = deepest_contact(&mut scene.start([1; 3], 0));
             let error = (deepest - (-gap).max(0.0)).abs();
             assert!(
@@ -219,7 +219,7 @@ fn elastic_bodies_bounce_off_rims_with_the_energy_they_had() {
             let new =
                 NewParticle { velocity: -way * 0.3, ..particle(start, Rotation::new(random.vector() * 3.0)) };
             let mut scene = scene(tube, shape.clone(), elastic, new);
-            scene.setup.rates.dt = 2.5e-7;
+            scene.setup.parameters.dt = 2.5e-7;
             let mut dem = scene.start([1; 3], 0);
             dem.step(&SerialTransport).unwrap();
             let before = energy(&dem, &shape);
@@ -262,7 +262,7 @@ fn a_ball_on_a_seat_is_held_all_around() {
         let height = tube.half_length + 0.88 * RADIUS;
         let new = particle(tube.center + Vec3::new(off, 0.0, height), Rotation::identity());
         let mut scene = scene(tube, Shape::sphere(RADIUS).unwrap(), law, new);
-        scene.setup.rates.gravity = -Vec3::z() * 9.81;
+        scene.setup.parameters.gravity = -Vec3::z() * 9.81;
         let mut dem = scene.start([1; 3], 0);
         (0..50_000).for_each(|_| dem.step(&SerialTransport).unwrap());
         let body = &dem.particles.bodies[0];
@@ -282,7 +282,7 @@ fn a_rain_over_a_tube_is_the_same_on_any_ranks_skin_and_restart() {
     for (shapes, steps) in [(mixed_shapes(1.4e-3), 1500), (knobbly_shapes(1.4e-3), 1500)] {
         let kinds = shapes.len() as u16;
         let mut setup = setup([0.03, 0.03, 0.04], [true, true, false], shapes, law(true));
-        setup.rates.gravity = Vec3::new(2.0, 1.0, -60.0);
+        setup.parameters.gravity = Vec3::new(2.0, 1.0, -60.0);
         let shake = Motion::Oscillation {
             amplitude: Vec3::new(2e-4, 1e-4, 1e-4),
             frequency: 60.0,
@@ -315,7 +315,7 @@ fn a_rain_over_a_tube_is_the_same_on_any_ranks_skin_and_restart() {
             assert!(reference == scene.run(ranks, steps), "{ranks:?}");
         }
         assert!(reference == scene.run_with_restart([2, 1, 1], steps - 50, [1, 3, 1], 50), "restart");
-        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
+        scene.setup.skin = Skin { min: 0.1, max: 0.2, horizon: 7.0 };
         assert!(reference == scene.run([2, 1, 1], steps), "skin");
     }
 }

@@ -71,7 +71,7 @@ fn silo() -> Scene {
 /// Periodic shear of mixed cubes, cylinders, icosahedra and spheres.
 fn shear(spring: bool) -> Scene {
     let mut setup = setup([0.03, 0.03, 0.03], [true; 3], mixed_shapes(1.4e-3), law(spring));
-    setup.rates.gravity = Vec3::new(3.0, -2.0, -9.81);
+    setup.parameters.gravity = Vec3::new(3.0, -2.0, -9.81);
     let mut particles = lattice([0.0; 3], [0.03; 3], 3.0e-3, 4, 2.0);
     for p in &mut particles {
         p.velocity.x += 100.0 * (p.position.z - 0.015);
@@ -82,7 +82,7 @@ fn shear(spring: bool) -> Scene {
 /// Mixed shapes drifting over a floor in a box periodic along the floor: particles wrap while in contact.
 fn drift() -> Scene {
     let mut setup = setup([0.03, 0.03, 0.03], [true, true, false], mixed_shapes(1.4e-3), law(true));
-    setup.rates.gravity = Vec3::new(4.0, 3.0, -30.0);
+    setup.parameters.gravity = Vec3::new(4.0, 3.0, -30.0);
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 0.001), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let mut particles = lattice([0.0, 0.0, 0.001], [0.03, 0.03, 0.0072], 3.0e-3, 4, 0.5);
@@ -160,7 +160,7 @@ fn a_periodic_shear_of_mixed_shapes_is_the_same_on_any_ranks() {
 /// A column of mixed shapes in a corner of a long box, which collapses.
 fn dam() -> Scene {
     let mut setup = setup([0.06, 0.02, 0.05], [false, true, false], mixed_shapes(1.4e-3), law(true));
-    setup.rates.gravity = Vec3::new(0.0, 0.0, -30.0);
+    setup.parameters.gravity = Vec3::new(0.0, 0.0, -30.0);
     let plane = |point, normal| wall("wall", Surface::Plane { point, normal }, Motion::Fixed);
     setup.walls = vec![
         plane(Vec3::new(0.0, 0.0, 0.001), Vec3::z()),
@@ -176,8 +176,8 @@ fn borders_that_move_to_the_work_change_no_bit() {
     const STEPS: u64 = 2000;
     let mut scene = dam();
     let reference = scene.run([1; 3], STEPS);
-    let least = [scene.setup.interaction_range(); 3];
-    scene.setup.balance = Some(Balance { least, interval: 20, threshold: 1.05 });
+    let min_width = [scene.setup.interaction_range(); 3];
+    scene.setup.balance = Some(Balance { min_width, interval: 20, threshold: 1.05 });
     for grid in [[2, 1, 1], [4, 1, 1], [3, 1, 2], [2, 2, 2]] {
         assert_same(&reference, &scene.run(grid, STEPS), &format!("grid {grid:?}"));
     }
@@ -213,9 +213,9 @@ fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
         [(silo(), 1500), (shear(true), 400), (drift(), 1000), (drift_over_waves(), 2500)]
     {
         let reference = scene.run([2, 1, 1], steps);
-        for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
-            scene.setup.skin = Skin { least, most, horizon };
-            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {least} to {most}"));
+        for (min, max, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
+            scene.setup.skin = Skin { min, max, horizon };
+            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {min} to {max}"));
         }
     }
 }
@@ -224,13 +224,13 @@ fn the_skin_changes_when_lists_are_rebuilt_but_no_bit_of_the_state() {
 #[test]
 fn films_between_spheres_are_the_same_on_any_ranks_skin_and_restart() {
     let mut scene = silo();
-    scene.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 8e-4, least_gap: 1e-3 });
+    scene.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 8e-4, min_gap: 1e-3 });
     let alone = scene.run([1; 3], 300);
     assert_same(&alone, &scene.run([2, 2, 1], 300), "2 x 2 x 1 ranks");
     assert_same(&alone, &scene.run_with_restart([1, 2, 1], 140, [2, 1, 1], 160), "restart");
     let dry = silo().run([1; 3], 300);
     assert!(alone.iter().zip(&dry).any(|(a, b)| a != b), "films do something");
-    scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 20.0 };
+    scene.setup.skin = Skin { min: 0.1, max: 0.2, horizon: 20.0 };
     assert_same(&alone, &scene.run([1; 3], 300), "another skin");
 }
 
@@ -248,8 +248,8 @@ fn knobbly(mut scene: Scene, faces: FaceContact, sharing: Sharing) -> Scene {
 fn composites_and_superellipsoids_are_the_same_on_any_ranks_skin_and_restart() {
     for (mut scene, steps) in [
         (knobbly(shear(true), FaceContact::Point, Sharing::Mean), 400),
-        (knobbly(shear(false), FaceContact::Spread, Sharing::Sum), 400),
-        (knobbly(drift_over_waves(), FaceContact::Spread, Sharing::Mean), 3000),
+        (knobbly(shear(false), FaceContact::MultiPoint, Sharing::Sum), 400),
+        (knobbly(drift_over_waves(), FaceContact::MultiPoint, Sharing::Mean), 3000),
     ] {
         let mut dem = scene.start([1; 3], 0);
         let mut contacts = 0;
@@ -265,14 +265,14 @@ fn composites_and_superellipsoids_are_the_same_on_any_ranks_skin_and_restart() {
         }
         let restarted = scene.run_with_restart([2, 1, 1], steps / 2 + 7, [1, 3, 1], steps / 2 - 7);
         assert_same(&reference, &restarted, "restart");
-        scene.setup.skin = Skin { least: 0.1, most: 0.2, horizon: 7.0 };
+        scene.setup.skin = Skin { min: 0.1, max: 0.2, horizon: 7.0 };
         assert_same(&reference, &scene.run([2, 1, 1], steps), "skin");
     }
 }
 
 /// The scene with collisions by impulses, in longer steps.
 fn hard(mut scene: Scene, scheme: ImpulseScheme, sweeps: u32) -> Scene {
-    let rates = &mut scene.setup.rates;
+    let rates = &mut scene.setup.parameters;
     rates.dt = 1e-5;
     scene.setup.collisions = CollisionModel::Hard(HardModel { scheme, sweeps, ..HardModel::new(rates) });
     scene
@@ -308,9 +308,9 @@ fn hard_collisions_do_not_depend_on_the_skin() {
     for (scene, steps) in [(silo(), 500), (shear(true), 150), (drift(), 600), (drift_over_waves(), 1000)] {
         let mut scene = hard(scene, ImpulseScheme::Exact, 1);
         let reference = scene.run([2, 1, 1], steps);
-        for (least, most, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
-            scene.setup.skin = Skin { least, most, horizon };
-            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {least} to {most}"));
+        for (min, max, horizon) in [(0.1, 0.2, 7.0), (0.01, 0.02, 60.0), (0.3, 0.4, 60.0)] {
+            scene.setup.skin = Skin { min, max, horizon };
+            assert_same(&reference, &scene.run([1, 1, 1], steps), &format!("skin {min} to {max}"));
         }
     }
 }

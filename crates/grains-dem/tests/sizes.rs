@@ -23,9 +23,9 @@ fn soft() -> ContactLaw {
 fn mixture(shapes: Vec<Shape>) -> Scene {
     let kinds = shapes.len() as u16;
     let mut setup = setup([0.03, 0.03, 0.03], [true, true, false], shapes, soft());
-    setup.rates.dt = 1e-6;
+    setup.parameters.dt = 1e-6;
     setup.overlap_limit = 0.6;
-    setup.rates.gravity = Vec3::new(0.0, 0.0, -100.0);
+    setup.parameters.gravity = Vec3::new(0.0, 0.0, -100.0);
     setup.walls =
         vec![wall("floor", Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() }, Motion::Fixed)];
     let mut particles = Vec::new();
@@ -141,12 +141,12 @@ fn mixtures_have_the_same_bits_on_any_ranks() {
 #[test]
 fn films_moving_borders_and_hard_collisions_of_mixtures_change_no_bit_with_the_ranks() {
     let mut films = spheres();
-    films.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 1e-4, least_gap: 1e-3 });
+    films.setup.lubrication = Some(Lubrication { viscosity: 0.1, range: 1e-4, min_gap: 1e-3 });
     let mut balanced = spheres();
-    let least = [balanced.setup.interaction_range(); 3];
-    balanced.setup.balance = Some(Balance { least, interval: 10, threshold: 1.02 });
+    let min_width = [balanced.setup.interaction_range(); 3];
+    balanced.setup.balance = Some(Balance { min_width, interval: 10, threshold: 1.02 });
     let mut hard = spheres();
-    hard.setup.collisions = CollisionModel::Hard(HardModel::new(&hard.setup.rates));
+    hard.setup.collisions = CollisionModel::Hard(HardModel::new(&hard.setup.parameters));
     for (scene, what) in [(films, "films"), (balanced, "moving borders"), (hard, "hard collisions")] {
         let serial = scene.run([1; 3], 120);
         assert!(scene.run([2, 1, 2], 120) == serial, "{what}");

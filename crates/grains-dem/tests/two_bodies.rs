@@ -36,8 +36,8 @@ fn dem_of(setup: DemSetup, particles: &[NewParticle]) -> Dem {
 
 fn quiet(law: ContactLaw, steps_per_contact: f64, collision: &CollisionEstimate) -> DemSetup {
     let mut setup = setup([0.05; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = collision.contact_time / steps_per_contact;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = collision.contact_time / steps_per_contact;
     setup
 }
 
@@ -66,7 +66,7 @@ fn collide(mut dem: Dem, speed: f64) -> [f64; 3] {
     } else {
         velocity(0)
     };
-    [after / speed, steps as f64 * dem.setup.rates.dt, deepest]
+    [after / speed, steps as f64 * dem.setup.parameters.dt, deepest]
 }
 
 fn laws() -> Vec<ContactLaw> {
@@ -121,7 +121,7 @@ fn restitution_converges_with_order_two_for_every_phase_of_the_contact() {
             let mut setup = quiet(law, steps, &collision);
             let floor = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
             setup.catalogue.contacts.set(0, 1, law);
-            let gap = setup.rates.dt * (k as f64 / 25.0 + 1e-3);
+            let gap = setup.parameters.dt * (k as f64 / 25.0 + 1e-3);
             setup.walls = vec![wall("floor", floor, Motion::Fixed)];
             let start = Vec3::repeat(0.025) + Vec3::z() * (RADIUS + gap);
             (collide(dem_of(setup, &[particle(0, 0, start, -Vec3::z())]), 1.0)[0] - 0.73).abs()
@@ -139,7 +139,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
     for spring in [true, false] {
         for shapes in [[0, 0], [0, 1], [1, 2], [2, 3], [3, 3]] {
             let mut setup = setup([0.05; 3], [false; 3], common::mixed_shapes(RADIUS), law(spring));
-            setup.rates.gravity = Vec3::zeros();
+            setup.parameters.gravity = Vec3::zeros();
             let middle = Vec3::repeat(0.025);
             let offset = Vec3::new(2.2, 0.5, 0.3) * RADIUS;
             let mut a = particle(0, shapes[0], middle, Vec3::zeros());
@@ -156,7 +156,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
                 for i in 0..p.owned {
                     let (m, x, v) = (p.bodies[i].mass, p.bodies[i].position - middle, p.half_velocity[i]);
                     // position half a step back, where the velocity belongs
-                    let x = x - v * (0.5 * dem.setup.rates.dt);
+                    let x = x - v * (0.5 * dem.setup.parameters.dt);
                     let shape = dem.setup.catalogue.shape(p.bodies[i].kind);
                     let spin = if shape.is_sphere() {
                         p.half_spin[i] * 0.4 * m * p.bodies[i].radius.powi(2)
@@ -230,7 +230,7 @@ fn oblique(angle: f64, law: ContactLaw, surface: Option<Surface>) -> (Vec3, Vec3
     }
     let mut dem = dem_of(setup, &bodies);
     let transport = SerialTransport;
-    let steps = (2e-7 / angle.cos() / dem.setup.rates.dt) as usize + 260;
+    let steps = (2e-7 / angle.cos() / dem.setup.parameters.dt) as usize + 260;
     for _ in 0..steps {
         dem.step(&transport).unwrap();
     }
@@ -364,7 +364,7 @@ fn bodies_on_a_mesh_rebound_as_on_the_plane() {
         for turn in [Rotation::from_euler_angles(0.5, 0.3, 0.1), Rotation::from_euler_angles(0.9, 0.6, 0.2)] {
             let rebound = |surface: Surface| {
                 let mut setup = setup([0.05; 3], [false; 3], shapes(), law(true));
-                setup.rates.gravity = Vec3::zeros();
+                setup.parameters.gravity = Vec3::zeros();
                 setup.walls = vec![wall("floor", surface, Motion::Fixed)];
                 let start = Vec3::repeat(0.025) + Vec3::new(0.2e-3, 0.1e-3, 2.2e-3);
                 let mut body = particle(0, shape, start, Vec3::new(0.1, 0.0, -1.0));
@@ -390,8 +390,8 @@ fn a_collision_deeper_than_the_crusts_keeps_its_restitution() {
     let half_edge = 1e-3;
     let shapes = vec![Shape::cuboid(Vec3::repeat(2.0 * half_edge), 0.02).unwrap()];
     let mut setup = setup([0.05; 3], [false; 3], shapes, law);
-    setup.rates.gravity = Vec3::zeros();
-    setup.rates.dt = 2e-7;
+    setup.parameters.gravity = Vec3::zeros();
+    setup.parameters.dt = 2e-7;
     let middle = Vec3::repeat(0.025);
     let speed = 20.0;
     let corner = Rotation::rotation_between(&Vec3::new(1.0, 1.0, 1.0), &-Vec3::z()).unwrap();
@@ -424,7 +424,7 @@ fn oblique_with_contact_time(stiffness_ratio: f64, friction: f64, slope: f64) ->
     let middle = Vec3::repeat(0.025);
     setup.catalogue.contacts.set(0, 1, law);
     setup.walls = vec![wall("floor", Surface::Plane { point: middle, normal: Vec3::z() }, Motion::Fixed)];
-    let gap = 1e-3 * setup.rates.dt;
+    let gap = 1e-3 * setup.parameters.dt;
     let start = middle + Vec3::z() * (RADIUS + gap);
     let mut dem = dem_of(setup, &[particle(0, 0, start, Vec3::new(slope, 0.0, -1.0))]);
     for _ in 0..820 {

@@ -21,7 +21,7 @@ const G: f64 = 9.81;
 fn sphere_on_floor(law: ContactLaw, incline: f64, height: f64, change: impl Fn(&mut Wall)) -> Dem {
     let mut setup = setup([0.2; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
     setup.catalogue.contacts.set(0, 1, law);
-    setup.rates.gravity = Vec3::new(incline.sin(), 0.0, -incline.cos()) * G;
+    setup.parameters.gravity = Vec3::new(incline.sin(), 0.0, -incline.cos()) * G;
     let floor = Surface::Plane { point: Vec3::repeat(0.1), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     change(&mut setup.walls[0]);
@@ -47,7 +47,7 @@ fn law(friction: f64) -> ContactLaw {
 }
 
 fn run(dem: &mut Dem, seconds: f64) {
-    for _ in 0..(seconds / dem.setup.rates.dt).round() as u64 {
+    for _ in 0..(seconds / dem.setup.parameters.dt).round() as u64 {
         dem.step(&SerialTransport).unwrap();
     }
 }

@@ -79,7 +79,7 @@ impl Surroundings {
     /// Adds the flow's last force and torque and buoyancy to the loads of the own particles, between the contact forces
     /// and the advance of each of their steps.
     pub fn add_loads(&self, dem: &mut Dem) {
-        let (rates, catalogue) = (dem.setup.rates, &dem.setup.catalogue);
+        let (rates, catalogue) = (dem.setup.parameters, &dem.setup.catalogue);
         let Particles { bodies, loads, cargo, .. } = &mut dem.particles;
         for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
             if body.is_guided() {

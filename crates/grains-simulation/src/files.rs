@@ -513,7 +513,7 @@ fn write_side_files(case: &Case, program: &str, dem: &Dem, directory: &Path) -> 
         let path = directory.join(name);
         std::fs::write(&path, text).map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
     };
-    let dt = dem.setup.rates.dt;
+    let dt = dem.setup.parameters.dt;
     write(RESOLVED_CASE, &format!("# {program}; time step {dt:e} s\n{}", case.to_toml()))?;
     write("view.py", include_str!("view.py"))?;
     for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {

@@ -29,7 +29,7 @@ pub type State = (Vec<Array>, Metadata);
 /// The state of this rank; what contacts remember is that before those of the present step are evaluated.
 pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> State {
     let crossings = dem.crossings(transport);
-    let (lengths, memory) = dem.packed_memory();
+    let (lengths, memory) = dem.packed_history();
     let mut records = Vec::new();
     for i in 0..dem.particles.owned {
         let mut record = dem.particles.record(i);
@@ -53,7 +53,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
     let texts = vec![
         ("step".into(), dem.step.to_string()),
         ("time".into(), format!("{:?}", dem.time())),
-        ("dt".into(), format!("{:x}", dem.setup.rates.dt.to_bits())),
+        ("dt".into(), format!("{:x}", dem.setup.parameters.dt.to_bits())),
         ("ledger".into(), list(&ledger.map(|n| n as i64))),
         (
             "origin".into(),
@@ -133,7 +133,7 @@ pub fn restore(
         }
         let is_released = released.iter().any(|ids| ids.contains(&record.id));
         if is_released {
-            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.rates);
+            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.parameters);
         }
         match numbering.keeps_walls() {
             true => dem.restore(&record, &row.memory),
@@ -174,7 +174,11 @@ pub fn restore(
     }
     let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
     if ratio != 1.0 {
-        told.push(format!("time step {:e} s, was {:e} s", dem.setup.rates.dt, dem.setup.rates.dt / ratio));
+        told.push(format!(
+            "time step {:e} s, was {:e} s",
+            dem.setup.parameters.dt,
+            dem.setup.parameters.dt / ratio
+        ));
     }
     if is_first {
         log::info!("continuing from {}", file.path.display());
@@ -222,7 +226,7 @@ fn known_cases(case: &Case, file: &CheckpointFile, transport: &MpiTransport) -> 
 /// the time step to that before.
 fn continue_clock(dem: &mut Dem, file: &CheckpointFile, step: u64) -> Option<(f64, f64)> {
     let real = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-    let (before, now) = (file.text("dt").and_then(real)?, dem.setup.rates.dt);
+    let (before, now) = (file.text("dt").and_then(real)?, dem.setup.parameters.dt);
     let origin = file.text("origin").and_then(|text| {
         let (step, time) = text.split_once(' ')?;
         Some(Origin { step: step.parse().ok()?, time: real(time)? })

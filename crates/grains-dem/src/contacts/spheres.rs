@@ -22,7 +22,7 @@ pub(crate) struct SpherePair {
     pub(crate) a: u32,
     /// Another, owned or clone.
     pub(crate) b: u32,
-    pub(crate) spring: Vec3,
+    pub(crate) tangential_displacement: Vec3,
 }
 
 /// Adds the loads of all contacts between spheres.
@@ -107,7 +107,7 @@ impl Touching {
             ending += usize::from(!touches);
         }
         for &k in &apart[..ending] {
-            block[k as usize].spring = Vec3::zeros();
+            block[k as usize].tangential_displacement = Vec3::zeros();
         }
     }
 }
@@ -135,7 +135,7 @@ impl SphereColumns {
         set(&mut self.between, k, between);
         for (side, body) in bodies.into_iter().enumerate() {
             let Body { velocity: v, angular_velocity: w, radius, .. } = body;
-            set(&mut self.velocities[side], k, [v.x, v.y, v.z, body.mass_felt()]);
+            set(&mut self.velocities[side], k, [v.x, v.y, v.z, body.contact_mass()]);
             set(&mut self.spins[side], k, [w.x, w.y, w.z, *radius]);
         }
     }
@@ -220,7 +220,7 @@ fn take(
             continue;
         }
         batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
-        batch.push(index, &pair.spring);
+        batch.push(index, &pair.tangential_displacement);
     }
     touching.len = left;
     *contacts.prepared(wanted.0, wanted.1)
@@ -236,7 +236,7 @@ fn give(
 ) {
     for k in 0..batch.len.min(BLOCK) {
         let pair = &mut block[batch.pair[k] as usize];
-        pair.spring = batch.tangential_displacement(k);
+        pair.tangential_displacement = batch.tangential_displacement(k);
         batch.loads(k).add_to(particles, [pair.a, pair.b]);
         statistics.note(batch.depth(k), || overlapping(particles, [pair.a, pair.b]));
     }

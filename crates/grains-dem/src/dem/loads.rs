@@ -3,11 +3,11 @@
 use super::state::Dem;
 use crate::clock::Phase;
 use crate::contacts::{ContactPass, PassStatistics, add_sphere_forces};
-use crate::hard::{CollisionModel, HardModel, Site};
+use crate::hard::{CollisionModel, ContactSolver, HardModel};
 use crate::lubrication;
 use crate::non_spherical;
 use crate::particles::{Load, Particles};
-use crate::verlet::{Inner, Neighbours};
+use crate::verlet::{Inner, VerletLists};
 use crate::walls::{self, WallLoad, WallScene};
 use grains_contact::Lubrication;
 use grains_domain::Transport;
@@ -22,7 +22,7 @@ enum With {
 impl Dem {
     /// Adds the loads of all contacts at the present positions; hard contacts change velocities instead.
     pub fn add_forces(&mut self, transport: &impl Transport) {
-        if self.setup.collisions == CollisionModel::Held {
+        if self.setup.collisions == CollisionModel::Fixed {
             return;
         }
         self.clock.start();
@@ -38,7 +38,7 @@ impl Dem {
         self.finish_update(transport);
         self.add_pair_forces(With::Clones, &mut statistics);
         self.clock.charge(Phase::Contacts);
-        self.add_films(&mut statistics);
+        self.add_lubrication(&mut statistics);
         self.clock.charge(Phase::Walls);
         self.note(statistics);
         if self.particles.is_carrying() {
@@ -60,7 +60,7 @@ impl Dem {
     fn contact_pass<'a>(&'a mut self, statistics: &'a mut PassStatistics) -> PassParts<'a> {
         let time = self.time();
         let Self { particles, neighbours, setup, quanta, states, wall_loads, .. } = self;
-        let (catalogue, dt) = (&setup.catalogue, setup.rates.dt);
+        let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
         PassParts {
             particles,
             neighbours,
@@ -74,13 +74,15 @@ impl Dem {
     /// Adds the loads of the contacts of owned particles with each other, or with clones.
     fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics) {
         let PassParts { particles, neighbours, mut pass, .. } = self.contact_pass(statistics);
-        let Inner { spheres, bodies } = neighbours.inner;
-        let (spheres, bodies) = match with {
-            With::Owned => (&mut neighbours.spheres[..spheres], 0..bodies),
-            With::Clones => (&mut neighbours.spheres[spheres..], bodies..neighbours.bodies.pairs.len()),
+        let Inner { spheres, part_pairs } = neighbours.inner;
+        let (spheres, range) = match with {
+            With::Owned => (&mut neighbours.spheres[..spheres], 0..part_pairs),
+            With::Clones => {
+                (&mut neighbours.spheres[spheres..], part_pairs..neighbours.part_pairs.pairs.len())
+            }
         };
         add_sphere_forces(particles, spheres, &mut pass);
-        non_spherical::add_forces(particles, (&mut neighbours.bodies, bodies), &mut pass);
+        non_spherical::add_forces(particles, (&mut neighbours.part_pairs, range), &mut pass);
     }
 
     fn add_wall_forces(&mut self, statistics: &mut PassStatistics) {
@@ -91,12 +93,12 @@ impl Dem {
     }
 
     /// Adds the lubrication forces of spheres with each other and with walls.
-    fn add_films(&mut self, statistics: &mut PassStatistics) {
+    fn add_lubrication(&mut self, statistics: &mut PassStatistics) {
         let parts = self.contact_pass(statistics);
         let PassParts { particles, neighbours, wall_loads, scene, lubrication, pass } = parts;
-        let Some(film) = lubrication else { return };
-        lubrication::add_between_spheres(particles, &neighbours.spheres, film, &pass.quanta, pass.dt);
-        lubrication::add_at_walls(particles, &neighbours.walls, &scene, film, wall_loads, pass);
+        let Some(law) = lubrication else { return };
+        lubrication::add_between_spheres(particles, &neighbours.spheres, law, &pass.quanta, pass.dt);
+        lubrication::add_at_walls(particles, &neighbours.walls, &scene, law, wall_loads, pass);
     }
 
     fn note(&mut self, statistics: PassStatistics) {
@@ -116,9 +118,9 @@ impl Dem {
         let Self { particles, neighbours, setup, states, wall_loads, collisions, exchange, .. } = self;
         let (scene, catalogue) = (setup.wall_scene(states, time), &setup.catalogue);
         collisions.find(particles, neighbours, &scene, catalogue, &mut statistics);
-        let (positions, dt) = (&setup.global.quantum, setup.rates.dt);
-        let mut site = Site { particles, catalogue, wall_loads, positions, dt };
-        let counts = collisions.resolve(&mut site, model, exchange, &mut statistics, transport);
+        let (positions, dt) = (&setup.global.quantum, setup.parameters.dt);
+        let mut solver = ContactSolver { particles, catalogue, wall_loads, positions, dt };
+        let counts = collisions.resolve(&mut solver, model, exchange, &mut statistics, transport);
         self.report.collisions += counts.collisions;
         self.report.resting_collisions += counts.resting;
         self.report.rounds += counts.rounds;
@@ -130,7 +132,7 @@ impl Dem {
 /// What a pass over the contacts works on.
 struct PassParts<'a> {
     particles: &'a mut Particles,
-    neighbours: &'a mut Neighbours,
+    neighbours: &'a mut VerletLists,
     wall_loads: &'a mut [WallLoad],
     scene: WallScene<'a>,
     lubrication: Option<&'a Lubrication>,

@@ -37,8 +37,12 @@ pub struct Touch {
 impl Dem {
     /// Sums over all ranks.
     pub fn totals(&self, transport: &impl Transport) -> Totals {
-        let own =
-            Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity, &self.setup.global);
+        let own = Totals::of(
+            &self.particles,
+            &self.setup.catalogue,
+            &self.setup.parameters.gravity,
+            &self.setup.global,
+        );
         let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
         transport.sum(&mut sums);
         transport.max(&mut speed);
@@ -131,7 +135,7 @@ impl Dem {
         // Parts of two bodies that touch are one contact, the deepest of theirs. A distance that cannot be found is
         // not reported here: the step that adds the forces at these positions fails with it.
         let mut touch: Option<Touch> = None;
-        let mut list = self.neighbours.bodies.clone();
+        let mut list = self.neighbours.part_pairs.clone();
         let _ = non_spherical::meet(&self.particles, &mut list, catalogue, |pair, contact| {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
@@ -173,7 +177,7 @@ impl Dem {
     pub fn memory_use(&self) -> MemoryUse {
         MemoryUse {
             particles: self.particles.bytes(),
-            lists: self.neighbours.bytes() + self.memories.bytes(),
+            lists: self.neighbours.bytes() + self.histories.bytes(),
             messages: self.exchange.bytes(),
         }
     }

@@ -5,7 +5,7 @@ use crate::contacts::LoadQuanta;
 use crate::exchange::ExchangeStrategy;
 use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
-use crate::integrate::Rates;
+use crate::integrate::StepParameters;
 use crate::prescribed::Guide;
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
@@ -28,7 +28,7 @@ pub struct DemSetup {
     /// Planes through which particles are counted.
     pub planes: Vec<FlowPlane>,
     /// Gravity and time step.
-    pub rates: Rates,
+    pub parameters: StepParameters,
     /// Largest bounding radius of any particle (m).
     pub largest_radius: f64,
     /// Largest admissible overlap over inscribed radius (-).
@@ -50,7 +50,7 @@ pub struct DemSetup {
 impl DemSetup {
     /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
     pub fn interaction_range(&self) -> f64 {
-        2.0 * self.largest_radius * (1.0 + self.skin.most) + self.film()
+        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.lubrication_range()
     }
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
@@ -65,12 +65,12 @@ impl DemSetup {
     }
 
     /// Thickness (m) of the films that act.
-    pub(super) fn film(&self) -> f64 {
-        self.lubrication.map_or(0.0, |film| film.range)
+    pub(super) fn lubrication_range(&self) -> f64 {
+        self.lubrication.map_or(0.0, |lubrication| lubrication.range)
     }
 
     /// The walls as they are at a time (s).
     pub(super) fn wall_scene<'a>(&'a self, states: &'a [WallState], time: f64) -> WallScene<'a> {
-        WallScene { walls: &self.walls, states, time, dt: self.rates.dt, global: &self.global }
+        WallScene { walls: &self.walls, states, time, dt: self.parameters.dt, global: &self.global }
     }
 }

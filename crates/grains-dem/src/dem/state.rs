@@ -3,7 +3,7 @@
 use super::report::{Ledger, Origin, Passages, StepReport};
 use super::setup::DemSetup;
 use crate::clock::Clock;
-use crate::contact_history::Memories;
+use crate::contact_history::SavedHistories;
 use crate::contacts::LoadQuanta;
 use crate::error::StepError;
 use crate::exchange::Exchange;
@@ -11,7 +11,7 @@ use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, Guide};
-use crate::verlet::Neighbours;
+use crate::verlet::VerletLists;
 use crate::walls::{Motion, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
@@ -47,13 +47,13 @@ pub struct Dem {
     pub other_work: OtherWork,
     pub(super) quanta: LoadQuanta,
     pub(super) exchange: Exchange,
-    pub(super) neighbours: Neighbours,
-    pub(super) memories: Memories,
+    pub(super) neighbours: VerletLists,
+    pub(super) histories: SavedHistories,
     pub(super) collisions: Collisions,
     pub(super) crossings: Vec<Crossings>,
     pub(super) states: Vec<WallState>,
     /// Whether `memories` holds what the pairs remember, and the lists are to be rebuilt.
-    pub(super) gathered: bool,
+    pub(super) history_saved: bool,
     pub(super) stale: bool,
     pub(super) steps_since_build: u64,
     pub(super) work: WorkProfile,
@@ -83,12 +83,12 @@ impl Dem {
             other_work: OtherWork::default(),
             quanta: setup.exact_loads(),
             exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
-            neighbours: Neighbours::default(),
-            memories: Memories::default(),
+            neighbours: VerletLists::default(),
+            histories: SavedHistories::default(),
             collisions: Collisions::default(),
             crossings: vec![Crossings::default(); setup.planes.len()],
             states: Vec::new(),
-            gathered: true,
+            history_saved: true,
             stale: true,
             steps_since_build: 0,
             work: WorkProfile::default(),
@@ -112,7 +112,7 @@ impl Dem {
 
     /// Time of the present positions (s).
     pub fn time(&self) -> f64 {
-        self.origin.time_of(self.step, self.setup.rates.dt)
+        self.origin.time_of(self.step, self.setup.parameters.dt)
     }
 
     /// Continues from a step, as after a restart: the walls take their places.
@@ -165,15 +165,15 @@ impl Dem {
         }
     }
 
-    /// Takes a particle with what its contacts remember, as written by [`Dem::packed_memory`].
-    pub fn restore(&mut self, record: &ParticleRecord, memory: &[f64]) {
-        self.gather();
+    /// Takes a particle with what its contacts remember, as written by [`Dem::packed_history`].
+    pub fn restore(&mut self, record: &ParticleRecord, history: &[f64]) {
+        self.save_history();
         let mut record = *record;
         let snap = |x: f64| self.setup.global.quantum.snap(x);
         record.body.position = record.body.position.map(snap);
         record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
-        self.memories.read(memory);
+        self.histories.read(history);
         self.guide_last();
     }
 
@@ -197,33 +197,38 @@ impl Dem {
     }
 
     /// Gathers what contacts remember and drops the clones, if that has not been done.
-    pub(super) fn gather(&mut self) {
-        if !self.gathered {
-            self.neighbours.remember(
+    pub(super) fn save_history(&mut self) {
+        if !self.history_saved {
+            self.neighbours.save_history(
                 &self.particles,
                 &self.setup.walls,
                 &self.setup.global,
-                &mut self.memories,
+                &mut self.histories,
             );
-            self.gathered = true;
+            self.history_saved = true;
         }
         self.stale = true;
         self.particles.drop_clones();
     }
 
     /// What the contacts of each owned particle remember, packed; for a checkpoint.
-    pub fn packed_memory(&self) -> (Vec<u32>, Vec<f64>) {
-        let mut gathered = Memories::default();
-        let memories = if self.gathered {
-            &self.memories
+    pub fn packed_history(&self) -> (Vec<u32>, Vec<f64>) {
+        let mut history_saved = SavedHistories::default();
+        let histories = if self.history_saved {
+            &self.histories
         } else {
-            self.neighbours.remember(&self.particles, &self.setup.walls, &self.setup.global, &mut gathered);
-            &gathered
+            self.neighbours.save_history(
+                &self.particles,
+                &self.setup.walls,
+                &self.setup.global,
+                &mut history_saved,
+            );
+            &history_saved
         };
         let (mut lengths, mut packed) = (Vec::new(), Vec::new());
         for i in 0..self.particles.owned {
             let before = packed.len();
-            memories.write(i, &mut packed);
+            histories.write(i, &mut packed);
             lengths.push((packed.len() - before) as u32);
         }
         (lengths, packed)

@@ -43,7 +43,7 @@ impl Dem {
 
     /// The same, but clones of other ranks' particles may be up to date only after [`Dem::add_forces`].
     pub fn start_refresh(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        if self.setup.collisions == CollisionModel::Held {
+        if self.setup.collisions == CollisionModel::Fixed {
             return Ok(());
         }
         self.clock.start();
@@ -61,7 +61,7 @@ impl Dem {
     /// Kicks and drifts, moves the walls, and agrees with the other ranks on errors and stale lists.
     pub fn advance(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.clock.start();
-        let dt = self.setup.rates.dt;
+        let dt = self.setup.parameters.dt;
         let courses = self.courses([self.step, self.step + 1].map(|step| self.origin.time_of(step, dt)));
         let Self { particles, neighbours, setup, quanta, collisions, .. } = self;
         if setup.collisions != CollisionModel::Soft {
@@ -75,14 +75,14 @@ impl Dem {
             neighbours,
             &setup.catalogue,
             (&setup.global, &courses),
-            &setup.rates,
+            &setup.parameters,
             largest_force,
         );
         if let Some((i, force)) = outcome.overloaded {
             self.overloaded(i, force);
         }
-        if !outcome.fast.is_empty() && self.setup.collisions != CollisionModel::Held {
-            self.check_passing(&outcome.fast);
+        if !outcome.fast.is_empty() && self.setup.collisions != CollisionModel::Fixed {
+            self.check_tunnelling(&outcome.fast);
         }
         self.step += 1;
         self.steps_since_build += 1;
@@ -110,7 +110,7 @@ impl Dem {
     }
 
     /// Looks for what particles that went far in this step may have passed through.
-    fn check_passing(&mut self, fast: &[usize]) {
+    fn check_tunnelling(&mut self, fast: &[usize]) {
         let scene = self.setup.wall_scene(&self.states, self.time());
         let (catalogue, step) = (&self.setup.catalogue, self.step + 1);
         let found = tunnelling::check(&self.particles, &self.neighbours, fast, &scene, catalogue, step);

@@ -1,7 +1,7 @@
 //! The strategies that tell of all buffer particles, whoever needs them.
 
 use super::updates::{ExchangeStrategy, Updates, fill, take};
-use crate::particles::{NEWS_LENGTH, Particles};
+use crate::particles::{Particles, UPDATE_LENGTH};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 
@@ -44,7 +44,7 @@ impl Updates {
     fn pick(&self, k: usize, message: &[f64], particles: &mut Particles) {
         for (origin, clone) in self.origins[k].iter().zip(self.filled[k].clone()) {
             let at = 1 + origin.slot as usize * self.length;
-            let mut record = [0.0; NEWS_LENGTH];
+            let mut record = [0.0; UPDATE_LENGTH];
             record[..self.length].copy_from_slice(&message[at..at + self.length]);
             (0..3).for_each(|a| record[a] += origin.shift[a]);
             take(particles, clone, &record[..self.length]);

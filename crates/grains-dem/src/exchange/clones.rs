@@ -93,7 +93,7 @@ impl Exchange {
 
     /// Brings clones of own particles up to date, and sends for the news of the others.
     pub(crate) fn start_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
-        let turning = particles.turns();
+        let turning = particles.has_orientations();
         for &(index, first) in &self.own_clones {
             let link = &self.links[index];
             for (&i, clone) in link.sent.iter().zip(first..) {
@@ -119,7 +119,7 @@ impl Exchange {
     ///
     /// `write` appends `numbers` numbers about an owned particle, or returns false if there is nothing to
     /// tell; `read` takes them for a clone of it.
-    pub(crate) fn tell_clones<State>(
+    pub(crate) fn forward_to_clones<State>(
         &mut self,
         state: &mut State,
         numbers: usize,
@@ -129,9 +129,9 @@ impl Exchange {
     ) {
         for &(index, first) in &self.own_clones {
             for (&i, clone) in self.links[index].sent.iter().zip(first..) {
-                self.news.clear();
-                if write(state, i as usize, &mut self.news) {
-                    read(state, clone, &self.news);
+                self.update.clear();
+                if write(state, i as usize, &mut self.update) {
+                    read(state, clone, &self.update);
                 }
             }
         }

@@ -22,7 +22,7 @@ pub(crate) struct Exchange {
     /// Per self link, the first clone it fills.
     pub(super) own_clones: Vec<(usize, usize)>,
     /// What one clone of this rank's own particles is told.
-    pub(super) news: Vec<f64>,
+    pub(super) update: Vec<f64>,
 }
 
 impl Exchange {
@@ -49,7 +49,7 @@ impl Exchange {
             sent: buffers.clone(),
             received: buffers,
             own_clones: Vec::new(),
-            news: Vec::new(),
+            update: Vec::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Migration of particles that crossed a border.
 
 use super::exchange::Exchange;
-use crate::contact_history::Memories;
+use crate::contact_history::SavedHistories;
 use crate::error::{StepError, vector};
 use crate::particles::{Body, CARGO_LENGTH, Cargo, ParticleRecord, Particles};
 use grains_domain::Transport;
@@ -26,7 +26,7 @@ impl Exchange {
     pub(crate) fn migrate(
         &mut self,
         particles: &mut Particles,
-        memories: &mut Memories,
+        histories: &mut SavedHistories,
         transport: &impl Transport,
     ) -> Result<Migration, StepError> {
         particles.drop_clones();
@@ -40,7 +40,7 @@ impl Exchange {
                     Ok(peer) => {
                         particles.record(i).write(&mut self.sent[peer]);
                         self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
-                        memories.write(i, &mut self.sent[peer]);
+                        histories.write(i, &mut self.sent[peer]);
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
                 },
@@ -66,7 +66,7 @@ impl Exchange {
                     cargo.copy_from_slice(mine);
                     rest = others;
                 }
-                rest = memories.read(rest);
+                rest = histories.read(rest);
             }
         }
         Ok(Migration { stays, left, carriers_left })

@@ -14,7 +14,9 @@
 
 use super::link::Link;
 use crate::memory_use::heap_bytes;
-use crate::particles::{NEWS_LENGTH, NEWS_OF_SPHERES, Particles, news, read_motion, read_orientation};
+use crate::particles::{
+    Particles, SPHERE_UPDATE_LENGTH, UPDATE_LENGTH, clone_update, read_motion, read_orientation,
+};
 use grains_domain::{Channel, Transport};
 use grains_geometry::{Rotation, Vec3};
 use std::ops::Range;
@@ -182,7 +184,7 @@ fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Vec3)> {
 
 /// Numbers that tell of a clone.
 pub(crate) fn record_length(particles: &Particles) -> usize {
-    if particles.turns() { NEWS_LENGTH } else { NEWS_OF_SPHERES }
+    if particles.has_orientations() { UPDATE_LENGTH } else { SPHERE_UPDATE_LENGTH }
 }
 
 /// Writes the news of particles into a message.
@@ -196,7 +198,7 @@ pub(super) fn fill(
     for (record, (i, shift)) in message.chunks_exact_mut(length).zip(whom) {
         let i = i as usize;
         let orientation = particles.orientations.get(i).unwrap_or(&identity);
-        record.copy_from_slice(&news(&particles.bodies[i], orientation, &shift)[..length]);
+        record.copy_from_slice(&clone_update(&particles.bodies[i], orientation, &shift)[..length]);
     }
 }
 
@@ -211,7 +213,7 @@ fn take_all(message: &[f64], length: usize, clones: Range<usize>, particles: &mu
 pub(super) fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
     let before = particles.bodies[clone].position;
     read_motion(&mut particles.bodies[clone], record);
-    if record.len() == NEWS_LENGTH {
+    if record.len() == UPDATE_LENGTH {
         particles.turn_to(clone, &before, read_orientation(record));
     }
 }

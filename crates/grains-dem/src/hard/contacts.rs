@@ -7,15 +7,15 @@ use super::key::Key;
 use crate::catalogue::Catalogue;
 use crate::contacts::{Overlapping, PassStatistics, SpherePair};
 use crate::narrow_phase::PartContact;
-use crate::non_spherical::{self, BodyPair};
+use crate::non_spherical::{self, PartPair};
 use crate::particles::Particles;
-use crate::verlet::Neighbours;
+use crate::verlet::VerletLists;
 use crate::walls::{self, WallMeeting, WallScene};
 use grains_geometry::Vec3;
 
 /// The second body of a contact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Second {
+pub(crate) enum Counterpart {
     /// A particle of this rank's arrays, and its deepest point from its centre of mass (m).
     Particle(u32, Vec3),
     /// A wall.
@@ -34,7 +34,7 @@ pub(crate) struct HardContact {
     pub(crate) key: Key,
     /// First body, of two particles the one of lower identity.
     pub(crate) a: u32,
-    pub(crate) second: Second,
+    pub(crate) counterpart: Counterpart,
     /// Unit normal from the first body to the second.
     pub(crate) normal: Vec3,
     /// Overlap (m), positive.
@@ -51,7 +51,7 @@ pub(crate) struct HardContact {
 pub(crate) fn collect(
     contacts: &mut Vec<HardContact>,
     particles: &Particles,
-    neighbours: &mut Neighbours,
+    neighbours: &mut VerletLists,
     scene: &WallScene,
     catalogue: &Catalogue,
     statistics: &mut PassStatistics,
@@ -60,7 +60,7 @@ pub(crate) fn collect(
     for pair in &neighbours.spheres {
         contacts.extend(of_spheres(pair, particles, catalogue, statistics));
     }
-    let met = non_spherical::meet(particles, &mut neighbours.bodies, catalogue, |pair, contact| {
+    let met = non_spherical::meet(particles, &mut neighbours.part_pairs, catalogue, |pair, contact| {
         contacts.push(of_bodies(pair, contact, particles, catalogue, statistics));
     });
     if let Err(error) = met {
@@ -100,14 +100,14 @@ fn of_spheres(
 }
 
 fn of_bodies(
-    pair: &BodyPair,
+    pair: &PartPair,
     contact: &PartContact,
     particles: &Particles,
     catalogue: &Catalogue,
     statistics: &mut PassStatistics,
 ) -> HardContact {
     let (a, b) = (pair.a as usize, pair.b as usize);
-    statistics.deep_penetrations += u64::from(contact.cores_met);
+    statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
     let radius = catalogue.smaller_inscribed_radius([a, b].map(|i| &particles.bodies[i]));
     note(statistics, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
     let separation = particles.bodies[b].position - particles.bodies[a].position;
@@ -130,7 +130,7 @@ fn of_particles(
     HardContact {
         key: Key::of_pair([a, b].map(|i| particles.ids[i as usize]), parts),
         a,
-        second: Second::Particle(b, arms[1]),
+        counterpart: Counterpart::Particle(b, arms[1]),
         normal,
         overlap,
         arm: arms[0],
@@ -156,7 +156,7 @@ fn of_wall(
     HardContact {
         key: Key::of_wall(particles.ids[i], [pair.wall, pair.surface, pair.part], pair.element, image),
         a: pair.particle,
-        second: Second::Wall { wall: pair.wall, point: point - half, velocity },
+        counterpart: Counterpart::Wall { wall: pair.wall, point: point - half, velocity },
         normal,
         overlap,
         arm: arm + half,

@@ -35,5 +35,5 @@ mod response;
 mod rounds;
 
 pub use model::{CollisionModel, HardModel};
-pub(crate) use response::Site;
+pub(crate) use response::ContactSolver;
 pub(crate) use rounds::Collisions;

@@ -1,6 +1,6 @@
 //! Whether and how bodies collide.
 
-use crate::integrate::Rates;
+use crate::integrate::StepParameters;
 use grains_contact::ImpulseScheme;
 
 /// What happens when bodies meet.
@@ -12,7 +12,7 @@ pub enum CollisionModel {
     /// They do not deform: an instant impulse.
     Hard(HardModel),
     /// They never do: all are held where they are, and no neighbours are looked for.
-    Held,
+    Fixed,
 }
 
 /// Parameters of collisions by impulses.
@@ -29,8 +29,8 @@ pub struct HardModel {
 
 impl HardModel {
     /// Exact restitution, one sweep, and rest below 2 |g| dt: nothing rests without gravity.
-    pub fn new(rates: &Rates) -> Self {
-        let rest_speed = 2.0 * rates.gravity.norm() * rates.dt;
+    pub fn new(parameters: &StepParameters) -> Self {
+        let rest_speed = 2.0 * parameters.gravity.norm() * parameters.dt;
         Self { scheme: ImpulseScheme::Exact, sweeps: 1, rest_speed }
     }
 }

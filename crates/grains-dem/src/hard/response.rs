@@ -1,6 +1,6 @@
 //! What one contact does to its bodies: an impulse and a relocation. Clones are left to their owners.
 
-use super::contacts::{HardContact, Second};
+use super::contacts::{Counterpart, HardContact};
 use super::model::HardModel;
 use crate::catalogue::Catalogue;
 use crate::particles::Particles;
@@ -11,7 +11,7 @@ use grains_domain::Quantum;
 use grains_geometry::{Mat3, Vec3};
 
 /// Where collisions take place.
-pub(crate) struct Site<'a> {
+pub(crate) struct ContactSolver<'a> {
     pub(crate) particles: &'a mut Particles,
     pub(crate) catalogue: &'a Catalogue,
     pub(crate) wall_loads: &'a mut [WallLoad],
@@ -32,12 +32,12 @@ pub(crate) enum Outcome {
     Rest,
 }
 
-impl Site<'_> {
+impl ContactSolver<'_> {
     /// Gives both bodies of a contact their impulse.
     pub(crate) fn collide(&mut self, contact: &HardContact, model: &HardModel) -> Outcome {
-        let other = match contact.second {
-            Second::Particle(b, arm) => self.velocity_at(b, &arm),
-            Second::Wall { velocity, .. } => velocity,
+        let other = match contact.counterpart {
+            Counterpart::Particle(b, arm) => self.velocity_at(b, &arm),
+            Counterpart::Wall { velocity, .. } => velocity,
         };
         let velocity = other - self.velocity_at(contact.a, &contact.arm);
         let approach = -velocity.dot(&contact.normal);
@@ -48,14 +48,14 @@ impl Site<'_> {
         let restitution = if rests { 0.0 } else { contact.restitution };
         let impact = Impact { normal: contact.normal, velocity, restitution, friction: contact.friction };
         let mut mobility = self.mobility(contact.a, contact.arm);
-        if let Second::Particle(b, arm) = contact.second {
+        if let Counterpart::Particle(b, arm) = contact.counterpart {
             mobility += self.mobility(b, arm);
         }
         let impulse = model.scheme.impulse(&impact, &mobility);
         self.push(contact.a, &contact.arm, &-impulse);
-        match contact.second {
-            Second::Particle(b, arm) => self.push(b, &arm, &impulse),
-            Second::Wall { wall, point, .. } => {
+        match contact.counterpart {
+            Counterpart::Particle(b, arm) => self.push(b, &arm, &impulse),
+            Counterpart::Wall { wall, point, .. } => {
                 let force = impulse / self.dt;
                 let load = &mut self.wall_loads[wall as usize];
                 load.force += force;
@@ -68,19 +68,19 @@ impl Site<'_> {
     /// Moves both bodies of a contact apart by what is left of their overlap after earlier relocations (m).
     pub(crate) fn relocate(&self, contact: &HardContact, relocations: &mut [Vec3]) {
         let a = contact.a as usize;
-        let mass = |i: usize| self.particles.bodies[i].mass_felt();
-        let (moved, share) = match contact.second {
-            Second::Particle(b, _) => {
+        let mass = |i: usize| self.particles.bodies[i].contact_mass();
+        let (moved, share) = match contact.counterpart {
+            Counterpart::Particle(b, _) => {
                 let (m1, m2) = (mass(a), mass(b as usize));
                 (relocations[a] - relocations[b as usize], m2 / (m1 + m2))
             }
-            Second::Wall { .. } => (relocations[a], 1.0),
+            Counterpart::Wall { .. } => (relocations[a], 1.0),
         };
         let left = contact.overlap + moved.dot(&contact.normal);
         if left > 0.0 {
             let round = |way: f64| (contact.normal * way).map(|x| self.positions.round(x));
             relocations[a] -= round(left * share);
-            if let Second::Particle(b, _) = contact.second {
+            if let Counterpart::Particle(b, _) = contact.counterpart {
                 relocations[b as usize] += round(left * (1.0 - share));
             }
         }

@@ -14,15 +14,15 @@ const CLEARANCE: f64 = 1e-11;
 ///
 /// If positive it is a proof: no distance query would find that they touch.
 #[inline(always)]
-pub(crate) fn gap_across(poses: &[Pose; 2], parts: &[u16; 2], separation: &Vec3, axis: &Vec3) -> f64 {
+pub(crate) fn gap_across_plane(poses: &[Pose; 2], parts: &[u16; 2], separation: &Vec3, axis: &Vec3) -> f64 {
     let [a, b] = poses;
     let size = a.scale * a.shape.bounding_radius + b.scale * b.shape.bounding_radius;
     let along = separation.dot(axis) - CLEARANCE * size;
     if let (Some(of_a), Some(of_b)) = (&a.shape.discrete, &b.shape.discrete) {
-        return along - a.reach_of_vertices(of_a, axis) - b.reach_of_vertices(of_b, &-axis);
+        return along - a.support_value_of_vertices(of_a, axis) - b.support_value_of_vertices(of_b, &-axis);
     }
     let (part_a, part_b) = (&a.shape.parts[parts[0] as usize], &b.shape.parts[parts[1] as usize]);
-    along - a.reach(part_a, axis) - b.reach(part_b, &-axis)
+    along - a.support_value(part_a, axis) - b.support_value(part_b, &-axis)
 }
 
 /// Where two bodies touch.
@@ -35,7 +35,7 @@ pub(crate) struct PartContact {
     /// Contact point from the centre of the first part, in the world (m).
     pub(crate) point: Vec3,
     /// Whether the cores met and the penetration routine answered.
-    pub(crate) cores_met: bool,
+    pub(crate) is_deep_penetration: bool,
 }
 
 /// What a query of two bodies found.
@@ -61,7 +61,7 @@ pub(crate) fn touch(
 ) -> Result<Meeting, GjkError> {
     let crusts = part.crust + other_crust;
     let cutoff = (crusts + slack) / part.scale;
-    let (gap, normal, point_a, point_b, cores_met) =
+    let (gap, normal, point_a, point_b, is_deep_penetration) =
         match distance(part.core, other, placement, cutoff, simplex)? {
             Separation::Beyond { axis } => return Ok(Meeting::Apart(part.rotation * axis)),
             Separation::Apart { distance, normal, point_a, point_b } => {
@@ -79,7 +79,7 @@ pub(crate) fn touch(
     let normal = part.rotation * normal;
     let point = part.rotation * (point_a + point_b) * (0.5 * part.scale)
         + between_surfaces(part, other_crust, &normal);
-    Ok(Meeting::Touching(PartContact { normal, overlap, point, cores_met }))
+    Ok(Meeting::Touching(PartContact { normal, overlap, point, is_deep_penetration }))
 }
 
 /// From between the cores to between the surfaces.
@@ -124,7 +124,7 @@ pub(crate) fn meet_parts(
             normal: a.rotation * found.normal,
             overlap: found.overlap * a.scale,
             point: a.rotation * found.point * a.scale,
-            cores_met: false,
+            is_deep_penetration: false,
         }),
     })
 }
@@ -147,7 +147,7 @@ mod tests {
             let placement = a.placement(&b.rotation, 1.0, &between);
             let meeting = meet_parts(&a, &b, &placement, &mut Simplex::default()).unwrap();
             let touching = matches!(meeting, Meeting::Touching(_));
-            (gap_across(&[pose, pose], &[0, 0], &between, &Vec3::z()), touching)
+            (gap_across_plane(&[pose, pose], &[0, 0], &between, &Vec3::z()), touching)
         };
         let ((rounded, apart), (vertices, touching)) = (gap(&shape), gap(&sharp));
         assert!(rounded > 0.0 && !apart, "{rounded}");

@@ -61,7 +61,7 @@ impl<'a> Pose<'a> {
     ///
     /// Damping by this mass, not by m itself, gives an off-centre hit the restitution of the law.
     #[inline(always)]
-    pub(crate) fn inverse_mass_along(&self, mass: f64, arm: &Vec3, normal: &Vec3) -> f64 {
+    pub(crate) fn inverse_effective_mass(&self, mass: f64, arm: &Vec3, normal: &Vec3) -> f64 {
         let lever = self.frame.tr_mul(&arm.cross(normal));
         // Σ l²/I on one denominator: divisions are what this costs. I is that of the shape at unit density, I m/V s².
         let [p, q, r] = self.shape.inertia.into();
@@ -73,7 +73,7 @@ impl<'a> Pose<'a> {
 
     /// How far a part reaches from the particle's centre along a unit direction (m).
     #[inline(always)]
-    pub(super) fn reach(&self, part: &Part, direction: &Vec3) -> f64 {
+    pub(super) fn support_value(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
         let of_core = if has_frame_of_particle(self.shape, part) {
             part.core.reach(&direction)
@@ -84,7 +84,7 @@ impl<'a> Pose<'a> {
     }
 
     /// How far the body of surface vertices reaches, whose edges and tips no crust rounds (m).
-    pub(super) fn reach_of_vertices(&self, vertices: &DiscreteSurface, direction: &Vec3) -> f64 {
+    pub(super) fn support_value_of_vertices(&self, vertices: &DiscreteSurface, direction: &Vec3) -> f64 {
         vertices.reach(&self.frame.tr_mul(direction)) * self.scale
     }
 }

@@ -1,7 +1,7 @@
 //! Contacts of particles that touch in one point each, of one pair of materials, evaluated together.
 
-use super::pairs::{BodyPair, Memories};
-use super::point_contact::BodyPoint;
+use super::pairs::{Histories, PartPair};
+use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
 use crate::contacts::{
     BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactLoads, ContactPass, LoadQuanta, set,
@@ -37,8 +37,8 @@ impl Default for PointColumns {
 
 impl PointColumns {
     #[inline(always)]
-    fn set(&mut self, k: usize, point: &BodyPoint, inverse_mass: f64, radius: f64) {
-        let BodyPoint { normal, overlap, arms: [arm, other_arm], velocities, spins } = point;
+    fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, radius: f64) {
+        let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins } = point;
         set(&mut self.normals, k, [normal.x, normal.y, normal.z, *overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse_mass]);
         set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
@@ -50,12 +50,12 @@ impl PointColumns {
 }
 
 impl ContactColumns for PointColumns {
-    type Point = BodyPoint;
+    type Point = PartPoint;
 
     #[inline(always)]
-    fn contact(&self, k: usize) -> BatchedContact<BodyPoint> {
+    fn contact(&self, k: usize) -> BatchedContact<PartPoint> {
         let overlap = self.normals[3][k];
-        let point = BodyPoint {
+        let point = PartPoint {
             normal: vector_at(&self.normals, k),
             overlap,
             arms: [vector_at(&self.arms, k), vector_at(&self.other_arms, k)],
@@ -89,19 +89,19 @@ impl PointBatch {
         (place, found): (usize, &PartContact),
         [a, b]: [&Body; 2],
         poses: &[Pose; 2],
-        spring: &Vec3,
+        tangential_displacement: &Vec3,
         catalogue: &Catalogue,
     ) {
         if self.batch.len == 0 {
             self.materials = materials([a, b]);
             self.law = Some(*catalogue.contacts.prepared(self.materials[0], self.materials[1]));
         }
-        let point = BodyPoint::of([a, b], found);
-        let inverse_mass = poses[0].inverse_mass_along(a.mass_felt(), &point.arms[0], &point.normal)
-            + poses[1].inverse_mass_along(b.mass_felt(), &point.arms[1], &point.normal);
+        let point = PartPoint::of([a, b], found);
+        let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
+            + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
         self.batch.columns.set(self.batch.len, &point, inverse_mass, radius);
-        self.batch.push(place as u32, spring);
+        self.batch.push(place as u32, tangential_displacement);
     }
 
     /// Finds the loads of all contacts taken, hands each to `visit` with its pair and the overlap over the smaller
@@ -109,15 +109,15 @@ impl PointBatch {
     #[inline(always)]
     pub(super) fn finish(
         &mut self,
-        (pairs, memories): (&mut [BodyPair], &mut Memories),
+        (pairs, histories): (&mut [PartPair], &mut Histories),
         pass: &mut ContactPass,
-        mut visit: impl FnMut(&mut ContactPass, &BodyPair, f64, ContactLoads),
+        mut visit: impl FnMut(&mut ContactPass, &PartPair, f64, ContactLoads),
     ) {
         let Some(law) = self.law.take() else { return };
         evaluate(&mut self.batch, &law, &pass.quanta, pass.dt);
         for k in 0..self.batch.len.min(BLOCK) {
             let pair = &mut pairs[self.batch.pair[k] as usize];
-            memories.of(pair).spring = self.batch.tangential_displacement(k);
+            histories.of(pair).tangential_displacement = self.batch.tangential_displacement(k);
             visit(pass, pair, self.batch.depth(k), self.batch.loads(k));
         }
         self.batch.len = 0;

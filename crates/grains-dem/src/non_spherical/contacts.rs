@@ -8,11 +8,11 @@
 //! only.
 
 use super::found::{Contacts, Found};
-use super::list::BodyList;
-use super::pairs::{BodyPair, Memories};
+use super::list::PartPairList;
+use super::pairs::{Histories, PartPair};
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
-use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, gap_across, meet_parts, spread};
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, gap_across_plane, meet_parts, spread};
 use crate::particles::Particles;
 use grains_geometry::{GjkError, Simplex, Vec3};
 
@@ -22,13 +22,13 @@ use grains_geometry::{GjkError, Simplex, Vec3};
 /// A distance that could not be found.
 pub(crate) fn meet(
     particles: &Particles,
-    list: &mut BodyList,
+    list: &mut PartPairList,
     catalogue: &Catalogue,
-    mut visit: impl FnMut(&BodyPair, &PartContact),
+    mut visit: impl FnMut(&PartPair, &PartContact),
 ) -> Result<(), StepError> {
-    let BodyList { pairs, memories, found, .. } = list;
-    for group in pairs.chunk_by_mut(BodyPair::is_of_same_bodies) {
-        find_contacts(particles, group, memories, catalogue, found)?;
+    let PartPairList { pairs, histories, found, .. } = list;
+    for group in pairs.chunk_by_mut(PartPair::is_of_same_particles) {
+        find_contacts(particles, group, histories, catalogue, found)?;
         for Found { place, contact, .. } in &found.items {
             visit(&group[*place], contact);
         }
@@ -39,41 +39,41 @@ pub(crate) fn meet(
 /// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
 pub(super) fn find_contacts(
     particles: &Particles,
-    group: &mut [BodyPair],
-    memories: &mut Memories,
+    group: &mut [PartPair],
+    histories: &mut Histories,
     catalogue: &Catalogue,
     found: &mut Contacts,
 ) -> Result<(), StepError> {
     found.clear();
     let (a, b) = (group[0].a as usize, group[0].b as usize);
     let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
-    let gone = particles.travelled[a] + particles.travelled[b];
-    if group.iter().all(|pair| gone < pair.apart_until) {
+    let gone = particles.path_length[a] + particles.path_length[b];
+    if group.iter().all(|pair| gone < pair.separated_until) {
         return Ok(());
     }
     let separation = body_b.position - body_a.position;
-    let reach = body_a.radius + body_b.radius;
-    if separation.norm_squared() >= reach * reach {
-        let gap = separation.norm() - reach;
+    let range = body_a.radius + body_b.radius;
+    if separation.norm_squared() >= range * range {
+        let gap = separation.norm() - range;
         for pair in group {
-            memories.forget(pair);
+            histories.forget(pair);
             pair.stay_apart(gone, gap);
         }
         return Ok(());
     }
     let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
     for (place, pair) in group.iter_mut().enumerate() {
-        if gone < pair.apart_until {
+        if gone < pair.separated_until {
             continue;
         }
         if !pair.is_touching() {
-            let gap = gap_across(&poses, &pair.parts, &separation, &pair.axis);
+            let gap = gap_across_plane(&poses, &pair.parts, &separation, &pair.axis);
             if gap > 0.0 {
                 pair.stay_apart(gone, gap);
                 continue;
             }
         }
-        find_contact(place, pair, &poses, &separation, memories, catalogue.faces, found).map_err(
+        find_contact(place, pair, &poses, &separation, histories, catalogue.faces, found).map_err(
             |reason| StepError::Distance {
                 id: particles.ids[a],
                 other: format!("particle {}", particles.ids[b]),
@@ -89,34 +89,34 @@ pub(super) fn find_contacts(
 #[inline(always)]
 fn find_contact(
     place: usize,
-    pair: &mut BodyPair,
+    pair: &mut PartPair,
     poses: &[Pose; 2],
     separation: &Vec3,
-    memories: &mut Memories,
+    histories: &mut Histories,
     faces: FaceContact,
     found: &mut Contacts,
 ) -> Result<(), GjkError> {
     let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
     let between = separation + (part_b.offset - part_a.offset);
-    let reach = part_a.bounding_radius + part_b.bounding_radius;
-    if between.norm_squared() >= reach * reach {
-        memories.forget(pair);
-        pair.part_by(&between);
+    let range = part_a.bounding_radius + part_b.bounding_radius;
+    if between.norm_squared() >= range * range {
+        histories.forget(pair);
+        pair.separate_by(&between);
         return Ok(());
     }
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
     let mut cold = Simplex::default();
-    let simplex = if pair.is_touching() { &mut memories.of(pair).simplex } else { &mut cold };
+    let simplex = if pair.is_touching() { &mut histories.of(pair).simplex } else { &mut cold };
     match meet_parts(&part_a, &part_b, &placement, simplex)? {
         Meeting::Apart(normal) => {
-            memories.forget(pair);
-            pair.part_by(&normal);
+            histories.forget(pair);
+            pair.separate_by(&normal);
         }
         Meeting::Touching(mut contact) => {
             if !pair.is_touching() {
-                memories.of(pair).simplex = cold;
+                histories.of(pair).simplex = cold;
             }
-            let is_spread = faces == FaceContact::Spread && part_a.vertices.is_none();
+            let is_spread = faces == FaceContact::MultiPoint && part_a.vertices.is_none();
             let footprint = is_spread
                 .then(|| spread(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
                 .flatten();

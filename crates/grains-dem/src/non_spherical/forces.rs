@@ -3,9 +3,9 @@
 use super::batch::PointBatch;
 use super::contacts::find_contacts;
 use super::found::{Contacts, Found};
-use super::list::BodyList;
-use super::pairs::{BodyPair, Memories};
-use super::point_contact::BodyPoint;
+use super::list::PartPairList;
+use super::pairs::{Histories, PartPair};
+use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
 use crate::contacts::{ContactLoads, ContactPass, Overlapping};
 use crate::narrow_phase::Pose;
@@ -19,17 +19,17 @@ use std::ops::Range;
 /// Particles that touch in one point, the most, wait for others like them; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
-    (list, range): (&mut BodyList, Range<usize>),
+    (list, range): (&mut PartPairList, Range<usize>),
     pass: &mut ContactPass,
 ) {
-    let BodyList { pairs, memories, found, batch } = list;
+    let PartPairList { pairs, histories, found, batch } = list;
     let pairs = &mut pairs[range];
     let catalogue = pass.catalogue;
     let mut start = 0;
     while start < pairs.len() {
         let group = start..end_of_group(pairs, start);
         start = group.end;
-        if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], memories, catalogue, found) {
+        if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], histories, catalogue, found) {
             pass.statistics.error = Some(error);
             continue;
         }
@@ -39,25 +39,25 @@ pub(crate) fn add_forces(
             [] => {}
             [item] if found.footprint(item).is_none() => {
                 if !batch.has_room_for([a, b].map(|i| &particles.bodies[i])) {
-                    finish(batch, (pairs, memories), particles, pass);
+                    finish(batch, (pairs, histories), particles, pass);
                 }
                 let bodies = [a, b].map(|i| &particles.bodies[i]);
                 let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
                 let place = group.start + item.place;
-                let spring = memories.of(&mut pairs[place]).spring;
-                pass.statistics.deep_penetrations += u64::from(item.contact.cores_met);
-                batch.take((place, &item.contact), bodies, &poses, &spring, catalogue);
+                let tangential_displacement = histories.of(&mut pairs[place]).tangential_displacement;
+                pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
+                batch.take((place, &item.contact), bodies, &poses, &tangential_displacement, catalogue);
             }
-            _ => add_contacts(particles, (&mut pairs[group], memories, found), pass),
+            _ => add_contacts(particles, (&mut pairs[group], histories, found), pass),
         }
     }
-    finish(batch, (pairs, memories), particles, pass);
+    finish(batch, (pairs, histories), particles, pass);
 }
 
 /// Adds the loads of the contacts that wait.
 fn finish(
     batch: &mut PointBatch,
-    waiting: (&mut [BodyPair], &mut Memories),
+    waiting: (&mut [PartPair], &mut Histories),
     particles: &mut Particles,
     pass: &mut ContactPass,
 ) {
@@ -71,7 +71,7 @@ fn finish(
 /// Adds the loads of all contacts of two particles that touch in several points, or over a patch.
 fn add_contacts(
     particles: &mut Particles,
-    (group, memories, found): (&mut [BodyPair], &mut Memories, &Contacts),
+    (group, histories, found): (&mut [PartPair], &mut Histories, &Contacts),
     pass: &mut ContactPass,
 ) {
     let (a, b) = (group[0].a as usize, group[0].b as usize);
@@ -83,14 +83,14 @@ fn add_contacts(
     let mut deepest = 0.0_f64;
     for item in &found.items {
         let Found { place, contact, .. } = item;
-        pass.statistics.deep_penetrations += u64::from(contact.cores_met);
+        pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
         deepest = deepest.max(contact.overlap);
-        let memory = memories.of(&mut group[*place]);
-        let point = BodyPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
-        let mut loads = ContactLoads::of(&point, &law, &mut memory.spring, quanta, dt);
+        let history = histories.of(&mut group[*place]);
+        let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
+        let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
         if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
             let patch = ContactPatch { moment, second };
-            loads.add_patch(&point, &law, (&patch, &mut memory.twist), quanta, dt);
+            loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);
         }
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
@@ -98,7 +98,7 @@ fn add_contacts(
 }
 
 #[cold]
-fn overlapping(particles: &Particles, pair: &BodyPair, catalogue: &Catalogue) -> Overlapping {
+fn overlapping(particles: &Particles, pair: &PartPair, catalogue: &Catalogue) -> Overlapping {
     let (a, b) = (pair.a as usize, pair.b as usize);
     Overlapping {
         id: particles.ids[a],
@@ -110,8 +110,8 @@ fn overlapping(particles: &Particles, pair: &BodyPair, catalogue: &Catalogue) ->
 
 /// End of the pairs of the same two bodies from `start` on.
 #[inline(always)]
-fn end_of_group(pairs: &[BodyPair], start: usize) -> usize {
-    let is_other = |pair: &BodyPair| !pair.is_of_same_bodies(&pairs[start]);
+fn end_of_group(pairs: &[PartPair], start: usize) -> usize {
+    let is_other = |pair: &PartPair| !pair.is_of_same_particles(&pairs[start]);
     pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
 }
 
@@ -135,8 +135,8 @@ fn coefficients(
         arm /= count as f64;
     }
     let arm_b = arm - (b.position - a.position);
-    let inverse = poses[0].inverse_mass_along(a.mass_felt(), &arm, &normal)
-        + poses[1].inverse_mass_along(b.mass_felt(), &arm_b, &normal);
+    let inverse = poses[0].inverse_effective_mass(a.contact_mass(), &arm, &normal)
+        + poses[1].inverse_effective_mass(b.contact_mass(), &arm_b, &normal);
     let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
     law.at(1.0 / inverse).shared(count, catalogue.sharing)
 }

@@ -10,5 +10,5 @@ mod point_contact;
 
 pub(crate) use contacts::meet;
 pub(crate) use forces::add_forces;
-pub(crate) use list::BodyList;
-pub(crate) use pairs::BodyPair;
+pub(crate) use list::PartPairList;
+pub(crate) use pairs::PartPair;

@@ -1,11 +1,11 @@
 //! Pairs of parts that may touch, and what those that touch remember.
 
-use crate::contact_history::ContactMemory;
+use crate::contact_history::ContactHistory;
 use grains_geometry::Vec3;
 
 /// A pair of parts that may touch; `a` is the particle of lower id.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyPair {
+pub(crate) struct PartPair {
     pub(crate) a: u32,
     pub(crate) b: u32,
     pub(crate) parts: [u16; 2],
@@ -13,63 +13,63 @@ pub(crate) struct BodyPair {
     /// the answer.
     pub(crate) axis: Vec3,
     /// Way the two bodies may go together, counted from when the lists were built (m): until then they are apart.
-    pub(super) apart_until: f64,
-    /// Place of its memory, or [`BodyPair::APART`]: a pair remembers only while it touches step after step.
-    pub(super) memory: u32,
+    pub(super) separated_until: f64,
+    /// Place of its memory, or [`PartPair::APART`]: a pair remembers only while it touches step after step.
+    pub(super) history: u32,
 }
 
-impl BodyPair {
+impl PartPair {
     pub(super) const APART: u32 = u32::MAX;
 
     /// Whether two pairs are of the same two particles.
-    pub(super) fn is_of_same_bodies(&self, other: &Self) -> bool {
+    pub(super) fn is_of_same_particles(&self, other: &Self) -> bool {
         (self.a, self.b) == (other.a, other.b)
     }
 
     /// Whether the pair touched in the last step.
     pub(super) fn is_touching(&self) -> bool {
-        self.memory != Self::APART
+        self.history != Self::APART
     }
 
     /// Leaves the two, which have `gone` so far (m) and are `gap` (m) apart, alone until that can be closed.
     pub(super) fn stay_apart(&mut self, gone: f64, gap: f64) {
         // The share covers the rounding of the sums.
-        self.apart_until = gone + 0.999 * gap;
+        self.separated_until = gone + 0.999 * gap;
     }
 
     /// Takes a plane of this normal, of any length, to part the two from the next step on.
-    pub(super) fn part_by(&mut self, normal: &Vec3) {
+    pub(super) fn separate_by(&mut self, normal: &Vec3) {
         self.axis = normal * (1.0 / normal.norm());
     }
 }
 
-/// Memories of the pairs that touch; pairs apart, the most, stay small.
+/// Histories of the pairs that touch; pairs apart, the most, stay small.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Memories {
-    pub(super) items: Vec<ContactMemory>,
+pub(super) struct Histories {
+    pub(super) items: Vec<ContactHistory>,
     pub(super) free: Vec<u32>,
 }
 
-impl Memories {
+impl Histories {
     /// What a pair remembers; a new memory if it did not touch.
     #[inline]
-    pub(super) fn of(&mut self, pair: &mut BodyPair) -> &mut ContactMemory {
-        if pair.memory == BodyPair::APART {
-            pair.memory = self.free.pop().unwrap_or_else(|| {
-                self.items.push(ContactMemory::default());
+    pub(super) fn of(&mut self, pair: &mut PartPair) -> &mut ContactHistory {
+        if pair.history == PartPair::APART {
+            pair.history = self.free.pop().unwrap_or_else(|| {
+                self.items.push(ContactHistory::default());
                 self.items.len() as u32 - 1
             });
-            self.items[pair.memory as usize] = ContactMemory::default();
-            pair.apart_until = 0.0;
+            self.items[pair.history as usize] = ContactHistory::default();
+            pair.separated_until = 0.0;
         }
-        &mut self.items[pair.memory as usize]
+        &mut self.items[pair.history as usize]
     }
 
     /// Forgets a pair that is apart.
-    pub(super) fn forget(&mut self, pair: &mut BodyPair) {
-        if pair.memory != BodyPair::APART {
-            self.free.push(pair.memory);
-            pair.memory = BodyPair::APART;
+    pub(super) fn forget(&mut self, pair: &mut PartPair) {
+        if pair.history != PartPair::APART {
+            self.free.push(pair.history);
+            pair.history = PartPair::APART;
         }
     }
 }

@@ -7,7 +7,7 @@ use grains_contact::Encounter;
 use grains_geometry::Vec3;
 
 /// Two bodies that touch in a point.
-pub(super) struct BodyPoint {
+pub(super) struct PartPoint {
     /// Unit normal from the first to the second (-).
     pub normal: Vec3,
     /// Overlap (m).
@@ -20,7 +20,7 @@ pub(super) struct BodyPoint {
     pub spins: [Vec3; 2],
 }
 
-impl BodyPoint {
+impl PartPoint {
     /// A contact that was found, its point from the centre of mass of the first body.
     #[inline(always)]
     pub fn of([a, b]: [&Body; 2], found: &PartContact) -> Self {
@@ -34,7 +34,7 @@ impl BodyPoint {
     }
 }
 
-impl ContactPoint for BodyPoint {
+impl ContactPoint for PartPoint {
     #[inline(always)]
     fn encounter(&self) -> Encounter {
         let Self { normal, overlap, arms: [arm, other_arm], velocities: [v, other_v], spins: [w, other_w] } =

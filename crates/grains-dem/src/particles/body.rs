@@ -59,7 +59,7 @@ impl Body {
 
     /// Mass (kg) that a contact feels: without end if the motion is prescribed.
     #[inline(always)]
-    pub fn mass_felt(&self) -> f64 {
+    pub fn contact_mass(&self) -> f64 {
         if self.is_guided() { GUIDED_MASS } else { self.mass }
     }
 }

@@ -66,7 +66,7 @@ impl ParticleRecord {
 }
 
 /// Number of f64 that create a clone: what never changes, and the first news.
-pub(crate) const CLONE_LENGTH: usize = FIXED_LENGTH + NEWS_LENGTH;
+pub(crate) const CLONE_LENGTH: usize = FIXED_LENGTH + UPDATE_LENGTH;
 const FIXED_LENGTH: usize = 5;
 
 /// Appends what a neighbour needs to create a clone, its position moved by `shift` (m, exact).
@@ -84,7 +84,7 @@ pub(crate) fn write_clone(
         body.radius,
         body.mass,
     ]);
-    message.extend(news(body, orientation, shift));
+    message.extend(clone_update(body, orientation, shift));
 }
 
 /// Reads a clone written by [`write_clone`].
@@ -98,20 +98,20 @@ pub(crate) fn read_clone(message: &[f64]) -> (u64, Body, Rotation) {
         kind: Kind { shape: message[1] as u16, material: message[2] as u16 },
         guide: 0,
     };
-    let news = &message[FIXED_LENGTH..];
-    read_motion(&mut body, news);
-    (message[0] as u64, body, read_orientation(news))
+    let clone_update = &message[FIXED_LENGTH..];
+    read_motion(&mut body, clone_update);
+    (message[0] as u64, body, read_orientation(clone_update))
 }
 
 /// Most numbers that tell of a clone: position, velocity, angular velocity, orientation.
-pub(crate) const NEWS_LENGTH: usize = 13;
+pub(crate) const UPDATE_LENGTH: usize = 13;
 /// Those without orientation, of spheres.
-pub(crate) const NEWS_OF_SPHERES: usize = 9;
+pub(crate) const SPHERE_UPDATE_LENGTH: usize = 9;
 
 /// All that changes of a clone between rebuilds, its position moved by `shift` (m, exact); the orientation (w, x, y, z)
 /// comes last.
 #[inline(always)]
-pub(crate) fn news(body: &Body, orientation: &Rotation, shift: &Vec3) -> [f64; NEWS_LENGTH] {
+pub(crate) fn clone_update(body: &Body, orientation: &Rotation, shift: &Vec3) -> [f64; UPDATE_LENGTH] {
     let (x, v, w) = (body.position + shift, body.velocity, body.angular_velocity);
     let q = orientation.quaternion();
     [x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z, q.w, q.i, q.j, q.k]
@@ -119,16 +119,21 @@ pub(crate) fn news(body: &Body, orientation: &Rotation, shift: &Vec3) -> [f64; N
 
 /// Reads the motion out of [`news`].
 #[inline]
-pub(crate) fn read_motion(body: &mut Body, news: &[f64]) {
-    body.position = Vec3::new(news[0], news[1], news[2]);
-    body.velocity = Vec3::new(news[3], news[4], news[5]);
-    body.angular_velocity = Vec3::new(news[6], news[7], news[8]);
+pub(crate) fn read_motion(body: &mut Body, clone_update: &[f64]) {
+    body.position = Vec3::new(clone_update[0], clone_update[1], clone_update[2]);
+    body.velocity = Vec3::new(clone_update[3], clone_update[4], clone_update[5]);
+    body.angular_velocity = Vec3::new(clone_update[6], clone_update[7], clone_update[8]);
 }
 
 /// Reads the orientation out of [`news`], without renormalising: the bits must not change.
 #[inline]
-pub(crate) fn read_orientation(news: &[f64]) -> Rotation {
-    Unit::new_unchecked(Quaternion::new(news[9], news[10], news[11], news[12]))
+pub(crate) fn read_orientation(clone_update: &[f64]) -> Rotation {
+    Unit::new_unchecked(Quaternion::new(
+        clone_update[9],
+        clone_update[10],
+        clone_update[11],
+        clone_update[12],
+    ))
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ pub struct Particles {
     pub frames: Vec<Mat3>,
     /// What no point of the body has moved farther than since the lists were built, along its path (m), owned and
     /// clones.
-    pub(crate) travelled: Vec<f64>,
+    pub(crate) path_length: Vec<f64>,
     /// Contact loads, owned.
     pub loads: Vec<Load>,
     /// Velocity half a step before `position` (m/s), owned.
@@ -35,7 +35,7 @@ pub struct Particles {
     pub cargo: Vec<Cargo>,
     /// Identities of those of prescribed motion, guide by guide.
     pub(crate) guided: Vec<Range<u64>>,
-    turning: bool,
+    with_orientations: bool,
     carrying: bool,
 }
 
@@ -47,13 +47,13 @@ impl Particles {
 
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        let Self { bodies, ids, orientations, frames, travelled, .. } = self;
+        let Self { bodies, ids, orientations, frames, path_length, .. } = self;
         let Self { loads, half_velocity, half_spin, sides, cargo, .. } = self;
         let shared = heap_bytes(bodies)
             + heap_bytes(ids)
             + heap_bytes(orientations)
             + heap_bytes(frames)
-            + heap_bytes(travelled);
+            + heap_bytes(path_length);
         shared
             + heap_bytes(loads)
             + heap_bytes(half_velocity)
@@ -73,12 +73,12 @@ impl Particles {
         self.ids.truncate(self.owned);
         self.orientations.truncate(self.owned);
         self.frames.truncate(self.owned);
-        self.travelled.truncate(self.owned);
+        self.path_length.truncate(self.owned);
     }
 
     /// Particles without orientation if all shapes are spheres.
     pub fn new(all_spheres: bool) -> Self {
-        Self { turning: !all_spheres, ..Self::default() }
+        Self { with_orientations: !all_spheres, ..Self::default() }
     }
 
     /// Lets every particle, also those to come, carry cargo: zeros until somebody sets them.
@@ -90,8 +90,8 @@ impl Particles {
     }
 
     /// Whether particles have orientations, as some are not spheres.
-    pub fn turns(&self) -> bool {
-        self.turning
+    pub fn has_orientations(&self) -> bool {
+        self.with_orientations
     }
 
     /// Whether particles carry cargo.
@@ -117,10 +117,10 @@ impl Particles {
     pub(crate) fn make_room(&mut self, clones: usize) {
         self.bodies.reserve_exact(clones);
         self.ids.reserve_exact(clones);
-        if self.turning {
+        if self.with_orientations {
             self.orientations.reserve_exact(clones);
             self.frames.reserve_exact(clones);
-            self.travelled.reserve_exact(clones);
+            self.path_length.reserve_exact(clones);
         }
     }
 
@@ -128,10 +128,10 @@ impl Particles {
     pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
         self.ids.push(id);
         self.bodies.push(Body { guide: self.guide_of(id), ..body });
-        if self.turning {
+        if self.with_orientations {
             self.orientations.push(orientation);
             self.frames.push(frame(&orientation));
-            self.travelled.push(0.0);
+            self.path_length.push(0.0);
         }
     }
 
@@ -148,7 +148,7 @@ impl Particles {
     pub(crate) fn turn_to(&mut self, i: usize, before: &Vec3, orientation: Rotation) {
         let body = &self.bodies[i];
         let turned = (self.orientations[i].coords - orientation.coords).norm();
-        self.travelled[i] += (body.position - before).norm() + 2.5 * body.radius * turned;
+        self.path_length[i] += (body.position - before).norm() + 2.5 * body.radius * turned;
         self.orientations[i] = orientation;
         self.frames[i] = frame(&orientation);
     }
@@ -169,10 +169,10 @@ impl Particles {
     pub(crate) fn reorder(&mut self, order: &[u32]) {
         permute(&mut self.bodies, order);
         permute(&mut self.ids, order);
-        if self.turning {
+        if self.with_orientations {
             permute(&mut self.orientations, order);
             permute(&mut self.frames, order);
-            permute(&mut self.travelled, order);
+            permute(&mut self.path_length, order);
         }
         permute(&mut self.loads, order);
         permute(&mut self.half_velocity, order);

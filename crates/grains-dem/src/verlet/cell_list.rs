@@ -1,31 +1,33 @@
 //! Particles sorted by cell.
 
-use super::allowances::nominal_reach;
-use super::list_context::Surroundings;
+use super::allowances::nominal_allowance;
+use super::list_context::ListContext;
 use crate::particles::{Body, Particles};
 use grains_domain::{Cells, SIZE_CLASSES, size_class};
 use std::ops::Range;
 
 /// How far from its centre (m) a particle among `stays` may act before the lists are rebuilt, at most, per class of
 /// sizes; and how many there are of each.
-pub(crate) fn widest(
+pub(crate) fn cutoffs(
     particles: &Particles,
     stays: &[u32],
-    around: &Surroundings,
+    context: &ListContext,
 ) -> ([f64; SIZE_CLASSES], [usize; SIZE_CLASSES]) {
-    let (mut widest, mut counts) = ([0.0; SIZE_CLASSES], [0; SIZE_CLASSES]);
+    let (mut cutoffs, mut counts) = ([0.0; SIZE_CLASSES], [0; SIZE_CLASSES]);
     for &i in stays {
         let body = &particles.bodies[i as usize];
-        let class = size_class(body.radius, around.largest_radius);
-        widest[class] =
-            f64::max(widest[class], body.radius + nominal_reach(body, around) + 0.5 * around.film);
+        let class = size_class(body.radius, context.largest_radius);
+        cutoffs[class] = f64::max(
+            cutoffs[class],
+            body.radius + nominal_allowance(body, context) + 0.5 * context.lubrication_range,
+        );
         counts[class] += 1;
     }
-    (widest, counts)
+    (cutoffs, counts)
 }
 
 /// The owned particles sorted by cell.
-pub(crate) struct Sorted {
+pub(crate) struct CellList {
     /// What places they had before.
     pub(crate) order: Vec<u32>,
     pub(super) cells: Cells,
@@ -33,7 +35,7 @@ pub(crate) struct Sorted {
     pub(super) start: Vec<u32>,
 }
 
-impl Sorted {
+impl CellList {
     /// Sorts the particles in `stays`.
     pub(crate) fn new(particles: &Particles, stays: &[u32], cells: Cells) -> Self {
         let cell_of = |&i: &u32| {

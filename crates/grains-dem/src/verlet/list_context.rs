@@ -6,7 +6,7 @@ use crate::walls::{Wall, WallState};
 use grains_domain::Decomposition;
 
 /// What list building needs to know besides the particles.
-pub(crate) struct Surroundings<'a> {
+pub(crate) struct ListContext<'a> {
     pub(crate) decomposition: &'a Decomposition,
     pub(crate) catalogue: &'a Catalogue,
     pub(crate) walls: &'a [Wall],
@@ -15,7 +15,7 @@ pub(crate) struct Surroundings<'a> {
     /// Largest bounding radius of any particle (m).
     pub(crate) largest_radius: f64,
     /// Thickness of the films of fluid that act between spheres (m).
-    pub(crate) film: f64,
+    pub(crate) lubrication_range: f64,
     pub(crate) dt: f64,
     /// Time of the positions (s).
     pub(crate) time: f64,

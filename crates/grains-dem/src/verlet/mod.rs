@@ -1,7 +1,7 @@
 //! Verlet lists with a skin per particle, built from linked cells.
 //!
-//! A particle may move by its *reach* before the lists must be rebuilt; fast particles get a larger reach,
-//! so that a few falling grains do not force a dense bed to rebuild. Reaches, and so the times of rebuilds,
+//! A particle may move by its *allowance* before the lists must be rebuilt; fast particles get a larger allowance,
+//! so that a few falling grains do not force a dense bed to rebuild. Allowances, and so the times of rebuilds,
 //! cannot change a result: a pair remembers something only while its positions in consecutive steps say so.
 
 mod allowances;
@@ -14,8 +14,8 @@ mod skin;
 mod wall_search;
 mod work;
 
-pub(crate) use cell_list::{Sorted, widest};
-pub(crate) use list_context::Surroundings;
-pub(crate) use lists::{Inner, Neighbours};
+pub(crate) use cell_list::{CellList, cutoffs};
+pub(crate) use list_context::ListContext;
+pub(crate) use lists::{Inner, VerletLists};
 pub(crate) use skin::Reference;
 pub use skin::Skin;

@@ -1,49 +1,73 @@
 //! Contact history saved from the pairs, row by row.
 
-use super::lists::Neighbours;
-use crate::contact_history::{BodyMemory, ContactMemory, Memories, SphereMemory, WallMemory};
-use crate::non_spherical::BodyPair;
+use super::lists::VerletLists;
+use crate::contact_history::{ContactHistory, PartHistory, SavedHistories, SphereHistory, WallHistory};
+use crate::non_spherical::PartPair;
 use crate::particles::Particles;
 use crate::periodic_images as images;
 use crate::walls::{Wall, WallPair};
 use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
-impl Neighbours {
+impl VerletLists {
     /// Gathers what all pairs remember into rows by owned particle.
-    pub(crate) fn remember(
+    pub(crate) fn save_history(
         &self,
         particles: &Particles,
         walls: &[Wall],
         global: &GlobalBox,
-        memories: &mut Memories,
+        histories: &mut SavedHistories,
     ) {
         let owned = particles.owned as u32;
         let ids = &particles.ids;
-        memories.fill(
+        histories.fill(
             particles.owned,
             |add| {
-                for pair in self.spheres.iter().filter(|p| p.spring != Vec3::zeros()) {
-                    add(pair.a, SphereMemory { partner: ids[pair.b as usize], spring: pair.spring });
+                for pair in self.spheres.iter().filter(|p| p.tangential_displacement != Vec3::zeros()) {
+                    add(
+                        pair.a,
+                        SphereHistory {
+                            partner: ids[pair.b as usize],
+                            tangential_displacement: pair.tangential_displacement,
+                        },
+                    );
                     if pair.b < owned {
-                        add(pair.b, SphereMemory { partner: ids[pair.a as usize], spring: -pair.spring });
+                        add(
+                            pair.b,
+                            SphereHistory {
+                                partner: ids[pair.a as usize],
+                                tangential_displacement: -pair.tangential_displacement,
+                            },
+                        );
                     }
                 }
             },
             |add| {
-                for (&BodyPair { a, b, parts, .. }, contact) in self.bodies.remembered() {
+                for (&PartPair { a, b, parts, .. }, contact) in self.part_pairs.with_history() {
                     for (own, other) in [(a, b), (b, a)] {
                         if own < owned {
-                            add(own, BodyMemory { partner: ids[other as usize], parts, contact: *contact });
+                            add(own, PartHistory { partner: ids[other as usize], parts, contact: *contact });
                         }
                     }
                 }
             },
             |add| {
                 for pair in &self.walls.pairs {
-                    let &WallPair { wall, surface, part, element, spring, twist, .. } = pair;
+                    let &WallPair {
+                        wall,
+                        surface,
+                        part,
+                        element,
+                        tangential_displacement,
+                        torsional_angle,
+                        ..
+                    } = pair;
                     let simplex = self.walls.simplexes.get(pair.simplex as usize).copied();
-                    let contact = ContactMemory { spring, twist, simplex: simplex.unwrap_or_default() };
+                    let contact = ContactHistory {
+                        tangential_displacement,
+                        torsional_angle,
+                        simplex: simplex.unwrap_or_default(),
+                    };
                     if contact.is_empty() {
                         continue;
                     }
@@ -51,7 +75,7 @@ impl Neighbours {
                         walls[wall as usize].wrapped_axes(&walls[wall as usize].surfaces[surface as usize]);
                     let position = &particles.bodies[pair.particle as usize].position;
                     if let Some(image) = images::seen_from_wrapped(pair.image, position, global, wrapped) {
-                        add(pair.particle, WallMemory { wall, surface, part, element, image, contact });
+                        add(pair.particle, WallHistory { wall, surface, part, element, image, contact });
                     }
                 }
             },

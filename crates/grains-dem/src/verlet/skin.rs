@@ -5,17 +5,17 @@ use grains_geometry::Vec3;
 /// How far particles may move before lists are rebuilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skin {
-    /// Smallest reach over radius (-).
-    pub least: f64,
-    /// Largest reach over radius (-).
-    pub most: f64,
+    /// Smallest allowance over radius (-).
+    pub min: f64,
+    /// Largest allowance over radius (-).
+    pub max: f64,
     /// Steps a particle should go at its present speed (-).
     pub horizon: f64,
 }
 
 impl Default for Skin {
     fn default() -> Self {
-        Self { least: 0.025, most: 0.4, horizon: 60.0 }
+        Self { min: 0.025, max: 0.4, horizon: 60.0 }
     }
 }
 
@@ -24,6 +24,6 @@ impl Default for Skin {
 #[repr(C, align(32))]
 pub(crate) struct Reference {
     pub(crate) position: Vec3,
-    /// Reach (m).
-    pub(crate) reach: f64,
+    /// Allowance (m).
+    pub(crate) allowance: f64,
 }

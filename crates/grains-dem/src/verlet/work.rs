@@ -1,6 +1,6 @@
 //! The work of a step, counted from the lists.
 
-use super::lists::Neighbours;
+use super::lists::VerletLists;
 
 /// Time that a particle, a pair of parts of bodies and a pair with a wall take in a step, over that of a pair of spheres:
 /// of settled spheres 0.5 (and a share of the next sorting), of cubes 3, 13 and 4, in units of 0.014 microseconds.
@@ -8,7 +8,7 @@ const WORK_OF_PARTICLE: u64 = 2;
 const WORK_OF_PARTS: u64 = 13;
 const WORK_AT_WALL: u64 = 4;
 
-impl Neighbours {
+impl VerletLists {
     /// What each owned particle costs in a step, in units of a pair of spheres.
     ///
     /// Pairs and particles are counted, not timed, so that borders lie alike in every run of a case.
@@ -21,7 +21,7 @@ impl Neighbours {
         };
         self.spheres.iter().for_each(|pair| add(pair.a, 1));
         // One of two bodies may be a clone.
-        self.bodies.pairs.iter().for_each(|pair| add(pair.a.min(pair.b), WORK_OF_PARTS));
+        self.part_pairs.pairs.iter().for_each(|pair| add(pair.a.min(pair.b), WORK_OF_PARTS));
         self.walls.pairs.iter().for_each(|pair| add(pair.particle, WORK_AT_WALL));
         work
     }

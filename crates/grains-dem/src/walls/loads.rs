@@ -70,7 +70,7 @@ pub(crate) fn add_forces(
         let law = law.at(mass).shared(parts.max(1), catalogue.sharing);
         for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
             match contact {
-                None => pair.forget_springs(),
+                None => pair.reset_displacements(),
                 Some(contact) => {
                     let load = &mut wall_loads[pair.wall as usize];
                     add_contact(particles, (pair, contact, &center), (scene, load), &law, pass);
@@ -102,11 +102,11 @@ fn add_contact(
         spins: [body.angular_velocity, state.angular_velocity],
     };
     let (quanta, dt) = (&pass.quanta, pass.dt);
-    let mut loads = ContactLoads::of(&contact, law, &mut pair.spring, quanta, dt);
+    let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
     if let Some(footprint) = found.footprint {
         let Footprint { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
         let patch = ContactPatch { moment, second };
-        loads.add_patch(&contact, law, (&patch, &mut pair.twist), quanta, dt);
+        loads.add_patch(&contact, law, (&patch, &mut pair.torsional_angle), quanta, dt);
     }
     let radius = pass.catalogue.inscribed_radius(body);
     pass.statistics.note(found.overlap / radius, || {
@@ -128,7 +128,7 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
         let touching = &list.touching[start - group.start..end - group.start];
         parts += usize::from(touching.iter().any(Option::is_some));
         if end > start + 1 {
-            hand_over_springs(&mut list.pairs[start..end], touching, scene);
+            hand_over_history(&mut list.pairs[start..end], touching, scene);
         }
         start = end;
     }
@@ -155,26 +155,27 @@ fn effective_mass(
     let normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
     let arm = state.to_world(&(point - state.to_wall(center)));
     let pose = Pose::of(particles, pair.particle as usize, catalogue);
-    1.0 / pose.inverse_mass_along(body.mass, &arm, &state.to_world(&normal))
+    1.0 / pose.inverse_effective_mass(body.mass, &arm, &state.to_world(&normal))
 }
 
 /// Gives the spring of a contact that ended to one that began beside it on the same surface, as when a
 /// ball rolls from one triangle of a flat floor to the next.
-fn hand_over_springs(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
+fn hand_over_history(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
     let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
     for k in 0..pairs.len() {
         let Some(contact) = touching[k] else { continue };
-        if pairs[k].spring != Vec3::zeros() {
+        if pairs[k].tangential_displacement != Vec3::zeros() {
             continue;
         }
         let orphan = (0..pairs.len()).find(|&l| {
             touching[l].is_none()
-                && pairs[l].spring != Vec3::zeros()
+                && pairs[l].tangential_displacement != Vec3::zeros()
                 && surface.goes_on(pairs[l].element, pairs[k].element, &contact.normal)
         });
         if let Some(l) = orphan {
-            (pairs[k].spring, pairs[k].twist) = (pairs[l].spring, pairs[l].twist);
-            pairs[l].forget_springs();
+            (pairs[k].tangential_displacement, pairs[k].torsional_angle) =
+                (pairs[l].tangential_displacement, pairs[l].torsional_angle);
+            pairs[l].reset_displacements();
         }
     }
 }

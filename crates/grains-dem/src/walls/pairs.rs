@@ -3,7 +3,7 @@
 use super::motion::WallState;
 use super::surface_contact::SurfaceContact;
 use super::wall::Wall;
-use crate::contact_history::{ContactMemory, WallKey};
+use crate::contact_history::{ContactHistory, WallKey};
 use grains_domain::GlobalBox;
 use grains_geometry::{Simplex, Vec3};
 
@@ -18,9 +18,9 @@ pub(crate) struct WallPair {
     pub(crate) part: u16,
     /// Periodic image of the particle, see [`crate::periodic_images`].
     pub(crate) image: u8,
-    pub(crate) spring: Vec3,
+    pub(crate) tangential_displacement: Vec3,
     /// Spring against twisting about the normal (rad).
-    pub(crate) twist: f64,
+    pub(crate) torsional_angle: f64,
     /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
     pub(crate) simplex: u32,
 }
@@ -34,9 +34,9 @@ impl WallPair {
         key(self) == key(other)
     }
 
-    pub(super) fn forget_springs(&mut self) {
-        self.spring = Vec3::zeros();
-        self.twist = 0.0;
+    pub(super) fn reset_displacements(&mut self) {
+        self.tangential_displacement = Vec3::zeros();
+        self.torsional_angle = 0.0;
     }
 }
 
@@ -52,16 +52,26 @@ pub(crate) struct WallList {
 
 impl WallList {
     /// Adds the pair of a particle and what `key` names, with what the contact remembers.
-    pub(crate) fn push(&mut self, particle: u32, key: WallKey, known: ContactMemory, is_closed_form: bool) {
+    pub(crate) fn push(&mut self, particle: u32, key: WallKey, known: ContactHistory, is_closed_form: bool) {
         let (wall, surface, part, element, image) = key;
-        let ContactMemory { spring, twist, simplex } = known;
+        let ContactHistory { tangential_displacement, torsional_angle, simplex } = known;
         let simplex = if is_closed_form {
             WallPair::CLOSED_FORM
         } else {
             self.simplexes.push(simplex);
             self.simplexes.len() as u32 - 1
         };
-        self.pairs.push(WallPair { particle, element, wall, surface, part, image, spring, twist, simplex });
+        self.pairs.push(WallPair {
+            particle,
+            element,
+            wall,
+            surface,
+            part,
+            image,
+            tangential_displacement,
+            torsional_angle,
+            simplex,
+        });
     }
 
     /// End of the group of pairs of one particle, image and surface that begins at `start`.

@@ -61,11 +61,11 @@ impl Surface {
         matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))
     }
 
-    /// Calls `found` with every element (triangle, or 0) within `reach` (m) of a point.
-    pub(crate) fn for_each_near(&self, center: &Vec3, reach: f64, mut found: impl FnMut(u32)) {
+    /// Calls `found` with every element (triangle, or 0) within `range` (m) of a point.
+    pub(crate) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
         match self {
             Surface::Plane { point, normal } => {
-                if (center - point).dot(normal) < reach {
+                if (center - point).dot(normal) < range {
                     found(0);
                 }
             }
@@ -73,20 +73,20 @@ impl Surface {
                 let from = center - middle;
                 let along = from.dot(axis);
                 let off = (from - axis * along).norm();
-                if off > radius - reach && along.abs() < half_length + reach {
+                if off > radius - range && along.abs() < half_length + range {
                     found(0);
                 }
             }
-            Surface::OpenTube(tube) => tube.for_each_near(center, reach, found),
+            Surface::OpenTube(tube) => tube.for_each_near(center, range, found),
             Surface::Solid { center: middle, bounding_radius, .. } => {
-                if (center - middle).norm() < bounding_radius + reach {
+                if (center - middle).norm() < bounding_radius + range {
                     found(0);
                 }
             }
             Surface::Mesh(mesh) => {
-                let half = Vec3::repeat(reach);
+                let half = Vec3::repeat(range);
                 mesh.for_each_in_box(&(center - half), &(center + half), |t| {
-                    if mesh.is_near(t, center, reach) {
+                    if mesh.is_near(t, center, range) {
                         found(t);
                     }
                 });
@@ -144,7 +144,7 @@ impl Surface {
         simplex: &mut Simplex,
         faces: FaceContact,
     ) -> Result<Option<SurfaceContact>, GjkError> {
-        let is_spread = faces == FaceContact::Spread;
+        let is_spread = faces == FaceContact::MultiPoint;
         match self {
             Surface::Plane { point, normal } => {
                 if let Some(vertices) = part.vertices {
@@ -195,7 +195,7 @@ impl Surface {
                 let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
                 // The triangle's point lies half an overlap behind the contact point.
                 let on_triangle = point - c.normal * (0.5 * c.overlap);
-                let owns = c.cores_met
+                let owns = c.is_deep_penetration
                     || footprint.is_some()
                     || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
                 Ok(owns.then_some(contact))

@@ -6,7 +6,7 @@
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle,
-    ParticleRecord, Rates, Skin, Surface, Wall,
+    ParticleRecord, Skin, StepParameters, Surface, Wall,
 };
 use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{Lobes, RegularSolid, Rotation, Shape, Spacing, SphereArrangement, Vec3};
@@ -125,7 +125,7 @@ pub type State = Vec<(u64, Bits)>;
 
 /// The state this rank holds.
 pub fn state_of(dem: &Dem) -> State {
-    let (lengths, packed) = dem.packed_memory();
+    let (lengths, packed) = dem.packed_history();
     let mut rest = &packed[..];
     let mut state = Vec::new();
     for (i, &length) in lengths.iter().enumerate() {
@@ -194,7 +194,7 @@ impl Scene {
                 dem.step(&transport).unwrap();
             }
             dem.refresh(&transport).unwrap();
-            let (lengths, packed) = dem.packed_memory();
+            let (lengths, packed) = dem.packed_history();
             let mut rest = &packed[..];
             let mut saved = Vec::new();
             for (i, &length) in lengths.iter().enumerate() {
@@ -272,7 +272,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
             point: Vec3::repeat(0.5 * upper[0]),
             normal: Vec3::x(),
         }],
-        rates: Rates { gravity: Vec3::new(0.0, 0.0, -9.81), dt: 4e-6 },
+        parameters: StepParameters { gravity: Vec3::new(0.0, 0.0, -9.81), dt: 4e-6 },
         largest_radius,
         overlap_limit: 0.3,
         skin: Skin::default(),

@@ -218,7 +218,7 @@ impl Block {
     ) -> Result<u64, String> {
         let Place::Window { window, attempts, retry } = &self.insert.place else { return Ok(self.done) };
         let (attempts, mut done) = (*attempts, self.done);
-        let pause = retry.map_or(1, |t| (t / dem.setup.rates.dt).round().max(1.0) as u64);
+        let pause = retry.map_or(1, |t| (t / dem.setup.parameters.dt).round().max(1.0) as u64);
         if !dem.step.is_multiple_of(pause) {
             return Ok(done);
         }

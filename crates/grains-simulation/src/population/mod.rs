@@ -229,7 +229,7 @@ impl Population {
             let batch = block.insert.batch.unwrap_or(block.count).max(1);
             let batches = (block.done.max(block.before) - block.before) / batch;
             let due = block.start + batches as f64 * block.insert.interval;
-            if block.is_complete() || dem.step < dem.origin.step_at(due, dem.setup.rates.dt) {
+            if block.is_complete() || dem.step < dem.origin.step_at(due, dem.setup.parameters.dt) {
                 continue;
             }
             let until = (block.before + (batches + 1) * batch).min(block.count);
