@@ -47,8 +47,8 @@ pub enum Tangential {
     /// present speed, τc Urt (Srinivasan 2019, eqs 3.43-3.47; errata S19-22, S19-23).
     ///
     /// τc is the contact time of the pair and ηt = 2 γ √(m kt), γ the damping ratio of the normal direction.
-    /// Without a memory there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
-    /// the other laws take μ kn δ. The form with a memory, eq. 3.42, is [`Tangential::Spring`] with a damping
+    /// Without a history there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
+    /// the other laws take μ kn δ. The form with a history, eq. 3.42, is [`Tangential::Spring`] with a damping
     /// ratio √(kt/kn), but for that cap.
     ContactTime {
         /// Tangential over normal stiffness kt/kn (-).
@@ -139,7 +139,7 @@ impl ContactLaw {
         }
     }
 
-    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the mass felt at the contact,
+    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the effective mass at the contact point,
     /// 1/(n·K n) with K their mobility there.
     #[inline]
     pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
@@ -299,7 +299,7 @@ mod tests {
 
     /// Eqs 3.43-3.47 by hand: kn = 8 N/m, e = 0.98, m = 4.523893e-7 kg, whose Tc is 7.470850e-4 s (reference A1g).
     #[test]
-    fn the_contact_time_stands_for_the_memory() {
+    fn the_contact_time_stands_for_the_history() {
         let (kn, m, ratio) = (8.0, 4.523893e-7, 0.5);
         let law = ContactLaw::new(kn, 0.98, 0.3, Tangential::ContactTime { stiffness_ratio: ratio });
         let kt: f64 = ratio * kn;

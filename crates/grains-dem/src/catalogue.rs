@@ -56,7 +56,7 @@ pub enum FaceContact {
     /// In one point of those nearest, as GJK finds it (thesis 3.3).
     #[default]
     Point,
-    /// At the corners of their common face or line, which share the force.
+    /// Multi-point: at the corners of their common face or line, which share the force.
     MultiPoint,
 }
 
@@ -69,7 +69,7 @@ pub struct Catalogue {
     pub densities: Vec<f64>,
     /// Contact laws.
     pub contacts: ContactTable,
-    /// What faces and lines do that touch.
+    /// How touching faces and lines act.
     pub faces: FaceContact,
     /// What several contacts of one pair of bodies do together.
     pub sharing: Sharing,

@@ -1,8 +1,8 @@
-//! What contacts remember from one step to the next, gathered per particle when lists are rebuilt.
+//! Contact history: what a contact keeps from one step to the next, saved per particle when lists are rebuilt.
 //!
-//! Between rebuilds a memory sits in its pair. For a rebuild, a migration or a checkpoint it is gathered
-//! into rows, one per owned particle, so that it travels with the particle. Both ranks that share a pair
-//! hold the same memory, so nothing is lost when one of the two particles moves away.
+//! Between rebuilds a history sits in its pair. For a rebuild, a migration or a checkpoint it is saved
+//! in rows, one per owned particle, so that it travels with the particle. Both ranks that share a pair
+//! hold the same history, so nothing is lost when one of the two particles moves away.
 
 use crate::memory_use::heap_bytes;
 use grains_geometry::{Simplex, Vec3};
@@ -68,12 +68,12 @@ pub(crate) struct SphereHistory {
     pub(crate) tangential_displacement: Vec3,
 }
 
-/// What a contact of bodies that are not both spheres remembers while it lasts.
+/// History of a contact of bodies that are not both spheres, while it lasts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactHistory {
-    /// Tangential spring (m).
+    /// Tangential displacement (m).
     pub(crate) tangential_displacement: Vec3,
-    /// Spring against twisting about the normal (rad).
+    /// Torsional angle about the normal (rad).
     pub(crate) torsional_angle: f64,
     /// Simplex of the last distance query.
     pub(crate) simplex: Simplex,
@@ -108,7 +108,7 @@ impl WallHistory {
     }
 }
 
-/// The memories of all owned particles, in rows by particle.
+/// The histories of all owned particles, in rows by particle.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SavedHistories {
     pub(crate) spheres: Rows<SphereHistory>,
@@ -116,8 +116,8 @@ pub(crate) struct SavedHistories {
     pub(crate) walls: Rows<WallHistory>,
 }
 
-/// What the contacts of a particle remember, as of [`Dem::packed_history`](crate::Dem::packed_history), with walls that have
-/// other numbers now; those without one are forgotten.
+/// Contact history of a particle, as of [`Dem::packed_history`](crate::Dem::packed_history), with walls that have
+/// other numbers now; those without one are dropped.
 pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Vec<f64> {
     let mut histories = SavedHistories::default();
     histories.read(packed);
@@ -132,7 +132,7 @@ pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Ve
 }
 
 impl SavedHistories {
-    /// Gathers entries (owned particle, memory) into rows.
+    /// Saves entries (owned particle, history) in rows.
     pub(crate) fn fill(
         &mut self,
         owned: usize,
@@ -156,7 +156,7 @@ impl SavedHistories {
         self.spheres.bytes() + self.part_pairs.bytes() + self.walls.bytes()
     }
 
-    /// Appends one particle's memories to a message.
+    /// Appends one particle's histories to a message.
     pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
         let (spheres, part_pairs, walls) =
             (self.spheres.row(row), self.part_pairs.row(row), self.walls.row(row));
@@ -180,7 +180,7 @@ impl SavedHistories {
         }
     }
 
-    /// Reads one particle's memories as a new last row; returns the rest of the message.
+    /// Reads one particle's histories as a new last row; returns the rest of the message.
     pub(crate) fn read<'a>(&mut self, message: &'a [f64]) -> &'a [f64] {
         let counts = [0, 1, 2].map(|k| message[k] as usize);
         let mut rest = &message[3..];
@@ -209,7 +209,7 @@ impl SavedHistories {
 }
 
 impl ContactHistory {
-    /// Whether there is anything to remember.
+    /// Whether there is nothing to keep.
     pub(crate) fn is_empty(&self) -> bool {
         self.simplex.len == 0 && self.torsional_angle == 0.0 && self.tangential_displacement == Vec3::zeros()
     }
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memories_survive_gathering_and_packing() {
+    fn histories_survive_saving_and_packing() {
         let tangential_displacement = |k: f64| Vec3::new(k, -k, 2.0 * k);
         let simplex =
             Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
@@ -302,7 +302,7 @@ mod tests {
         let packed = history(&[0.0, 1.0, 2.0]);
         assert_eq!(renumber_walls(&packed, Some), packed);
         assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), history(&[3.0, 4.0, 5.0]));
-        // The first is gone: the springs of the others stay with them.
+        // The first is gone: the displacements of the others stay with them.
         let moved = renumber_walls(&packed, |wall| wall.checked_sub(1));
         let wanted: Vec<f64> =
             [&[1.0, 0.0, 2.0], &packed[3..7], &[0.0], &packed[18..27], &[1.0], &packed[28..]].concat();

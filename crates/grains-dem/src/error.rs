@@ -97,7 +97,7 @@ pub enum StepError {
     },
     /// A load that the exact sums cannot hold.
     #[error(
-        "particle {id} at {place} feels a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
+        "particle {id} at {place} is under a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
     )]
     Load {
         /// Identity.

@@ -197,7 +197,7 @@ impl Occupancy {
     pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
         let global = &dem.setup.global;
         let mut found: Option<(u64, f64)> = None;
-        // Particles that are held meet nobody, and have no width here.
+        // Particles that are fixed meet nobody, and have no width here.
         if self.largest_radius == 0.0 {
             return None;
         }

@@ -1,4 +1,4 @@
-//! The granular phase: particles, walls, neighbour lists, contact forces and the leap-frog step.
+//! The granular phase: particles, walls, Verlet lists, contact forces and the leap-frog step.
 //!
 //! # Flow of one step
 //!
@@ -13,15 +13,16 @@
 //! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
 //! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
 //! arrays. Particles are sorted by class of sizes and cell, owned ones first, clones after. A pair of spheres is one
-//! 32-byte record, neighbour and tangential spring, read in sequence; those that touch are worked on several at a time. A pair of other bodies is a plane that parts them and
-//! how far the two may go before it is looked at again; what touching pairs remember lies apart.
+//! 32-byte record, neighbour and tangential displacement, read in sequence; those that touch are evaluated several at a time. A pair of
+//! parts of other particles is a separating plane and the path that the two may travel before it is checked again; the
+//! history of touching pairs is stored apart.
 //!
 //! # Same bits on any number of ranks
 //!
 //! * Positions are multiples of a power of two, so separations are exact in every periodic image.
 //! * Every contribution to a force or torque is rounded to a quantum of which sums are exact, so the
 //!   order of contacts, and with it the number of ranks and the order of particles, cannot matter.
-//! * What a pair remembers (tangential spring, GJK simplex) lives only while it touches, with a wall while it is
+//! * Contact history (tangential displacement, GJK simplex) lives only while a pair touches, with a wall while it is
 //!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
 //!

@@ -5,7 +5,7 @@ use crate::particles::{Load, Particles};
 use crate::walls::{WallList, WallLoad, WallScene, not_found};
 use grains_contact::Lubrication;
 
-/// Adds the forces of the films between spheres; antisymmetric in the two, operation by operation.
+/// Adds the lubrication forces between spheres; antisymmetric in the two, operation by operation.
 pub(crate) fn add_between_spheres(
     particles: &mut Particles,
     pairs: &[SpherePair],
@@ -36,7 +36,7 @@ pub(crate) fn add_between_spheres(
     }
 }
 
-/// Adds the forces of the films between spheres and walls.
+/// Adds the lubrication forces between spheres and walls.
 pub(crate) fn add_at_walls(
     particles: &mut Particles,
     list: &WallList,
@@ -57,7 +57,7 @@ pub(crate) fn add_at_walls(
         }
         let position = scene.center(pair, &body.position, &list.shifts);
         let (surface, center) = (&wall.surfaces[pair.surface as usize], state.to_wall(&position));
-        // A sphere larger by the range meets the wall where this one has a film.
+        // A sphere larger by the range meets the wall where this one is lubricated.
         let met = surface.meets_sphere(pair.element, &center, body.radius + lubrication.range);
         let met = match met {
             Ok(Some(met)) => met,

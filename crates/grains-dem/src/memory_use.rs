@@ -5,7 +5,7 @@
 pub struct MemoryUse {
     /// Owned particles and clones.
     pub particles: usize,
-    /// Pairs and what contacts remember; cells exist only while lists are built.
+    /// Pairs and contact history; cells exist only while lists are built.
     pub lists: usize,
     /// Messages.
     pub messages: usize,

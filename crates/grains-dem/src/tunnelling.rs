@@ -1,4 +1,4 @@
-//! Bodies that go so far in one step that they may pass through another, or through a wall, between two looks.
+//! Particles that go so far in one step that they may pass through another, or through a wall, between two looks.
 //!
 //! Two bodies that cross are seen on the wrong side of each other's middle, or not at all, once the way of one past the
 //! other in a step, the turning of both included, is longer than their half thicknesses together.
@@ -10,7 +10,7 @@ use crate::verlet::VerletLists;
 use crate::walls::{Surface, WallScene};
 use grains_geometry::{Shape, Vec3};
 
-/// Half of the least thickness of a particle (m).
+/// Half of the smallest thickness of a particle (m).
 pub(crate) fn half_thickness(catalogue: &Catalogue, body: &Body) -> f64 {
     let shape = catalogue.shape(body.kind);
     half_thickness_of(shape) * (body.radius / shape.bounding_radius)
@@ -94,7 +94,7 @@ pub(crate) fn check(
     })
 }
 
-/// Half of the least thickness of a wall (m); none if it has no other side.
+/// Half of the smallest thickness of a wall (m); none if it has no other side.
 fn wall_half_thickness(surface: &Surface) -> Option<f64> {
     match surface {
         Surface::Plane { .. } => None,

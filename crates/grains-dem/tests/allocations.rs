@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 #![allow(unsafe_code)] // an allocator that counts
 
+#[allow(dead_code)] // it uses a part
+#[path = "dem/common.rs"]
 mod common;
 
 use common::{Scene, lattice, law, mixed_shapes, setup, wall};

@@ -14,7 +14,7 @@ use grains_contact::{Encounter, PreparedLaw, reduced_mass};
 use grains_geometry::Vec3;
 use multiversion::multiversion;
 
-/// Two spheres near each other and the tangential spring between them (m), as seen from `a`.
+/// Two spheres near each other and the tangential displacement between them (m), as seen from `a`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct SpherePair {
@@ -89,7 +89,7 @@ impl Default for Touching {
 }
 
 impl Touching {
-    /// Picks the pairs that touch; those that do not forget their spring.
+    /// Picks the pairs that touch; those that do not lose their tangential displacement.
     #[inline(always)]
     fn pick(&mut self, block: &mut [SpherePair], bodies: &[Body]) {
         let (mut apart, mut ending) = ([0_u32; BLOCK], 0);

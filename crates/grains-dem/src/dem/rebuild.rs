@@ -30,7 +30,7 @@ impl Dem {
         }
         self.check(transport)?;
         self.sort_and_list(&stays, transport);
-        // What they hold is in the lists.
+        // The history is in the lists now.
         self.histories = SavedHistories::default();
         self.history_saved = false;
         // Borders that went as far as they may go on in the next step.

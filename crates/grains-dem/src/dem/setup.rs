@@ -37,7 +37,7 @@ pub struct DemSetup {
     pub skin: Skin,
     /// What happens when bodies meet.
     pub collisions: CollisionModel,
-    /// Films of fluid between spheres.
+    /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
     /// What prescribes the motion of some particles; [`Dem::guide`] changes it.
     pub guides: Vec<Guide>,
@@ -64,7 +64,7 @@ impl DemSetup {
         LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
     }
 
-    /// Thickness (m) of the films that act.
+    /// Largest gap (m) at which lubrication acts.
     pub(super) fn lubrication_range(&self) -> f64 {
         self.lubrication.map_or(0.0, |lubrication| lubrication.range)
     }

@@ -52,7 +52,7 @@ pub struct Dem {
     pub(super) collisions: Collisions,
     pub(super) crossings: Vec<Crossings>,
     pub(super) states: Vec<WallState>,
-    /// Whether `memories` holds what the pairs remember, and the lists are to be rebuilt.
+    /// Whether `histories` holds the history of all pairs, and the lists are to be rebuilt.
     pub(super) history_saved: bool,
     pub(super) stale: bool,
     pub(super) steps_since_build: u64,
@@ -149,7 +149,7 @@ impl Dem {
         &self.states
     }
 
-    /// Takes a particle that this rank owns; its contacts remember nothing.
+    /// Takes a particle that this rank owns; its contacts have no history.
     ///
     /// Every rank must call [`Dem::announce_insertion`] when particles were inserted anywhere.
     pub fn insert(&mut self, record: &ParticleRecord) {
@@ -165,7 +165,7 @@ impl Dem {
         }
     }
 
-    /// Takes a particle with what its contacts remember, as written by [`Dem::packed_history`].
+    /// Takes a particle with its contact history, as written by [`Dem::packed_history`].
     pub fn restore(&mut self, record: &ParticleRecord, history: &[f64]) {
         self.save_history();
         let mut record = *record;
@@ -196,7 +196,7 @@ impl Dem {
         self.stale = true;
     }
 
-    /// Gathers what contacts remember and drops the clones, if that has not been done.
+    /// Saves the contact history and drops the clones, if that has not been done.
     pub(super) fn save_history(&mut self) {
         if !self.history_saved {
             self.neighbours.save_history(
@@ -211,7 +211,7 @@ impl Dem {
         self.particles.drop_clones();
     }
 
-    /// What the contacts of each owned particle remember, packed; for a checkpoint.
+    /// Contact history of each owned particle, packed; for a checkpoint.
     pub fn packed_history(&self) -> (Vec<u32>, Vec<f64>) {
         let mut history_saved = SavedHistories::default();
         let histories = if self.history_saved {

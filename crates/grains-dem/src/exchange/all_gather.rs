@@ -40,7 +40,7 @@ impl Updates {
         }
     }
 
-    /// Takes the news of the clones of peer `k` out of those of all its buffer particles.
+    /// Takes the updates of the clones of peer `k` out of those of all its buffer particles.
     fn pick(&self, k: usize, message: &[f64], particles: &mut Particles) {
         for (origin, clone) in self.origins[k].iter().zip(self.filled[k].clone()) {
             let at = 1 + origin.slot as usize * self.length;

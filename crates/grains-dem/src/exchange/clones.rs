@@ -91,7 +91,7 @@ impl Exchange {
         }
     }
 
-    /// Brings clones of own particles up to date, and sends for the news of the others.
+    /// Brings clones of own particles up to date, and requests the updates of the others.
     pub(crate) fn start_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
         let turning = particles.has_orientations();
         for &(index, first) in &self.own_clones {

@@ -51,7 +51,7 @@ pub struct Traffic {
     pub wait: f64,
 }
 
-/// Where the news of a clone stand in a message about all buffer particles of its owner, and its shift (m).
+/// Where the update of a clone stands in a message about all buffer particles of its owner, and its shift (m).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin {
     pub(crate) slot: u32,
@@ -130,7 +130,7 @@ impl Updates {
         }
     }
 
-    /// Waits for the news of all clones from other ranks, and takes them.
+    /// Waits for the updates of all clones from other ranks, and applies them.
     pub(crate) fn finish(&mut self, links: &[Link], particles: &mut Particles, transport: &impl Transport) {
         if !std::mem::take(&mut self.is_pending) {
             return;
@@ -187,7 +187,7 @@ pub(crate) fn record_length(particles: &Particles) -> usize {
     if particles.has_orientations() { UPDATE_LENGTH } else { SPHERE_UPDATE_LENGTH }
 }
 
-/// Writes the news of particles into a message.
+/// Writes the updates of particles into a message.
 pub(super) fn fill(
     message: &mut [f64],
     length: usize,
@@ -202,13 +202,13 @@ pub(super) fn fill(
     }
 }
 
-/// Takes the news of clones out of a message.
+/// Applies the updates of clones in a message.
 fn take_all(message: &[f64], length: usize, clones: Range<usize>, particles: &mut Particles) {
     let records = message.chunks_exact(length);
     records.zip(clones).for_each(|(record, clone)| take(particles, clone, record));
 }
 
-/// Takes the news of a clone.
+/// Applies the update of a clone.
 #[inline]
 pub(super) fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
     let before = particles.bodies[clone].position;

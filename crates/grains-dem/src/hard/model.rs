@@ -11,7 +11,7 @@ pub enum CollisionModel {
     Soft,
     /// They do not deform: an instant impulse.
     Hard(HardModel),
-    /// They never do: all are held where they are, and no neighbours are looked for.
+    /// They never do: all are fixed where they are, and no neighbours are looked for.
     Fixed,
 }
 

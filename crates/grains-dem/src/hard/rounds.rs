@@ -24,7 +24,7 @@ pub(crate) struct Collisions {
     lowest: Vec<Key>,
     /// Relocation of each particle (m), on the position quanta, clones included.
     relocations: Vec<Vec3>,
-    /// Whether the clones of an owned particle do not yet know how it fared.
+    /// Whether the clones of an owned particle are out of date.
     has_changed: Vec<bool>,
 }
 
@@ -214,7 +214,7 @@ impl HardContact {
     }
 }
 
-/// What clones must be told of their owners.
+/// What is forwarded to clones of their owners.
 struct SolverState<'a> {
     particles: &'a mut Particles,
     collisions: &'a mut Collisions,
@@ -224,7 +224,7 @@ impl SolverState<'_> {
     /// Velocity, angular velocity, relocation, lowest key.
     const NUMBERS: usize = 11;
 
-    /// Appends how an owned particle fared, if that is news.
+    /// Appends how an owned particle fared, if that has changed.
     fn write(&self, i: usize, message: &mut Vec<f64>) -> bool {
         if !self.collisions.has_changed[i] {
             return false;

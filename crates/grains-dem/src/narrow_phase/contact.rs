@@ -5,9 +5,9 @@ use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, Footprint, GjkError, Placement, Simplex, Vec3};
 
-/// Gap up to which bodies are parted by the plane that lasts longest, that of the nearest points, relative to a body.
+/// Gap up to which bodies are separated by the plane that lasts longest, that of the nearest points, relative to a body.
 const SLACK: f64 = 0.05;
-/// Share of the size of a pair by which a plane must part it, so that no query can find what touches there.
+/// Share of the size of a pair by which a plane must separate it, so that no query can find what touches there.
 const CLEARANCE: f64 = 1e-11;
 
 /// Gap (m) of two parts, of particles whose centres are `separation` (m) apart, across a plane of unit normal `axis`.
@@ -34,7 +34,7 @@ pub(crate) struct PartContact {
     pub(crate) overlap: f64,
     /// Contact point from the centre of the first part, in the world (m).
     pub(crate) point: Vec3,
-    /// Whether the cores met and the penetration routine answered.
+    /// Whether the cores overlap and the penetration routine answered.
     pub(crate) is_deep_penetration: bool,
 }
 
@@ -135,9 +135,9 @@ mod tests {
     use super::*;
     use grains_geometry::{Mat3, Shape, Spacing};
 
-    /// Two octahedra tip to tip: vertices lie on the sharp bodies, which reach farther than the rounded ones.
+    /// Two octahedra tip to tip: vertices lie on the sharp bodies, which extend farther than the rounded ones.
     #[test]
-    fn no_plane_parts_bodies_whose_vertices_touch() {
+    fn no_plane_separates_bodies_whose_vertices_touch() {
         let shape = Shape::superellipsoid(Vec3::repeat(1.0), [2.0; 2], 0.1).unwrap();
         let sharp = shape.clone().with_surface_vertices(8, Spacing::Linear).unwrap();
         let (frame, between) = (Mat3::identity(), Vec3::z() * 1.99);

@@ -71,7 +71,7 @@ impl<'a> Pose<'a> {
         (whole + self.shape.volume * turned) / (whole * mass)
     }
 
-    /// How far a part reaches from the particle's centre along a unit direction (m).
+    /// Support value of a part about the particle's centre along a unit direction (m).
     #[inline(always)]
     pub(super) fn support_value(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
@@ -83,7 +83,7 @@ impl<'a> Pose<'a> {
         (of_core + part.crust) * self.scale
     }
 
-    /// How far the body of surface vertices reaches, whose edges and tips no crust rounds (m).
+    /// Support value of the body of surface vertices, whose edges and tips no crust rounds (m).
     pub(super) fn support_value_of_vertices(&self, vertices: &DiscreteSurface, direction: &Vec3) -> f64 {
         vertices.reach(&self.frame.tr_mul(direction)) * self.scale
     }

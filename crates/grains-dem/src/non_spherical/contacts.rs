@@ -1,10 +1,10 @@
-//! Contacts between bodies that are not both spheres, part by part: a plane that parts two parts, else GJK on their
+//! Contacts between bodies that are not both spheres, part by part: a plane that separates two parts, else GJK on their
 //! cores.
 //!
 //! Most listed pairs are apart. The gap across a plane says how far the two may go before they are looked at again;
 //! then two support functions give the gap across the same plane as it is now, and where there is none a query from a
 //! cold start finds the contact or another plane. A pair that touches starts from its last simplex. So its history
-//! begins with its contact, and planes and ways, which depend on when lists were built, change the time of an answer
+//! begins with its contact, and planes and path lengths, which depend on when lists were built, change the time of an answer
 //! only.
 
 use super::found::{Contacts, Found};
@@ -85,7 +85,7 @@ pub(super) fn find_contacts(
     Ok(())
 }
 
-/// Finds whether a pair of parts touches by a query, or how it is parted.
+/// Finds whether a pair of parts touches by a query, or how it is separated.
 #[inline(always)]
 fn find_contact(
     place: usize,

@@ -16,7 +16,7 @@ use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
 ///
-/// Particles that touch in one point, the most, wait for others like them; sums of loads are exact in any order.
+/// Particles that touch in one point, the majority, wait for others like them; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     (list, range): (&mut PartPairList, Range<usize>),
@@ -115,7 +115,7 @@ fn end_of_group(pairs: &[PartPair], start: usize) -> usize {
     pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
 }
 
-/// The law of each of the contacts of two particles, for the mass felt amid them.
+/// The law of each of the contacts of two particles, for the effective mass at their mean.
 #[inline(always)]
 fn coefficients(
     [a, b]: [&Body; 2],

@@ -29,7 +29,7 @@ impl PartPairList {
         self.histories.free.clear();
     }
 
-    /// Adds a pair of parts whose centres are `between` (m) apart, with what it remembers if it touched.
+    /// Adds a pair of parts whose centres are `between` (m) apart, with its history if it touched.
     pub(crate) fn push(
         &mut self,
         [a, b]: [u32; 2],
@@ -46,14 +46,14 @@ impl PartPairList {
         self.pairs.push(pair);
     }
 
-    /// Makes room for the memories of all pairs, so that no step has to.
+    /// Makes room for the histories of all pairs, so that no step has to.
     pub(crate) fn reserve(&mut self) {
         let Histories { items, free } = &mut self.histories;
         items.reserve(self.pairs.len() - items.len());
         free.reserve(self.pairs.len() - free.len());
     }
 
-    /// The pairs that touched in the last step and what they remember.
+    /// The pairs that touched in the last step and their histories.
     pub(crate) fn with_history(&self) -> impl Iterator<Item = (&PartPair, &ContactHistory)> {
         let touching = self.pairs.iter().filter(|pair| pair.is_touching());
         touching.map(|pair| (pair, &self.histories.items[pair.history as usize]))

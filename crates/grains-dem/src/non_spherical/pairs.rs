@@ -1,4 +1,4 @@
-//! Pairs of parts that may touch, and what those that touch remember.
+//! Pairs of parts that may touch, and the history of those that touch.
 
 use crate::contact_history::ContactHistory;
 use grains_geometry::Vec3;
@@ -9,12 +9,12 @@ pub(crate) struct PartPair {
     pub(crate) a: u32,
     pub(crate) b: u32,
     pub(crate) parts: [u16; 2],
-    /// Unit normal of a plane that parted the two when they were last asked; it changes the time of the answer, not
+    /// Unit normal of a plane that separated the two when they were last checked; it changes the time of the answer, not
     /// the answer.
     pub(crate) axis: Vec3,
-    /// Way the two bodies may go together, counted from when the lists were built (m): until then they are apart.
+    /// Path length of both particles together since the lists were built (m) up to which they are separated.
     pub(super) separated_until: f64,
-    /// Place of its memory, or [`PartPair::APART`]: a pair remembers only while it touches step after step.
+    /// Place of its history, or [`PartPair::APART`]: a pair has one only while it touches step after step.
     pub(super) history: u32,
 }
 
@@ -31,19 +31,19 @@ impl PartPair {
         self.history != Self::APART
     }
 
-    /// Leaves the two, which have `gone` so far (m) and are `gap` (m) apart, alone until that can be closed.
+    /// Leaves the two, which have `gone` so far (m) and are `gap` (m) apart, unchecked until that can be closed.
     pub(super) fn stay_apart(&mut self, gone: f64, gap: f64) {
         // The share covers the rounding of the sums.
         self.separated_until = gone + 0.999 * gap;
     }
 
-    /// Takes a plane of this normal, of any length, to part the two from the next step on.
+    /// Takes a plane of this normal, of any length, to separate the two from the next step on.
     pub(super) fn separate_by(&mut self, normal: &Vec3) {
         self.axis = normal * (1.0 / normal.norm());
     }
 }
 
-/// Histories of the pairs that touch; pairs apart, the most, stay small.
+/// Histories of the pairs that touch; pairs apart, the majority, stay small.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Histories {
     pub(super) items: Vec<ContactHistory>,
@@ -51,7 +51,7 @@ pub(super) struct Histories {
 }
 
 impl Histories {
-    /// What a pair remembers; a new memory if it did not touch.
+    /// History of a pair; a new one if it did not touch.
     #[inline]
     pub(super) fn of(&mut self, pair: &mut PartPair) -> &mut ContactHistory {
         if pair.history == PartPair::APART {

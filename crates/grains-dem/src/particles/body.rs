@@ -57,7 +57,7 @@ impl Body {
         self.guide != 0
     }
 
-    /// Mass (kg) that a contact feels: without end if the motion is prescribed.
+    /// Mass (kg) in a contact: unbounded if the motion is prescribed.
     #[inline(always)]
     pub fn contact_mass(&self) -> f64 {
         if self.is_guided() { GUIDED_MASS } else { self.mass }

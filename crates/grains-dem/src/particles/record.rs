@@ -4,7 +4,7 @@ use super::body::{Body, Kind};
 use grains_geometry::{Rotation, Vec3};
 use nalgebra::{Quaternion, Unit};
 
-/// Everything a particle is, apart from what its contacts remember.
+/// The whole state of a particle, apart from its contact history.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleRecord {
     /// Identity, below 2⁵³.
@@ -65,7 +65,7 @@ impl ParticleRecord {
     }
 }
 
-/// Number of f64 that create a clone: what never changes, and the first news.
+/// Number of f64 that create a clone: what never changes, and the first update.
 pub(crate) const CLONE_LENGTH: usize = FIXED_LENGTH + UPDATE_LENGTH;
 const FIXED_LENGTH: usize = 5;
 
@@ -117,7 +117,7 @@ pub(crate) fn clone_update(body: &Body, orientation: &Rotation, shift: &Vec3) ->
     [x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z, q.w, q.i, q.j, q.k]
 }
 
-/// Reads the motion out of [`news`].
+/// Reads the motion out of [`clone_update`].
 #[inline]
 pub(crate) fn read_motion(body: &mut Body, clone_update: &[f64]) {
     body.position = Vec3::new(clone_update[0], clone_update[1], clone_update[2]);
@@ -125,7 +125,7 @@ pub(crate) fn read_motion(body: &mut Body, clone_update: &[f64]) {
     body.angular_velocity = Vec3::new(clone_update[6], clone_update[7], clone_update[8]);
 }
 
-/// Reads the orientation out of [`news`], without renormalising: the bits must not change.
+/// Reads the orientation out of [`clone_update`], without renormalising: the bits must not change.
 #[inline]
 pub(crate) fn read_orientation(clone_update: &[f64]) -> Rotation {
     Unit::new_unchecked(Quaternion::new(

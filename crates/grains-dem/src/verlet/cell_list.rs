@@ -6,8 +6,8 @@ use crate::particles::{Body, Particles};
 use grains_domain::{Cells, SIZE_CLASSES, size_class};
 use std::ops::Range;
 
-/// How far from its centre (m) a particle among `stays` may act before the lists are rebuilt, at most, per class of
-/// sizes; and how many there are of each.
+/// Cutoff (m) per size class: how far from its centre a particle among `stays` may act before the lists are rebuilt, at
+/// most; and the number of particles of each class.
 pub(crate) fn cutoffs(
     particles: &Particles,
     stays: &[u32],

@@ -14,7 +14,7 @@ pub(crate) struct ListContext<'a> {
     pub(crate) skin: Skin,
     /// Largest bounding radius of any particle (m).
     pub(crate) largest_radius: f64,
-    /// Thickness of the films of fluid that act between spheres (m).
+    /// Largest gap at which lubrication acts between spheres (m).
     pub(crate) lubrication_range: f64,
     pub(crate) dt: f64,
     /// Time of the positions (s).

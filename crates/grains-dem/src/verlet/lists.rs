@@ -7,7 +7,7 @@ use crate::non_spherical::PartPairList;
 use crate::walls::WallList;
 use grains_geometry::Rotation;
 
-/// The lists of one rank.
+/// The Verlet lists of one rank.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct VerletLists {
     pub(crate) references: Vec<Reference>,
@@ -43,7 +43,7 @@ impl VerletLists {
             + walls
     }
 
-    /// Number of pairs in the lists: spheres, part_pairs, walls.
+    /// Number of pairs in the lists: spheres, parts of other particles, walls.
     pub(crate) fn sizes(&self) -> [usize; 3] {
         [self.spheres.len(), self.part_pairs.pairs.len(), self.walls.pairs.len()]
     }

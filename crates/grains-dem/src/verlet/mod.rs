@@ -2,7 +2,7 @@
 //!
 //! A particle may move by its *allowance* before the lists must be rebuilt; fast particles get a larger allowance,
 //! so that a few falling grains do not force a dense bed to rebuild. Allowances, and so the times of rebuilds,
-//! cannot change a result: a pair remembers something only while its positions in consecutive steps say so.
+//! cannot change a result: a contact keeps its history only while its positions in consecutive steps say so.
 
 mod allowances;
 mod cell_list;

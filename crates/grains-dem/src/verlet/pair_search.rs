@@ -1,4 +1,4 @@
-//! The search for the pairs of the lists among the cells around.
+//! The search for the pairs of the lists in the surrounding cells.
 
 use super::allowances::nominal_allowance;
 use super::cell_list::{CellList, Clones, held};
@@ -21,7 +21,7 @@ struct Search<'a> {
     particles: &'a Particles,
     cell_list: &'a CellList,
     clones: Clones,
-    /// Position, and radius plus allowance and half a film (m), of owned particles and clones.
+    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
     probes: Vec<[f64; 4]>,
     /// By the places of the owned particles before they were sorted.
     histories: &'a SavedHistories,
@@ -137,7 +137,7 @@ impl VerletLists {
         }
     }
 
-    /// Position, and radius plus allowance and half a film (m), of owned particles and clones.
+    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
     ///
     /// Faces may have shortened the allowance of a clone for its owner; that only makes this list longer.
     fn probes(&self, particles: &Particles, context: &ListContext) -> Vec<[f64; 4]> {

@@ -10,7 +10,7 @@ use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
 impl VerletLists {
-    /// Gathers what all pairs remember into rows by owned particle.
+    /// Saves the contact history of all pairs in rows by owned particle.
     pub(crate) fn save_history(
         &self,
         particles: &Particles,

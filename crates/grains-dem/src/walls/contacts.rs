@@ -151,7 +151,7 @@ pub(super) fn find_contacts(
             if surface.is_out_of_reach(pair.element, &center, body.radius)
                 || surface.is_out_of_reach(pair.element, &at, part.bounding_radius)
             {
-                // What a pair remembers must not depend on how long it was in a list before it came near.
+                // The history of a pair must not depend on how long it was in a list before it came near.
                 simplex.len = 0;
                 list.touching.push(None);
                 continue;

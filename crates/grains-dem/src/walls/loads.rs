@@ -120,7 +120,7 @@ fn add_contact(
     wall_load.torque -= quanta.torque(&point.cross(&loads.force));
 }
 
-/// Number of parts of the particle that touch; each part's springs go where its contacts have gone.
+/// Number of parts of the particle that touch; each part's history follows its contacts.
 fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -> usize {
     let (mut parts, mut start) = (0, group.start);
     while start < group.end {
@@ -158,7 +158,7 @@ fn effective_mass(
     1.0 / pose.inverse_effective_mass(body.mass, &arm, &state.to_world(&normal))
 }
 
-/// Gives the spring of a contact that ended to one that began beside it on the same surface, as when a
+/// Gives the history of a contact that ended to one that began beside it on the same surface, as when a
 /// ball rolls from one triangle of a flat floor to the next.
 fn hand_over_history(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
     let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];

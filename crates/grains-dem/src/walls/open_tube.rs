@@ -41,7 +41,7 @@ enum Piece {
     Wall,
     /// The point of a rim nearest to a ball.
     Nearest(Rim),
-    /// The point of a wholly covered rim that is least deep.
+    /// The point of a wholly covered rim that is shallowest.
     Shallowest(Rim),
     /// Arc of a rim and its number.
     Arc(Rim, u32),

@@ -19,7 +19,7 @@ pub(crate) struct WallPair {
     /// Periodic image of the particle, see [`crate::periodic_images`].
     pub(crate) image: u8,
     pub(crate) tangential_displacement: Vec3,
-    /// Spring against twisting about the normal (rad).
+    /// Torsional angle about the normal (rad).
     pub(crate) torsional_angle: f64,
     /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
     pub(crate) simplex: u32,
@@ -51,7 +51,7 @@ pub(crate) struct WallList {
 }
 
 impl WallList {
-    /// Adds the pair of a particle and what `key` names, with what the contact remembers.
+    /// Adds the pair of a particle and what `key` names, with its contact history.
     pub(crate) fn push(&mut self, particle: u32, key: WallKey, known: ContactHistory, is_closed_form: bool) {
         let (wall, surface, part, element, image) = key;
         let ContactHistory { tangential_displacement, torsional_angle, simplex } = known;

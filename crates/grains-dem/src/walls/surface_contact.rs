@@ -17,7 +17,7 @@ pub(crate) struct SurfaceContact {
 }
 
 impl SurfaceContact {
-    /// Contact of a body whose surface reaches `overlap` behind the wall at `deepest`.
+    /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
     #[inline(always)]
     pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
         Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
@@ -57,7 +57,7 @@ impl SurfaceContact {
     }
 
     /// Contact of the core point `deepest` of a part lying `depth` (m) behind a wall (negative before it), whose
-    /// inward normal is `normal`: the body reaches a crust farther.
+    /// inward normal is `normal`: the surface of the body lies a crust farther.
     pub(super) fn behind(part: &PlacedPart, deepest: &Vec3, normal: Vec3, depth: f64) -> Option<Self> {
         let overlap = depth + part.crust;
         (overlap > 0.0).then(|| Self::new(deepest + normal * part.crust, normal, overlap, None))

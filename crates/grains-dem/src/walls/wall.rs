@@ -19,9 +19,9 @@ pub struct Wall {
     pub from: f64,
     /// Time from which it no longer exists (s).
     pub until: f64,
-    /// Axes along which the wall reaches over the whole periodic box.
+    /// Axes along which the wall spans the whole periodic box.
     ///
-    /// Along these it is met at the wrapped position; it should reach beyond the box by a radius.
+    /// Along these it is met at the wrapped position; it should extend beyond the box by a radius.
     pub spans: [bool; 3],
 }
 

@@ -1,10 +1,6 @@
 //! Walls that bear, incline, appear and vanish, against what mechanics says.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{setup, wall};
+use crate::common::{setup, wall};
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{Dem, Kind, Motion, NewParticle, Surface, Wall};
 use grains_domain::SerialTransport;

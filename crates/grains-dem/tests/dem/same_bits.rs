@@ -1,10 +1,6 @@
 //! The state does not depend on the number of ranks, the decomposition, or a restart: bit for bit.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, on_ranks, setup, wall};
+use crate::common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, on_ranks, setup, wall};
 use grains_contact::{ImpulseScheme, Lubrication, Sharing};
 use grains_dem::{CollisionModel, ExchangeStrategy, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};

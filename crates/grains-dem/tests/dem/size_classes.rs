@@ -1,10 +1,6 @@
 //! Wide distributions of sizes: every contact is found, and the bits are the same on any ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, lattice, mixed_shapes, on_ranks, setup, wall};
+use crate::common::{Scene, lattice, mixed_shapes, on_ranks, setup, wall};
 use grains_contact::{ContactLaw, Lubrication, Tangential};
 use grains_dem::{CollisionModel, Dem, HardModel, Kind, Motion, NewParticle, Partner, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};

@@ -1,10 +1,6 @@
 //! Oblique impacts under the spring law: how the rebound converges to the solution of the equations of motion.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{setup, wall};
+use crate::common::{setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, Tangential};
 use grains_dem::{Dem, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;

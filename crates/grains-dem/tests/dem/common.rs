@@ -1,8 +1,5 @@
 //! Ranks as threads, and granular systems for tests.
 
-#![allow(dead_code)] // each test program uses its part
-#![allow(clippy::unwrap_used)]
-
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle,
@@ -120,7 +117,7 @@ pub fn on_ranks<R: Send>(size: usize, job: impl Fn(ThreadTransport) -> R + Sync)
 /// A particle's whole state, as bits.
 pub type Bits = Vec<u64>;
 
-/// States of all particles by id, and what their contacts remember.
+/// States of all particles by id, and their contact history.
 pub type State = Vec<(u64, Bits)>;
 
 /// The state this rank holds.
@@ -135,13 +132,13 @@ pub fn state_of(dem: &Dem) -> State {
         record.sides = 0;
         let mut numbers = Vec::new();
         record.write(&mut numbers);
-        let (memory, after) = rest.split_at(length as usize);
+        let (history, after) = rest.split_at(length as usize);
         rest = after;
         let mut bits: Bits = numbers.iter().map(|x| x.to_bits()).collect();
-        // The order of memories within a row follows the lists: compare them sorted.
-        let mut memory: Bits = memory.iter().map(|x| x.to_bits()).collect();
-        memory.sort_unstable();
-        bits.extend(memory);
+        // The order of histories within a row follows the lists: compare them sorted.
+        let mut history: Bits = history.iter().map(|x| x.to_bits()).collect();
+        history.sort_unstable();
+        bits.extend(history);
         state.push((record.id, bits));
     }
     state
@@ -198,11 +195,11 @@ impl Scene {
             let mut rest = &packed[..];
             let mut saved = Vec::new();
             for (i, &length) in lengths.iter().enumerate() {
-                let (memory, after) = rest.split_at(length as usize);
+                let (history, after) = rest.split_at(length as usize);
                 rest = after;
                 let mut record = dem.particles.record(i);
                 record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
-                saved.push((record, memory.to_vec()));
+                saved.push((record, history.to_vec()));
             }
             saved
         })
@@ -211,9 +208,9 @@ impl Scene {
             let mut dem =
                 Dem::new(DemSetup { ranks: second, ..self.setup.clone() }, transport.rank()).unwrap();
             dem.resume_at(before);
-            for (record, memory) in &saved {
+            for (record, history) in &saved {
                 if dem.owns(&record.body.position) {
-                    dem.restore(record, memory);
+                    dem.restore(record, history);
                 }
             }
             dem.announce_insertion();

@@ -1,10 +1,6 @@
 //! Rims of open tubes: both sides and both ends of a sheet of no thickness, for every kind of body.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
+use crate::common::{Scene, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, OpenTube, Skin, Surface};
 use grains_domain::SerialTransport;

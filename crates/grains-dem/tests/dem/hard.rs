@@ -1,10 +1,6 @@
 //! Hard collisions: closed forms of one impact, energy, rest, and the same bits on any ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, lattice, setup, wall};
+use crate::common::{Scene, lattice, setup, wall};
 use grains_contact::{ContactLaw, ImpulseScheme};
 use grains_dem::{
     CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, NewParticle, ParticleRecord, Surface, Wall,

@@ -1,10 +1,6 @@
 //! Films of fluid between spheres and at walls against what the lubrication force integrates to.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{setup, wall};
+use crate::common::{setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, Lubrication, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;

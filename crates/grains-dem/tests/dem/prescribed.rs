@@ -1,10 +1,6 @@
 //! Particles of prescribed motion among free ones: poses, contacts as with bodies of infinite mass, momentum, and bits.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
+use crate::common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, ImpulseScheme, Tangential};
 use grains_dem::{CollisionModel, Dem, DemSetup, Guide, HardModel, Kind, Motion, NewParticle, Skin, Surface};
 use grains_domain::SerialTransport;

@@ -1,10 +1,6 @@
 //! What a coupling lets particles carry stays with them on their way through ranks.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scene, lattice, law, on_ranks, setup};
+use crate::common::{Scene, lattice, law, on_ranks, setup};
 use grains_geometry::{Shape, Vec3};
 
 /// Grains that fly through a periodic box so that all of them change ranks and places in memory several times.

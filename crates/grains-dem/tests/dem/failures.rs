@@ -1,10 +1,6 @@
 //! What ends a run: each error names the particle and where it is.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{law, setup};
+use crate::common::{law, setup};
 use grains_dem::{Dem, Failure, Kind, Motion, NewParticle, StepError, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
@@ -132,7 +128,7 @@ fn sweeping(dt: f64, fibre: bool, sheet: bool) -> Result<(), StepError> {
             vec![corner(-0.05, -0.05), corner(0.05, -0.05), corner(0.05, 0.05), corner(-0.05, 0.05)];
         let mesh = TriMesh::from_polygons(corners, &[vec![0, 1, 2, 3]]).unwrap();
         let mesh = Surface::Mesh(Arc::new(WallMesh::new(&mesh, SMOOTH_ANGLE).unwrap()));
-        setup.walls = vec![common::wall("sheet", mesh, Motion::Fixed)];
+        setup.walls = vec![crate::common::wall("sheet", mesh, Motion::Fixed)];
     }
     let mut dem = Dem::new(setup, 0).unwrap();
     let body = |id: u64, shape: u16, position: Vec3| NewParticle {

@@ -1,10 +1,6 @@
 //! Bodies that rest on faces, edges and lines: no creep, no spin, towers that stand.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{setup, wall};
+use crate::common::{setup, wall};
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{Dem, FaceContact, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;

@@ -1,10 +1,6 @@
 //! One collision: restitution, duration and depth against the closed forms, and conservation.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{law, setup, wall};
+use crate::common::{law, setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;
@@ -138,7 +134,7 @@ fn restitution_converges_with_order_two_for_every_phase_of_the_contact() {
 fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
     for spring in [true, false] {
         for shapes in [[0, 0], [0, 1], [1, 2], [2, 3], [3, 3]] {
-            let mut setup = setup([0.05; 3], [false; 3], common::mixed_shapes(RADIUS), law(spring));
+            let mut setup = setup([0.05; 3], [false; 3], crate::common::mixed_shapes(RADIUS), law(spring));
             setup.parameters.gravity = Vec3::zeros();
             let middle = Vec3::repeat(0.025);
             let offset = Vec3::new(2.2, 0.5, 0.3) * RADIUS;

@@ -1,11 +1,7 @@
 //! A cylinder hits a plane at all angles (Park 2003, Kodam et al. 2010; thesis eqs 3.37-3.38 as corrected): the
 //! short form of cases/cylinder-impact.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{setup, wall};
+use crate::common::{setup, wall};
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_dem::{Dem, FaceContact, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;
