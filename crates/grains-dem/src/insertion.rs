@@ -7,7 +7,7 @@ use crate::narrow_phase::{Meeting, PlacedPart, Pose, touch};
 use crate::particles::{Body, Kind, ParticleRecord};
 use crate::periodic_images as images;
 use crate::rotation::frame;
-use crate::walls::SurfaceContact;
+use crate::walls::{Surface, SurfaceContact};
 use grains_domain::{SIZE_CLASSES, size_class};
 use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
 use std::collections::HashMap;
@@ -230,47 +230,47 @@ impl Occupancy {
 
 /// Name of a wall that a new particle would overlap by more than `tolerance` (m), with the overlap.
 pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(String, f64)> {
-    let catalogue = &dem.setup.catalogue;
-    let shape = catalogue.shape(new.kind);
+    let shape = dem.setup.catalogue.shape(new.kind);
     let radius = shape.bounding_radius * new.scale;
     let global = &dem.setup.global;
     let shifts = images::shifts(global);
     let frame = new.frame();
-    for (wall, state) in dem.setup.walls.iter().zip(dem.wall_states()) {
-        if !wall.exists_at(dem.time()) {
-            continue;
-        }
+    let present =
+        dem.setup.walls.iter().zip(dem.wall_states()).filter(|(wall, _)| wall.exists_at(dem.time()));
+    for (wall, state) in present {
         let seen = state.rotation.tr_mul(&frame);
         let pose = Pose { shape, frame: &seen, scale: new.scale };
         for surface in &wall.surfaces {
             let axes = wall.wrapped_axes(surface).map(|w| !w);
-            let mut found = Vec::new();
+            let mut near = Vec::new();
             for image in images::near_faces(global, &new.position, radius, axes) {
                 let center = state.to_wall(&(new.position + shifts[image as usize]));
-                surface.for_each_near(&center, radius, |e| found.push((center, e)));
+                surface.for_each_near(&center, radius, |e| near.push((center, e)));
             }
-            for (center, element) in found {
-                let mut worst = 0.0_f64;
-                let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
-                    Ok(met) => met.map_or(0.0, |contact| contact.overlap),
-                    Err(_) => UNKNOWN,
-                };
-                if shape.is_sphere() {
-                    worst = overlap(surface.meets_sphere(element, &center, radius));
-                } else {
-                    for part in 0..shape.parts.len() as u16 {
-                        let placed = PlacedPart::of(&pose, part);
-                        let at = center + placed.offset;
-                        let mut cold = Simplex::default();
-                        let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
-                        worst = worst.max(overlap(met));
-                    }
-                }
-                if worst > tolerance {
-                    return Some((wall.name.clone(), worst));
-                }
+            let overlaps =
+                near.iter().map(|(center, e)| overlap_with_element(surface, *e, center, radius, &pose));
+            if let Some(overlap) = overlaps.into_iter().find(|overlap| *overlap > tolerance) {
+                return Some((wall.name.clone(), overlap));
             }
         }
     }
     None
+}
+
+/// Largest overlap (m) of a particle at `center` (m), in the wall's frame, with an element of a surface; 0 if apart.
+fn overlap_with_element(surface: &Surface, element: u32, center: &Vec3, radius: f64, pose: &Pose) -> f64 {
+    let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
+        Ok(met) => met.map_or(0.0, |contact| contact.overlap),
+        Err(_) => UNKNOWN,
+    };
+    if pose.shape.is_sphere() {
+        return overlap(surface.meets_sphere(element, center, radius));
+    }
+    let of_part = |part: u16| {
+        let placed = PlacedPart::of(pose, part);
+        let mut cold = Simplex::default();
+        let at = center + placed.offset;
+        overlap(surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point))
+    };
+    (0..pose.shape.parts.len() as u16).map(of_part).fold(0.0, f64::max)
 }

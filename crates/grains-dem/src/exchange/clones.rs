@@ -17,9 +17,26 @@ impl Exchange {
         transport: &impl Transport,
     ) {
         self.choose_sent(particles, ranges);
+        self.write_clones(particles);
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        let of_others =
+            self.received.iter().map(|message| message.len() / self.clone_length()).sum::<usize>();
+        let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
+        particles.make_room(own + of_others);
+        self.push_own_clones(particles);
+        self.read_clones(particles);
+        self.updates.prepare(&self.links, record_length(particles), transport);
+    }
+
+    /// Number of f64 that create a clone.
+    fn clone_length(&self) -> usize {
+        CLONE_LENGTH + usize::from(self.updates.gathers())
+    }
+
+    /// Writes the clones that other ranks get into their messages.
+    fn write_clones(&mut self, particles: &Particles) {
         let identity = Rotation::identity();
         let gathers = self.updates.gathers();
-        let length = CLONE_LENGTH + usize::from(gathers);
         let buffer = &self.updates.buffer;
         self.sent.iter_mut().for_each(Vec::clear);
         for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
@@ -36,11 +53,12 @@ impl Exchange {
                 }
             }
         }
-        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+    }
+
+    /// Appends the periodic images of own particles.
+    fn push_own_clones(&mut self, particles: &mut Particles) {
+        let identity = Rotation::identity();
         self.own_clones.clear();
-        let of_others = self.received.iter().map(|message| message.len() / length).sum::<usize>();
-        let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
-        particles.make_room(own + of_others);
         for (index, link) in self.links.iter().enumerate().filter(|(_, l)| l.rank == self.own_rank) {
             self.own_clones.push((index, particles.len()));
             for &i in &link.sent {
@@ -51,6 +69,11 @@ impl Exchange {
                 particles.push_clone(particles.ids[i], body, orientation);
             }
         }
+    }
+
+    /// Appends the clones received from other ranks.
+    fn read_clones(&mut self, particles: &mut Particles) {
+        let length = self.clone_length();
         for (k, message) in self.received.iter().enumerate() {
             let first = particles.len();
             self.updates.origins[k].clear();
@@ -67,7 +90,6 @@ impl Exchange {
             }
             self.updates.filled[k] = first..particles.len();
         }
-        self.updates.prepare(&self.links, record_length(particles), transport);
     }
 
     /// Lists the owned particles of each direction: those nearer to the border than what can act across it.

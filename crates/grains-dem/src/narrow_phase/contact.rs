@@ -88,8 +88,8 @@ fn between_surfaces(part: &PlacedPart, other_crust: f64, normal: &Vec3) -> Vec3 
     normal * (0.5 * (part.crust - other_crust))
 }
 
-/// Where a part and another core, which touch, do so if not in a point; the contact becomes that of its centre.
-pub(crate) fn spread(
+/// Patch in which a part and another core touch, if not in a point; the contact becomes that of its centre.
+pub(crate) fn contact_patch(
     part: &PlacedPart,
     other: &Core,
     placement: &Placement,

@@ -3,5 +3,5 @@
 mod contact;
 mod placed_part;
 
-pub(crate) use contact::{Meeting, PartContact, gap_across_plane, meet_parts, spread, touch};
+pub(crate) use contact::{Meeting, PartContact, contact_patch, gap_across_plane, meet_parts, touch};
 pub(crate) use placed_part::{PlacedPart, Pose};

@@ -12,7 +12,9 @@ use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
-use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, gap_across_plane, meet_parts, spread};
+use crate::narrow_phase::{
+    Meeting, PartContact, PlacedPart, Pose, contact_patch, gap_across_plane, meet_parts,
+};
 use crate::particles::Particles;
 use grains_geometry::{GjkError, Simplex, Vec3};
 
@@ -116,9 +118,9 @@ fn find_contact(
             if !pair.is_touching() {
                 histories.of(pair).simplex = cold;
             }
-            let is_spread = faces == FaceContact::MultiPoint && part_a.vertices.is_none();
-            let footprint = is_spread
-                .then(|| spread(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
+            let is_multi_point = faces == FaceContact::MultiPoint && part_a.vertices.is_none();
+            let footprint = is_multi_point
+                .then(|| contact_patch(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
                 .flatten();
             contact.point += part_a.offset;
             found.push(place, contact, footprint);

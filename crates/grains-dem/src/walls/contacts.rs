@@ -1,8 +1,9 @@
 //! Where particles touch walls.
 
 use super::pairs::{WallList, WallPair, WallScene};
+use super::surface::Surface;
 use super::surface_contact::SurfaceContact;
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::Particles;
@@ -115,11 +116,7 @@ pub(super) fn find_contacts(
     list.touching.clear();
     if !wall.exists_at(scene.time) {
         list.touching.resize(group.len(), None);
-        for pair in &list.pairs[group] {
-            if pair.simplex != WallPair::CLOSED_FORM {
-                list.simplexes[pair.simplex as usize].len = 0;
-            }
-        }
+        list.drop_simplexes(group);
         return Ok(());
     }
     let surface = &wall.surfaces[first.surface as usize];
@@ -142,29 +139,42 @@ pub(super) fn find_contacts(
         let end = list.part_end(start, group.end);
         let number = list.pairs[start].part;
         let part = PlacedPart::of(&pose, number);
-        for pair in &list.pairs[start..end] {
-            let simplex = match pair.simplex {
-                WallPair::CLOSED_FORM => &mut Simplex::default(),
-                index => &mut list.simplexes[index as usize],
-            };
-            let at = center + part.offset;
-            if surface.is_out_of_reach(pair.element, &center, body.radius)
-                || surface.is_out_of_reach(pair.element, &at, part.bounding_radius)
-            {
-                // The history of a pair must not depend on how long it was in a list before it came near.
-                simplex.len = 0;
-                list.touching.push(None);
-                continue;
-            }
-            let contact = surface.meets_part(pair.element, &at, &part, simplex, catalogue.faces)?;
-            // Nor on whether it was in a list while it was near: another skin may leave it out.
-            if contact.is_none() {
-                simplex.len = 0;
-            }
-            list.touching.push(contact);
-        }
+        find_contacts_of_part(list, start..end, surface, (&center, body.radius), &part, catalogue.faces)?;
         join_flat_patches(&mut list.touching[start - group.start..]);
         start = end;
+    }
+    Ok(())
+}
+
+/// Finds which pairs of one part touch; its particle has its centre at `center` (m), in the wall's frame.
+fn find_contacts_of_part(
+    list: &mut WallList,
+    pairs: Range<usize>,
+    surface: &Surface,
+    (center, radius): (&Vec3, f64),
+    part: &PlacedPart,
+    faces: FaceContact,
+) -> Result<(), GjkError> {
+    let WallList { pairs: all, simplexes, touching, .. } = list;
+    let at = center + part.offset;
+    for pair in &all[pairs] {
+        let simplex = match pair.simplex {
+            WallPair::CLOSED_FORM => &mut Simplex::default(),
+            index => &mut simplexes[index as usize],
+        };
+        let is_out_of_range = surface.is_out_of_range(pair.element, center, radius)
+            || surface.is_out_of_range(pair.element, &at, part.bounding_radius);
+        let contact = if is_out_of_range {
+            None
+        } else {
+            surface.meets_part(pair.element, &at, part, simplex, faces)?
+        };
+        // The history of a pair must not depend on how long it was in a list before it came near, nor on whether it was
+        // in a list while it was near: another skin may leave it out.
+        if contact.is_none() {
+            simplex.len = 0;
+        }
+        touching.push(contact);
     }
     Ok(())
 }

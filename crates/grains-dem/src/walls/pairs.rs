@@ -6,6 +6,7 @@ use super::wall::Wall;
 use crate::contact_history::{ContactHistory, WallKey};
 use grains_domain::GlobalBox;
 use grains_geometry::{Simplex, Vec3};
+use std::ops::Range;
 
 /// A part of a particle and an element of a wall that may touch.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +73,22 @@ impl WallList {
             torsional_angle,
             simplex,
         });
+    }
+
+    /// What a pair keeps of its contact.
+    pub(crate) fn history_of(&self, pair: &WallPair) -> ContactHistory {
+        let &WallPair { tangential_displacement, torsional_angle, .. } = pair;
+        let simplex = self.simplexes.get(pair.simplex as usize).copied().unwrap_or_default();
+        ContactHistory { tangential_displacement, torsional_angle, simplex }
+    }
+
+    /// Drops the simplexes of a range of pairs.
+    pub(super) fn drop_simplexes(&mut self, group: Range<usize>) {
+        for pair in &self.pairs[group] {
+            if let Some(simplex) = self.simplexes.get_mut(pair.simplex as usize) {
+                simplex.len = 0;
+            }
+        }
     }
 
     /// End of the group of pairs of one particle, image and surface that begins at `start`.

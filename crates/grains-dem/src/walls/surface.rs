@@ -3,7 +3,7 @@
 use super::open_tube::OpenTube;
 use super::surface_contact::SurfaceContact;
 use crate::catalogue::FaceContact;
-use crate::narrow_phase::{Meeting, PlacedPart, spread, touch};
+use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, touch};
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
@@ -144,19 +144,10 @@ impl Surface {
         simplex: &mut Simplex,
         faces: FaceContact,
     ) -> Result<Option<SurfaceContact>, GjkError> {
-        let is_spread = faces == FaceContact::MultiPoint;
+        let is_multi_point = faces == FaceContact::MultiPoint;
         match self {
             Surface::Plane { point, normal } => {
-                if let Some(vertices) = part.vertices {
-                    return Ok(SurfaceContact::of_vertices(part, vertices, center, point, normal));
-                }
-                let deepest = center + part.farthest(&-normal);
-                let contact = SurfaceContact::behind(part, &deepest, -normal, -(deepest - point).dot(normal));
-                Ok(contact.map(|contact| {
-                    let gap = |p: &Vec3| (center + p - point).dot(normal);
-                    let footprint = if is_spread { part.footprint(center, &-normal, gap) } else { None };
-                    contact.spread(footprint, part.crust)
-                }))
+                Ok(plane_meets_part((point, normal), center, part, is_multi_point))
             }
             Surface::Tube { center: middle, axis, radius, half_length } => {
                 let (deepest, outward, off) = part.farthest_from_axis(&(center - middle), axis);
@@ -170,42 +161,36 @@ impl Surface {
                         let from = center - middle + p;
                         radius - (from - axis * from.dot(axis)).norm()
                     };
-                    let footprint = if is_spread { part.footprint(center, &outward, gap) } else { None };
-                    contact.spread(footprint, part.crust)
+                    let patch = if is_multi_point { part.footprint(center, &outward, gap) } else { None };
+                    contact.over(patch, part.crust)
                 }))
             }
             Surface::OpenTube(tube) => tube.meets_part(element, center, part),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
-                };
-                let footprint = is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
-                let point = center + c.point;
-                Ok(Some(SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint }))
+                let contact = core_meets_part(core, &placement, center, part, simplex, is_multi_point)?;
+                Ok(contact.map(|(contact, _)| contact))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
-                };
-                let footprint = is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();
-                let point = center + c.point;
-                let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
-                // The triangle's point lies half an overlap behind the contact point.
-                let on_triangle = point - c.normal * (0.5 * c.overlap);
-                let owns = c.is_deep_penetration
-                    || footprint.is_some()
-                    || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
-                Ok(owns.then_some(contact))
+                let contact = core_meets_part(&core, &placement, center, part, simplex, is_multi_point)?;
+                Ok(contact.and_then(|(contact, is_deep_penetration)| {
+                    let SurfaceContact { normal, overlap, point, footprint } = contact;
+                    // The triangle's point lies half an overlap behind the contact point.
+                    let on_triangle = point - normal * (0.5 * overlap);
+                    let owns = is_deep_penetration
+                        || footprint.is_some()
+                        || mesh.owns_local_minimum(element, &on_triangle, &-normal);
+                    owns.then_some(contact)
+                }))
             }
         }
     }
 
     /// Whether a ball is certainly apart from an element: true wherever [`Self::for_each_near`] does not find
     /// the element for the same ball.
-    pub(crate) fn is_out_of_reach(&self, element: u32, center: &Vec3, radius: f64) -> bool {
+    pub(crate) fn is_out_of_range(&self, element: u32, center: &Vec3, radius: f64) -> bool {
         match self {
             Surface::Plane { .. } | Surface::Tube { .. } => false,
             Surface::Solid { center: middle, bounding_radius, .. } => {
@@ -236,4 +221,39 @@ impl Surface {
             _ => None,
         }
     }
+}
+
+/// Contact of a part at `center` (m) with a plane, by its vertices if it has any.
+fn plane_meets_part(
+    (point, normal): (&Vec3, &Vec3),
+    center: &Vec3,
+    part: &PlacedPart,
+    is_multi_point: bool,
+) -> Option<SurfaceContact> {
+    if let Some(vertices) = part.vertices {
+        return SurfaceContact::of_vertices(part, vertices, center, point, normal);
+    }
+    let deepest = center + part.farthest(&-normal);
+    let contact = SurfaceContact::behind(part, &deepest, -normal, -(deepest - point).dot(normal))?;
+    let gap = |p: &Vec3| (center + p - point).dot(normal);
+    let patch = if is_multi_point { part.footprint(center, &-normal, gap) } else { None };
+    Some(contact.over(patch, part.crust))
+}
+
+/// Contact of a part at `center` (m) with a core placed in its frame, and whether it is a deep penetration.
+fn core_meets_part(
+    core: &Core,
+    placement: &Placement,
+    center: &Vec3,
+    part: &PlacedPart,
+    simplex: &mut Simplex,
+    is_multi_point: bool,
+) -> Result<Option<(SurfaceContact, bool)>, GjkError> {
+    let Meeting::Touching(mut c) = touch(part, core, placement, 0.0, 0.0, simplex)? else {
+        return Ok(None);
+    };
+    let footprint = is_multi_point.then(|| contact_patch(part, core, placement, 0.0, &mut c)).flatten();
+    let point = center + c.point;
+    let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
+    Ok(Some((contact, c.is_deep_penetration)))
 }

@@ -23,8 +23,8 @@ impl SurfaceContact {
         Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
     }
 
-    /// The same contact spread over a footprint of the core, which is swept by a ball of radius `crust`.
-    pub(super) fn spread(self, footprint: Option<Footprint>, crust: f64) -> Self {
+    /// The same contact over a patch of the core, which is swept by a ball of radius `crust`.
+    pub(super) fn over(self, footprint: Option<Footprint>, crust: f64) -> Self {
         let Some(Footprint { center, overlap, .. }) = footprint else { return self };
         Self::new(center + self.normal * crust, self.normal, overlap, footprint)
     }
