@@ -66,7 +66,7 @@ fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &StepParameters
         mass: catalogue.mass(kind, 1.0),
         angular_velocity: Vec3::zeros(),
         kind,
-        guide: 0,
+        prescribed: 0,
     };
     ParticleRecord {
         id: id as u64,
@@ -506,7 +506,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         overlap_limit: 0.5,
         skin: Skin::default(),
         lubrication: None,
-        guides: Vec::new(),
+        prescribed: Vec::new(),
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,

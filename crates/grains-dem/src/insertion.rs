@@ -46,7 +46,7 @@ impl NewParticle {
             mass: catalogue.mass(self.kind, self.scale),
             angular_velocity: self.angular_velocity,
             kind: self.kind,
-            guide: 0,
+            prescribed: 0,
         };
         let half_spin = if shape.is_sphere() {
             self.angular_velocity

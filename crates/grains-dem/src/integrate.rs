@@ -52,8 +52,8 @@ pub(crate) fn advance(
         if load.force.amax() > largest_force {
             outcome.overloaded = Some((i, load.force.norm()));
         }
-        if body.is_guided() {
-            guide(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
+        if body.is_prescribed() {
+            move_prescribed(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
             outcome.is_stale |= !is_within_allowance(particles, neighbours, i);
             continue;
         }
@@ -91,7 +91,7 @@ pub(crate) fn advance(
 
 /// Leads a particle of prescribed motion through the step.
 #[cold]
-fn guide(
+fn move_prescribed(
     particles: &mut Particles,
     i: usize,
     (global, courses): (&GlobalBox, &[Course]),
@@ -100,7 +100,7 @@ fn guide(
     fast: &mut Vec<usize>,
 ) {
     let body = &mut particles.bodies[i];
-    let course = &courses[usize::from(body.guide) - 1];
+    let course = &courses[usize::from(body.prescribed) - 1];
     let before = body.position;
     let after = course.advance(body, global, dt);
     (body.position, body.velocity) = (after.position, after.velocity);

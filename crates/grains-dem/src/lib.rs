@@ -71,7 +71,7 @@ pub use integrate::{StepParameters, half_step_back, other_half_step};
 pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;
 pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Particles};
-pub use prescribed::Guide;
+pub use prescribed::PrescribedMotion;
 pub use totals::Totals;
 pub use verlet::Skin;
 pub use walls::{Motion, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};

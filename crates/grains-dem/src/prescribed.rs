@@ -19,7 +19,7 @@ use std::ops::Range;
 
 /// What prescribes the motion of some particles.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Guide {
+pub struct PrescribedMotion {
     /// Name of their insertion.
     pub name: String,
     /// Their identities.
@@ -30,7 +30,7 @@ pub struct Guide {
     pub about_centres: bool,
 }
 
-/// The way of a guide through one step.
+/// The motion prescribed in one step.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     /// Way of translation (m), on the quantum of positions.
@@ -43,8 +43,8 @@ pub(crate) struct Course {
     pivot: Option<Vec3>,
 }
 
-/// Where a guided body is after a step.
-pub(crate) struct Guided {
+/// Where a body of prescribed motion is after a step.
+pub(crate) struct AfterStep {
     pub(crate) position: Vec3,
     pub(crate) velocity: Vec3,
     pub(crate) angular_velocity: Vec3,
@@ -54,19 +54,19 @@ pub(crate) struct Guided {
 
 impl Course {
     /// The course between two times (s).
-    pub(crate) fn new(guide: &Guide, [from, to]: [f64; 2], global: &GlobalBox) -> Self {
+    pub(crate) fn new(prescribed: &PrescribedMotion, [from, to]: [f64; 2], global: &GlobalBox) -> Self {
         let snap = |x: Vec3| x.map(|x| global.quantum.snap(x));
-        let (before, after) = (guide.motion.at(from), guide.motion.at(to));
-        let (way, turn) = match guide.motion {
+        let (before, after) = (prescribed.motion.at(from), prescribed.motion.at(to));
+        let (way, turn) = match prescribed.motion {
             Motion::Rotation { .. } => {
-                let [old, new] = [from, to].map(|time| guide.motion.turned_at(time));
+                let [old, new] = [from, to].map(|time| prescribed.motion.turned_at(time));
                 let turn = (old != new).then(|| new * old.inverse());
                 (Vec3::zeros(), turn.map(|turn| (turn, frame(&turn))))
             }
             // Differences of multiples of the quantum: ways add up to where the motion is, to the last bit.
             _ => (snap(after.translation) - snap(before.translation), None),
         };
-        let pivot = (!guide.about_centres).then(|| snap(after.pivot));
+        let pivot = (!prescribed.about_centres).then(|| snap(after.pivot));
         Self { way, turn, rates: [after.velocity, after.angular_velocity], pivot }
     }
 
@@ -89,7 +89,7 @@ impl Course {
     }
 
     /// A body after the step of `dt` (s).
-    pub(crate) fn advance(&self, body: &Body, global: &GlobalBox, dt: f64) -> Guided {
+    pub(crate) fn advance(&self, body: &Body, global: &GlobalBox, dt: f64) -> AfterStep {
         let mut way = self.way;
         let mut spin = Vec3::zeros();
         if let Some((turn, matrix)) = &self.turn {
@@ -99,7 +99,7 @@ impl Course {
         }
         let position = body.position + way;
         let [velocity, angular_velocity] = self.velocities(&position, global);
-        Guided { position, velocity, angular_velocity, mean: [way / dt, spin] }
+        AfterStep { position, velocity, angular_velocity, mean: [way / dt, spin] }
     }
 
     /// An orientation after the step.

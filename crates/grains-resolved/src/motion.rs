@@ -82,7 +82,7 @@ impl Surroundings {
         let (rates, catalogue) = (dem.setup.parameters, &dem.setup.catalogue);
         let Particles { bodies, loads, cargo, .. } = &mut dem.particles;
         for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
-            if body.is_guided() {
+            if body.is_prescribed() {
                 continue;
             }
             let mut link = FlowLink::read(cargo);
@@ -114,7 +114,7 @@ impl Surroundings {
                 imposed[a] = Some(0.0);
                 (0..3).filter(|&b| b != a).for_each(|b| imposed[3 + b] = Some(0.0));
             }
-            if body.is_guided() {
+            if body.is_prescribed() {
                 imposed = six(&body.velocity, &body.angular_velocity).map(Some);
             }
             BodyMotion {
@@ -150,7 +150,7 @@ impl Surroundings {
             let particles = &mut dem.particles;
             let mut link = FlowLink::read(&particles.cargo[i]);
             let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
-            if particles.bodies[i].is_guided() {
+            if particles.bodies[i].is_prescribed() {
                 let own = &particles.bodies[i];
                 let share = self.density / catalogue.densities[own.kind.material as usize];
                 let (before, after) = (

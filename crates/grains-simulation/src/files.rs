@@ -376,7 +376,7 @@ impl Files {
         for load in &loads {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
-        for load in &dem.guided_loads(transport) {
+        for load in &dem.prescribed_loads(transport) {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
         values.extend(of_fluid);
@@ -452,8 +452,8 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     for wall in &dem.setup.walls {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
     }
-    for guide in &dem.setup.guides {
-        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", guide.name), unit)));
+    for motion in &dem.setup.prescribed {
+        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", motion.name), unit)));
     }
     columns
 }

@@ -123,7 +123,7 @@ pub fn restore(
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = population.restore(&before, progress, &changes, time).map_err(refuse)?;
-    dem.guide(population.guides(case));
+    dem.prescribe(population.guides(case));
     for row in owned_rows(&file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;

@@ -82,7 +82,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         largest_radius,
         skin,
         lubrication,
-        guides: Vec::new(),
+        prescribed: Vec::new(),
         exchange: exchange(domain.exchange),
         balance,
     };

@@ -88,15 +88,15 @@ impl Dem {
         sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
     }
 
-    /// Force (N) and torque about the origin (N m) of all contacts on the particles of each guide, of the images in the box, over
+    /// Force (N) and torque about the origin (N m) of all contacts on the particles of each prescribed motion, of the images in the box, over
     /// all ranks.
-    pub fn guided_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums = vec![[0.0; 6]; self.setup.guides.len()];
+    pub fn prescribed_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
+        let mut sums = vec![[0.0; 6]; self.setup.prescribed.len()];
         let own = self.particles.bodies.iter().zip(&self.particles.loads);
-        for (body, load) in own.filter(|(body, _)| body.is_guided()) {
+        for (body, load) in own.filter(|(body, _)| body.is_prescribed()) {
             let place = Vec3::from(self.setup.global.wrap(body.position.into()));
             let torque = load.torque + place.cross(&load.force);
-            let sum = &mut sums[usize::from(body.guide) - 1];
+            let sum = &mut sums[usize::from(body.prescribed) - 1];
             sum.iter_mut().zip(load.force.iter().chain(&torque)).for_each(|(sum, x)| *sum += x);
         }
         transport.sum(sums.as_flattened_mut());

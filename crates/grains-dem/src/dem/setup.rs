@@ -6,7 +6,7 @@ use crate::exchange::ExchangeStrategy;
 use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
 use crate::integrate::StepParameters;
-use crate::prescribed::Guide;
+use crate::prescribed::PrescribedMotion;
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
 use grains_contact::Lubrication;
@@ -39,8 +39,8 @@ pub struct DemSetup {
     pub collisions: CollisionModel,
     /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
-    /// What prescribes the motion of some particles; [`Dem::guide`] changes it.
-    pub guides: Vec<Guide>,
+    /// What prescribes the motion of some particles; [`Dem::prescribe`] changes it.
+    pub prescribed: Vec<PrescribedMotion>,
     /// How clones are brought up to date.
     pub exchange: ExchangeStrategy,
     /// When borders between subdomains move; they stay if there is none.

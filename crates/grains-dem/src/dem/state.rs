@@ -10,7 +10,7 @@ use crate::exchange::Exchange;
 use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
-use crate::prescribed::{Course, Guide};
+use crate::prescribed::{Course, PrescribedMotion};
 use crate::verlet::VerletLists;
 use crate::walls::{Motion, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
@@ -99,15 +99,15 @@ impl Dem {
             setup,
         };
         dem.place_walls();
-        let guides = std::mem::take(&mut dem.setup.guides);
-        dem.guide(guides);
+        let prescribed = std::mem::take(&mut dem.setup.prescribed);
+        dem.prescribe(prescribed);
         Ok(dem)
     }
 
     /// Prescribes the motion of some particles; to be called on all ranks alike, before there are any.
-    pub fn guide(&mut self, guides: Vec<Guide>) {
-        self.particles.guided = guides.iter().map(|guide| guide.ids.clone()).collect();
-        self.setup.guides = guides;
+    pub fn prescribe(&mut self, prescribed: Vec<PrescribedMotion>) {
+        self.particles.prescribed_ids = prescribed.iter().map(|motion| motion.ids.clone()).collect();
+        self.setup.prescribed = prescribed;
     }
 
     /// Time of the present positions (s).
@@ -156,7 +156,7 @@ impl Dem {
         self.restore(record, &[0.0; 3]);
         let last = self.particles.owned - 1;
         let body = &self.particles.bodies[last];
-        if body.is_guided() {
+        if body.is_prescribed() {
             self.particles.half_velocity[last] = body.velocity;
         }
         self.ledger.inserted += 1;
@@ -174,21 +174,21 @@ impl Dem {
         record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
         self.histories.read(history);
-        self.guide_last();
+        self.prescribe_last();
     }
 
     /// Gives the last particle the velocity that is prescribed, if one is.
-    fn guide_last(&mut self) {
+    fn prescribe_last(&mut self) {
         let time = self.time();
-        let Some(body) = self.particles.bodies.last_mut().filter(|body| body.is_guided()) else { return };
-        let guide = &self.setup.guides[usize::from(body.guide) - 1];
-        let course = Course::new(guide, [time; 2], &self.setup.global);
+        let Some(body) = self.particles.bodies.last_mut().filter(|body| body.is_prescribed()) else { return };
+        let motion = &self.setup.prescribed[usize::from(body.prescribed) - 1];
+        let course = Course::new(motion, [time; 2], &self.setup.global);
         [body.velocity, body.angular_velocity] = course.velocities(&body.position, &self.setup.global);
     }
 
-    /// Courses of the guides between two times (s).
+    /// Courses of the prescribed motions between two times (s).
     pub(super) fn courses(&self, times: [f64; 2]) -> Vec<Course> {
-        self.setup.guides.iter().map(|guide| Course::new(guide, times, &self.setup.global)).collect()
+        self.setup.prescribed.iter().map(|motion| Course::new(motion, times, &self.setup.global)).collect()
     }
 
     /// Declares the lists stale on this rank; all ranks must do so together.

@@ -94,7 +94,7 @@ impl ContactSolver<'_> {
 
     fn mobility(&self, i: u32, arm: Vec3) -> Mat3 {
         let body = &self.particles.bodies[i as usize];
-        if body.is_guided() {
+        if body.is_prescribed() {
             return Mat3::zeros();
         }
         let inverse = self.catalogue.inertia(body).map(|moment| 1.0 / moment);
@@ -119,7 +119,7 @@ impl ContactSolver<'_> {
         load.force += impulse / self.dt;
         load.torque += turn / self.dt;
         let body = &mut particles.bodies[i];
-        if body.is_guided() {
+        if body.is_prescribed() {
             return;
         }
         let gain = impulse * (1.0 / body.mass);

@@ -27,8 +27,8 @@ pub struct Body {
     pub angular_velocity: Vec3,
     /// Shape and material.
     pub kind: Kind,
-    /// Number of what prescribes its motion, from 1 in [`crate::DemSetup::guides`]; 0 for one that moves freely.
-    pub guide: u16,
+    /// Number of what prescribes its motion, from 1 in [`crate::DemSetup::prescribed`]; 0 for one that moves freely.
+    pub prescribed: u16,
 }
 
 /// Sum of the contact forces (N) and torques (N m) on a particle.
@@ -47,19 +47,19 @@ pub const CARGO_LENGTH: usize = 18;
 /// What a coupling with something else, such as a fluid, lets a particle carry.
 pub type Cargo = [f64; CARGO_LENGTH];
 
-/// Mass (kg) of a guided body in a contact: the reduced mass with any other is exactly that of the other one.
-const GUIDED_MASS: f64 = f64::from_bits((1023 + 300) << 52);
+/// Mass (kg) of a body of prescribed motion in a contact: the reduced mass with any other is exactly that of the other one.
+const PRESCRIBED_MASS: f64 = f64::from_bits((1023 + 300) << 52);
 
 impl Body {
     /// Whether its motion is prescribed.
     #[inline(always)]
-    pub fn is_guided(&self) -> bool {
-        self.guide != 0
+    pub fn is_prescribed(&self) -> bool {
+        self.prescribed != 0
     }
 
     /// Mass (kg) in a contact: unbounded if the motion is prescribed.
     #[inline(always)]
     pub fn contact_mass(&self) -> f64 {
-        if self.is_guided() { GUIDED_MASS } else { self.mass }
+        if self.is_prescribed() { PRESCRIBED_MASS } else { self.mass }
     }
 }

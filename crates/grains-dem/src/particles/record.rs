@@ -56,7 +56,7 @@ impl ParticleRecord {
                 radius: message[23],
                 mass: message[24],
                 kind: Kind { shape: message[1] as u16, material: message[2] as u16 },
-                guide: 0,
+                prescribed: 0,
             },
             half_velocity: vector(13),
             half_spin: vector(16),
@@ -96,7 +96,7 @@ pub(crate) fn read_clone(message: &[f64]) -> (u64, Body, Rotation) {
         mass: message[4],
         angular_velocity: Vec3::zeros(),
         kind: Kind { shape: message[1] as u16, material: message[2] as u16 },
-        guide: 0,
+        prescribed: 0,
     };
     let clone_update = &message[FIXED_LENGTH..];
     read_motion(&mut body, clone_update);
@@ -151,7 +151,7 @@ mod tests {
                 mass: 0.3,
                 angular_velocity: v(3.0),
                 kind: Kind { shape: 7, material: 2 },
-                guide: 0,
+                prescribed: 0,
             },
             orientation: Rotation::from_euler_angles(0.1, 0.2, 0.3),
             half_velocity: v(4.0),

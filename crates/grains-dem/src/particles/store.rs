@@ -33,8 +33,8 @@ pub struct Particles {
     pub sides: Vec<u32>,
     /// What a coupling lets particles carry, owned; empty unless [`Particles::carry`] was called.
     pub cargo: Vec<Cargo>,
-    /// Identities of those of prescribed motion, guide by guide.
-    pub(crate) guided: Vec<Range<u64>>,
+    /// Identities of those of prescribed motion, motion by motion.
+    pub(crate) prescribed_ids: Vec<Range<u64>>,
     with_orientations: bool,
     carrying: bool,
 }
@@ -127,7 +127,7 @@ impl Particles {
     /// Appends a clone.
     pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
         self.ids.push(id);
-        self.bodies.push(Body { guide: self.guide_of(id), ..body });
+        self.bodies.push(Body { prescribed: self.prescribed_number(id), ..body });
         if self.with_orientations {
             self.orientations.push(orientation);
             self.frames.push(frame(&orientation));
@@ -135,9 +135,9 @@ impl Particles {
         }
     }
 
-    /// Number of the guide of a particle, from 1; 0 for one that moves freely.
-    fn guide_of(&self, id: u64) -> u16 {
-        self.guided.iter().position(|ids| ids.contains(&id)).map_or(0, |k| k as u16 + 1)
+    /// Number of the motion prescribed to a particle, from 1; 0 for one that moves freely.
+    fn prescribed_number(&self, id: u64) -> u16 {
+        self.prescribed_ids.iter().position(|ids| ids.contains(&id)).map_or(0, |k| k as u16 + 1)
     }
 
     /// Gives a body that has come from a position (m) a new orientation.

@@ -129,7 +129,7 @@ impl VerletLists {
         let mut near_walls =
             WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };
         for (i, &origin) in cell_list.order.iter().enumerate() {
-            if particles.bodies[i].is_guided() {
+            if particles.bodies[i].is_prescribed() {
                 continue;
             }
             let known = histories.walls.row(origin as usize);
@@ -161,7 +161,7 @@ impl VerletLists {
                 continue;
             }
             let &Search { particles, cell_list, histories, context, all_spheres, .. } = search;
-            if particles.bodies[i].is_guided() && particles.bodies[j].is_guided() {
+            if particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed() {
                 continue;
             }
             let both_spheres = all_spheres

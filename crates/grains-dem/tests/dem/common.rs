@@ -274,7 +274,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         overlap_limit: 0.3,
         skin: Skin::default(),
         lubrication: None,
-        guides: Vec::new(),
+        prescribed: Vec::new(),
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,

@@ -2,7 +2,9 @@
 
 use crate::common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, ImpulseScheme, Tangential};
-use grains_dem::{CollisionModel, Dem, DemSetup, Guide, HardModel, Kind, Motion, NewParticle, Skin, Surface};
+use grains_dem::{
+    CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, NewParticle, PrescribedMotion, Skin, Surface,
+};
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, Shape, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -21,8 +23,8 @@ fn particle(id: u64, shape: u16, position: Vec3, velocity: Vec3) -> NewParticle 
     }
 }
 
-fn guide(ids: std::ops::Range<u64>, motion: Motion) -> Guide {
-    Guide { name: "fixed".into(), ids, motion, about_centres: false }
+fn prescribe(ids: std::ops::Range<u64>, motion: Motion) -> PrescribedMotion {
+    PrescribedMotion { name: "fixed".into(), ids, motion, about_centres: false }
 }
 
 fn oscillation(amplitude: Vec3) -> Motion {
@@ -53,7 +55,7 @@ fn prescribed_poses_are_kept_whatever_hits_the_bodies() {
         for periodic in [[false; 3], [true; 3]] {
             let mut setup = setup([size; 3], periodic, mixed_shapes(RADIUS), law(true));
             setup.outlets = [true; 6];
-            setup.guides = vec![Guide { about_centres, ..guide(0..4, motion) }];
+            setup.prescribed = vec![PrescribedMotion { about_centres, ..prescribe(0..4, motion) }];
             let place = |k: u64| middle + Vec3::new(3e-3 * (k as f64 - 1.5), 1e-3, -2e-3);
             let mut particles: Vec<_> =
                 (0..4).map(|k| particle(k, k as u16, place(k), Vec3::zeros())).collect();
@@ -116,7 +118,8 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
         setup.parameters.dt = collision.contact_time / 400.0;
         // The fixed one may move towards the free one, or away.
         let velocity = Vec3::z() * speed;
-        setup.guides = vec![guide(7..8, Motion::Translation { velocity, start: 0.0, end: f64::INFINITY })];
+        setup.prescribed =
+            vec![prescribe(7..8, Motion::Translation { velocity, start: 0.0, end: f64::INFINITY })];
         let middle = Vec3::repeat(0.01);
         let gap = 0.0337 * collision.contact_time;
         let above = middle + Vec3::z() * (2.0 * RADIUS + gap);
@@ -151,7 +154,7 @@ fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
     let mut setup = setup([0.02; 3], [true; 3], mixed_shapes(RADIUS), elastic);
     setup.parameters.gravity = Vec3::zeros();
     setup.parameters.dt = 2e-7;
-    setup.guides = vec![guide(0..16, Motion::Fixed)];
+    setup.prescribed = vec![prescribe(0..16, Motion::Fixed)];
     let particles = lattice([0.0; 3], [0.02; 3], 3.2e-3, 4, 6.0);
     let mut dem = start(setup, particles);
     let energy = |dem: &Dem| {
@@ -182,9 +185,12 @@ fn momentum_goes_to_the_fixed_bodies() {
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 2e-3), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let clump = 8;
-    setup.guides = vec![
-        guide(0..clump, Motion::Fixed),
-        Guide { name: "shaker".into(), ..guide(clump..clump + 1, oscillation(Vec3::x() * 1e-3)) },
+    setup.prescribed = vec![
+        prescribe(0..clump, Motion::Fixed),
+        PrescribedMotion {
+            name: "shaker".into(),
+            ..prescribe(clump..clump + 1, oscillation(Vec3::x() * 1e-3))
+        },
     ];
     let mut particles = lattice([0.0, 0.0, 5e-3], [0.02, 0.02, 0.02], 3e-3, 4, 1.0);
     for p in &mut particles {
@@ -198,18 +204,18 @@ fn momentum_goes_to_the_fixed_bodies() {
     }
     let mut dem = start(setup, particles);
     let momentum = |dem: &Dem| -> Vec3 {
-        let free = |i: &usize| !dem.particles.bodies[*i].is_guided();
+        let free = |i: &usize| !dem.particles.bodies[*i].is_prescribed();
         let of = |i: usize| dem.particles.half_velocity[i] * dem.particles.bodies[i].mass;
         (0..dem.particles.owned).filter(free).map(of).sum()
     };
-    let mass: f64 = dem.particles.bodies.iter().filter(|b| !b.is_guided()).map(|b| b.mass).sum();
+    let mass: f64 = dem.particles.bodies.iter().filter(|b| !b.is_prescribed()).map(|b| b.mass).sum();
     let (dt, gravity) = (dem.setup.parameters.dt, dem.setup.parameters.gravity);
     let (mut before, mut on_fixed) = (momentum(&dem), Vec3::zeros());
     for step in 0..3000 {
         dem.refresh(&SerialTransport).unwrap();
         dem.add_forces(&SerialTransport);
         let walls: Vec3 = dem.wall_loads(&SerialTransport).iter().map(|load| load.force).sum();
-        let fixed: Vec3 = dem.guided_loads(&SerialTransport).iter().map(|load| load.force).sum();
+        let fixed: Vec3 = dem.prescribed_loads(&SerialTransport).iter().map(|load| load.force).sum();
         if step == 0 {
             assert_eq!((fixed, walls), (Vec3::zeros(), Vec3::zeros()), "fixed bodies that overlap");
         }
@@ -231,13 +237,13 @@ fn mill(shapes: Vec<Shape>) -> Scene {
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 1e-3), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let away = Motion::Translation { velocity: Vec3::new(-2.0, 1.0, 0.0), start: 3e-4, end: 2.5e-3 };
-    setup.guides = vec![
-        guide(0..12, Motion::Fixed),
-        guide(12..24, oscillation(Vec3::new(4e-4, 3e-4, 2e-4))),
+    setup.prescribed = vec![
+        prescribe(0..12, Motion::Fixed),
+        prescribe(12..24, oscillation(Vec3::new(4e-4, 3e-4, 2e-4))),
         // About an axis near a periodic face.
-        guide(24..36, rotation(Vec3::new(1e-3, 0.015, 0.01), 60.0)),
-        Guide { about_centres: true, ..guide(36..48, rotation(Vec3::zeros(), 200.0)) },
-        guide(48..54, away),
+        prescribe(24..36, rotation(Vec3::new(1e-3, 0.015, 0.01), 60.0)),
+        PrescribedMotion { about_centres: true, ..prescribe(36..48, rotation(Vec3::zeros(), 200.0)) },
+        prescribe(48..54, away),
     ];
     let kinds = setup.catalogue.shapes.len() as u16;
     Scene { setup, particles: lattice([0.0, 0.0, 1e-3], [0.03, 0.03, 0.02], 3e-3, kinds, 0.5) }
@@ -290,7 +296,7 @@ fn hard_spheres_leave_fixed_ones_as_they_leave_walls() {
         setup.parameters.gravity = Vec3::zeros();
         setup.parameters.dt = 1e-5;
         setup.collisions = CollisionModel::Hard(HardModel::new(&setup.parameters));
-        setup.guides = vec![guide(1..2, oscillation(Vec3::y() * 1e-12))];
+        setup.prescribed = vec![prescribe(1..2, oscillation(Vec3::y() * 1e-12))];
         let middle = Vec3::repeat(0.01);
         let above = middle + Vec3::z() * 2.5 * RADIUS;
         let mut dem =
