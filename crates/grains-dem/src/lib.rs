@@ -8,13 +8,27 @@
 //! advance     kick, drift, and the velocity of the next contact evaluation
 //! ```
 //!
+//! # Where things are
+//!
+//! ```text
+//! dem            state of one rank, its step, rebuild and observation
+//! particles      a particle as contacts see it, the arrays, and the records in which particles travel
+//! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
+//! exchange       migration, clones, and their updates
+//! contacts       loads of a contact, batches in lanes, exact sums; spheres
+//! narrow_phase   convex parts where they are, distance, separating planes, contact patches
+//! non_spherical  contacts between particles that are not both spheres
+//! walls          surfaces, their motion, and contacts with them
+//! hard           collisions by impulses
+//! ```
+//!
 //! # Data
 //!
-//! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
-//! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
-//! arrays. Particles are sorted by class of sizes and cell, owned ones first, clones after. A pair of spheres is one
-//! 32-byte record, neighbour and tangential displacement, read in sequence; those that touch are evaluated several at a time. A pair of
-//! parts of other particles is a separating plane and the path that the two may travel before it is checked again; the
+//! Position, velocity, angular velocity, radius and mass of a particle share one 96-byte [`Body`], because a contact
+//! needs all of them of a neighbour that is not in cache. Data of the owner alone lives in separate arrays. Particles
+//! are sorted by size class and cell, owned ones first, clones after. A pair of spheres is one 32-byte record:
+//! indices and tangential displacement. Touching pairs of spheres are evaluated several at a time. A pair of parts of
+//! other particles holds a separating plane and the path that the two may travel before it is checked again; the
 //! history of touching pairs is stored apart.
 //!
 //! # Same bits on any number of ranks

@@ -55,10 +55,11 @@ impl DemSetup {
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
     pub fn load_quanta(&self) -> [f64; 2] {
-        self.exact_loads().quanta()
+        self.quanta().quanta()
     }
 
-    pub(super) fn exact_loads(&self) -> LoadQuanta {
+    /// Quanta of contact loads.
+    pub(super) fn quanta(&self) -> LoadQuanta {
         // Without particles, as beside a fluid alone, there are no loads.
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
         LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)

@@ -81,7 +81,7 @@ impl Dem {
             interrupt: false,
             report: StepReport::default(),
             other_work: OtherWork::default(),
-            quanta: setup.exact_loads(),
+            quanta: setup.quanta(),
             exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
             neighbours: VerletLists::default(),
             histories: SavedHistories::default(),

@@ -1,6 +1,6 @@
 //! Clones of particles near a border: their creation and their updates.
 
-use super::exchange::Exchange;
+use super::messages::Exchange;
 use super::updates::{Origin, record_length};
 use crate::particles::{Body, CLONE_LENGTH, Particles, read_clone, write_clone};
 use grains_domain::{Direction, Transport};

@@ -1,6 +1,6 @@
 //! Migration of particles that crossed a border.
 
-use super::exchange::Exchange;
+use super::messages::Exchange;
 use crate::contact_history::SavedHistories;
 use crate::error::{StepError, vector};
 use crate::particles::{Body, CARGO_LENGTH, Cargo, ParticleRecord, Particles};

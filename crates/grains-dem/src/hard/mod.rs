@@ -1,7 +1,7 @@
 //! Bodies that do not deform: collisions are impulses, time-stepped (Srinivasan 2019, ch. 3.1 and app. A).
 //!
 //! ```text
-//! add_forces  find the contacts at the present positions; give each an impulse, in a fixed order
+//! add_forces  find the contacts at the present positions; apply an impulse to each, in a fixed order
 //! advance     move the bodies out of each other, kick by gravity, drift
 //! ```
 //!
@@ -31,9 +31,9 @@
 mod contacts;
 mod key;
 mod model;
-mod response;
 mod rounds;
+mod solver;
 
 pub use model::{CollisionModel, HardModel};
-pub(crate) use response::ContactSolver;
 pub(crate) use rounds::Collisions;
+pub(crate) use solver::ContactSolver;

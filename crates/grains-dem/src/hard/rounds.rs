@@ -3,7 +3,7 @@
 use super::contacts::{Counterpart, HardContact, collect};
 use super::key::Key;
 use super::model::HardModel;
-use super::response::{ContactSolver, Outcome};
+use super::solver::{ContactSolver, Outcome};
 use crate::catalogue::Catalogue;
 use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
@@ -195,7 +195,7 @@ impl Collisions {
             }
             // The rank that owns the first body counts.
             if (contact.a as usize) < has_changed.len() {
-                counts.collisions += u64::from(outcome != Outcome::Parting);
+                counts.collisions += u64::from(outcome != Outcome::Separating);
                 counts.resting += u64::from(outcome == Outcome::Rest);
             }
             false

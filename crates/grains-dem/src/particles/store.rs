@@ -35,7 +35,7 @@ pub struct Particles {
     pub cargo: Vec<Cargo>,
     /// Identities of those of prescribed motion, motion by motion.
     pub(crate) prescribed_ids: Vec<Range<u64>>,
-    with_orientations: bool,
+    has_orientations: bool,
     carrying: bool,
 }
 
@@ -78,7 +78,7 @@ impl Particles {
 
     /// Particles without orientation if all shapes are spheres.
     pub fn new(all_spheres: bool) -> Self {
-        Self { with_orientations: !all_spheres, ..Self::default() }
+        Self { has_orientations: !all_spheres, ..Self::default() }
     }
 
     /// Lets every particle, also those to come, carry cargo: zeros until somebody sets them.
@@ -91,7 +91,7 @@ impl Particles {
 
     /// Whether particles have orientations, as some are not spheres.
     pub fn has_orientations(&self) -> bool {
-        self.with_orientations
+        self.has_orientations
     }
 
     /// Whether particles carry cargo.
@@ -117,7 +117,7 @@ impl Particles {
     pub(crate) fn make_room(&mut self, clones: usize) {
         self.bodies.reserve_exact(clones);
         self.ids.reserve_exact(clones);
-        if self.with_orientations {
+        if self.has_orientations {
             self.orientations.reserve_exact(clones);
             self.frames.reserve_exact(clones);
             self.path_length.reserve_exact(clones);
@@ -128,7 +128,7 @@ impl Particles {
     pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
         self.ids.push(id);
         self.bodies.push(Body { prescribed: self.prescribed_number(id), ..body });
-        if self.with_orientations {
+        if self.has_orientations {
             self.orientations.push(orientation);
             self.frames.push(frame(&orientation));
             self.path_length.push(0.0);
@@ -169,7 +169,7 @@ impl Particles {
     pub(crate) fn reorder(&mut self, order: &[u32]) {
         permute(&mut self.bodies, order);
         permute(&mut self.ids, order);
-        if self.with_orientations {
+        if self.has_orientations {
             permute(&mut self.orientations, order);
             permute(&mut self.frames, order);
             permute(&mut self.path_length, order);

@@ -10,7 +10,7 @@ use grains_contact::{Impact, Mobility};
 use grains_domain::Quantum;
 use grains_geometry::{Mat3, Vec3};
 
-/// Where collisions take place.
+/// Applies impulses and relocations to the bodies of contacts.
 pub(crate) struct ContactSolver<'a> {
     pub(crate) particles: &'a mut Particles,
     pub(crate) catalogue: &'a Catalogue,
@@ -25,7 +25,7 @@ pub(crate) struct ContactSolver<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// The bodies did not approach.
-    Parting,
+    Separating,
     /// An impulse with the restitution of the pair.
     Collision,
     /// An impulse without restitution: the bodies rest on each other.
@@ -42,7 +42,7 @@ impl ContactSolver<'_> {
         let velocity = other - self.velocity_at(contact.a, &contact.arm);
         let approach = -velocity.dot(&contact.normal);
         if approach <= 0.0 {
-            return Outcome::Parting;
+            return Outcome::Separating;
         }
         let rests = approach < model.rest_speed;
         let restitution = if rests { 0.0 } else { contact.restitution };
