@@ -501,7 +501,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         catalogue: grains.catalogue.clone(),
         walls: Vec::new(),
         planes: Vec::new(),
-        rates: falling(dt),
+        parameters: falling(dt),
         largest_radius: 0.5 * diameter,
         overlap_limit: 0.5,
         skin: Skin::default(),
