@@ -94,7 +94,7 @@ pub(crate) struct WallHistory {
     pub(crate) surface: u16,
     pub(crate) part: u16,
     pub(crate) element: u32,
-    /// Periodic image as seen from the wrapped position, a code of [`crate::images`].
+    /// Periodic image as seen from the wrapped position, a code of [`crate::periodic_images`].
     pub(crate) image: u8,
     pub(crate) contact: ContactHistory,
 }

@@ -39,7 +39,7 @@ pub struct DemSetup {
     pub collisions: CollisionModel,
     /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
-    /// What prescribes the motion of some particles; [`Dem::prescribe`] changes it.
+    /// What prescribes the motion of some particles; [`Dem::prescribe`](crate::Dem::prescribe) changes it.
     pub prescribed: Vec<PrescribedMotion>,
     /// How clones are brought up to date.
     pub exchange: ExchangeStrategy,
