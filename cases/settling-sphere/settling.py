@@ -15,7 +15,8 @@ sys.path.insert(0, str(HERE.parent))
 import sweep
 
 # Density and viscosity of the oil, end of the run, and the largest speed measured (m/s).
-RUNS = {"E1": (970, 0.373, 4.5, 0.0360), "E2": (965, 0.212, 2.6, 0.0572)}
+RUNS = {"E1": (970, 0.373, 4.5, 0.0360), "E2": (965, 0.212, 2.6, 0.0572),
+        "E3": (962, 0.113, 1.8, 0.0873), "E4": (960, 0.058, 1.4, 0.1222)}
 DIAMETER = 0.015
 MASS, GRAVITY = 1120 * 3.14159265 / 6 * DIAMETER**3, 9.81
 
@@ -49,13 +50,14 @@ def main():
         measured = RUNS[name][3]
         largest = max(speeds)
         print(f"{name}, {across} cells: {largest:.4f} m/s, measured {measured:.4f} ({100 * (largest / measured - 1):+.1f} %)")
-        axes[0].plot(times, speeds, label=f"{name}, {across} cells")
-        axes[1].semilogy(times, [max(gap, 1e-6) / DIAMETER for gap in gaps])
+        style = {"color": f"C{list(RUNS).index(name)}", "linestyle": "-" if across == max(options.across) else "--"}
+        axes[0].plot(times, speeds, label=f"{name}, {across} cells", **style)
+        axes[1].semilogy(times, [max(gap, 1e-6) / DIAMETER for gap in gaps], **style)
     for name, (*_, measured) in RUNS.items():
         axes[0].axhline(measured, color="k", linestyle=":", linewidth=1)
-    axes[0].set(xlabel="time (s)", ylabel="speed (m/s); dotted: measured")
+    axes[0].set(xlim=(0, 6.5), xlabel="time (s)", ylabel="speed (m/s); dotted: measured")
     axes[1].set(xlabel="time (s)", ylabel="gap to the floor over the diameter")
-    axes[0].legend()
+    axes[0].legend(fontsize="small")
     figure.savefig(HERE / "speed.png", dpi=110)
 
 

@@ -217,7 +217,10 @@ pub fn skipped(test: &str, reason: &str) {
 
 /// A Python that can read the files back: `$GRAINS_PYTHON` or `python3`, if it has vtk and h5py.
 pub fn python() -> Option<String> {
-    python_with("import h5py, numpy; from vtkmodules.vtkIOHDF import vtkHDFReader")
+    static FOUND: OnceLock<Option<String>> = OnceLock::new();
+    FOUND
+        .get_or_init(|| python_with("import h5py, numpy; from vtkmodules.vtkIOHDF import vtkHDFReader"))
+        .clone()
 }
 
 /// `$GRAINS_PYTHON` or `python3`, if it can do some imports.
