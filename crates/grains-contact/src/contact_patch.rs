@@ -7,9 +7,9 @@ use nalgebra::{Matrix3, Vector3};
 type Vec3 = Vector3<f64>;
 type Mat3 = Matrix3<f64>;
 
-/// A contact patch about its centre c, with the weights w_i of its corners, Σ w_i = 1.
+/// Moments of a contact patch about its centre c, with the weights w_i of its corners, Σ w_i = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactPatch {
+pub struct PatchMoments {
     /// First moment of the overlap, Σ w_i δ_i r_i (m²), r_i = x_i − c.
     pub moment: Vec3,
     /// Second moment Σ w_i (r_i × n)(r_i × n)ᵀ (m²).
@@ -25,7 +25,7 @@ impl Coefficients {
     pub fn patch_torque(
         &self,
         encounter: &Encounter,
-        patch: &ContactPatch,
+        patch: &PatchMoments,
         torsional_angle: &mut f64,
         dt: f64,
     ) -> Vec3 {
@@ -94,7 +94,7 @@ mod tests {
         let encounter = Encounter { normal, overlap, velocity, spin: -spin };
         let whole = law.force(&encounter, &mut Vec3::zeros(), 1e-9);
         assert!((whole.z - force.z).abs() < 1e-12 * force.norm());
-        let got = law.patch_torque(&encounter, &ContactPatch { moment, second }, &mut 0.0, 1e-9);
+        let got = law.patch_torque(&encounter, &PatchMoments { moment, second }, &mut 0.0, 1e-9);
         assert!((got - torque).norm() < 1e-12 * torque.norm(), "{got} {torque}");
     }
 
@@ -103,7 +103,7 @@ mod tests {
         let tangential = Tangential::Spring { stiffness_ratio: 0.5, damping_ratio: 0.0 };
         let law = ContactLaw::new(1e5, 1.0, 0.4, tangential).coefficients(0.01);
         let second = Mat3::from_diagonal(&Vec3::new(4e-6, 5e-6, 0.0));
-        let patch = ContactPatch { moment: Vec3::zeros(), second };
+        let patch = PatchMoments { moment: Vec3::zeros(), second };
         let turning = |rate: f64| {
             let (velocity, spin) = (Vec3::zeros(), Vec3::new(0.0, 0.0, -rate));
             Encounter { normal: Vec3::z(), overlap: 1e-5, velocity, spin }

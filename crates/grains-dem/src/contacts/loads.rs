@@ -2,7 +2,7 @@
 
 use super::load_quanta::LoadQuanta;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, ContactPatch, Encounter};
+use grains_contact::{Coefficients, Encounter, PatchMoments};
 use grains_geometry::Vec3;
 
 /// A point in which two bodies touch.
@@ -54,7 +54,7 @@ impl ContactLoads {
         &mut self,
         point: &impl ContactPoint,
         law: &Coefficients,
-        (patch, torsional_angle): (&ContactPatch, &mut f64),
+        (patch, torsional_angle): (&PatchMoments, &mut f64),
         quanta: &LoadQuanta,
         dt: f64,
     ) {

@@ -10,7 +10,7 @@ use crate::catalogue::Catalogue;
 use crate::contacts::{ContactLoads, ContactPass, Overlapping};
 use crate::narrow_phase::Pose;
 use crate::particles::{Body, Particles};
-use grains_contact::{Coefficients, ContactPatch};
+use grains_contact::{Coefficients, PatchMoments};
 use grains_geometry::{Footprint, Vec3};
 use std::ops::Range;
 
@@ -89,7 +89,7 @@ fn add_contacts(
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
         let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
         if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
-            let patch = ContactPatch { moment, second };
+            let patch = PatchMoments { moment, second };
             loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);
         }
         loads.add_to(particles, [group[0].a, group[0].b]);

@@ -8,7 +8,7 @@ use crate::catalogue::Catalogue;
 use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, ContactPatch, Encounter};
+use grains_contact::{Coefficients, Encounter, PatchMoments};
 use grains_geometry::{Footprint, Vec3};
 use std::ops::Range;
 
@@ -105,7 +105,7 @@ fn add_contact(
     let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
     if let Some(footprint) = found.footprint {
         let Footprint { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
-        let patch = ContactPatch { moment, second };
+        let patch = PatchMoments { moment, second };
         loads.add_patch(&contact, law, (&patch, &mut pair.torsional_angle), quanta, dt);
     }
     let radius = pass.catalogue.inscribed_radius(body);
