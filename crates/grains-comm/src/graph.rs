@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no graph topologies
 
-use crate::count;
+use crate::count::count;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::AsRaw;

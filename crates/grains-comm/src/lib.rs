@@ -1,5 +1,6 @@
 //! [`Transport`](grains_domain::Transport) over MPI, and how a job begins, ends and is aborted.
 
+mod count;
 mod graph;
 mod persistent;
 mod sparse;
@@ -13,16 +14,6 @@ use mpi::traits::Communicator;
 
 /// Exit code of a job in which some rank panicked: a bug.
 const PANIC: i32 = 101;
-
-/// A number of values, or of messages, as MPI counts them.
-///
-/// # Panics
-/// Ends the job if there are more than MPI can count (2³¹ − 1): a message of 16 GiB.
-pub(crate) fn count(length: usize) -> i32 {
-    i32::try_from(length).unwrap_or_else(|_| {
-        panic!("{length} values are more than one MPI message can hold (2147483647): use more ranks")
-    })
-}
 
 /// The MPI job: initialised once per process, finalised when dropped.
 pub struct Job {

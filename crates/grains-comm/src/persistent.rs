@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no persistent requests
 
-use crate::count;
+use crate::count::count;
 use grains_domain::Channel;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;

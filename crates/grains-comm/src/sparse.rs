@@ -7,7 +7,7 @@
 
 #![allow(unsafe_code)] // rsmpi has no synchronous sends without its request scopes, and no non-blocking probe of a message
 
-use crate::count;
+use crate::count::count;
 use mpi::ffi;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator};

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)] // raw non-blocking calls: rsmpi's request collections allocate at every use
 
-use crate::count;
+use crate::count::count;
 use crate::graph::Graph;
 use crate::persistent::{Persistent, prepared_in};
 use crate::sparse::SparseExchange;

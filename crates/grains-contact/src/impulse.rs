@@ -119,13 +119,13 @@ fn exact(impact: &Impact, mobility: &Mat3, frictionless: &Vec3) -> Vec3 {
 /// `None` without a slip to oppose, and where friction would press the bodies together more than it parts
 /// them (n·K(n − μ t) ≤ 0, Painlevé's paradox).
 fn sliding(impact: &Impact, mobility: &Mat3, frictionless: &Vec3) -> Option<Vec3> {
-    const LEAST: f64 = 1e-12;
+    const MIN: f64 = 1e-12;
     let Impact { normal, velocity, friction, .. } = *impact;
     let slip = slip(impact);
-    let tangent = slip.try_normalize(LEAST * velocity.norm())?;
+    let tangent = slip.try_normalize(MIN * velocity.norm())?;
     let direction = normal - tangent * friction;
     let (pushing, plain) = (normal.dot(&(mobility * direction)), normal.dot(&(mobility * normal)));
-    if pushing <= LEAST * plain {
+    if pushing <= MIN * plain {
         return None;
     }
     let added = direction * (frictionless.norm() * plain / pushing) - frictionless;

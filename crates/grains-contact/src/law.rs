@@ -1,19 +1,9 @@
 //! The damped linear spring with Coulomb friction and rolling resistance.
 
+use crate::encounter::Encounter;
 use nalgebra::Vector3;
 
 type Vec3 = Vector3<f64>;
-
-/// Kinematics of one contact, with the normal from body 1 to body 2.
-#[derive(Clone, Copy, Debug)]
-pub struct Contact {
-    /// Unit normal from body 1 to body 2 (-).
-    pub normal: Vec3,
-    /// Overlap δ (m), positive in contact.
-    pub overlap: f64,
-    /// Relative velocity V2 − V1 at the contact point (m/s).
-    pub velocity: Vec3,
-}
 
 /// Reduced mass of a pair of bodies, M1 M2/(M1 + M2) (kg); M1 against a wall.
 #[inline(always)]
@@ -57,8 +47,8 @@ pub enum Tangential {
     /// present speed, τc Urt (Srinivasan 2019, eqs 3.43-3.47; errata S19-22, S19-23).
     ///
     /// τc is the contact time of the pair and ηt = 2 γ √(m kt), γ the damping ratio of the normal direction.
-    /// Without a memory there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
-    /// the other laws take μ kn δ. The form with a memory, eq. 3.42, is [`Tangential::Spring`] with a damping
+    /// Without a history there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
+    /// the other laws take μ kn δ. The form with a history, eq. 3.42, is [`Tangential::Spring`] with a damping
     /// ratio √(kt/kn), but for that cap.
     ContactTime {
         /// Tangential over normal stiffness kt/kn (-).
@@ -149,7 +139,7 @@ impl ContactLaw {
         }
     }
 
-    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the mass felt at the contact,
+    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the effective mass at the contact point,
     /// 1/(n·K n) with K their mobility there.
     #[inline]
     pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
@@ -204,12 +194,12 @@ impl Coefficients {
     /// A contact that begins slides, as δ = 0: its ξ is −2 γt m Vrt/kt, and its force grows from nothing. One that
     /// sticks until it ends drops its force, weighted by the share of the step in which the bodies touch.
     ///
-    /// `spring` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
+    /// `displacement` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
     /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
     /// thesis eqs 3.20-3.21 and ξ stays zero; [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
-    pub fn force(&self, contact: &Contact, spring: &mut Vec3, dt: f64) -> Vec3 {
-        let Contact { normal, overlap, velocity } = *contact;
+    pub fn force(&self, encounter: &Encounter, displacement: &mut Vec3, dt: f64) -> Vec3 {
+        let Encounter { normal, overlap, velocity, .. } = *encounter;
         let opening = velocity.dot(&normal);
         let elastic = self.stiffness * overlap;
         let share = share_in_contact(overlap, opening, dt);
@@ -225,16 +215,16 @@ impl Coefficients {
         let (stiffness, compliance) = (self.tangential_stiffness, 1.0 / self.tangential_stiffness);
         let dashpot = self.tangential_dashpot + self.step_dashpot(dt);
         let viscous = sliding * dashpot;
-        let is_new = (spring.x == 0.0) & (spring.y == 0.0) & (spring.z == 0.0);
+        let is_new = (displacement.x == 0.0) & (displacement.y == 0.0) & (displacement.z == 0.0);
         let begins = begins(share, opening) & is_new;
         let since = if begins { (share - 0.5) * dt - dashpot * compliance } else { 0.5 * dt };
-        let mut stretched = *spring + sliding * since;
+        let mut stretched = *displacement + sliding * since;
         stretched -= normal * stretched.dot(&normal);
         let sticking = stretched * stiffness + viscous;
         let (slides, on_cone) = on_cone(&sticking, limit);
         let force = sticking * if slides { on_cone } else { share_at_end(share, opening) };
         let stretched = if slides { (force - viscous) * compliance } else { stretched };
-        *spring = stretched + sliding * (0.5 * dt);
+        *displacement = stretched + sliding * (0.5 * dt);
         normal_force + force
     }
 
@@ -257,12 +247,12 @@ impl Coefficients {
 
     /// Rolling resistance on body 1 (N m): against the relative spin ω1 − ω2, at most μr R kn δ.
     ///
-    /// `spin` is ω1 − ω2 (rad/s), `arm` the effective radius R1 R2/(R1 + R2) (m), R1 against a wall.
+    /// `effective_radius` is R1 R2/(R1 + R2) (m), R the distances of the contact point from the centres; R1 against a wall.
     /// Below the cap the torque is viscous, 2 γt m R² (ω1 − ω2), so that a body at rest stays at rest.
     #[inline(always)]
-    pub fn rolling_torque(&self, contact: &Contact, spin: &Vec3, arm: f64) -> Vec3 {
-        let viscous = -spin * (self.tangential_dashpot * arm * arm);
-        capped(viscous, self.rolling_friction * arm * self.stiffness * contact.overlap)
+    pub fn rolling_torque(&self, encounter: &Encounter, effective_radius: f64) -> Vec3 {
+        let viscous = -encounter.spin * (self.tangential_dashpot * effective_radius * effective_radius);
+        capped(viscous, self.rolling_friction * effective_radius * self.stiffness * encounter.overlap)
     }
 }
 
@@ -309,7 +299,7 @@ mod tests {
 
     /// Eqs 3.43-3.47 by hand: kn = 8 N/m, e = 0.98, m = 4.523893e-7 kg, whose Tc is 7.470850e-4 s (reference A1g).
     #[test]
-    fn the_contact_time_stands_for_the_memory() {
+    fn the_contact_time_stands_for_the_history() {
         let (kn, m, ratio) = (8.0, 4.523893e-7, 0.5);
         let law = ContactLaw::new(kn, 0.98, 0.3, Tangential::ContactTime { stiffness_ratio: ratio });
         let kt: f64 = ratio * kn;
@@ -317,8 +307,8 @@ mod tests {
         assert!((2.0 * m * law.tangential_rate(m) / dashpot - 1.0).abs() < 1e-6);
         let coefficients = law.coefficients(m);
         let force = |overlap: f64, velocity: Vec3| {
-            let contact = Contact { normal: Vec3::z(), overlap, velocity };
-            coefficients.force(&contact, &mut Vec3::zeros(), 1e-9)
+            let encounter = Encounter { normal: Vec3::z(), overlap, velocity, spin: Vec3::zeros() };
+            coefficients.force(&encounter, &mut Vec3::zeros(), 1e-9)
         };
         let slow = force(1e-5, Vec3::new(1e-4, 0.0, 0.0));
         assert!((slow - Vec3::new(1e-4 * dashpot, 0.0, -8e-5)).norm() < 1e-9 * 8e-5 + 1e-6 * slow.x);

@@ -14,13 +14,17 @@
 //! ch. 3 and app. A.
 
 mod collision;
+mod contact_patch;
+mod encounter;
 mod impulse;
 mod law;
 mod lubrication;
-mod spread;
+mod sharing;
 
 pub use collision::CollisionEstimate;
+pub use contact_patch::PatchMoments;
+pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
-pub use law::{Coefficients, Contact, ContactLaw, PreparedLaw, Tangential, reduced_mass};
+pub use law::{Coefficients, ContactLaw, PreparedLaw, Tangential, reduced_mass};
 pub use lubrication::Lubrication;
-pub use spread::{Sharing, Spread};
+pub use sharing::Sharing;

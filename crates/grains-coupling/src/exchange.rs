@@ -1,7 +1,7 @@
 //! The semi-implicit exchange of momentum between one particle and the fluid; the crate's documentation derives it.
 
 use crate::Coefficient;
-use grains_dem::{CARGO_LENGTH, Cargo, Particles, Rates};
+use grains_dem::{CARGO_LENGTH, Cargo, Particles, StepParameters};
 use grains_geometry::Vec3;
 
 /// Share E(x) = (1 − e^−x)/x of a force that is left, on average over a time x τ, of one that decays with e^(−t/τ) (-).
@@ -116,14 +116,14 @@ pub fn boundary_gradient(force: f64, factor: f64, half_volume: f64) -> f64 {
 /// `Dem::advance`: the leap-frog kick then is the exact relaxation.
 ///
 /// The particles carry their [`DragLink`]s. Soft collisions only: with hard ones loads move nothing.
-pub fn add_drag(particles: &mut Particles, rates: &Rates, ledger: &mut MomentumLedger) {
+pub fn add_drag(particles: &mut Particles, rates: &StepParameters, ledger: &mut MomentumLedger) {
     assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
     let Particles { bodies, half_velocity, loads, cargo, .. } = particles;
     for (((load, cargo), body), velocity) in loads.iter_mut().zip(cargo).zip(bodies).zip(half_velocity) {
         let mut link = DragLink::read(cargo);
         load.force += link.pressure;
         let other = load.force + rates.gravity * body.mass;
-        let drag = link.force(velocity, &other, body.mass_felt(), rates.dt);
+        let drag = link.force(velocity, &other, body.contact_mass(), rates.dt);
         load.force += drag;
         ledger.given += drag * rates.dt;
         *cargo = link.write();

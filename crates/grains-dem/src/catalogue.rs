@@ -1,17 +1,8 @@
 //! What particles are made of: shapes, materials, and the law of every pair of materials.
 
-use crate::Body;
+use crate::particles::{Body, Kind};
 use grains_contact::{ContactLaw, PreparedLaw, Sharing};
-use grains_geometry::Shape;
-
-/// Shape and material of a particle, as indices into the catalogue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct Kind {
-    /// Shape number.
-    pub shape: u16,
-    /// Material number.
-    pub material: u16,
-}
+use grains_geometry::{Shape, Vec3};
 
 /// Contact laws by pair of materials.
 #[derive(Clone, Debug)]
@@ -65,8 +56,8 @@ pub enum FaceContact {
     /// In one point of those nearest, as GJK finds it (thesis 3.3).
     #[default]
     Point,
-    /// At the corners of their common face or line, which share the force.
-    Spread,
+    /// Multi-point: at the corners of their common face or line, which share the force.
+    MultiPoint,
 }
 
 /// Shapes, densities and contact laws of a case.
@@ -78,7 +69,7 @@ pub struct Catalogue {
     pub densities: Vec<f64>,
     /// Contact laws.
     pub contacts: ContactTable,
-    /// What faces and lines do that touch.
+    /// How touching faces and lines act.
     pub faces: FaceContact,
     /// What several contacts of one pair of bodies do together.
     pub sharing: Sharing,
@@ -103,8 +94,21 @@ impl Catalogue {
         shape.inscribed_radius * (body.radius / shape.bounding_radius)
     }
 
+    /// Smaller inscribed radius of two particles (m).
+    #[inline]
+    pub fn smaller_inscribed_radius(&self, [a, b]: [&Body; 2]) -> f64 {
+        self.inscribed_radius(a).min(self.inscribed_radius(b))
+    }
+
     /// Mass ρ V s³ (kg) of a kind at scale s.
     pub fn mass(&self, kind: Kind, scale: f64) -> f64 {
         self.densities[kind.material as usize] * self.shape(kind).volume * scale.powi(3)
+    }
+    /// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
+    #[inline]
+    pub fn inertia(&self, body: &Body) -> Vec3 {
+        let shape = self.shape(body.kind);
+        let scale = body.radius / shape.bounding_radius;
+        shape.inertia * (body.mass / shape.volume * (scale * scale))
     }
 }

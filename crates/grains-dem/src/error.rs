@@ -67,7 +67,7 @@ pub enum StepError {
     #[error(
         "particle {id} went {way:.4e} m past {other} in step {step}, turning included, more than the {allowed:.4e} m that both are thick by half: it may have passed through it unseen, at {place}; take a time.dt of at most {dt:.1e} s"
     )]
-    Passing {
+    Tunnelling {
         /// Identity.
         id: u64,
         /// The other body.
@@ -97,7 +97,7 @@ pub enum StepError {
     },
     /// A load that the exact sums cannot hold.
     #[error(
-        "particle {id} at {place} feels a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
+        "particle {id} at {place} is under a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
     )]
     Load {
         /// Identity.

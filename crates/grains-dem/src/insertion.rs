@@ -1,10 +1,13 @@
 //! New particles, and whether there is room for them.
 
-use crate::bodies::{Meeting, PlacedPart, Pose, touch};
-use crate::images;
-use crate::integrate::{half_step_back, inertia};
-use crate::walls::SurfaceContact;
-use crate::{Body, Catalogue, Dem, FaceContact, Kind, ParticleRecord};
+use crate::catalogue::{Catalogue, FaceContact};
+use crate::dem::Dem;
+use crate::integrate::half_step_back;
+use crate::narrow_phase::{Meeting, PlacedPart, Pose, touch};
+use crate::particles::{Body, Kind, ParticleRecord};
+use crate::periodic_images as images;
+use crate::rotation::frame;
+use crate::walls::{Surface, SurfaceContact};
 use grains_domain::{SIZE_CLASSES, size_class};
 use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
 use std::collections::HashMap;
@@ -37,21 +40,21 @@ impl NewParticle {
         let catalogue = &dem.setup.catalogue;
         let shape = catalogue.shape(self.kind);
         let body = Body {
-            position: self.position.map(|x| dem.setup.global.lattice.snap(x)),
+            position: self.position.map(|x| dem.setup.global.quantum.snap(x)),
             radius: shape.bounding_radius * self.scale,
             velocity: self.velocity,
             mass: catalogue.mass(self.kind, self.scale),
             angular_velocity: self.angular_velocity,
             kind: self.kind,
-            guide: 0,
+            prescribed: 0,
         };
         let half_spin = if shape.is_sphere() {
             self.angular_velocity
         } else {
             let frame = self.frame();
-            frame * inertia(catalogue, &body).component_mul(&frame.tr_mul(&self.angular_velocity))
+            frame * catalogue.inertia(&body).component_mul(&frame.tr_mul(&self.angular_velocity))
         };
-        let half_velocity = half_step_back(self.velocity, &dem.setup.rates);
+        let half_velocity = half_step_back(self.velocity, &dem.setup.parameters);
         ParticleRecord {
             id: self.id,
             body,
@@ -68,7 +71,7 @@ impl NewParticle {
     }
 
     fn frame(&self) -> Mat3 {
-        crate::rotation::frame(&self.orientation)
+        frame(&self.orientation)
     }
 
     /// Largest overlap (m) with another particle at `separation` (m) from this one; 0 if apart.
@@ -194,12 +197,12 @@ impl Occupancy {
     pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
         let global = &dem.setup.global;
         let mut found: Option<(u64, f64)> = None;
-        // Particles that are held meet nobody, and have no width here.
+        // Particles that are fixed meet nobody, and have no width here.
         if self.largest_radius == 0.0 {
             return None;
         }
         let (catalogue, radius) = (&dem.setup.catalogue, new.radius(&dem.setup.catalogue));
-        let reach = radius + self.largest_radius;
+        let range = radius + self.largest_radius;
         for code in 0..27 {
             let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
             if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
@@ -208,7 +211,7 @@ impl Occupancy {
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
             let outside =
-                (0..3).any(|a| image[a] < global.lower[a] - reach || image[a] > global.upper[a] + reach);
+                (0..3).any(|a| image[a] < global.lower[a] - range || image[a] > global.upper[a] + range);
             if outside {
                 continue;
             }
@@ -227,47 +230,47 @@ impl Occupancy {
 
 /// Name of a wall that a new particle would overlap by more than `tolerance` (m), with the overlap.
 pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(String, f64)> {
-    let catalogue = &dem.setup.catalogue;
-    let shape = catalogue.shape(new.kind);
+    let shape = dem.setup.catalogue.shape(new.kind);
     let radius = shape.bounding_radius * new.scale;
     let global = &dem.setup.global;
     let shifts = images::shifts(global);
     let frame = new.frame();
-    for (wall, state) in dem.setup.walls.iter().zip(dem.wall_states()) {
-        if !wall.exists_at(dem.time()) {
-            continue;
-        }
+    let present =
+        dem.setup.walls.iter().zip(dem.wall_states()).filter(|(wall, _)| wall.exists_at(dem.time()));
+    for (wall, state) in present {
         let seen = state.rotation.tr_mul(&frame);
         let pose = Pose { shape, frame: &seen, scale: new.scale };
         for surface in &wall.surfaces {
             let axes = wall.wrapped_axes(surface).map(|w| !w);
-            let mut found = Vec::new();
+            let mut near = Vec::new();
             for image in images::near_faces(global, &new.position, radius, axes) {
                 let center = state.to_wall(&(new.position + shifts[image as usize]));
-                surface.for_each_near(&center, radius, |e| found.push((center, e)));
+                surface.for_each_near(&center, radius, |e| near.push((center, e)));
             }
-            for (center, element) in found {
-                let mut worst = 0.0_f64;
-                let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
-                    Ok(met) => met.map_or(0.0, |contact| contact.overlap),
-                    Err(_) => UNKNOWN,
-                };
-                if shape.is_sphere() {
-                    worst = overlap(surface.meets_sphere(element, &center, radius));
-                } else {
-                    for part in 0..shape.parts.len() as u16 {
-                        let placed = PlacedPart::of(&pose, part);
-                        let at = center + placed.offset;
-                        let mut cold = Simplex::default();
-                        let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
-                        worst = worst.max(overlap(met));
-                    }
-                }
-                if worst > tolerance {
-                    return Some((wall.name.clone(), worst));
-                }
+            let overlaps =
+                near.iter().map(|(center, e)| overlap_with_element(surface, *e, center, radius, &pose));
+            if let Some(overlap) = overlaps.into_iter().find(|overlap| *overlap > tolerance) {
+                return Some((wall.name.clone(), overlap));
             }
         }
     }
     None
+}
+
+/// Largest overlap (m) of a particle at `center` (m), in the wall's frame, with an element of a surface; 0 if apart.
+fn overlap_with_element(surface: &Surface, element: u32, center: &Vec3, radius: f64, pose: &Pose) -> f64 {
+    let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
+        Ok(met) => met.map_or(0.0, |contact| contact.overlap),
+        Err(_) => UNKNOWN,
+    };
+    if pose.shape.is_sphere() {
+        return overlap(surface.meets_sphere(element, center, radius));
+    }
+    let of_part = |part: u16| {
+        let placed = PlacedPart::of(pose, part);
+        let mut cold = Simplex::default();
+        let at = center + placed.offset;
+        overlap(surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point))
+    };
+    (0..pose.shape.parts.len() as u16).map(of_part).fold(0.0, f64::max)
 }

@@ -4,34 +4,27 @@
 //! stored velocity is extrapolated by half a step with the last acceleration, which keeps the damped
 //! contact second order in dt, where the lagged velocity of most codes is first order.
 
-use crate::guide::Course;
-use crate::neighbours::{Neighbours, Reference};
-use crate::passing;
-use crate::rotation::{Tops, angular_velocity};
-use crate::{Catalogue, Load, Particles};
+use crate::catalogue::Catalogue;
+use crate::particles::{Load, Particles};
+use crate::prescribed::Course;
+use crate::rotation::{FreeRotors, angular_velocity};
+use crate::tunnelling;
+use crate::verlet::{Reference, VerletLists};
 use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
 /// What changes all velocities alike.
 #[derive(Clone, Copy, Debug)]
-pub struct Rates {
+pub struct StepParameters {
     /// Gravity (m/s²).
     pub gravity: Vec3,
     /// Time step (s).
     pub dt: f64,
 }
 
-/// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
-#[inline]
-pub fn inertia(catalogue: &Catalogue, body: &crate::Body) -> Vec3 {
-    let shape = catalogue.shape(body.kind);
-    let scale = body.radius / shape.bounding_radius;
-    shape.inertia * (body.mass / shape.volume * (scale * scale))
-}
-
 /// Velocity half a step before a particle is placed with `velocity` (m/s): it has flown freely until then.
-pub fn half_step_back(velocity: Vec3, rates: &Rates) -> Vec3 {
-    velocity - rates.gravity * (0.5 * rates.dt)
+pub fn half_step_back(velocity: Vec3, parameters: &StepParameters) -> Vec3 {
+    velocity - parameters.gravity * (0.5 * parameters.dt)
 }
 
 /// Velocity v(t − Δt'/2) that goes with the velocity v(t) and v(t − Δt/2) under the same acceleration, of `ratio` Δt'/Δt; any
@@ -43,15 +36,15 @@ pub fn other_half_step(now: Vec3, half: Vec3, ratio: f64) -> Vec3 {
 /// Kicks and drifts all owned particles and empties their loads; returns whether the lists are stale.
 pub(crate) fn advance(
     particles: &mut Particles,
-    neighbours: &Neighbours,
+    neighbours: &VerletLists,
     catalogue: &Catalogue,
     (global, courses): (&GlobalBox, &[Course]),
-    rates: &Rates,
+    parameters: &StepParameters,
     largest_force: f64,
 ) -> Advance {
     let mut outcome = Advance { is_stale: false, overloaded: None, fast: Vec::new() };
-    let (all_spheres, positions) = (catalogue.all_spheres(), &global.lattice);
-    let (half, dt) = (0.5 * rates.dt, rates.dt);
+    let (all_spheres, positions) = (catalogue.all_spheres(), &global.quantum);
+    let (half, dt) = (0.5 * parameters.dt, parameters.dt);
     let mut turning = Turning::default();
     for i in 0..particles.owned {
         let load = std::mem::take(&mut particles.loads[i]);
@@ -59,17 +52,17 @@ pub(crate) fn advance(
         if load.force.amax() > largest_force {
             outcome.overloaded = Some((i, load.force.norm()));
         }
-        if body.is_guided() {
-            guide(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
-            outcome.is_stale |= !is_within_reach(particles, neighbours, i);
+        if body.is_prescribed() {
+            move_prescribed(particles, i, (global, courses), catalogue, dt, &mut outcome.fast);
+            outcome.is_stale |= !is_within_allowance(particles, neighbours, i);
             continue;
         }
-        let acceleration = load.force * (1.0 / body.mass) + rates.gravity;
+        let acceleration = load.force * (1.0 / body.mass) + parameters.gravity;
         let velocity = particles.half_velocity[i] + acceleration * dt;
         particles.half_velocity[i] = velocity;
         body.velocity = velocity + acceleration * half;
         let before = body.position;
-        // Only the displacement is rounded: the position stays on the lattice.
+        // Only the displacement is rounded: the position stays on the quanta.
         body.position += (velocity * dt).map(|d| positions.round(d));
         if all_spheres || catalogue.shape(body.kind).is_sphere() {
             // I = 2/5 M R²
@@ -81,7 +74,7 @@ pub(crate) fn advance(
                 outcome.fast.push(i);
             }
             if !all_spheres {
-                particles.travelled[i] += (body.position - before).norm();
+                particles.path_length[i] += (body.position - before).norm();
             }
         } else {
             turning.push(i, before, load);
@@ -90,7 +83,7 @@ pub(crate) fn advance(
             }
             continue;
         }
-        outcome.is_stale |= !is_within_reach(particles, neighbours, i);
+        outcome.is_stale |= !is_within_allowance(particles, neighbours, i);
     }
     outcome.is_stale |= turning.turn(particles, neighbours, catalogue, dt, &mut outcome.fast);
     outcome
@@ -98,7 +91,7 @@ pub(crate) fn advance(
 
 /// Leads a particle of prescribed motion through the step.
 #[cold]
-fn guide(
+fn move_prescribed(
     particles: &mut Particles,
     i: usize,
     (global, courses): (&GlobalBox, &[Course]),
@@ -107,7 +100,7 @@ fn guide(
     fast: &mut Vec<usize>,
 ) {
     let body = &mut particles.bodies[i];
-    let course = &courses[usize::from(body.guide) - 1];
+    let course = &courses[usize::from(body.prescribed) - 1];
     let before = body.position;
     let after = course.advance(body, global, dt);
     (body.position, body.velocity) = (after.position, after.velocity);
@@ -115,22 +108,22 @@ fn guide(
     let [velocity, spin] = after.mean;
     (particles.half_velocity[i], particles.half_spin[i]) = (velocity, spin);
     if !catalogue.shape(body.kind).is_sphere() {
-        let inertia = inertia(catalogue, body);
+        let inertia = catalogue.inertia(body);
         if course.turns() {
             let orientation = course.turned(&particles.orientations[i]);
             particles.turn_to(i, &before, orientation);
         } else {
-            particles.travelled[i] += (after.position - before).norm();
+            particles.path_length[i] += (after.position - before).norm();
         }
         let frame = &particles.frames[i];
         particles.half_spin[i] = frame * inertia.component_mul(&frame.tr_mul(&spin));
-        if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+        if tunnelling::is_fast(catalogue, &particles.bodies[i], dt) {
             fast.push(i);
         }
         return;
     }
     if !catalogue.all_spheres() {
-        particles.travelled[i] += (after.position - before).norm();
+        particles.path_length[i] += (after.position - before).norm();
     }
     // A sphere is where it is, however it turns.
     if velocity.norm() * dt > particles.bodies[i].radius {
@@ -140,7 +133,7 @@ fn guide(
 
 /// What a pass over the particles found.
 pub(crate) struct Advance {
-    /// Whether some particle went beyond its reach.
+    /// Whether some particle went beyond its allowance.
     pub(crate) is_stale: bool,
     /// A particle under a force (N) that the sums cannot hold.
     pub(crate) overloaded: Option<(usize, f64)>,
@@ -168,22 +161,22 @@ impl Turning {
         self.count == TOGETHER
     }
 
-    /// Turns them: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt. Returns whether one is out of its reach.
+    /// Turns them: L(t + dt/2) = L(t − dt/2) + T dt, then free rotation over dt. Returns whether one is out of its allowance.
     fn turn(
         &mut self,
         particles: &mut Particles,
-        neighbours: &Neighbours,
+        neighbours: &VerletLists,
         catalogue: &Catalogue,
         dt: f64,
         fast: &mut Vec<usize>,
     ) -> bool {
         let waiting = &self.waiting[..std::mem::take(&mut self.count)];
-        let mut tops = Tops::<TOGETHER>::default();
+        let mut tops = FreeRotors::<TOGETHER>::default();
         let mut inertias = [Vec3::zeros(); TOGETHER];
         for (lane, (i, _, load)) in waiting.iter().enumerate() {
             let spin = &mut particles.half_spin[*i];
             *spin += load.torque * dt;
-            inertias[lane] = inertia(catalogue, &particles.bodies[*i]);
+            inertias[lane] = catalogue.inertia(&particles.bodies[*i]);
             tops.set(lane, &particles.orientations[*i], &inertias[lane], spin, dt);
         }
         tops.rotate_freely();
@@ -194,8 +187,8 @@ impl Turning {
             let predicted = particles.half_spin[i] + load.torque * (0.5 * dt);
             particles.bodies[i].angular_velocity =
                 angular_velocity(&particles.frames[i], &inertias[lane], &predicted);
-            is_stale |= !is_within_reach(particles, neighbours, i);
-            if passing::is_fast(catalogue, &particles.bodies[i], dt) {
+            is_stale |= !is_within_allowance(particles, neighbours, i);
+            if tunnelling::is_fast(catalogue, &particles.bodies[i], dt) {
                 fast.push(i);
             }
         }
@@ -203,17 +196,17 @@ impl Turning {
     }
 }
 
-/// Whether particle `i` has moved and turned less than its reach; false if it is no longer a number.
+/// Whether particle `i` has moved and turned less than its allowance; false if it is no longer a number.
 #[inline(always)]
-fn is_within_reach(particles: &Particles, neighbours: &Neighbours, i: usize) -> bool {
+fn is_within_allowance(particles: &Particles, neighbours: &VerletLists, i: usize) -> bool {
     let body = &particles.bodies[i];
-    let Reference { position, reach } = neighbours.references[i];
+    let Reference { position, allowance } = neighbours.references[i];
     let moved = body.position - position;
     let Some(before) = neighbours.reference_orientations.get(i) else {
-        return moved.norm_squared() < reach * reach;
+        return moved.norm_squared() < allowance * allowance;
     };
     // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body,
     // at most √3 R away, by more than √3 R θ; the factor 4 covers angles up to a radian.
     let turned = (particles.orientations[i].coords - before.coords).norm();
-    moved.norm() + 4.0 * body.radius * turned < reach
+    moved.norm() + 4.0 * body.radius * turned < allowance
 }

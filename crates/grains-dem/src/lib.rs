@@ -1,4 +1,4 @@
-//! The granular phase: particles, walls, neighbour lists, contact forces and the leap-frog step.
+//! The granular phase: particles, walls, Verlet lists, contact forces and the leap-frog step.
 //!
 //! # Flow of one step
 //!
@@ -8,20 +8,35 @@
 //! advance     kick, drift, and the velocity of the next contact evaluation
 //! ```
 //!
+//! # Where things are
+//!
+//! ```text
+//! dem            state of one rank, its step, rebuild and observation
+//! particles      a particle as contacts see it, the arrays, and the records in which particles travel
+//! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
+//! exchange       migration, clones, and their updates
+//! contacts       loads of a contact, batches in lanes, exact sums; spheres
+//! narrow_phase   convex parts where they are, distance, separating planes, contact patches
+//! non_spherical  contacts between particles that are not both spheres
+//! walls          surfaces, their motion, and contacts with them
+//! hard           collisions by impulses
+//! ```
+//!
 //! # Data
 //!
-//! A particle's position, velocity, spin, radius and mass sit in one 96-byte [`Body`], because a contact
-//! needs all of them of a neighbour that is not in cache; what only the owner needs lives in separate
-//! arrays. Particles are sorted by class of sizes and cell, owned ones first, clones after. A pair of spheres is one
-//! 32-byte record, neighbour and tangential spring, read in sequence; those that touch are worked on several at a time. A pair of other bodies is a plane that parts them and
-//! how far the two may go before it is looked at again; what touching pairs remember lies apart.
+//! Position, velocity, angular velocity, radius and mass of a particle share one 96-byte [`Body`], because a contact
+//! needs all of them of a neighbour that is not in cache. Data of the owner alone lives in separate arrays. Particles
+//! are sorted by size class and cell, owned ones first, clones after. A pair of spheres is one 32-byte record:
+//! indices and tangential displacement. Touching pairs of spheres are evaluated several at a time. A pair of parts of
+//! other particles holds a separating plane and the path that the two may travel before it is checked again; the
+//! history of touching pairs is stored apart.
 //!
 //! # Same bits on any number of ranks
 //!
 //! * Positions are multiples of a power of two, so separations are exact in every periodic image.
-//! * Every contribution to a force or torque is rounded to a lattice on which sums are exact, so the
+//! * Every contribution to a force or torque is rounded to a quantum of which sums are exact, so the
 //!   order of contacts, and with it the number of ranks and the order of particles, cannot matter.
-//! * What a pair remembers (tangential spring, GJK simplex) lives only while it touches, with a wall while it is
+//! * Contact history (tangential displacement, GJK simplex) lives only while a pair touches, with a wall while it is
 //!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
 //!
@@ -32,45 +47,45 @@
 //!
 //! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009; Srinivasan 2019, ch. 3.
 
-mod bodies;
 mod catalogue;
 mod clock;
-mod columns;
+mod contact_history;
+mod contacts;
 mod dem;
 mod error;
 mod exchange;
-mod forces;
-mod guide;
+mod flow_planes;
 mod hard;
-mod images;
 mod insertion;
 mod integrate;
 mod lubrication;
-mod measure;
-mod memory;
+mod memory_use;
 mod mobility;
-mod neighbours;
-mod passing;
-mod record;
+mod narrow_phase;
+mod non_spherical;
+mod particles;
+mod periodic_images;
+mod prescribed;
 mod rotation;
-mod spheres;
-mod store;
-mod updates;
+mod totals;
+mod tunnelling;
+mod verlet;
 mod walls;
 
-pub use catalogue::{Catalogue, ContactTable, FaceContact, Kind};
+pub use catalogue::{Catalogue, ContactTable, FaceContact};
 pub use clock::{Clock, Phase};
-pub use dem::{Dem, DemSetup, Failure, Ledger, MemoryUse, Origin, Partner, Passages, StepReport, Touch};
+pub use contact_history::renumber_walls;
+pub use dem::{Dem, DemSetup, Failure, Ledger, Origin, Partner, Passages, StepReport, Touch};
 pub use error::StepError;
-pub use guide::Guide;
+pub use exchange::{ExchangeStrategy, Traffic};
+pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
-pub use integrate::{Rates, half_step_back, inertia, other_half_step};
-pub use measure::{FlowPlane, Totals};
-pub use memory::renumber_walls;
+pub use integrate::{StepParameters, half_step_back, other_half_step};
+pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;
-pub use neighbours::Skin;
-pub use record::ParticleRecord;
-pub use store::{Body, CARGO_LENGTH, Cargo, Load, Particles};
-pub use updates::{ExchangeStrategy, Traffic};
+pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Particles};
+pub use prescribed::PrescribedMotion;
+pub use totals::Totals;
+pub use verlet::Skin;
 pub use walls::{Motion, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};

@@ -1,17 +1,16 @@
 //! Films of fluid between spheres, and between spheres and walls, that its grid does not resolve.
 
-use crate::forces::LoadLattice;
-use crate::spheres::SpherePair;
+use crate::contacts::{ContactPass, LoadQuanta, SpherePair};
+use crate::particles::{Load, Particles};
 use crate::walls::{WallList, WallLoad, WallScene, not_found};
-use crate::{Catalogue, Load, Particles, StepError};
 use grains_contact::Lubrication;
 
-/// Adds the forces of the films between spheres; antisymmetric in the two, operation by operation.
+/// Adds the lubrication forces between spheres; antisymmetric in the two, operation by operation.
 pub(crate) fn add_between_spheres(
     particles: &mut Particles,
     pairs: &[SpherePair],
-    film: &Lubrication,
-    lattice: &LoadLattice,
+    lubrication: &Lubrication,
+    quanta: &LoadQuanta,
     dt: f64,
 ) {
     let owned = particles.owned;
@@ -21,15 +20,15 @@ pub(crate) fn add_between_spheres(
         let (a, b) = (&bodies[i], &bodies[j]);
         let separation = b.position - a.position;
         let (distance, radii) = (separation.norm(), a.radius + b.radius);
-        if distance >= radii + film.range || distance <= radii {
+        if distance >= radii + lubrication.range || distance <= radii {
             continue;
         }
         let normal = separation / distance;
         let approach = (a.velocity - b.velocity).dot(&normal);
         let radius = a.radius * b.radius / radii;
-        let inverse_mass = 1.0 / a.mass_felt() + 1.0 / b.mass_felt();
-        let size = film.force(distance - radii, approach, radius, inverse_mass, dt);
-        let force = lattice.force(&(normal * size));
+        let inverse_mass = 1.0 / a.contact_mass() + 1.0 / b.contact_mass();
+        let size = lubrication.force(distance - radii, approach, radius, inverse_mass, dt);
+        let force = quanta.force(&(normal * size));
         loads[i].force -= force;
         if j < owned {
             loads[j].force += force;
@@ -37,19 +36,16 @@ pub(crate) fn add_between_spheres(
     }
 }
 
-/// Adds the forces of the films between spheres and walls.
-///
-/// # Errors
-/// A distance that could not be found.
+/// Adds the lubrication forces between spheres and walls.
 pub(crate) fn add_at_walls(
     particles: &mut Particles,
     list: &WallList,
     scene: &WallScene,
-    catalogue: &Catalogue,
-    film: &Lubrication,
-    lattice: &LoadLattice,
+    lubrication: &Lubrication,
     wall_loads: &mut [WallLoad],
-) -> Result<(), StepError> {
+    pass: ContactPass,
+) {
+    let ContactPass { catalogue, quanta, statistics, .. } = pass;
     for pair in &list.pairs {
         let (wall, state) = (&scene.walls[pair.wall as usize], &scene.states[pair.wall as usize]);
         if !wall.exists_at(scene.time) {
@@ -61,19 +57,31 @@ pub(crate) fn add_at_walls(
         }
         let position = scene.center(pair, &body.position, &list.shifts);
         let (surface, center) = (&wall.surfaces[pair.surface as usize], state.to_wall(&position));
-        // A sphere larger by the range meets the wall where this one has a film.
-        let met = surface.meets_sphere(pair.element, &center, body.radius + film.range);
-        let met = met.map_err(|reason| not_found(particles, pair, scene, &reason))?;
-        let Some(met) = met else { continue };
+        // A sphere larger by the range meets the wall where this one is lubricated.
+        let met = surface.meets_sphere(pair.element, &center, body.radius + lubrication.range);
+        let met = match met {
+            Ok(Some(met)) => met,
+            Ok(None) => continue,
+            Err(reason) => {
+                let error = not_found(particles, pair, scene, &reason);
+                statistics.error = statistics.error.take().or(Some(error));
+                return;
+            }
+        };
         let normal = state.to_world(&met.normal);
         let point = position + normal * body.radius;
         let approach = (body.velocity - state.velocity_at(&point)).dot(&normal);
-        let size = film.force(film.range - met.overlap, approach, body.radius, 1.0 / body.mass, scene.dt);
-        let force = lattice.force(&(normal * size));
+        let size = lubrication.force(
+            lubrication.range - met.overlap,
+            approach,
+            body.radius,
+            1.0 / body.mass,
+            scene.dt,
+        );
+        let force = quanta.force(&(normal * size));
         let load: &mut Load = &mut particles.loads[pair.particle as usize];
         load.force -= force;
         wall_loads[pair.wall as usize].force += force;
-        wall_loads[pair.wall as usize].torque += lattice.torque(&point.cross(&force));
+        wall_loads[pair.wall as usize].torque += quanta.torque(&point.cross(&force));
     }
-    Ok(())
 }

@@ -8,13 +8,13 @@ const DIRECTIONS: usize = 2000;
 
 /// The largest mobility of a shape at its surface, over that of its centre of mass (-).
 ///
-/// A push along n at r moves the point by K n with K = 1/m − R I⁻¹ R, R v = r × v ([`grains_contact::Mobility`]), so the mass
-/// felt is 1/(n·K n). Both numbers are of bodies of any size and density.
+/// A push along n at r moves the point by K n with K = 1/m − R I⁻¹ R, R v = r × v ([`grains_contact::Mobility`]), so the effective
+/// mass is 1/(n·K n). Both numbers are of bodies of any size and density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceMobility {
     /// Largest m n·K n, for points and normals of the surface: contacts are its root shorter than central ones.
     pub along_normal: f64,
-    /// Largest t·K t/(n·K n), for t ⊥ n: slip decays so many times faster than a dashpot of the mass felt says.
+    /// Largest t·K t/(n·K n), for t ⊥ n: slip decays so many times faster than a dashpot of the effective mass says.
     pub along_surface: f64,
 }
 

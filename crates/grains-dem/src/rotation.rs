@@ -11,7 +11,7 @@ pub(crate) fn angular_velocity(frame: &Mat3, inertia: &Vec3, momentum: &Vec3) ->
 
 /// Some bodies that turn freely, each with a constant angular momentum: computed together, as one alone is a long
 /// chain of numbers that wait for each other. What a body does is the same in every bit whichever others are there.
-pub(crate) struct Tops<const N: usize> {
+pub(crate) struct FreeRotors<const N: usize> {
     /// Real and imaginary parts of the orientations.
     w: [f64; N],
     q: [[f64; N]; 3],
@@ -21,13 +21,13 @@ pub(crate) struct Tops<const N: usize> {
     rate: [[f64; N]; 3],
 }
 
-impl<const N: usize> Default for Tops<N> {
+impl<const N: usize> Default for FreeRotors<N> {
     fn default() -> Self {
         Self { w: [1.0; N], q: [[0.0; N]; 3], body: [[0.0; N]; 3], rate: [[0.0; N]; 3] }
     }
 }
 
-impl<const N: usize> Tops<N> {
+impl<const N: usize> FreeRotors<N> {
     /// Puts a body with a momentum (world frame, kg m²/s) in a place, to turn for `dt` (s).
     #[inline]
     pub fn set(&mut self, n: usize, orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) {
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     fn rotate_freely(orientation: &Rotation, inertia: &Vec3, momentum: &Vec3, dt: f64) -> Rotation {
-        let mut tops = Tops::<1>::default();
+        let mut tops = FreeRotors::<1>::default();
         tops.set(0, orientation, inertia, momentum, dt);
         tops.rotate_freely();
         tops.orientation(0)
@@ -104,7 +104,7 @@ mod tests {
         let (inertia, momentum) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.3, -1.1, 0.7));
         let start = Rotation::from_euler_angles(0.3, 1.2, -0.4);
         let alone = rotate_freely(&start, &inertia, &momentum, 0.01);
-        let mut tops = Tops::<8>::default();
+        let mut tops = FreeRotors::<8>::default();
         for n in 0..7 {
             tops.set(n, &start, &(inertia * (1.0 + n as f64)), &momentum, 0.01);
         }

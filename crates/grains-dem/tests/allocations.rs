@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 #![allow(unsafe_code)] // an allocator that counts
 
+#[allow(dead_code)] // it uses a part
+#[path = "dem/common.rs"]
 mod common;
 
 use common::{Scene, lattice, law, mixed_shapes, setup, wall};
@@ -47,7 +49,7 @@ fn quiet_steps_allocate_nothing(is_hard: bool) {
     let floor = Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     if is_hard {
-        setup.collisions = CollisionModel::Hard(HardModel::new(&setup.rates));
+        setup.collisions = CollisionModel::Hard(HardModel::new(&setup.parameters));
     }
     let particles = lattice([0.0, 0.0, 0.001], [0.02, 0.02, 0.012], 2.2e-3, 4, 0.2);
     let mut dem = Scene { setup, particles }.start([1; 3], 0);

@@ -12,9 +12,9 @@ const SLICES: usize = 1024;
 /// When borders move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
-    /// Least width of a subdomain along each axis (m): the interaction range, or what a halo of cells needs.
-    pub least: [f64; 3],
-    /// Least number of steps between two looks at the work, if the last one moved nothing (-).
+    /// Smallest width of a subdomain along each axis (m): the interaction range, or what a halo of cells needs.
+    pub min_width: [f64; 3],
+    /// Smallest number of steps between two looks at the work, if the last one moved nothing (-).
     pub interval: u64,
     /// Work of the busiest slab of subdomains over the mean, above which borders across its axis move (-).
     pub threshold: f64,
@@ -143,7 +143,7 @@ impl Decomposition {
                 continue;
             }
             let below = profile.cumulative(axis);
-            let moved = |cuts: &[f64]| self.moved(axis, cuts, &below, balance.least[axis]);
+            let moved = |cuts: &[f64]| self.moved(axis, cuts, &below, balance.min_width[axis]);
             let first = moved(cuts);
             // The busiest slab may have to wait until its neighbours have made room: what counts is where borders will be.
             let mut last = first.clone();
@@ -161,7 +161,7 @@ impl Decomposition {
     }
 
     /// Inner borders across an axis, moved towards the quantiles of the work below them.
-    fn moved(&self, axis: usize, old: &[f64], below: &[f64], least: f64) -> Vec<f64> {
+    fn moved(&self, axis: usize, old: &[f64], below: &[f64], min_width: f64) -> Vec<f64> {
         let (ranks, global, mut moved) = (self.ranks[axis], &self.global, old.to_vec());
         for k in 1..ranks {
             let wanted = below[SLICES] * k as f64 / ranks as f64;
@@ -169,10 +169,10 @@ impl Decomposition {
             let within = (wanted - below[slice]) / (below[slice + 1] - below[slice]);
             let quantile = global.lower[axis] + global.length(axis) * (slice as f64 + within) / SLICES as f64;
             // Rounding must not make a subdomain too thin.
-            let (lattice, least) = (&global.lattice, least + 2.0 * global.lattice.spacing());
-            let (low, high) = (old[k - 1].max(moved[k - 1]) + least, old[k + 1] - least);
+            let (quantum, min_width) = (&global.quantum, min_width + 2.0 * global.quantum.size());
+            let (low, high) = (old[k - 1].max(moved[k - 1]) + min_width, old[k + 1] - min_width);
             if low <= high {
-                moved[k] = lattice.snap(quantile.clamp(low, high));
+                moved[k] = quantum.snap(quantile.clamp(low, high));
             }
         }
         moved
@@ -183,7 +183,7 @@ impl Decomposition {
 mod tests {
     use super::*;
 
-    const BALANCE: Balance = Balance { least: [0.1; 3], interval: 1, threshold: 1.05 };
+    const BALANCE: Balance = Balance { min_width: [0.1; 3], interval: 1, threshold: 1.05 };
 
     fn decomposition(ranks: [usize; 3]) -> Decomposition {
         let global = GlobalBox::new([0.0; 3], [8.0, 1.0, 1.0], [false; 3]);
@@ -245,7 +245,7 @@ mod tests {
         let mut d = Decomposition::new(global, [8, 1, 1], 0, 0.024).unwrap();
         let mut profile = WorkProfile::default();
         (0..30).for_each(|k| profile.add(&d.global, [0.003 + 0.00303 * k as f64, 0.03, 0.03], 300));
-        let balance = Balance { least: [0.024; 3], ..BALANCE };
+        let balance = Balance { min_width: [0.024; 3], ..BALANCE };
         let mut unevenness = Vec::new();
         while let Some(cuts) = d.rebalanced(&profile, &balance) {
             d.cuts = cuts;

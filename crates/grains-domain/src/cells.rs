@@ -34,9 +34,9 @@ pub struct CellGrid {
 }
 
 impl CellGrid {
-    /// Grid over a subdomain of cells at least `width` (m) wide, about `most` at most; clones lie up to `beyond` (m)
+    /// Grid over a subdomain of cells at least `width` (m) wide, about `max_cells` at most; clones lie up to `beyond` (m)
     /// outside.
-    fn new(decomposition: &Decomposition, first: usize, width: f64, beyond: f64, most: usize) -> Self {
+    fn new(decomposition: &Decomposition, first: usize, width: f64, beyond: f64, max_cells: usize) -> Self {
         let (lower, upper) = (decomposition.lower(), decomposition.upper());
         let fitting = |width: f64| {
             std::array::from_fn::<usize, 3, _>(|a| (((upper[a] - lower[a]) / width) as usize).max(1))
@@ -44,7 +44,7 @@ impl CellGrid {
         let (mut own, mut wide) = (fitting(width), width);
         // An axis that is down to one cell yields no more: the others must.
         loop {
-            let excess = own.iter().map(|&n| n as f64).product::<f64>() / most as f64;
+            let excess = own.iter().map(|&n| n as f64).product::<f64>() / max_cells as f64;
             let divided = own.iter().filter(|&&n| n > 1).count();
             if excess <= 1.0 || divided == 0 {
                 break;
@@ -129,21 +129,21 @@ pub struct Cells {
 impl Cells {
     /// Grids for particles up to a radius `largest` (m).
     ///
-    /// `widest` (m) holds per class how far from its centre a particle, wherever it is, may touch until the next sorting,
+    /// `cutoffs` (m) holds per class how far from its centre a particle, wherever it is, may touch until the next sorting,
     /// 0 if there is none of the class; `counts` holds how many of each class this rank owns.
     pub fn new(
         decomposition: &Decomposition,
         largest: f64,
-        widest: &[f64; SIZE_CLASSES],
+        cutoffs: &[f64; SIZE_CLASSES],
         counts: &[usize; SIZE_CLASSES],
     ) -> Self {
         let mut cells = Self { grids: Vec::new(), grid_of: [0; SIZE_CLASSES], largest };
-        let of_all = widest.iter().fold(0.0, |w: f64, &x| w.max(x));
+        let of_all = cutoffs.iter().fold(0.0, |w: f64, &x| w.max(x));
         let mut first = 0;
-        for class in (0..SIZE_CLASSES).filter(|&class| widest[class] > 0.0) {
-            let width = 2.0 * widest[class..].iter().fold(0.0, |w: f64, &x| w.max(x));
-            let most = CELLS_PER_PARTICLE * counts[class] + FEW_CELLS;
-            let grid = CellGrid::new(decomposition, first, width, widest[class] + of_all, most);
+        for class in (0..SIZE_CLASSES).filter(|&class| cutoffs[class] > 0.0) {
+            let width = 2.0 * cutoffs[class..].iter().fold(0.0, |w: f64, &x| w.max(x));
+            let max_cells = CELLS_PER_PARTICLE * counts[class] + FEW_CELLS;
+            let grid = CellGrid::new(decomposition, first, width, cutoffs[class] + of_all, max_cells);
             first = grid.cells().end;
             assert!(first < u32::MAX as usize, "cells have numbers of 32 bits: use more ranks");
             cells.grid_of[class] = cells.grids.len();
@@ -203,8 +203,9 @@ mod tests {
 
     #[test]
     fn cells_are_wide_enough_for_their_class_and_smaller_ones_and_clones_fit_in_their_layers() {
-        let (widest, counts) = (per_class(&[(0, 0.05), (3, 0.004)]), per_class(&[(0, 1000), (3, 1_000_000)]));
-        let cells = Cells::new(&decomposition(), 0.04, &widest, &counts);
+        let (cutoffs, counts) =
+            (per_class(&[(0, 0.05), (3, 0.004)]), per_class(&[(0, 1000), (3, 1_000_000)]));
+        let cells = Cells::new(&decomposition(), 0.04, &cutoffs, &counts);
         let [coarse, fine] = cells.grids() else { panic!("{} grids", cells.grids().len()) };
         assert_eq!((cells.grid_of(0.03), cells.grid_of(0.004)), (0, 1));
         assert_eq!((coarse.layers, coarse.counts), ([1; 3], [12; 3]));
@@ -217,8 +218,8 @@ mod tests {
 
     #[test]
     fn few_particles_get_few_cells() {
-        let (widest, counts) = (per_class(&[(0, 0.01)]), per_class(&[(0, 10)]));
-        let cells = Cells::new(&decomposition(), 0.01, &widest, &counts);
+        let (cutoffs, counts) = (per_class(&[(0, 0.01)]), per_class(&[(0, 10)]));
+        let cells = Cells::new(&decomposition(), 0.01, &cutoffs, &counts);
         let own: usize = cells.grids()[0].counts.iter().map(|n| n - 2).product();
         assert!((100..=144).contains(&own), "{own}");
     }
@@ -228,8 +229,8 @@ mod tests {
         for extents in [[1e6, 1.0, 1.0], [1.0, 1e9, 1.0], [3.0, 1e5, 1e7], [1e4, 1e4, 1e4], [0.5, 0.5, 0.5]] {
             let global = GlobalBox::new([0.0; 3], extents, [false; 3]);
             let decomposition = Decomposition::new(global, [1; 3], 0, 0.1).unwrap();
-            let (widest, counts) = (per_class(&[(0, 0.05)]), per_class(&[(0, 10)]));
-            let cells = Cells::new(&decomposition, 0.05, &widest, &counts);
+            let (cutoffs, counts) = (per_class(&[(0, 0.05)]), per_class(&[(0, 10)]));
+            let cells = Cells::new(&decomposition, 0.05, &cutoffs, &counts);
             let own: usize = cells.grids()[0].counts.iter().map(|n| n - 2).product();
             assert!(own <= CELLS_PER_PARTICLE * 10 + FEW_CELLS, "{extents:?}: {own}");
         }
@@ -237,8 +238,8 @@ mod tests {
 
     #[test]
     fn two_halves_and_the_own_cell_make_the_cells_around() {
-        let (widest, counts) = (per_class(&[(0, 0.05)]), per_class(&[(0, 1000)]));
-        let cells = Cells::new(&decomposition(), 0.05, &widest, &counts);
+        let (cutoffs, counts) = (per_class(&[(0, 0.05)]), per_class(&[(0, 1000)]));
+        let cells = Cells::new(&decomposition(), 0.05, &cutoffs, &counts);
         let grid = &cells.grids()[0];
         let around = |place| grid.around(place).flatten().collect::<Vec<_>>();
         let place = [4, 5, 6];

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum DecompositionError {
     /// A subdomain is thinner than the interaction range.
     #[error(
-        "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter, skin, and films of lubrication): use at most {most} there (domain.ranks, or fewer ranks)"
+        "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter, skin, and lubrication range): use at most {max_ranks} there (domain.ranks, or fewer ranks)"
     )]
     TooThin {
         /// Axis name.
@@ -19,12 +19,12 @@ pub enum DecompositionError {
         width: f64,
         /// Interaction range (m).
         range: f64,
-        /// Most ranks that fit.
-        most: usize,
+        /// Largest number of ranks that fit.
+        max_ranks: usize,
     },
     /// A periodic axis is so short that a particle would meet another twice.
     #[error(
-        "the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter, skin, and films of lubrication): a particle would meet the same neighbour twice; widen the domain along {axis}"
+        "the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter, skin, and lubrication range): a particle would meet the same neighbour twice; widen the domain along {axis}"
     )]
     PeriodTooShort {
         /// Axis name.
@@ -66,20 +66,20 @@ impl Decomposition {
             }
             let width = length / ranks[axis] as f64;
             if ranks[axis] > 1 && width < range {
-                let most = ((length / range) as usize).max(1);
+                let max_ranks = ((length / range) as usize).max(1);
                 return Err(DecompositionError::TooThin {
                     axis: name,
                     ranks: ranks[axis],
                     width,
                     range,
-                    most,
+                    max_ranks,
                 });
             }
         }
         let cuts = std::array::from_fn(|a| {
             let n = ranks[a];
             let cut =
-                |k: usize| global.lattice.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
+                |k: usize| global.quantum.snap(global.lower[a] + global.length(a) * (k as f64 / n as f64));
             (0..=n).map(|k| if k == n { global.upper[a] } else { cut(k) }).collect()
         });
         let coordinates = [rank % ranks[0], rank / ranks[0] % ranks[1], rank / (ranks[0] * ranks[1])];
@@ -97,7 +97,7 @@ impl Decomposition {
                 continue;
             }
             for (k, cut) in self.cuts[axis].iter_mut().enumerate().take(ranks).skip(1) {
-                *cut = self.global.lattice.snap(nodes[k * n / ranks]);
+                *cut = self.global.quantum.snap(nodes[k * n / ranks]);
             }
         }
     }
@@ -150,9 +150,9 @@ impl Decomposition {
     }
 }
 
-/// Ranks per axis for `size` ranks: least surface between subdomains, none thinner than `least` (m, per axis) if that
+/// Ranks per axis for `size` ranks: smallest surface between subdomains, none thinner than `min_width` (m, per axis) if that
 /// can be had, and the axis along which particles pile up (`gravity`) cut last.
-pub fn choose_ranks(global: &GlobalBox, size: usize, least: [f64; 3], gravity: [f64; 3]) -> [usize; 3] {
+pub fn choose_ranks(global: &GlobalBox, size: usize, min_width: [f64; 3], gravity: [f64; 3]) -> [usize; 3] {
     let length: [f64; 3] = std::array::from_fn(|a| global.length(a));
     let strongest = gravity.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
     let mut best = ([size, 1, 1], f64::INFINITY);
@@ -164,7 +164,7 @@ pub fn choose_ranks(global: &GlobalBox, size: usize, least: [f64; 3], gravity: [
                 let area = length[(a + 1) % 3] * length[(a + 2) % 3];
                 let piles_up = strongest > 0.0 && gravity[a].abs() > 0.5 * strongest;
                 let faces = (ranks[a] - 1) as f64 * if piles_up { 100.0 } else { 1.0 };
-                let too_thin = ranks[a] > 1 && length[a] / (ranks[a] as f64) < least[a];
+                let too_thin = ranks[a] > 1 && length[a] / (ranks[a] as f64) < min_width[a];
                 cost += faces * area * if too_thin { 1e6 } else { 1.0 };
             }
             if cost < best.1 {

@@ -135,10 +135,10 @@ fn particles(summary: &Summary, case: &Case) {
         100.0 * overlap,
         100.0 * limit
     );
-    if summary.cores_met > 0 {
+    if summary.deep_penetrations > 0 {
         say!(
             "warning: shrunken cores met {} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
-            summary.cores_met
+            summary.deep_penetrations
         );
     }
     let (time, ranks) = (duration(summary.seconds), summary.ranks);

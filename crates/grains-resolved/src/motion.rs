@@ -1,7 +1,7 @@
 //! Between the particles of the granular phase and the bodies in the fluid (Wachs et al. 2009, steps 4 to 6).
 
 use crate::{Action, BodyMotion, RigidBody};
-use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles, inertia};
+use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles};
 use grains_geometry::{Mat3, Vec3};
 
 /// What a particle carries through a step of the fluid.
@@ -79,10 +79,10 @@ impl Surroundings {
     /// Adds the flow's last force and torque and buoyancy to the loads of the own particles, between the contact forces
     /// and the advance of each of their steps.
     pub fn add_loads(&self, dem: &mut Dem) {
-        let (rates, catalogue) = (dem.setup.rates, &dem.setup.catalogue);
+        let (rates, catalogue) = (dem.setup.parameters, &dem.setup.catalogue);
         let Particles { bodies, loads, cargo, .. } = &mut dem.particles;
         for ((load, cargo), body) in loads.iter_mut().zip(cargo).zip(bodies) {
-            if body.is_guided() {
+            if body.is_prescribed() {
                 continue;
             }
             let mut link = FlowLink::read(cargo);
@@ -114,7 +114,7 @@ impl Surroundings {
                 imposed[a] = Some(0.0);
                 (0..3).filter(|&b| b != a).for_each(|b| imposed[3 + b] = Some(0.0));
             }
-            if body.is_guided() {
+            if body.is_prescribed() {
                 imposed = six(&body.velocity, &body.angular_velocity).map(Some);
             }
             BodyMotion {
@@ -150,7 +150,7 @@ impl Surroundings {
             let particles = &mut dem.particles;
             let mut link = FlowLink::read(&particles.cargo[i]);
             let carried_over = [0, 3].map(|k| Vec3::from_column_slice(&action.carried_over[k..k + 3]));
-            if particles.bodies[i].is_guided() {
+            if particles.bodies[i].is_prescribed() {
                 let own = &particles.bodies[i];
                 let share = self.density / catalogue.densities[own.kind.material as usize];
                 let (before, after) = (
@@ -185,7 +185,7 @@ fn six(linear: &Vec3, angular: &Vec3) -> [f64; 6] {
 
 /// Inertia of a particle in the world frame (kg m²).
 fn world_inertia(particles: &Particles, i: usize, catalogue: &Catalogue) -> Mat3 {
-    let principal = Mat3::from_diagonal(&inertia(catalogue, &particles.bodies[i]));
+    let principal = Mat3::from_diagonal(&catalogue.inertia(&particles.bodies[i]));
     particles.frames.get(i).map_or(principal, |frame| frame * principal * frame.transpose())
 }
 

@@ -191,7 +191,7 @@ fn subdomains(decomposition: &Decomposition) -> String {
 fn contact_points(catalogue: &Catalogue) -> String {
     let mut text = match catalogue.faces {
         FaceContact::Point => "faces touch in one point (contact_points.faces = \"point\")",
-        FaceContact::Spread => "faces and lines touch all over (contact_points.faces = \"spread\")",
+        FaceContact::MultiPoint => "faces and lines touch all over (contact_points.faces = \"spread\")",
     }
     .to_string();
     if catalogue.shapes.iter().any(|shape| shape.parts.len() > 1) {

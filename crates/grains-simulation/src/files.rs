@@ -361,7 +361,8 @@ impl Files {
         let (neighbours, walls) = dem.coordination();
         let count = |list: &[u32]| list.iter().map(|&c| u64::from(c)).sum::<u64>();
         let (report, ledger) = (&dem.report, &dem.ledger);
-        let mut counts = [count(&neighbours), count(&walls), report.cores_met, ledger.inserted, ledger.left];
+        let mut counts =
+            [count(&neighbours), count(&walls), report.deep_penetrations, ledger.inserted, ledger.left];
         transport.sum_counts(&mut counts);
         let mut overlap = [report.largest_overlap];
         transport.max(&mut overlap);
@@ -375,7 +376,7 @@ impl Files {
         for load in &loads {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
-        for load in &dem.guided_loads(transport) {
+        for load in &dem.prescribed_loads(transport) {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
         values.extend(of_fluid);
@@ -451,8 +452,8 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     for wall in &dem.setup.walls {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
     }
-    for guide in &dem.setup.guides {
-        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", guide.name), unit)));
+    for motion in &dem.setup.prescribed {
+        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", motion.name), unit)));
     }
     columns
 }
@@ -512,7 +513,7 @@ fn write_side_files(case: &Case, program: &str, dem: &Dem, directory: &Path) -> 
         let path = directory.join(name);
         std::fs::write(&path, text).map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
     };
-    let dt = dem.setup.rates.dt;
+    let dt = dem.setup.parameters.dt;
     write(RESOLVED_CASE, &format!("# {program}; time step {dt:e} s\n{}", case.to_toml()))?;
     write("view.py", include_str!("view.py"))?;
     for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {

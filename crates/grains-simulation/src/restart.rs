@@ -8,7 +8,7 @@ use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
     CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, half_step_back,
-    inertia, other_half_step, renumber_walls,
+    other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -29,7 +29,7 @@ pub type State = (Vec<Array>, Metadata);
 /// The state of this rank; what contacts remember is that before those of the present step are evaluated.
 pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> State {
     let crossings = dem.crossings(transport);
-    let (lengths, memory) = dem.packed_memory();
+    let (lengths, memory) = dem.packed_history();
     let mut records = Vec::new();
     for i in 0..dem.particles.owned {
         let mut record = dem.particles.record(i);
@@ -45,7 +45,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
     if dem.particles.is_carrying() {
         arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
     }
-    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.cores_met];
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.deep_penetrations];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
     let passed: Vec<String> =
@@ -53,7 +53,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
     let texts = vec![
         ("step".into(), dem.step.to_string()),
         ("time".into(), format!("{:?}", dem.time())),
-        ("dt".into(), format!("{:x}", dem.setup.rates.dt.to_bits())),
+        ("dt".into(), format!("{:x}", dem.setup.parameters.dt.to_bits())),
         ("ledger".into(), list(&ledger.map(|n| n as i64))),
         (
             "origin".into(),
@@ -123,7 +123,7 @@ pub fn restore(
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = population.restore(&before, progress, &changes, time).map_err(refuse)?;
-    dem.guide(population.guides(case));
+    dem.prescribe(population.guides(case));
     for row in owned_rows(&file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
@@ -133,7 +133,7 @@ pub fn restore(
         }
         let is_released = released.iter().any(|ids| ids.contains(&record.id));
         if is_released {
-            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.rates);
+            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.parameters);
         }
         match numbering.keeps_walls() {
             true => dem.restore(&record, &row.memory),
@@ -156,7 +156,7 @@ pub fn restore(
     if is_first {
         let ledger = numbers("ledger");
         (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
-        dem.report.cores_met = ledger.get(2).map_or(0, |&count| count as u64);
+        dem.report.deep_penetrations = ledger.get(2).map_or(0, |&count| count as u64);
         let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
         let counts: Vec<(i64, f64)> = words
             .chunks_exact(2)
@@ -174,7 +174,11 @@ pub fn restore(
     }
     let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
     if ratio != 1.0 {
-        told.push(format!("time step {:e} s, was {:e} s", dem.setup.rates.dt, dem.setup.rates.dt / ratio));
+        told.push(format!(
+            "time step {:e} s, was {:e} s",
+            dem.setup.parameters.dt,
+            dem.setup.parameters.dt / ratio
+        ));
     }
     if is_first {
         log::info!("continuing from {}", file.path.display());
@@ -222,7 +226,7 @@ fn known_cases(case: &Case, file: &CheckpointFile, transport: &MpiTransport) -> 
 /// the time step to that before.
 fn continue_clock(dem: &mut Dem, file: &CheckpointFile, step: u64) -> Option<(f64, f64)> {
     let real = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-    let (before, now) = (file.text("dt").and_then(real)?, dem.setup.rates.dt);
+    let (before, now) = (file.text("dt").and_then(real)?, dem.setup.parameters.dt);
     let origin = file.text("origin").and_then(|text| {
         let (step, time) = text.split_once(' ')?;
         Some(Origin { step: step.parse().ok()?, time: real(time)? })
@@ -242,7 +246,7 @@ fn change_step(record: &mut ParticleRecord, dem: &Dem, ratio: f64) {
         false => {
             let turn = &record.orientation;
             let own = turn.inverse_transform_vector(&body.angular_velocity);
-            turn.transform_vector(&own.component_mul(&inertia(&dem.setup.catalogue, body)))
+            turn.transform_vector(&own.component_mul(&dem.setup.catalogue.inertia(body)))
         }
     };
     record.half_velocity = other_half_step(body.velocity, record.half_velocity, ratio);

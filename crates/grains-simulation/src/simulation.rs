@@ -93,7 +93,7 @@ impl Simulation {
         let System { setup, step } = system;
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-        dem.guide(population.guides(case));
+        dem.prescribe(population.guides(case));
         if transport.rank() == 0 {
             step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
@@ -110,8 +110,8 @@ impl Simulation {
         let open = || Files::open(case, &program, &transport, continued.as_ref(), (&dem, &fluid));
         let files = writes_files.then(open).transpose()?;
         let schedule = match writes_files {
-            true => Schedule::new(case, dem.setup.rates.dt, &dem.origin),
-            false => Schedule::without_files(case, dem.setup.rates.dt, &dem.origin),
+            true => Schedule::new(case, dem.setup.parameters.dt, &dem.origin),
+            false => Schedule::without_files(case, dem.setup.parameters.dt, &dem.origin),
         };
         let first_step = dem.step;
         let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
@@ -171,7 +171,7 @@ impl Simulation {
     /// # Errors
     /// As for [`Simulation::step`].
     pub fn run_to(&mut self, time: f64) -> Result<Status, RunError> {
-        self.schedule.pause = self.dem.origin.step_at(time, self.dem.setup.rates.dt);
+        self.schedule.pause = self.dem.origin.step_at(time, self.dem.setup.parameters.dt);
         while self.dem.step < self.schedule.pause && self.status == Status::Running {
             self.step()?;
         }

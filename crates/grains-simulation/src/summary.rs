@@ -78,7 +78,7 @@ pub struct Summary {
     /// How often neighbour lists were built.
     pub rebuilds: u64,
     /// Contacts whose shrunken cores met.
-    pub cores_met: u64,
+    pub deep_penetrations: u64,
     /// Largest overlap over the inscribed radius (-).
     pub worst_overlap: f64,
     /// Hard collisions, those of bodies at rest on each other among them, and rounds in which they were worked off.
@@ -110,12 +110,12 @@ impl Summary {
             own[1],
             dem.ledger.inserted,
             dem.ledger.left,
-            report.cores_met,
+            report.deep_penetrations,
             report.collisions,
             report.resting_collisions,
         ];
         transport.sum_counts(&mut counts);
-        let [inside, work, inserted, left, cores_met, collisions, resting] = counts;
+        let [inside, work, inserted, left, deep_penetrations, collisions, resting] = counts;
         let mut extremes = [own[0] as f64, -(own[0] as f64), report.worst_overlap, own[1] as f64];
         transport.max(&mut extremes);
         let peak = peak_memory().unwrap_or(f64::NAN);
@@ -148,7 +148,7 @@ impl Summary {
             imbalance: extremes[3] * ranks as f64 / (work as f64).max(1.0),
             moves: report.moves,
             rebuilds: report.rebuilds,
-            cores_met,
+            deep_penetrations,
             worst_overlap: extremes[2],
             collisions: [collisions, resting, report.rounds],
             missing: simulation.population().missing().map(|(name, n)| (name.to_string(), n)).collect(),

@@ -13,7 +13,7 @@ use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Motion, Rates, Skin, Wall,
+    HardModel, Motion, Skin, StepParameters, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
@@ -48,8 +48,8 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
     let film = lubrication.map_or(0.0, |film| film.range);
     let skin = skin(case, largest_radius, film);
-    let range = 2.0 * largest_radius * (1.0 + skin.most) + film;
-    let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.most * largest_radius)?;
+    let range = 2.0 * largest_radius * (1.0 + skin.max) + film;
+    let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
         None => choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity),
@@ -63,17 +63,17 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         point: Vec3::from(p.point),
         normal: Vec3::from(p.normal),
     });
-    let rates = Rates { gravity, dt: step.dt };
+    let parameters = StepParameters { gravity, dt: step.dt };
     // Where nothing but a fluid moves its cells are shared out evenly from the beginning.
     let moves = domain.balance && largest_radius > 0.0;
     let (interval, threshold) = BALANCE;
     let balance =
-        moves.then(|| Balance { least: of_fluid.map(|width| width.max(range)), interval, threshold });
+        moves.then(|| Balance { min_width: of_fluid.map(|width| width.max(range)), interval, threshold });
     let setup = DemSetup {
         walls: walls(case, &global)?,
         planes: planes.collect(),
-        rates,
-        collisions: collisions(case, &rates),
+        parameters,
+        collisions: collisions(case, &parameters),
         overlap_limit: case.limits.overlap,
         global,
         outlets,
@@ -82,7 +82,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         largest_radius,
         skin,
         lubrication,
-        guides: Vec::new(),
+        prescribed: Vec::new(),
         exchange: exchange(domain.exchange),
         balance,
     };
@@ -162,7 +162,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
     let faces = match case.contact_points.faces {
         Faces::Point => FaceContact::Point,
-        Faces::Spread => FaceContact::Spread,
+        Faces::Spread => FaceContact::MultiPoint,
     };
     let sharing = match case.contact_points.composite {
         Composite::Mean => Sharing::Mean,
@@ -187,10 +187,10 @@ fn too_many(count: usize) -> String {
     format!("{count} of them; at most {MAX_COUNT} can be told apart")
 }
 
-fn collisions(case: &Case, rates: &Rates) -> CollisionModel {
+fn collisions(case: &Case, rates: &StepParameters) -> CollisionModel {
     let given = &case.collisions;
     if case.holds_particles() {
-        return CollisionModel::Held;
+        return CollisionModel::Fixed;
     }
     if !given.is_hard() {
         return CollisionModel::Soft;
@@ -221,8 +221,7 @@ fn resolved_positions(
     /// Largest spacing of positions over the smallest inscribed radius (-).
     const COARSEST: f64 = 1e-8;
     let radius = |k: &KindRange| catalogue.shape(k.kind).inscribed_radius * k.smallest;
-    let (spacing, smallest) =
-        (global.lattice.spacing(), kinds.iter().map(radius).fold(f64::INFINITY, f64::min));
+    let (spacing, smallest) = (global.quantum.size(), kinds.iter().map(radius).fold(f64::INFINITY, f64::min));
     if spacing <= COARSEST * smallest {
         return Ok(());
     }
@@ -276,13 +275,13 @@ fn skin(case: &Case, largest_radius: f64, film: f64) -> Skin {
     let half = |a: usize| 0.5 * (case.domain.upper[a] - case.domain.lower[a]);
     let room = periodic.map(|a| (half(a) - film) / (2.0 * largest_radius) - 1.0);
     let room = 0.999 * room.fold(f64::INFINITY, f64::min);
-    if room > skin.least {
-        skin.most = skin.most.min(room);
+    if room > skin.min {
+        skin.max = skin.max.min(room);
     }
     if let Some(distance) = case.neighbours.skin.filter(|_| largest_radius > 0.0) {
         // The case gives the distance of two bodies; each may use up half of it.
-        skin.most = 0.5 * distance / largest_radius;
-        skin.least = skin.least.min(skin.most);
+        skin.max = 0.5 * distance / largest_radius;
+        skin.min = skin.min.min(skin.max);
     }
     if let Some(steps) = case.neighbours.horizon {
         skin.horizon = steps as f64;

@@ -8,7 +8,7 @@ use grains_coupling::{
 };
 use grains_dem::{
     Body, Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FaceContact, Kind, ParticleRecord,
-    Particles, Rates, Skin, half_step_back,
+    Particles, Skin, StepParameters, half_step_back,
 };
 use grains_domain::{GlobalBox, SerialTransport};
 use grains_fluid::MixtureModel;
@@ -21,11 +21,11 @@ const GRAVITY: f64 = 9.81;
 struct Grains {
     particles: Particles,
     catalogue: Catalogue,
-    rates: Rates,
+    rates: StepParameters,
 }
 
 impl Grains {
-    fn new(diameter: f64, density: f64, rates: Rates, places: &[Vec3]) -> Self {
+    fn new(diameter: f64, density: f64, rates: StepParameters, places: &[Vec3]) -> Self {
         let shape = Shape::sphere(0.5 * diameter).unwrap();
         // Never met, but it bounds the loads.
         let mut contacts = ContactTable::new(1);
@@ -56,7 +56,7 @@ impl Grains {
     }
 }
 
-fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &Rates) -> ParticleRecord {
+fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &StepParameters) -> ParticleRecord {
     let kind = Kind { shape: 0, material: 0 };
     let body = Body {
         position: *place,
@@ -65,7 +65,7 @@ fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &Rates) -> Part
         mass: catalogue.mass(kind, 1.0),
         angular_velocity: Vec3::zeros(),
         kind,
-        guide: 0,
+        prescribed: 0,
     };
     ParticleRecord {
         id: id as u64,
@@ -77,12 +77,12 @@ fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &Rates) -> Part
     }
 }
 
-fn falling(dt: f64) -> Rates {
-    Rates { gravity: Vec3::new(0.0, 0.0, -GRAVITY), dt }
+fn falling(dt: f64) -> StepParameters {
+    StepParameters { gravity: Vec3::new(0.0, 0.0, -GRAVITY), dt }
 }
 
-fn weightless(dt: f64) -> Rates {
-    Rates { gravity: Vec3::zeros(), dt }
+fn weightless(dt: f64) -> StepParameters {
+    StepParameters { gravity: Vec3::zeros(), dt }
 }
 
 /// Periodic cells of a fluid without pressure and viscosity, with the halo folded back by hand.
@@ -500,12 +500,12 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         catalogue: grains.catalogue.clone(),
         walls: Vec::new(),
         planes: Vec::new(),
-        rates: falling(dt),
+        parameters: falling(dt),
         largest_radius: 0.5 * diameter,
         overlap_limit: 0.5,
         skin: Skin::default(),
         lubrication: None,
-        guides: Vec::new(),
+        prescribed: Vec::new(),
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,

@@ -1,10 +1,14 @@
 //! What can be asked of the granular phase between two steps: sums, counts, loads, contacts.
 
-use super::{Dem, Ledger};
-use crate::bodies;
-use crate::measure::{self, Crossings, Totals};
-use crate::walls::{self, WallLoad, WallScene};
-use crate::{StepError, Traffic};
+use super::report::Ledger;
+use super::state::Dem;
+use crate::error::StepError;
+use crate::exchange::Traffic;
+use crate::flow_planes::{Crossings, count_crossings};
+use crate::memory_use::MemoryUse;
+use crate::non_spherical;
+use crate::totals::Totals;
+use crate::walls::{self, WallLoad};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 
@@ -33,8 +37,12 @@ pub struct Touch {
 impl Dem {
     /// Sums over all ranks.
     pub fn totals(&self, transport: &impl Transport) -> Totals {
-        let own =
-            Totals::of(&self.particles, &self.setup.catalogue, &self.setup.rates.gravity, &self.setup.global);
+        let own = Totals::of(
+            &self.particles,
+            &self.setup.catalogue,
+            &self.setup.parameters.gravity,
+            &self.setup.global,
+        );
         let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
         transport.sum(&mut sums);
         transport.max(&mut speed);
@@ -55,12 +63,7 @@ impl Dem {
 
     /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.
     pub fn crossings(&mut self, transport: &impl Transport) -> Vec<(i64, f64)> {
-        measure::count_crossings(
-            &mut self.particles,
-            &self.setup.planes,
-            &self.setup.global,
-            &mut self.crossings,
-        );
+        count_crossings(&mut self.particles, &self.setup.planes, &self.setup.global, &mut self.crossings);
         let mut sums: Vec<f64> = self.crossings.iter().flat_map(|c| [c.count as f64, c.mass]).collect();
         transport.sum(&mut sums);
         sums.chunks_exact(2).map(|c| (c[0] as i64, c[1])).collect()
@@ -85,15 +88,15 @@ impl Dem {
         sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
     }
 
-    /// Force (N) and torque about the origin (N m) of all contacts on the particles of each guide, of the images in the box, over
+    /// Force (N) and torque about the origin (N m) of all contacts on the particles of each prescribed motion, of the images in the box, over
     /// all ranks.
-    pub fn guided_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums = vec![[0.0; 6]; self.setup.guides.len()];
+    pub fn prescribed_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
+        let mut sums = vec![[0.0; 6]; self.setup.prescribed.len()];
         let own = self.particles.bodies.iter().zip(&self.particles.loads);
-        for (body, load) in own.filter(|(body, _)| body.is_guided()) {
+        for (body, load) in own.filter(|(body, _)| body.is_prescribed()) {
             let place = Vec3::from(self.setup.global.wrap(body.position.into()));
             let torque = load.torque + place.cross(&load.force);
-            let sum = &mut sums[usize::from(body.guide) - 1];
+            let sum = &mut sums[usize::from(body.prescribed) - 1];
             sum.iter_mut().zip(load.force.iter().chain(&torque)).for_each(|(sum, x)| *sum += x);
         }
         transport.sum(sums.as_flattened_mut());
@@ -132,12 +135,12 @@ impl Dem {
         // Parts of two bodies that touch are one contact, the deepest of theirs. A distance that cannot be found is
         // not reported here: the step that adds the forces at these positions fails with it.
         let mut touch: Option<Touch> = None;
-        let mut list = self.neighbours.bodies.clone();
-        let _ = bodies::meet(&self.particles, &mut list, catalogue, |pair, contact| {
+        let mut list = self.neighbours.part_pairs.clone();
+        let _ = non_spherical::meet(&self.particles, &mut list, catalogue, |pair, contact| {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
             let (other, overlap) = (Partner::Particle(other), contact.overlap);
-            let radius = bodies::smaller_radius(&self.particles, a, b, catalogue);
+            let radius = catalogue.smaller_inscribed_radius([a, b].map(|i| &bodies[i]));
             let new = Touch { particle, other, overlap, radius };
             match &mut touch {
                 Some(same) if (same.particle, same.other) == (particle, other) => {
@@ -147,7 +150,7 @@ impl Dem {
             }
         });
         touch.iter().for_each(&mut visit);
-        let scene = WallScene::new(&self.setup, &self.states, self.time());
+        let scene = self.setup.wall_scene(&self.states, self.time());
         let mut list = self.neighbours.walls.clone();
         walls::for_each_contact(&self.particles, &mut list, &scene, catalogue, |i, wall, overlap| {
             let radius = catalogue.inscribed_radius(&bodies[i]);
@@ -174,31 +177,15 @@ impl Dem {
     pub fn memory_use(&self) -> MemoryUse {
         MemoryUse {
             particles: self.particles.bytes(),
-            lists: self.neighbours.bytes() + self.memories.bytes(),
+            lists: self.neighbours.bytes() + self.histories.bytes(),
             messages: self.exchange.bytes(),
         }
     }
-}
 
-/// Memory of one rank between two rebuilds of its lists (B).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MemoryUse {
-    /// Owned particles and clones.
-    pub particles: usize,
-    /// Pairs and what contacts remember; cells exist only while lists are built.
-    pub lists: usize,
-    /// Messages.
-    pub messages: usize,
-}
-
-impl MemoryUse {
-    /// All of it (B).
-    pub fn total(&self) -> usize {
-        self.particles + self.lists + self.messages
+    /// What this rank has worked since the start, in units of a pair of spheres in a step.
+    pub fn work(&self) -> u64 {
+        let owned = self.particles.owned;
+        let in_a_step = self.neighbours.work(owned) + self.other_work.of_rank(owned, &self.decomposition);
+        self.report.work + self.steps_since_build * in_a_step
     }
-}
-
-/// Memory of an array (B).
-pub(crate) fn bytes<T>(items: &Vec<T>) -> usize {
-    items.capacity() * size_of::<T>()
 }

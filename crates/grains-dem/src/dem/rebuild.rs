@@ -1,31 +1,26 @@
 //! The rebuild: particles change hands, are sorted, cloned, and listed anew.
 
-use super::{Dem, Failure};
-use crate::StepError;
-use crate::error::vector;
-use crate::measure;
-use crate::memory::Memories;
-use crate::neighbours::{Sorted, Surroundings, widest};
-use crate::passing;
+use super::report::Failure;
+use super::state::Dem;
+use crate::contact_history::SavedHistories;
+use crate::error::{StepError, vector};
+use crate::flow_planes::count_crossings;
+use crate::tunnelling;
+use crate::verlet::{CellList, ListContext, cutoffs};
 use grains_domain::{Cells, Transport};
 
 impl Dem {
     pub(super) fn rebuild(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        measure::count_crossings(
-            &mut self.particles,
-            &self.setup.planes,
-            &self.setup.global,
-            &mut self.crossings,
-        );
+        count_crossings(&mut self.particles, &self.setup.planes, &self.setup.global, &mut self.crossings);
         if !self.is_alone(transport) {
             self.check_jumps();
         }
         self.report.work = self.work();
         let has_moved = self.balance(transport);
-        self.gather();
-        let Self { particles, memories, exchange, .. } = self;
+        self.save_history();
+        let Self { particles, histories, exchange, .. } = self;
         let mut stays = Vec::new();
-        match exchange.migrate(particles, memories, transport) {
+        match exchange.migrate(particles, histories, transport) {
             Ok(migration) => {
                 self.ledger.left += migration.left;
                 self.passages.left.extend(migration.carriers_left);
@@ -35,9 +30,9 @@ impl Dem {
         }
         self.check(transport)?;
         self.sort_and_list(&stays, transport);
-        // What they hold is in the lists.
-        self.memories = Memories::default();
-        self.gathered = false;
+        // The history is in the lists now.
+        self.histories = SavedHistories::default();
+        self.history_saved = false;
         // Borders that went as far as they may go on in the next step.
         self.stale = has_moved;
         self.steps_since_build = 0;
@@ -74,32 +69,32 @@ impl Dem {
     }
 
     fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) {
-        let (wall_reach, wall_steps) = self.wall_allowance();
+        let (wall_allowance, wall_steps) = self.wall_allowance();
         self.wall_steps = wall_steps;
-        let Self { particles, memories, decomposition, setup, exchange, neighbours, .. } = self;
-        let around = Surroundings {
+        let Self { particles, histories, decomposition, setup, exchange, neighbours, .. } = self;
+        let context = ListContext {
             decomposition,
             catalogue: &setup.catalogue,
             walls: &setup.walls,
             states: &self.states,
             skin: setup.skin,
             largest_radius: setup.largest_radius,
-            film: setup.film(),
-            dt: setup.rates.dt,
-            time: self.origin.time_of(self.step, setup.rates.dt),
+            lubrication_range: setup.lubrication_range(),
+            dt: setup.parameters.dt,
+            time: self.origin.time_of(self.step, setup.parameters.dt),
         };
-        let (mut ranges, counts) = widest(particles, stays, &around);
+        let (mut ranges, counts) = cutoffs(particles, stays, &context);
         transport.max(&mut ranges);
         let cells = Cells::new(decomposition, setup.largest_radius, &ranges, &counts);
-        let sorted = Sorted::new(particles, stays, cells);
-        particles.reorder(&sorted.order);
-        neighbours.wall_reach = wall_reach;
-        neighbours.choose_reaches(particles, &around);
+        let cell_list = CellList::new(particles, stays, cells);
+        particles.reorder(&cell_list.order);
+        neighbours.wall_allowance = wall_allowance;
+        neighbours.choose_allowances(particles, &context);
         let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let range = |i: usize| neighbours.range_of(particles, i, around.film) + largest;
+        let range = |i: usize| neighbours.range_of(particles, i, context.lubrication_range) + largest;
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
-        neighbours.build(particles, &sorted, memories, &around);
+        neighbours.build(particles, &cell_list, histories, &context);
     }
 
     /// Whether there is one particle at most, and no wall: nothing can be missed, however far it goes.
@@ -122,12 +117,12 @@ impl Dem {
                 let turned = (self.particles.orientations[i].coords - before.coords).norm();
                 distance += 2.0 * body.radius * turned;
             }
-            let thickness = passing::half_thickness(&self.setup.catalogue, body);
-            if distance > reference.reach + thickness {
+            let thickness = tunnelling::half_thickness(&self.setup.catalogue, body);
+            if distance > reference.allowance + thickness {
                 self.error = Some(StepError::Jump {
                     id: self.particles.ids[i],
                     distance,
-                    allowed: reference.reach + thickness,
+                    allowed: reference.allowance + thickness,
                     place: vector(&body.position),
                     velocity: vector(&body.velocity),
                 });
@@ -137,7 +132,7 @@ impl Dem {
 
     /// How far (m) walls may move before the lists are rebuilt, and after how many steps that is due.
     fn wall_allowance(&self) -> (f64, u64) {
-        let (global, dt, now) = (&self.setup.global, self.setup.rates.dt, self.time());
+        let (global, dt, now) = (&self.setup.global, self.setup.parameters.dt, self.time());
         let corner =
             (0..3).map(|a| global.lower[a].abs().max(global.upper[a].abs()).powi(2)).sum::<f64>().sqrt();
         let horizon = self.setup.skin.horizon.max(1.0);
@@ -153,8 +148,8 @@ impl Dem {
         if speed == 0.0 {
             return (0.0, pause as u64);
         }
-        let most = self.setup.skin.most * self.setup.largest_radius;
-        let steps = (most / (speed * dt)).min(horizon).max(1.0).floor();
+        let max = self.setup.skin.max * self.setup.largest_radius;
+        let steps = (max / (speed * dt)).min(horizon).max(1.0).floor();
         (speed * dt * steps, steps as u64)
     }
 }

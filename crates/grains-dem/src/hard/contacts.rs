@@ -4,18 +4,18 @@
 //! undoes: each body is hit where it is deepest, the points that relocation brings together.
 
 use super::key::Key;
-use crate::bodies::{self, BodyPair, PartContact};
-use crate::error::vector;
-use crate::forces::Tally;
-use crate::neighbours::Neighbours;
-use crate::spheres::SpherePair;
+use crate::catalogue::Catalogue;
+use crate::contacts::{Overlapping, PassStatistics, SpherePair};
+use crate::narrow_phase::PartContact;
+use crate::non_spherical::{self, PartPair};
+use crate::particles::Particles;
+use crate::verlet::VerletLists;
 use crate::walls::{self, WallMeeting, WallScene};
-use crate::{Catalogue, Particles, StepError};
 use grains_geometry::Vec3;
 
 /// The second body of a contact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Second {
+pub(crate) enum Counterpart {
     /// A particle of this rank's arrays, and its deepest point from its centre of mass (m).
     Particle(u32, Vec3),
     /// A wall.
@@ -34,7 +34,7 @@ pub(crate) struct HardContact {
     pub(crate) key: Key,
     /// First body, of two particles the one of lower identity.
     pub(crate) a: u32,
-    pub(crate) second: Second,
+    pub(crate) counterpart: Counterpart,
     /// Unit normal from the first body to the second.
     pub(crate) normal: Vec3,
     /// Overlap (m), positive.
@@ -51,26 +51,26 @@ pub(crate) struct HardContact {
 pub(crate) fn collect(
     contacts: &mut Vec<HardContact>,
     particles: &Particles,
-    neighbours: &mut Neighbours,
+    neighbours: &mut VerletLists,
     scene: &WallScene,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) {
     contacts.clear();
     for pair in &neighbours.spheres {
-        contacts.extend(of_spheres(pair, particles, catalogue, tally));
+        contacts.extend(of_spheres(pair, particles, catalogue, statistics));
     }
-    let met = bodies::meet(particles, &mut neighbours.bodies, catalogue, |pair, contact| {
-        contacts.push(of_bodies(pair, contact, particles, catalogue, tally));
+    let met = non_spherical::meet(particles, &mut neighbours.part_pairs, catalogue, |pair, contact| {
+        contacts.push(of_bodies(pair, contact, particles, catalogue, statistics));
     });
     if let Err(error) = met {
-        tally.error = Some(error);
+        statistics.error = Some(error);
     }
     let met = walls::meet(particles, &mut neighbours.walls, scene, catalogue, |meeting| {
-        contacts.push(of_wall(meeting, particles, scene, catalogue, tally));
+        contacts.push(of_wall(meeting, particles, scene, catalogue, statistics));
     });
     if let Err(error) = met {
-        tally.error = Some(error);
+        statistics.error = Some(error);
     }
 }
 
@@ -78,7 +78,7 @@ fn of_spheres(
     pair: &SpherePair,
     particles: &Particles,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> Option<HardContact> {
     let (mut a, mut b) = (pair.a, pair.b);
     if particles.ids[a as usize] > particles.ids[b as usize] {
@@ -92,7 +92,7 @@ fn of_spheres(
     }
     let distance = square.sqrt();
     let (normal, overlap) = (separation * (1.0 / distance), radii - distance);
-    note(tally, overlap, one.radius.min(two.radius), particles, a, || {
+    note(statistics, overlap, one.radius.min(two.radius), particles, a, || {
         format!("particle {}", particles.ids[b as usize])
     });
     let arms = [normal * one.radius, normal * -two.radius];
@@ -100,16 +100,16 @@ fn of_spheres(
 }
 
 fn of_bodies(
-    pair: &BodyPair,
+    pair: &PartPair,
     contact: &PartContact,
     particles: &Particles,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> HardContact {
     let (a, b) = (pair.a as usize, pair.b as usize);
-    tally.cores_met += u64::from(contact.cores_met);
-    let radius = bodies::smaller_radius(particles, a, b, catalogue);
-    note(tally, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
+    statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
+    let radius = catalogue.smaller_inscribed_radius([a, b].map(|i| &particles.bodies[i]));
+    note(statistics, contact.overlap, radius, particles, pair.a, || format!("particle {}", particles.ids[b]));
     let separation = particles.bodies[b].position - particles.bodies[a].position;
     let half = contact.normal * (0.5 * contact.overlap);
     let arms = [contact.point + half, contact.point - half - separation];
@@ -130,7 +130,7 @@ fn of_particles(
     HardContact {
         key: Key::of_pair([a, b].map(|i| particles.ids[i as usize]), parts),
         a,
-        second: Second::Particle(b, arms[1]),
+        counterpart: Counterpart::Particle(b, arms[1]),
         normal,
         overlap,
         arm: arms[0],
@@ -144,19 +144,19 @@ fn of_wall(
     particles: &Particles,
     scene: &WallScene,
     catalogue: &Catalogue,
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
 ) -> HardContact {
     let WallMeeting { pair, image, normal, overlap, arm, point, velocity } = *meeting;
     let (i, wall) = (pair.particle as usize, &scene.walls[pair.wall as usize]);
     let body = &particles.bodies[i];
     let inscribed = catalogue.inscribed_radius(body);
     let half = normal * (0.5 * overlap);
-    note(tally, overlap, inscribed, particles, pair.particle, || format!("wall `{}`", wall.name));
+    note(statistics, overlap, inscribed, particles, pair.particle, || format!("wall `{}`", wall.name));
     let law = catalogue.contacts.law(body.kind.material, wall.material);
     HardContact {
         key: Key::of_wall(particles.ids[i], [pair.wall, pair.surface, pair.part], pair.element, image),
         a: pair.particle,
-        second: Second::Wall { wall: pair.wall, point: point - half, velocity },
+        counterpart: Counterpart::Wall { wall: pair.wall, point: point - half, velocity },
         normal,
         overlap,
         arm: arm + half,
@@ -167,21 +167,13 @@ fn of_wall(
 
 /// Notes an overlap (m) of particle `a` with another body, on a radius (m); beyond the limit it is an error.
 fn note(
-    tally: &mut Tally,
+    statistics: &mut PassStatistics,
     overlap: f64,
     radius: f64,
     particles: &Particles,
     a: u32,
-    other: impl Fn() -> String,
+    other: impl FnOnce() -> String,
 ) {
-    if tally.note(overlap / radius) {
-        tally.error = Some(StepError::Overlap {
-            id: particles.ids[a as usize],
-            other: other(),
-            overlap,
-            percent: 100.0 * overlap / radius,
-            limit: 100.0 * tally.limit(),
-            place: vector(&particles.bodies[a as usize].position),
-        });
-    }
+    let (id, position) = (particles.ids[a as usize], particles.bodies[a as usize].position);
+    statistics.note(overlap / radius, || Overlapping { id, other: other(), radius, position });
 }

@@ -1,15 +1,16 @@
 //! Works off the contacts of a step in rounds, in the same order on any ranks.
 
-use super::HardModel;
-use super::contacts::{HardContact, Second, collect};
+use super::contacts::{Counterpart, HardContact, collect};
 use super::key::Key;
-use super::response::{Outcome, Site};
-use crate::error::vector;
+use super::model::HardModel;
+use super::solver::{ContactSolver, Outcome};
+use crate::catalogue::Catalogue;
+use crate::contacts::PassStatistics;
+use crate::error::{StepError, vector};
 use crate::exchange::Exchange;
-use crate::forces::Tally;
-use crate::neighbours::Neighbours;
+use crate::particles::Particles;
+use crate::verlet::VerletLists;
 use crate::walls::WallScene;
-use crate::{Catalogue, Particles, StepError};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 
@@ -21,10 +22,10 @@ pub(crate) struct Collisions {
     pending: Vec<u32>,
     /// Lowest key among the pending contacts of each particle, clones included.
     lowest: Vec<Key>,
-    /// Relocation of each particle (m), on the position lattice, clones included.
+    /// Relocation of each particle (m), on the position quanta, clones included.
     relocations: Vec<Vec3>,
-    /// Whether the clones of an owned particle do not yet know how it fared.
-    is_news: Vec<bool>,
+    /// Whether the clones of an owned particle are out of date.
+    has_changed: Vec<bool>,
 }
 
 /// What the collisions of a step came to on this rank.
@@ -56,30 +57,30 @@ impl Collisions {
     pub(crate) fn find(
         &mut self,
         particles: &Particles,
-        neighbours: &mut Neighbours,
+        neighbours: &mut VerletLists,
         scene: &WallScene,
         catalogue: &Catalogue,
-        tally: &mut Tally,
+        statistics: &mut PassStatistics,
     ) {
-        collect(&mut self.contacts, particles, neighbours, scene, catalogue, tally);
+        collect(&mut self.contacts, particles, neighbours, scene, catalogue, statistics);
     }
 
-    /// Gives the contacts that were found their impulses, unless `tally` says that some were not.
+    /// Gives the contacts that were found their impulses, unless `statistics` says that some were not.
     pub(crate) fn resolve(
         &mut self,
-        site: &mut Site,
+        solver: &mut ContactSolver,
         model: &HardModel,
         exchange: &mut Exchange,
-        tally: &mut Tally,
+        statistics: &mut PassStatistics,
         transport: &impl Transport,
     ) -> Counts {
-        let (all, owned) = (site.particles.len(), site.particles.owned);
+        let (all, owned) = (solver.particles.len(), solver.particles.owned);
         self.relocations.clear();
         self.relocations.resize(all, Vec3::zeros());
-        self.is_news.clear();
-        self.is_news.resize(owned, false);
+        self.has_changed.clear();
+        self.has_changed.resize(owned, false);
         let mut counts = Counts::default();
-        let level = match (&tally.error, self.contacts.is_empty()) {
+        let level = match (&statistics.error, self.contacts.is_empty()) {
             (Some(_), _) => Level::Failed,
             (None, false) => Level::Working,
             (None, true) => Level::Done,
@@ -91,9 +92,9 @@ impl Collisions {
         for _ in 0..model.sweeps {
             let before = counts.collisions;
             self.begin_sweep(all, owned);
-            if !self.work_off(site, model, exchange, &mut counts, transport) {
+            if !self.work_off(solver, model, exchange, &mut counts, transport) {
                 let unmet = self.pending.first().map(|&k| &self.contacts[k as usize]);
-                tally.error = unmet.map(|contact| waits_for_ever(contact, site.particles));
+                statistics.error = unmet.map(|contact| waits_for_ever(contact, solver.particles));
                 break;
             }
             if model.sweeps > 1 && !transport.any(counts.collisions > before) {
@@ -107,8 +108,8 @@ impl Collisions {
     pub(crate) fn relocate(&mut self, particles: &mut Particles) {
         for (i, relocation) in self.relocations.iter().enumerate().take(particles.owned) {
             particles.bodies[i].position += relocation;
-            if let Some(travelled) = particles.travelled.get_mut(i) {
-                *travelled += relocation.norm();
+            if let Some(path_length) = particles.path_length.get_mut(i) {
+                *path_length += relocation.norm();
             }
         }
         self.relocations.clear();
@@ -120,14 +121,16 @@ impl Collisions {
         self.lowest.clear();
         self.lowest.resize(all, Key::NONE);
         self.find_lowest(owned);
-        for (is_news, lowest) in self.is_news.iter_mut().zip(&self.lowest) {
-            *is_news |= *lowest < Key::NONE;
+        for (has_changed, lowest) in self.has_changed.iter_mut().zip(&self.lowest) {
+            *has_changed |= *lowest < Key::NONE;
         }
     }
 
     /// Brings the lowest keys of owned particles up to date; those of clones come from their owners.
     fn find_lowest(&mut self, owned: usize) {
-        for (lowest, _) in self.lowest.iter_mut().zip(&self.is_news).filter(|(_, is_news)| **is_news) {
+        for (lowest, _) in
+            self.lowest.iter_mut().zip(&self.has_changed).filter(|(_, has_changed)| **has_changed)
+        {
             *lowest = Key::NONE;
         }
         for &k in &self.pending {
@@ -141,7 +144,7 @@ impl Collisions {
     /// Works off every pending contact once, round by round; returns whether that came to an end.
     fn work_off(
         &mut self,
-        site: &mut Site,
+        solver: &mut ContactSolver,
         model: &HardModel,
         exchange: &mut Exchange,
         counts: &mut Counts,
@@ -150,12 +153,18 @@ impl Collisions {
         // A rank that has worked off its last contact says `Done` while others still wait to hear of it.
         let mut waits = 0;
         while waits <= transport.size() {
-            let mut party = Party { particles: site.particles, collisions: self };
-            exchange.tell_clones(&mut party, Party::NUMBERS, Party::write, Party::read, transport);
-            self.is_news.fill(false);
+            let mut state = SolverState { particles: solver.particles, collisions: self };
+            exchange.forward_to_clones(
+                &mut state,
+                SolverState::NUMBERS,
+                SolverState::write,
+                SolverState::read,
+                transport,
+            );
+            self.has_changed.fill(false);
             let before = self.pending.len();
-            self.round(site, model, counts);
-            self.find_lowest(site.particles.owned);
+            self.round(solver, model, counts);
+            self.find_lowest(solver.particles.owned);
             counts.rounds += 1;
             let level = match self.pending.len() {
                 0 => Level::Done,
@@ -172,21 +181,21 @@ impl Collisions {
     }
 
     /// Works off the contacts whose key is the lowest of both their bodies; no two of them share a body.
-    fn round(&mut self, site: &mut Site, model: &HardModel, counts: &mut Counts) {
-        let Self { contacts, pending, lowest, relocations, is_news } = self;
+    fn round(&mut self, solver: &mut ContactSolver, model: &HardModel, counts: &mut Counts) {
+        let Self { contacts, pending, lowest, relocations, has_changed } = self;
         pending.retain(|&k| {
             let contact = &contacts[k as usize];
             if contact.particles().any(|i| lowest[i] != contact.key) {
                 return true;
             }
-            let outcome = site.collide(contact, model);
-            site.relocate(contact, relocations);
+            let outcome = solver.collide(contact, model);
+            solver.relocate(contact, relocations);
             for i in contact.particles() {
-                is_news.get_mut(i).into_iter().for_each(|news| *news = true);
+                has_changed.get_mut(i).into_iter().for_each(|update| *update = true);
             }
             // The rank that owns the first body counts.
-            if (contact.a as usize) < is_news.len() {
-                counts.collisions += u64::from(outcome != Outcome::Parting);
+            if (contact.a as usize) < has_changed.len() {
+                counts.collisions += u64::from(outcome != Outcome::Separating);
                 counts.resting += u64::from(outcome == Outcome::Rest);
             }
             false
@@ -197,27 +206,27 @@ impl Collisions {
 impl HardContact {
     /// The particles among the two bodies.
     fn particles(&self) -> impl Iterator<Item = usize> + use<> {
-        let second = match self.second {
-            Second::Particle(b, _) => Some(b as usize),
-            Second::Wall { .. } => None,
+        let counterpart = match self.counterpart {
+            Counterpart::Particle(b, _) => Some(b as usize),
+            Counterpart::Wall { .. } => None,
         };
-        std::iter::once(self.a as usize).chain(second)
+        std::iter::once(self.a as usize).chain(counterpart)
     }
 }
 
-/// What clones must be told of their owners.
-struct Party<'a> {
+/// What is forwarded to clones of their owners.
+struct SolverState<'a> {
     particles: &'a mut Particles,
     collisions: &'a mut Collisions,
 }
 
-impl Party<'_> {
+impl SolverState<'_> {
     /// Velocity, angular velocity, relocation, lowest key.
     const NUMBERS: usize = 11;
 
-    /// Appends how an owned particle fared, if that is news.
+    /// Appends how an owned particle fared, if that has changed.
     fn write(&self, i: usize, message: &mut Vec<f64>) -> bool {
-        if !self.collisions.is_news[i] {
+        if !self.collisions.has_changed[i] {
             return false;
         }
         let body = &self.particles.bodies[i];
@@ -228,7 +237,7 @@ impl Party<'_> {
         true
     }
 
-    /// Takes what [`Party::write`] wrote for a clone.
+    /// Takes what [`SolverState::write`] wrote for a clone.
     fn read(&mut self, clone: usize, numbers: &[f64]) {
         let vector = |k: usize| Vec3::new(numbers[k], numbers[k + 1], numbers[k + 2]);
         let body = &mut self.particles.bodies[clone];
@@ -241,9 +250,9 @@ impl Party<'_> {
 #[cold]
 fn waits_for_ever(contact: &HardContact, particles: &Particles) -> StepError {
     let a = contact.a as usize;
-    let other = match contact.second {
-        Second::Particle(b, _) => format!("particle {}", particles.ids[b as usize]),
-        Second::Wall { wall, .. } => format!("wall {wall}"),
+    let other = match contact.counterpart {
+        Counterpart::Particle(b, _) => format!("particle {}", particles.ids[b as usize]),
+        Counterpart::Wall { wall, .. } => format!("wall {wall}"),
     };
     StepError::Unmatched { id: particles.ids[a], other, place: vector(&particles.bodies[a].position) }
 }

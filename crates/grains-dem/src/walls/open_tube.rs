@@ -5,8 +5,8 @@
 //! or a ball on a seat is held all around: ½ k δ² of the deepest and the shallowest point have no kink where they change
 //! places.
 
-use super::surface::SurfaceContact;
-use crate::bodies::{Meeting, PlacedPart, touch};
+use super::surface_contact::SurfaceContact;
+use crate::narrow_phase::{Meeting, PlacedPart, touch};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, GjkError, Mat3, Simplex, Vec3};
@@ -41,7 +41,7 @@ enum Piece {
     Wall,
     /// The point of a rim nearest to a ball.
     Nearest(Rim),
-    /// The point of a wholly covered rim that is least deep.
+    /// The point of a wholly covered rim that is shallowest.
     Shallowest(Rim),
     /// Arc of a rim and its number.
     Arc(Rim, u32),
@@ -112,39 +112,39 @@ impl OpenTube {
         (along, if distance > 0.0 { off / distance } else { self.across() }, distance)
     }
 
-    /// Calls `found` with every element within `reach` (m) of a point.
-    pub(super) fn for_each_near(&self, center: &Vec3, reach: f64, mut found: impl FnMut(u32)) {
+    /// Calls `found` with every element within `range` (m) of a point.
+    pub(super) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
         let (along, _, off) = self.coordinates(center);
-        if (off - self.radius).abs() >= reach || along.abs() >= self.half_length + reach {
+        if (off - self.radius).abs() >= range || along.abs() >= self.half_length + range {
             return;
         }
         found(WALL);
         for first in [1, 1 + RIM] {
             // The nearest point of a rim comes first: no other element is near without it.
-            if self.is_near(first, center, reach) {
-                (first..first + RIM).filter(|&e| self.is_near(e, center, reach)).for_each(&mut found);
+            if self.is_near(first, center, range) {
+                (first..first + RIM).filter(|&e| self.is_near(e, center, range)).for_each(&mut found);
             }
         }
     }
 
-    /// Whether a ball of radius `reach` (m) may meet an element; if not, no smaller one does.
-    pub(super) fn is_near(&self, element: u32, center: &Vec3, reach: f64) -> bool {
+    /// Whether a ball of radius `range` (m) may meet an element; if not, no smaller one does.
+    pub(super) fn is_near(&self, element: u32, center: &Vec3, range: f64) -> bool {
         let (along, _, off) = self.coordinates(center);
         // Whether the point of a rim at a distance (m) across the axis is.
         let is_rim_near = |rim: &Rim, across: f64| {
             let from_end = (center - rim.center).dot(&rim.outward);
-            across * across + from_end * from_end < reach * reach
+            across * across + from_end * from_end < range * range
         };
         let beside = off - self.radius;
         match self.piece(element) {
-            Piece::Wall => beside.abs() < reach && along.abs() < self.half_length + reach,
+            Piece::Wall => beside.abs() < range && along.abs() < self.half_length + range,
             Piece::Nearest(rim) => is_rim_near(&rim, beside),
             Piece::Shallowest(rim) => is_rim_near(&rim, off + self.radius),
             Piece::Arc(rim, arc) => {
                 let half = 0.5 * TAU / f64::from(ARCS);
                 let middle = rim.at(start_of(arc) + half);
                 let radius_of_arc = 2.0 * self.radius * (0.5 * half).sin();
-                is_rim_near(&rim, beside) && (center - middle).norm() < reach + radius_of_arc
+                is_rim_near(&rim, beside) && (center - middle).norm() < range + radius_of_arc
             }
         }
     }
@@ -223,7 +223,7 @@ impl OpenTube {
             let is_beside = end.abs() <= self.half_length + slack;
             let is_through = distance <= self.radius || crossing.abs() <= self.half_length + slack;
             (is_beside && is_through)
-                .then(|| part.contact_behind(&(center + deepest), outward, distance - self.radius))
+                .then(|| SurfaceContact::behind(part, &(center + deepest), outward, distance - self.radius))
                 .flatten()
         };
         let (deepest, outward, distance) = part.farthest_from_axis(&(center - self.center), &self.axis);

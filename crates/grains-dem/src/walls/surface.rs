@@ -1,10 +1,11 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
 use super::open_tube::OpenTube;
-use crate::bodies::{Meeting, PlacedPart, spread, touch};
+use super::surface_contact::SurfaceContact;
 use crate::catalogue::FaceContact;
+use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, touch};
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
+use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
 
 /// A piece of wall in the wall's frame.
@@ -45,60 +46,6 @@ pub enum Surface {
     Mesh(Arc<WallMesh>),
 }
 
-/// Contact of a convex body with a surface, in the wall's frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfaceContact {
-    /// Unit normal from the body into the wall.
-    pub(crate) normal: Vec3,
-    /// Overlap (m), positive.
-    pub(crate) overlap: f64,
-    /// Contact point (m).
-    pub(crate) point: Vec3,
-    /// Where the body touches if not in a point.
-    pub(crate) footprint: Option<Footprint>,
-}
-
-impl SurfaceContact {
-    /// Contact of a body whose surface reaches `overlap` behind the wall at `deepest`.
-    #[inline(always)]
-    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
-        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
-    }
-
-    /// The same contact spread over a footprint of the core, which is swept by a ball of radius `crust`.
-    fn spread(self, footprint: Option<Footprint>, crust: f64) -> Self {
-        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
-        Self::new(center + self.normal * crust, self.normal, overlap, footprint)
-    }
-
-    /// Two contacts with one flat patch: the deeper, or both footprints together.
-    pub(crate) fn joined(&self, other: &Self) -> Self {
-        let deeper = if self.overlap >= other.overlap { self } else { other };
-        match (&self.footprint, &other.footprint) {
-            (Some(a), Some(b)) => {
-                let joined = a.joined(b);
-                let share = a.weight / joined.weight;
-                Self {
-                    normal: self.normal,
-                    overlap: joined.overlap,
-                    point: self.point * share + other.point * (1.0 - share),
-                    footprint: Some(joined),
-                }
-            }
-            // A triangle touched in one point adds nothing to a face that lies on its neighbours.
-            (Some(_), None) => *self,
-            (None, Some(_)) => *other,
-            (None, None) => *deeper,
-        }
-    }
-
-    /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
-    #[inline(always)]
-    pub(super) fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
-        Self::new(center + normal * radius, normal, overlap, None)
-    }
-}
-
 impl Surface {
     /// Whether periodic images of a particle may meet this surface elsewhere: planes are their own images.
     pub fn is_finite(&self) -> bool {
@@ -109,11 +56,16 @@ impl Surface {
         }
     }
 
-    /// Calls `found` with every element (triangle, or 0) within `reach` (m) of a point.
-    pub(crate) fn for_each_near(&self, center: &Vec3, reach: f64, mut found: impl FnMut(u32)) {
+    /// Whether contacts of all shapes with it need no distance query.
+    pub(crate) fn has_closed_form(&self) -> bool {
+        matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))
+    }
+
+    /// Calls `found` with every element (triangle, or 0) within `range` (m) of a point.
+    pub(crate) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
         match self {
             Surface::Plane { point, normal } => {
-                if (center - point).dot(normal) < reach {
+                if (center - point).dot(normal) < range {
                     found(0);
                 }
             }
@@ -121,20 +73,20 @@ impl Surface {
                 let from = center - middle;
                 let along = from.dot(axis);
                 let off = (from - axis * along).norm();
-                if off > radius - reach && along.abs() < half_length + reach {
+                if off > radius - range && along.abs() < half_length + range {
                     found(0);
                 }
             }
-            Surface::OpenTube(tube) => tube.for_each_near(center, reach, found),
+            Surface::OpenTube(tube) => tube.for_each_near(center, range, found),
             Surface::Solid { center: middle, bounding_radius, .. } => {
-                if (center - middle).norm() < bounding_radius + reach {
+                if (center - middle).norm() < bounding_radius + range {
                     found(0);
                 }
             }
             Surface::Mesh(mesh) => {
-                let half = Vec3::repeat(reach);
+                let half = Vec3::repeat(range);
                 mesh.for_each_in_box(&(center - half), &(center + half), |t| {
-                    if mesh.is_near(t, center, reach) {
+                    if mesh.is_near(t, center, range) {
                         found(t);
                     }
                 });
@@ -192,19 +144,10 @@ impl Surface {
         simplex: &mut Simplex,
         faces: FaceContact,
     ) -> Result<Option<SurfaceContact>, GjkError> {
-        let is_spread = faces == FaceContact::Spread;
+        let is_multi_point = faces == FaceContact::MultiPoint;
         match self {
             Surface::Plane { point, normal } => {
-                if let Some(vertices) = part.vertices {
-                    return Ok(part.vertices_behind(vertices, center, point, normal));
-                }
-                let deepest = center + part.farthest(&-normal);
-                let contact = part.contact_behind(&deepest, -normal, -(deepest - point).dot(normal));
-                Ok(contact.map(|contact| {
-                    let gap = |p: &Vec3| (center + p - point).dot(normal);
-                    let footprint = if is_spread { part.footprint(center, &-normal, gap) } else { None };
-                    contact.spread(footprint, part.crust)
-                }))
+                Ok(plane_meets_part((point, normal), center, part, is_multi_point))
             }
             Surface::Tube { center: middle, axis, radius, half_length } => {
                 let (deepest, outward, off) = part.farthest_from_axis(&(center - middle), axis);
@@ -212,48 +155,42 @@ impl Surface {
                 if along.abs() > *half_length {
                     return Ok(None);
                 }
-                let contact = part.contact_behind(&(center + deepest), outward, off - radius);
+                let contact = SurfaceContact::behind(part, &(center + deepest), outward, off - radius);
                 Ok(contact.map(|contact| {
                     let gap = |p: &Vec3| {
                         let from = center - middle + p;
                         radius - (from - axis * from.dot(axis)).norm()
                     };
-                    let footprint = if is_spread { part.footprint(center, &outward, gap) } else { None };
-                    contact.spread(footprint, part.crust)
+                    let patch = if is_multi_point { part.footprint(center, &outward, gap) } else { None };
+                    contact.over(patch, part.crust)
                 }))
             }
             Surface::OpenTube(tube) => tube.meets_part(element, center, part),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let Meeting::Touching(mut c) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
-                };
-                let footprint = is_spread.then(|| spread(part, core, &placement, 0.0, &mut c)).flatten();
-                let point = center + c.point;
-                Ok(Some(SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint }))
+                let contact = core_meets_part(core, &placement, center, part, simplex, is_multi_point)?;
+                Ok(contact.map(|(contact, _)| contact))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Meeting::Touching(mut c) = touch(part, &core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
-                };
-                let footprint = is_spread.then(|| spread(part, &core, &placement, 0.0, &mut c)).flatten();
-                let point = center + c.point;
-                let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
-                // The triangle's point lies half an overlap behind the contact point.
-                let on_triangle = point - c.normal * (0.5 * c.overlap);
-                let owns = c.cores_met
-                    || footprint.is_some()
-                    || mesh.owns_local_minimum(element, &on_triangle, &-c.normal);
-                Ok(owns.then_some(contact))
+                let contact = core_meets_part(&core, &placement, center, part, simplex, is_multi_point)?;
+                Ok(contact.and_then(|(contact, is_deep_penetration)| {
+                    let SurfaceContact { normal, overlap, point, footprint } = contact;
+                    // The triangle's point lies half an overlap behind the contact point.
+                    let on_triangle = point - normal * (0.5 * overlap);
+                    let owns = is_deep_penetration
+                        || footprint.is_some()
+                        || mesh.owns_local_minimum(element, &on_triangle, &-normal);
+                    owns.then_some(contact)
+                }))
             }
         }
     }
 
     /// Whether a ball is certainly apart from an element: true wherever [`Self::for_each_near`] does not find
     /// the element for the same ball.
-    pub(crate) fn is_out_of_reach(&self, element: u32, center: &Vec3, radius: f64) -> bool {
+    pub(crate) fn is_out_of_range(&self, element: u32, center: &Vec3, radius: f64) -> bool {
         match self {
             Surface::Plane { .. } | Surface::Tube { .. } => false,
             Surface::Solid { center: middle, bounding_radius, .. } => {
@@ -284,4 +221,39 @@ impl Surface {
             _ => None,
         }
     }
+}
+
+/// Contact of a part at `center` (m) with a plane, by its vertices if it has any.
+fn plane_meets_part(
+    (point, normal): (&Vec3, &Vec3),
+    center: &Vec3,
+    part: &PlacedPart,
+    is_multi_point: bool,
+) -> Option<SurfaceContact> {
+    if let Some(vertices) = part.vertices {
+        return SurfaceContact::of_vertices(part, vertices, center, point, normal);
+    }
+    let deepest = center + part.farthest(&-normal);
+    let contact = SurfaceContact::behind(part, &deepest, -normal, -(deepest - point).dot(normal))?;
+    let gap = |p: &Vec3| (center + p - point).dot(normal);
+    let patch = if is_multi_point { part.footprint(center, &-normal, gap) } else { None };
+    Some(contact.over(patch, part.crust))
+}
+
+/// Contact of a part at `center` (m) with a core placed in its frame, and whether it is a deep penetration.
+fn core_meets_part(
+    core: &Core,
+    placement: &Placement,
+    center: &Vec3,
+    part: &PlacedPart,
+    simplex: &mut Simplex,
+    is_multi_point: bool,
+) -> Result<Option<(SurfaceContact, bool)>, GjkError> {
+    let Meeting::Touching(mut c) = touch(part, core, placement, 0.0, 0.0, simplex)? else {
+        return Ok(None);
+    };
+    let footprint = is_multi_point.then(|| contact_patch(part, core, placement, 0.0, &mut c)).flatten();
+    let point = center + c.point;
+    let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
+    Ok(Some((contact, c.is_deep_penetration)))
 }

@@ -241,7 +241,7 @@ impl FluidPhase {
             }
         }
         if let Some(exchange) = &mut self.exchange {
-            add_drag(&mut dem.particles, &dem.setup.rates, &mut exchange.account.ledger);
+            add_drag(&mut dem.particles, &dem.setup.parameters, &mut exchange.account.ledger);
         }
         if let Some(resolved) = self.resolved.as_ref().filter(|resolved| !resolved.is_fixed) {
             resolved.add_loads(dem);
@@ -268,7 +268,7 @@ impl FluidPhase {
 
     fn step(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
         let begun = std::time::Instant::now();
-        let dt = self.last_span as f64 * dem.setup.rates.dt;
+        let dt = self.last_span as f64 * dem.setup.parameters.dt;
         if let Some(exchange) = &mut self.exchange {
             exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
         }
@@ -386,7 +386,7 @@ impl Parts {
             let setup = setup::flow_setup(case, fluid, decomposition, plain_halo(fluid))?;
             return Ok(Self { setup, coupling: None });
         };
-        let halo = halo(case, fluid, (&coupling, kinds), dem.skin.most * dem.largest_radius)?;
+        let halo = halo(case, fluid, (&coupling, kinds), dem.skin.max * dem.largest_radius)?;
         let setup = setup::flow_setup(case, fluid, decomposition, halo)?;
         let diameter = setup::largest_diameter(&coupling, kinds);
         check_kernel(&coupling, (&setup.grid, &setup.partition, halo), diameter)

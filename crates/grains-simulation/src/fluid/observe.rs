@@ -277,12 +277,12 @@ fn loads_of_bodies(case: &Case, dem: &Dem, transport: &MpiTransport) -> Vec<f64>
     let chosen = case.fluid.as_ref().map_or(&[][..], |fluid| &fluid.output.bodies);
     // The last number tells how many ranks own the body.
     let of_guides = 1 + chosen.len();
-    let mut sums = vec![[0.0; 7]; of_guides + dem.setup.guides.len()];
+    let mut sums = vec![[0.0; 7]; of_guides + dem.setup.prescribed.len()];
     let particles = &dem.particles;
     for ((id, body), cargo) in particles.ids.iter().zip(&particles.bodies).zip(&particles.cargo) {
         let link = FlowLink::read(cargo);
         let place = chosen.iter().position(|k| k == id).map(|k| k + 1);
-        let guide = body.is_guided().then(|| of_guides + usize::from(body.guide) - 1);
+        let guide = body.is_prescribed().then(|| of_guides + usize::from(body.prescribed) - 1);
         for sum in std::iter::once(0).chain(place).chain(guide) {
             let load = link.force.iter().chain(&link.torque).copied().chain([1.0]);
             sums[sum].iter_mut().zip(load).for_each(|(sum, x)| *sum += x);

@@ -56,7 +56,7 @@ impl SpanRule {
         event: u64,
         transport: &MpiTransport,
     ) -> Result<u64, RunError> {
-        let dt = dem.setup.rates.dt;
+        let dt = dem.setup.parameters.dt;
         let stable = self.limits.stable_step(flow, transport);
         // Velocities that are no numbers are for the step to tell of.
         if stable > 0.0 && dt > (1.0 + ROUNDING) * stable.min(self.longest_given) {
@@ -92,7 +92,7 @@ impl SpanRule {
 
     /// Tells that one step of the particles is longer than what the fluid allows (s).
     fn too_long(&self, dem: &Dem, stable: f64) -> RunError {
-        let dt = dem.setup.rates.dt;
+        let dt = dem.setup.parameters.dt;
         let message = if stable > self.longest_given {
             format!(
                 "longer than fluid.longest_step = {:.3e} s; raise that, or take time.dt of at most it",

@@ -9,7 +9,7 @@ use crate::error::RunError;
 use crate::random::Draw;
 use crate::system;
 use grains_case::{Case, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing};
-use grains_dem::{Catalogue, Dem, Guide, Kind, Motion, NewParticle, Occupancy, ParticleRecord};
+use grains_dem::{Catalogue, Dem, Kind, Motion, NewParticle, Occupancy, ParticleRecord, PrescribedMotion};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ impl Block {
     }
 
     /// What prescribes the motion of its particles, if anything does.
-    pub fn guide(&self) -> Option<Guide> {
+    pub fn guide(&self) -> Option<PrescribedMotion> {
         let (motion, about_centres) = match self.insert.motion.as_ref()? {
             ParticleMotion::Free => return None,
             ParticleMotion::Fixed => (Motion::Fixed, false),
@@ -119,7 +119,7 @@ impl Block {
             }
         };
         let ids = self.first_id..self.first_id + self.count;
-        Some(Guide { name: self.insert.name.clone(), ids, motion, about_centres })
+        Some(PrescribedMotion { name: self.insert.name.clone(), ids, motion, about_centres })
     }
 
     /// Sum of something over the kind and scale of all its particles; of more than a million it is that of the first million,
@@ -218,7 +218,7 @@ impl Block {
     ) -> Result<u64, String> {
         let Place::Window { window, attempts, retry } = &self.insert.place else { return Ok(self.done) };
         let (attempts, mut done) = (*attempts, self.done);
-        let pause = retry.map_or(1, |t| (t / dem.setup.rates.dt).round().max(1.0) as u64);
+        let pause = retry.map_or(1, |t| (t / dem.setup.parameters.dt).round().max(1.0) as u64);
         if !dem.step.is_multiple_of(pause) {
             return Ok(done);
         }

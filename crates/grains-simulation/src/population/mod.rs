@@ -13,7 +13,7 @@ use crate::changes::{Change, names};
 use crate::error::RunError;
 use block::{Block, Progress};
 use grains_case::Case;
-use grains_dem::{Catalogue, Dem, Guide, Kind, Partner, Touch};
+use grains_dem::{Catalogue, Dem, Kind, Partner, PrescribedMotion, Touch};
 use grains_domain::Transport;
 use std::ops::Range;
 use toml::{Table, Value};
@@ -145,7 +145,7 @@ impl Population {
     }
 
     /// What prescribes the motion of particles; nothing has to where none of a case moves.
-    pub fn guides(&self, case: &Case) -> Vec<Guide> {
+    pub fn guides(&self, case: &Case) -> Vec<PrescribedMotion> {
         if case.holds_particles() {
             Vec::new()
         } else {
@@ -229,7 +229,7 @@ impl Population {
             let batch = block.insert.batch.unwrap_or(block.count).max(1);
             let batches = (block.done.max(block.before) - block.before) / batch;
             let due = block.start + batches as f64 * block.insert.interval;
-            if block.is_complete() || dem.step < dem.origin.step_at(due, dem.setup.rates.dt) {
+            if block.is_complete() || dem.step < dem.origin.step_at(due, dem.setup.parameters.dt) {
                 continue;
             }
             let until = (block.before + (batches + 1) * batch).min(block.count);

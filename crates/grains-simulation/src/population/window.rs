@@ -47,7 +47,7 @@ pub fn place_in_window(
 fn attempted_position(new: &NewParticle, window: &Window, seed: u64, attempt: u64, dem: &Dem) -> Vec3 {
     let mut draw = Draw::new(seed, new.id, purpose::ATTEMPT + attempt);
     let wrapped = dem.setup.global.wrap(point_in(window, &mut draw).into());
-    Vec3::from(wrapped.map(|x| dem.setup.global.lattice.snap(x)))
+    Vec3::from(wrapped.map(|x| dem.setup.global.quantum.snap(x)))
 }
 
 /// Corners of the box around a window (m).

@@ -92,7 +92,7 @@ pub fn lines(
     if let Some(films) = super::super::lubrication(case) {
         lines.push(format!(
             "  lubrication  films thinner than {:.3e} m between spheres and at walls, down to {} of the radius",
-            films.range, films.least_gap
+            films.range, films.min_gap
         ));
     }
     lines.push(format!(

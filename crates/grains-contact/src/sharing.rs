@@ -1,0 +1,65 @@
+//! Contacts that share one pair of bodies.
+
+use crate::Coefficients;
+
+/// What a pair of bodies does with several contacts at once (thesis 3.2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sharing {
+    /// Model A: forces add up, with the damping corrected for the number N of contacts, γ = γ1/√N
+    /// (eq. 3.35 as corrected, errata R16-13); N contacts are N times as stiff.
+    Sum,
+    /// Model B: the mean of the forces (eq. 3.36), as stiff as one contact whatever N.
+    #[default]
+    Mean,
+}
+
+impl Coefficients {
+    /// Coefficients of each of `count` contacts of one pair of bodies.
+    #[inline(always)]
+    pub fn shared(&self, count: usize, sharing: Sharing) -> Self {
+        let n = count as f64;
+        match sharing {
+            _ if count == 1 => *self,
+            // The tangential dashpot of a spring is a share of the normal one; a memoryless one has its own rate.
+            Sharing::Sum => {
+                let damping = 1.0 / n.sqrt();
+                let tangential = if self.tangential_stiffness > 0.0 { damping } else { 1.0 };
+                Self {
+                    dashpot: self.dashpot * damping,
+                    tangential_dashpot: self.tangential_dashpot * tangential,
+                    mass: self.mass / n,
+                    ..*self
+                }
+            }
+            Sharing::Mean => Self {
+                stiffness: self.stiffness / n,
+                dashpot: self.dashpot / n,
+                tangential_stiffness: self.tangential_stiffness / n,
+                tangential_dashpot: self.tangential_dashpot / n,
+                mass: self.mass / n,
+                ..*self
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ContactLaw, Tangential};
+
+    #[test]
+    fn shared_contacts_keep_the_restitution_in_both_models() {
+        let tangential = Tangential::Spring { stiffness_ratio: 0.5, damping_ratio: 0.5 };
+        let one = ContactLaw::new(1e5, 0.6, 0.3, tangential).coefficients(0.01);
+        for n in [2, 7] {
+            let sum = one.shared(n, Sharing::Sum);
+            // Damping ratio γ/ω0 of n equal contacts together.
+            let ratio = |c: &Coefficients, n: f64| n * c.dashpot / (n * c.stiffness).sqrt();
+            assert!((ratio(&sum, n as f64) / ratio(&one, 1.0) - 1.0).abs() < 1e-14);
+            let mean = one.shared(n, Sharing::Mean);
+            assert!((mean.stiffness * n as f64 / one.stiffness - 1.0).abs() < 1e-15);
+            assert!((ratio(&mean, n as f64) / ratio(&one, 1.0) - 1.0).abs() < 1e-14);
+        }
+    }
+}

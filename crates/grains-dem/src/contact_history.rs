@@ -1,0 +1,311 @@
+//! Contact history: what a contact keeps from one step to the next, saved per particle when lists are rebuilt.
+//!
+//! Between rebuilds a history sits in its pair. For a rebuild, a migration or a checkpoint it is saved
+//! in rows, one per owned particle, so that it travels with the particle. Both ranks that share a pair
+//! hold the same history, so nothing is lost when one of the two particles moves away.
+
+use crate::memory_use::heap_bytes;
+use grains_geometry::{Simplex, Vec3};
+
+/// Rows of items, one row per particle.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<T> {
+    first: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
+        Self { first: vec![0], items: Vec::new() }
+    }
+}
+
+impl<T: Copy> Rows<T> {
+    /// Fills the rows from entries (row, item) visited in any order, twice the same.
+    fn fill(&mut self, rows: usize, blank: T, visit: impl Fn(&mut dyn FnMut(u32, T))) {
+        self.first.clear();
+        self.first.resize(rows + 1, 0);
+        let first = &mut self.first;
+        visit(&mut |row, _| first[row as usize + 1] += 1);
+        for row in 0..rows {
+            first[row + 1] += first[row];
+        }
+        self.items.clear();
+        self.items.resize(first[rows] as usize, blank);
+        let items = &mut self.items;
+        visit(&mut |row, item| {
+            let at = &mut first[row as usize];
+            items[*at as usize] = item;
+            *at += 1;
+        });
+        // Every start has moved to its end: shift back.
+        first.rotate_right(1);
+        first[0] = 0;
+    }
+
+    /// Items of a row; a row that was never filled is empty.
+    pub(crate) fn row(&self, row: usize) -> &[T] {
+        match self.first.get(row + 1) {
+            Some(&end) => &self.items[self.first[row] as usize..end as usize],
+            None => &[],
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        heap_bytes(&self.first) + heap_bytes(&self.items)
+    }
+
+    fn push_row(&mut self, items: impl IntoIterator<Item = T>) {
+        self.items.extend(items);
+        self.first.push(self.items.len() as u32);
+    }
+}
+
+/// A contact of two spheres, seen from the particle that holds it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereHistory {
+    pub(crate) partner: u64,
+    pub(crate) tangential_displacement: Vec3,
+}
+
+/// History of a contact of bodies that are not both spheres, while it lasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ContactHistory {
+    /// Tangential displacement (m).
+    pub(crate) tangential_displacement: Vec3,
+    /// Torsional angle about the normal (rad).
+    pub(crate) torsional_angle: f64,
+    /// Simplex of the last distance query.
+    pub(crate) simplex: Simplex,
+}
+
+/// A contact of two parts, seen from the particle of lower id.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PartHistory {
+    pub(crate) partner: u64,
+    pub(crate) parts: [u16; 2],
+    pub(crate) contact: ContactHistory,
+}
+
+/// A contact with a wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallHistory {
+    pub(crate) wall: u16,
+    pub(crate) surface: u16,
+    pub(crate) part: u16,
+    pub(crate) element: u32,
+    /// Periodic image as seen from the wrapped position, a code of [`crate::periodic_images`].
+    pub(crate) image: u8,
+    pub(crate) contact: ContactHistory,
+}
+
+/// What tells apart the contacts of a particle with walls: wall, surface, part, element, and periodic image.
+pub(crate) type WallKey = (u16, u16, u16, u32, u8);
+
+impl WallHistory {
+    pub(crate) fn key(&self) -> WallKey {
+        (self.wall, self.surface, self.part, self.element, self.image)
+    }
+}
+
+/// The histories of all owned particles, in rows by particle.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SavedHistories {
+    pub(crate) spheres: Rows<SphereHistory>,
+    pub(crate) part_pairs: Rows<PartHistory>,
+    pub(crate) walls: Rows<WallHistory>,
+}
+
+/// Contact history of a particle, as of [`Dem::packed_history`](crate::Dem::packed_history), with walls that have
+/// other numbers now; those without one are dropped.
+pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Vec<f64> {
+    let mut histories = SavedHistories::default();
+    histories.read(packed);
+    let walls =
+        histories.walls.row(0).iter().filter_map(|m| Some(WallHistory { wall: number(m.wall)?, ..*m }));
+    let mut renumbered = Rows::default();
+    renumbered.push_row(walls);
+    histories.walls = renumbered;
+    let mut packed = Vec::new();
+    histories.write(0, &mut packed);
+    packed
+}
+
+impl SavedHistories {
+    /// Saves entries (owned particle, history) in rows.
+    pub(crate) fn fill(
+        &mut self,
+        owned: usize,
+        spheres: impl Fn(&mut dyn FnMut(u32, SphereHistory)),
+        part_pairs: impl Fn(&mut dyn FnMut(u32, PartHistory)),
+        walls: impl Fn(&mut dyn FnMut(u32, WallHistory)),
+    ) {
+        self.spheres.fill(
+            owned,
+            SphereHistory { partner: 0, tangential_displacement: Vec3::zeros() },
+            spheres,
+        );
+        let contact = ContactHistory::default();
+        self.part_pairs.fill(owned, PartHistory { partner: 0, parts: [0; 2], contact }, part_pairs);
+        let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
+        self.walls.fill(owned, WallHistory { wall, surface, part, element, image, contact }, walls);
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        self.spheres.bytes() + self.part_pairs.bytes() + self.walls.bytes()
+    }
+
+    /// Appends one particle's histories to a message.
+    pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
+        let (spheres, part_pairs, walls) =
+            (self.spheres.row(row), self.part_pairs.row(row), self.walls.row(row));
+        message.extend([spheres.len() as f64, part_pairs.len() as f64, walls.len() as f64]);
+        for m in spheres {
+            message.extend([
+                m.partner as f64,
+                m.tangential_displacement.x,
+                m.tangential_displacement.y,
+                m.tangential_displacement.z,
+            ]);
+        }
+        for m in part_pairs {
+            message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
+            m.contact.write(message);
+        }
+        for m in walls {
+            message.extend([m.wall, m.surface, m.part].map(f64::from));
+            message.extend([f64::from(m.element), f64::from(m.image)]);
+            m.contact.write(message);
+        }
+    }
+
+    /// Reads one particle's histories as a new last row; returns the rest of the message.
+    pub(crate) fn read<'a>(&mut self, message: &'a [f64]) -> &'a [f64] {
+        let counts = [0, 1, 2].map(|k| message[k] as usize);
+        let mut rest = &message[3..];
+        let mut take = |n: usize| {
+            let (head, tail) = rest.split_at(n);
+            rest = tail;
+            head
+        };
+        self.spheres.push_row((0..counts[0]).map(|_| {
+            let m = take(4);
+            SphereHistory { partner: m[0] as u64, tangential_displacement: Vec3::new(m[1], m[2], m[3]) }
+        }));
+        self.part_pairs.push_row((0..counts[1]).map(|_| {
+            let m = take(3);
+            let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
+            PartHistory { partner, parts, contact: ContactHistory::read(&mut take) }
+        }));
+        self.walls.push_row((0..counts[2]).map(|_| {
+            let m = take(5);
+            let [wall, surface, part] = [0, 1, 2].map(|k| m[k] as u16);
+            let (element, image) = (m[3] as u32, m[4] as u8);
+            WallHistory { wall, surface, part, element, image, contact: ContactHistory::read(&mut take) }
+        }));
+        rest
+    }
+}
+
+impl ContactHistory {
+    /// Whether there is nothing to keep.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.simplex.len == 0 && self.torsional_angle == 0.0 && self.tangential_displacement == Vec3::zeros()
+    }
+
+    fn write(&self, message: &mut Vec<f64>) {
+        let Self { tangential_displacement, torsional_angle, simplex } = self;
+        message.extend([
+            tangential_displacement.x,
+            tangential_displacement.y,
+            tangential_displacement.z,
+            *torsional_angle,
+            f64::from(simplex.len),
+        ]);
+        for k in 0..simplex.len as usize {
+            for p in [&simplex.a[k], &simplex.b[k]] {
+                message.extend([p.x, p.y, p.z]);
+            }
+        }
+    }
+
+    fn read<'a>(take: &mut impl FnMut(usize) -> &'a [f64]) -> Self {
+        let m = take(5);
+        let mut simplex = Simplex { len: m[4] as u8, ..Simplex::default() };
+        for k in 0..simplex.len as usize {
+            let p = take(6);
+            simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
+            simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
+        }
+        Self { tangential_displacement: Vec3::new(m[0], m[1], m[2]), torsional_angle: m[3], simplex }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histories_survive_saving_and_packing() {
+        let tangential_displacement = |k: f64| Vec3::new(k, -k, 2.0 * k);
+        let simplex =
+            Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
+        let mut gathered = SavedHistories::default();
+        gathered.fill(
+            3,
+            |add| {
+                add(2, SphereHistory { partner: 7, tangential_displacement: tangential_displacement(0.5) });
+                add(0, SphereHistory { partner: 8, tangential_displacement: tangential_displacement(0.25) });
+                add(2, SphereHistory { partner: 9, tangential_displacement: tangential_displacement(0.125) });
+            },
+            |add| {
+                let contact = ContactHistory {
+                    tangential_displacement: tangential_displacement(3.0),
+                    torsional_angle: 0.1,
+                    simplex,
+                };
+                add(1, PartHistory { partner: 3, parts: [4, 5], contact })
+            },
+            |add| {
+                let contact = ContactHistory {
+                    tangential_displacement: tangential_displacement(5.0),
+                    torsional_angle: -0.3,
+                    simplex,
+                };
+                add(2, WallHistory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
+            },
+        );
+        assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
+        assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());
+        let mut again = SavedHistories::default();
+        for row in 0..3 {
+            let (mut message, mut copy) = (Vec::new(), Vec::new());
+            gathered.write(row, &mut message);
+            assert!(again.read(&message).is_empty());
+            again.write(row, &mut copy);
+            assert_eq!(message, copy);
+        }
+    }
+
+    /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.
+    fn history(walls: &[f64]) -> Vec<f64> {
+        let mut packed = vec![1.0, 0.0, walls.len() as f64, 7.0, 0.1, 0.2, 0.3];
+        for (k, wall) in walls.iter().enumerate() {
+            packed.extend([*wall, 1.0, 0.0, 5.0, 13.0, 0.5 + k as f64, 0.25, 0.125, 2.0, 0.0]);
+        }
+        packed
+    }
+
+    #[test]
+    fn contacts_keep_to_their_walls_when_others_come_and_go() {
+        let packed = history(&[0.0, 1.0, 2.0]);
+        assert_eq!(renumber_walls(&packed, Some), packed);
+        assert_eq!(renumber_walls(&packed, |wall| Some(wall + 3)), history(&[3.0, 4.0, 5.0]));
+        // The first is gone: the displacements of the others stay with them.
+        let moved = renumber_walls(&packed, |wall| wall.checked_sub(1));
+        let wanted: Vec<f64> =
+            [&[1.0, 0.0, 2.0], &packed[3..7], &[0.0], &packed[18..27], &[1.0], &packed[28..]].concat();
+        assert_eq!(moved, wanted);
+    }
+}

@@ -1,0 +1,78 @@
+//! The loads of one contact: its law evaluated and rounded, the same for all kinds of bodies.
+
+use super::load_quanta::LoadQuanta;
+use crate::particles::Particles;
+use grains_contact::{Coefficients, Encounter, PatchMoments};
+use grains_geometry::Vec3;
+
+/// A point in which two bodies touch.
+pub(crate) trait ContactPoint {
+    /// What the contact law sees.
+    fn encounter(&self) -> Encounter;
+
+    /// Torques (N m) on both bodies about their centres of mass by a force (N) on the first and its opposite on the second.
+    fn torques(&self, force: &Vec3) -> [Vec3; 2];
+
+    /// R1 R2/(R1 + R2) of the distances R of the point from the centres of mass (m); R1 against a wall.
+    fn effective_radius(&self) -> f64;
+}
+
+/// Loads of a contact, multiples of their quanta.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactLoads {
+    /// Force on the first body (N); the second gets the opposite.
+    pub(crate) force: Vec3,
+    /// Torques on both bodies (N m).
+    pub(crate) torques: [Vec3; 2],
+}
+
+impl ContactLoads {
+    /// Loads of a contact under a law: force, torques and rolling resistance.
+    ///
+    /// `tangential_displacement` (m) is what the contact keeps of its history, and is advanced by the step of `dt` (s).
+    #[inline(always)]
+    pub(crate) fn of(
+        point: &impl ContactPoint,
+        law: &Coefficients,
+        tangential_displacement: &mut Vec3,
+        quanta: &LoadQuanta,
+        dt: f64,
+    ) -> Self {
+        let encounter = point.encounter();
+        let force = quanta.force(&law.force(&encounter, tangential_displacement, dt));
+        let mut torques = point.torques(&force).map(|torque| quanta.torque(&torque));
+        if law.resists_rolling() {
+            let rolling = quanta.torque(&law.rolling_torque(&encounter, point.effective_radius()));
+            torques[0] += rolling;
+            torques[1] -= rolling;
+        }
+        Self { force, torques }
+    }
+
+    /// Adds the torque of a contact patch about its centre; its torsional angle (rad) is advanced by `dt` (s).
+    pub(crate) fn add_patch(
+        &mut self,
+        point: &impl ContactPoint,
+        law: &Coefficients,
+        (patch, torsional_angle): (&PatchMoments, &mut f64),
+        quanta: &LoadQuanta,
+        dt: f64,
+    ) {
+        let torque = quanta.torque(&law.patch_torque(&point.encounter(), patch, torsional_angle, dt));
+        self.torques[0] += torque;
+        self.torques[1] -= torque;
+    }
+
+    /// Adds the loads to the sums of those of two particles that this rank owns.
+    #[inline(always)]
+    pub(crate) fn add_to(&self, particles: &mut Particles, [a, b]: [u32; 2]) {
+        if let Some(load) = particles.loads.get_mut(a as usize) {
+            load.force += self.force;
+            load.torque += self.torques[0];
+        }
+        if let Some(load) = particles.loads.get_mut(b as usize) {
+            load.force -= self.force;
+            load.torque += self.torques[1];
+        }
+    }
+}

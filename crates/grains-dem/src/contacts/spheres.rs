@@ -1,0 +1,255 @@
+//! Contacts between spheres: the closed form, once per rank and pair.
+//!
+//! Pairs are taken in blocks. Those of a block that touch are picked, without a branch that the processor could guess
+//! wrong; what the law needs of them is laid side by side; their forces are found, several at a time in the lanes of
+//! the processor; and these are added to the loads. All of a block stays in the first-level cache.
+
+use super::batch::{Batch, BatchedContact, ContactColumns};
+use super::lanes::{BLOCK, Columns, set, vector_at};
+use super::loads::ContactPoint;
+use super::pass::{ContactPass, Overlapping, PassStatistics};
+use crate::catalogue::ContactTable;
+use crate::particles::{Body, Particles};
+use grains_contact::{Encounter, PreparedLaw, reduced_mass};
+use grains_geometry::Vec3;
+use multiversion::multiversion;
+
+/// Two spheres near each other and the tangential displacement between them (m), as seen from `a`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct SpherePair {
+    /// An owned sphere.
+    pub(crate) a: u32,
+    /// Another, owned or clone.
+    pub(crate) b: u32,
+    pub(crate) tangential_displacement: Vec3,
+}
+
+/// Adds the loads of all contacts between spheres.
+///
+/// The arithmetic is antisymmetric in the two bodies, operation by operation, so it does not matter
+/// which of them this rank takes for the first; and it is the same in lanes of any width.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+pub(crate) fn add_forces(particles: &mut Particles, pairs: &mut [SpherePair], pass: &mut ContactPass) {
+    let (contacts, quanta, dt) = (&pass.catalogue.contacts, pass.quanta, pass.dt);
+    let mut touching = Touching::default();
+    let mut batch = Batch::<SphereColumns>::default();
+    let mut rest = pairs;
+    while !rest.is_empty() {
+        let (block, after) = rest.split_at_mut(BLOCK.min(rest.len()));
+        rest = after;
+        // Those of the next block are on their way while this one is worked on.
+        let next = if particles.len() > IN_CACHE { &rest[..BLOCK.min(rest.len())] } else { &[] };
+        for pair in next {
+            let other = pair.b as usize;
+            prefetch(&particles.bodies, other);
+            prefetch(&particles.loads, other);
+        }
+        touching.pick(block, &particles.bodies);
+        while touching.len > 0 {
+            let law = take(&mut batch, &mut touching, block, &particles.bodies, contacts);
+            batch.evaluate(&law, &quanta, dt);
+            give(&batch, block, particles, pass.statistics);
+        }
+    }
+}
+
+/// Particles up to which they come fast enough unasked (2 % slower if asked for; 100,000 are 15 % faster).
+const IN_CACHE: usize = 30_000;
+
+/// Asks the memory for an item that will soon be needed; nothing happens if there is none.
+#[inline(always)]
+fn prefetch<T>(items: &[T], i: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(item) = items.get(i) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let first = std::ptr::from_ref(item).cast::<i8>();
+        // SAFETY: a prefetch reads nothing; both addresses are of the item.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch(first, _MM_HINT_T0);
+            _mm_prefetch(first.add(size_of::<T>() - 1), _MM_HINT_T0);
+        }
+    }
+}
+
+/// The pairs of a block that touch.
+struct Touching {
+    len: usize,
+    /// Index in the block.
+    pair: [u32; BLOCK],
+    /// Centre of the second sphere from that of the first (m), and its square (m²).
+    between: [[f64; 4]; BLOCK],
+}
+
+impl Default for Touching {
+    fn default() -> Self {
+        Self { len: 0, pair: [0; BLOCK], between: [[0.0; 4]; BLOCK] }
+    }
+}
+
+impl Touching {
+    /// Picks the pairs that touch; those that do not lose their tangential displacement.
+    #[inline(always)]
+    fn pick(&mut self, block: &mut [SpherePair], bodies: &[Body]) {
+        let (mut apart, mut ending) = ([0_u32; BLOCK], 0);
+        self.len = 0;
+        for (k, pair) in block.iter().enumerate() {
+            let (body, other) = (&bodies[pair.a as usize], &bodies[pair.b as usize]);
+            let radii = body.radius + other.radius;
+            let between = other.position - body.position;
+            let square = between.norm_squared();
+            let touches = square < radii * radii;
+            self.pair[self.len] = k as u32;
+            self.between[self.len] = [between.x, between.y, between.z, square];
+            apart[ending] = k as u32;
+            self.len += usize::from(touches);
+            ending += usize::from(!touches);
+        }
+        for &k in &apart[..ending] {
+            block[k as usize].tangential_displacement = Vec3::zeros();
+        }
+    }
+}
+
+/// Two spheres, column by column.
+struct SphereColumns {
+    /// Centre of the second sphere from that of the first (m), and its square (m²).
+    between: Columns<4>,
+    /// Velocities (m/s) and masses (kg).
+    velocities: [Columns<4>; 2],
+    /// Angular velocities (rad/s) and radii (m).
+    spins: [Columns<4>; 2],
+}
+
+impl Default for SphereColumns {
+    fn default() -> Self {
+        let four = [[0.0; BLOCK]; 4];
+        Self { between: four, velocities: [four; 2], spins: [four; 2] }
+    }
+}
+
+impl SphereColumns {
+    #[inline(always)]
+    fn set(&mut self, k: usize, between: [f64; 4], bodies: [&Body; 2]) {
+        set(&mut self.between, k, between);
+        for (side, body) in bodies.into_iter().enumerate() {
+            let Body { velocity: v, angular_velocity: w, radius, .. } = body;
+            set(&mut self.velocities[side], k, [v.x, v.y, v.z, body.contact_mass()]);
+            set(&mut self.spins[side], k, [w.x, w.y, w.z, *radius]);
+        }
+    }
+}
+
+impl ContactColumns for SphereColumns {
+    type Point = SpherePoint;
+
+    #[inline(always)]
+    fn contact(&self, k: usize) -> BatchedContact<SpherePoint> {
+        let Self { between, velocities, spins } = self;
+        let [mass, other_mass] = [0, 1].map(|side| velocities[side][3][k]);
+        let [radius, other_radius] = [0, 1].map(|side| spins[side][3][k]);
+        let distance = between[3][k].sqrt();
+        let overlap = radius + other_radius - distance;
+        let point = SpherePoint {
+            normal: vector_at(between, k) * (1.0 / distance),
+            overlap,
+            arms: [radius - 0.5 * overlap, other_radius - 0.5 * overlap],
+            velocities: [0, 1].map(|side| vector_at(&velocities[side], k)),
+            spins: [0, 1].map(|side| vector_at(&spins[side], k)),
+        };
+        let effective_mass = reduced_mass(mass, other_mass);
+        BatchedContact { point, effective_mass, depth: overlap / radius.min(other_radius) }
+    }
+}
+
+/// The point in which two spheres touch, midway in their overlap.
+struct SpherePoint {
+    normal: Vec3,
+    overlap: f64,
+    /// Distances of the point from both centres (m).
+    arms: [f64; 2],
+    velocities: [Vec3; 2],
+    spins: [Vec3; 2],
+}
+
+impl ContactPoint for SpherePoint {
+    #[inline(always)]
+    fn encounter(&self) -> Encounter {
+        let Self { normal, overlap, arms: [arm, other_arm], velocities: [v, other_v], spins: [w, other_w] } =
+            *self;
+        let velocity = (other_v - v) - (w * arm + other_w * other_arm).cross(&normal);
+        Encounter { normal, overlap, velocity, spin: w - other_w }
+    }
+
+    #[inline(always)]
+    fn torques(&self, force: &Vec3) -> [Vec3; 2] {
+        let moment = self.normal.cross(force);
+        self.arms.map(|arm| moment * arm)
+    }
+
+    #[inline(always)]
+    fn effective_radius(&self) -> f64 {
+        let [arm, other_arm] = self.arms;
+        arm * other_arm / (arm + other_arm)
+    }
+}
+
+/// Takes from the contacts of a block those of the same two materials as the first of them; returns their law.
+#[inline(always)]
+fn take(
+    batch: &mut Batch<SphereColumns>,
+    touching: &mut Touching,
+    block: &[SpherePair],
+    bodies: &[Body],
+    contacts: &ContactTable,
+) -> PreparedLaw {
+    let materials = |pair: &SpherePair| {
+        let [a, b] = [pair.a, pair.b].map(|i| bodies[i as usize].kind.material);
+        (a.min(b), a.max(b))
+    };
+    let wanted = materials(&block[touching.pair[0] as usize]);
+    let mut left = 0;
+    batch.len = 0;
+    for k in 0..touching.len.min(BLOCK) {
+        let (index, between) = (touching.pair[k], touching.between[k]);
+        let pair = &block[index as usize];
+        if materials(pair) != wanted {
+            (touching.pair[left], touching.between[left]) = (index, between);
+            left += 1;
+            continue;
+        }
+        batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
+        batch.push(index, &pair.tangential_displacement);
+    }
+    touching.len = left;
+    *contacts.prepared(wanted.0, wanted.1)
+}
+
+/// Adds the loads to the particles and gives the pairs their tangential displacements back.
+#[inline(always)]
+fn give(
+    batch: &Batch<SphereColumns>,
+    block: &mut [SpherePair],
+    particles: &mut Particles,
+    statistics: &mut PassStatistics,
+) {
+    for k in 0..batch.len.min(BLOCK) {
+        let pair = &mut block[batch.pair[k] as usize];
+        pair.tangential_displacement = batch.tangential_displacement(k);
+        batch.loads(k).add_to(particles, [pair.a, pair.b]);
+        statistics.note(batch.depth(k), || overlapping(particles, [pair.a, pair.b]));
+    }
+}
+
+#[cold]
+fn overlapping(particles: &Particles, pair: [u32; 2]) -> Overlapping {
+    let ids = pair.map(|i| particles.ids[i as usize]);
+    let [body, other] = pair.map(|i| &particles.bodies[i as usize]);
+    Overlapping {
+        id: ids[0].min(ids[1]),
+        other: format!("particle {}", ids[0].max(ids[1])),
+        radius: body.radius.min(other.radius),
+        position: body.position,
+    }
+}

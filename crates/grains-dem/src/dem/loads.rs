@@ -1,0 +1,140 @@
+//! The loads of the contacts of a step.
+
+use super::state::Dem;
+use crate::clock::Phase;
+use crate::contacts::{ContactPass, PassStatistics, add_sphere_forces};
+use crate::hard::{CollisionModel, ContactSolver, HardModel};
+use crate::lubrication;
+use crate::non_spherical;
+use crate::particles::{Load, Particles};
+use crate::verlet::{Inner, VerletLists};
+use crate::walls::{self, WallLoad, WallScene};
+use grains_contact::Lubrication;
+use grains_domain::Transport;
+
+/// Whom contacts are with.
+#[derive(Clone, Copy)]
+enum With {
+    Owned,
+    Clones,
+}
+
+impl Dem {
+    /// Adds the loads of all contacts at the present positions; hard contacts change velocities instead.
+    pub fn add_forces(&mut self, transport: &impl Transport) {
+        if self.setup.collisions == CollisionModel::Fixed {
+            return;
+        }
+        self.clock.start();
+        if let CollisionModel::Hard(model) = self.setup.collisions {
+            self.finish_update(transport);
+            return self.collide(&model, transport);
+        }
+        let mut statistics = PassStatistics::new(self.setup.overlap_limit);
+        self.add_pair_forces(With::Owned, &mut statistics);
+        self.clock.charge(Phase::Contacts);
+        self.add_wall_forces(&mut statistics);
+        self.clock.charge(Phase::Walls);
+        self.finish_update(transport);
+        self.add_pair_forces(With::Clones, &mut statistics);
+        self.clock.charge(Phase::Contacts);
+        self.add_lubrication(&mut statistics);
+        self.clock.charge(Phase::Walls);
+        self.note(statistics);
+        if self.particles.is_carrying() {
+            self.check_contact_forces();
+        }
+    }
+
+    /// Looks for a sum of contact forces that is not exact, before other forces join it.
+    fn check_contact_forces(&mut self) {
+        let largest = self.quanta.largest_force;
+        let is_beyond = |load: &Load| load.force.amax() > largest;
+        if let Some(i) = self.particles.loads.iter().position(is_beyond) {
+            let force = self.particles.loads[i].force.norm();
+            self.overloaded(i, force);
+        }
+    }
+
+    /// The parts of the system that a pass over the contacts works on.
+    fn contact_pass<'a>(&'a mut self, statistics: &'a mut PassStatistics) -> PassParts<'a> {
+        let time = self.time();
+        let Self { particles, neighbours, setup, quanta, states, wall_loads, .. } = self;
+        let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
+        PassParts {
+            particles,
+            neighbours,
+            wall_loads,
+            scene: setup.wall_scene(states, time),
+            lubrication: setup.lubrication.as_ref(),
+            pass: ContactPass { catalogue, quanta: *quanta, dt, statistics },
+        }
+    }
+
+    /// Adds the loads of the contacts of owned particles with each other, or with clones.
+    fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics) {
+        let PassParts { particles, neighbours, mut pass, .. } = self.contact_pass(statistics);
+        let Inner { spheres, part_pairs } = neighbours.inner;
+        let (spheres, range) = match with {
+            With::Owned => (&mut neighbours.spheres[..spheres], 0..part_pairs),
+            With::Clones => {
+                (&mut neighbours.spheres[spheres..], part_pairs..neighbours.part_pairs.pairs.len())
+            }
+        };
+        add_sphere_forces(particles, spheres, &mut pass);
+        non_spherical::add_forces(particles, (&mut neighbours.part_pairs, range), &mut pass);
+    }
+
+    fn add_wall_forces(&mut self, statistics: &mut PassStatistics) {
+        self.wall_loads.fill(WallLoad::default());
+        let PassParts { particles, neighbours, wall_loads, scene, mut pass, .. } =
+            self.contact_pass(statistics);
+        walls::add_forces(particles, &mut neighbours.walls, &scene, wall_loads, &mut pass);
+    }
+
+    /// Adds the lubrication forces of spheres with each other and with walls.
+    fn add_lubrication(&mut self, statistics: &mut PassStatistics) {
+        let parts = self.contact_pass(statistics);
+        let PassParts { particles, neighbours, wall_loads, scene, lubrication, pass } = parts;
+        let Some(law) = lubrication else { return };
+        lubrication::add_between_spheres(particles, &neighbours.spheres, law, &pass.quanta, pass.dt);
+        lubrication::add_at_walls(particles, &neighbours.walls, &scene, law, wall_loads, pass);
+    }
+
+    fn note(&mut self, statistics: PassStatistics) {
+        self.report.largest_overlap = statistics.largest_overlap();
+        self.report.worst_overlap = self.report.worst_overlap.max(self.report.largest_overlap);
+        self.report.deep_penetrations += statistics.deep_penetrations;
+        self.error = self.error.take().or(statistics.error);
+    }
+
+    /// Gives all contacts at the present positions their impulses.
+    ///
+    /// The loads of particles and walls are what was exchanged over the time step; nothing moves by them.
+    fn collide(&mut self, model: &HardModel, transport: &impl Transport) {
+        self.wall_loads.fill(WallLoad::default());
+        let mut statistics = PassStatistics::new(self.setup.overlap_limit);
+        let time = self.time();
+        let Self { particles, neighbours, setup, states, wall_loads, collisions, exchange, .. } = self;
+        let (scene, catalogue) = (setup.wall_scene(states, time), &setup.catalogue);
+        collisions.find(particles, neighbours, &scene, catalogue, &mut statistics);
+        let (positions, dt) = (&setup.global.quantum, setup.parameters.dt);
+        let mut solver = ContactSolver { particles, catalogue, wall_loads, positions, dt };
+        let counts = collisions.resolve(&mut solver, model, exchange, &mut statistics, transport);
+        self.report.collisions += counts.collisions;
+        self.report.resting_collisions += counts.resting;
+        self.report.rounds += counts.rounds;
+        self.note(statistics);
+        self.clock.charge(Phase::Contacts);
+    }
+}
+
+/// What a pass over the contacts works on.
+struct PassParts<'a> {
+    particles: &'a mut Particles,
+    neighbours: &'a mut VerletLists,
+    wall_loads: &'a mut [WallLoad],
+    scene: WallScene<'a>,
+    lubrication: Option<&'a Lubrication>,
+    pass: ContactPass<'a>,
+}

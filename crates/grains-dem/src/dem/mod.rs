@@ -1,0 +1,14 @@
+//! The granular phase of one rank and its step.
+
+mod loads;
+mod observe;
+mod rebuild;
+mod report;
+mod setup;
+mod state;
+mod step;
+
+pub use observe::{Partner, Touch};
+pub use report::{Failure, Ledger, Origin, Passages, StepReport};
+pub use setup::DemSetup;
+pub use state::Dem;

@@ -1,0 +1,77 @@
+//! What defines a granular system.
+
+use crate::catalogue::Catalogue;
+use crate::contacts::LoadQuanta;
+use crate::exchange::ExchangeStrategy;
+use crate::flow_planes::FlowPlane;
+use crate::hard::CollisionModel;
+use crate::integrate::StepParameters;
+use crate::prescribed::PrescribedMotion;
+use crate::verlet::Skin;
+use crate::walls::{Wall, WallScene, WallState};
+use grains_contact::Lubrication;
+use grains_domain::{Balance, GlobalBox};
+
+/// Everything that defines a granular system, apart from its particles.
+#[derive(Clone, Debug)]
+pub struct DemSetup {
+    /// The box.
+    pub global: GlobalBox,
+    /// Faces −x, +x, −y, +y, −z, +z through which particles may leave.
+    pub outlets: [bool; 6],
+    /// Ranks per axis.
+    pub ranks: [usize; 3],
+    /// Shapes, materials, laws.
+    pub catalogue: Catalogue,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Planes through which particles are counted.
+    pub planes: Vec<FlowPlane>,
+    /// Gravity and time step.
+    pub parameters: StepParameters,
+    /// Largest bounding radius of any particle (m).
+    pub largest_radius: f64,
+    /// Largest admissible overlap over inscribed radius (-).
+    pub overlap_limit: f64,
+    /// Verlet skin.
+    pub skin: Skin,
+    /// What happens when bodies meet.
+    pub collisions: CollisionModel,
+    /// Lubrication between spheres.
+    pub lubrication: Option<Lubrication>,
+    /// What prescribes the motion of some particles; [`Dem::prescribe`](crate::Dem::prescribe) changes it.
+    pub prescribed: Vec<PrescribedMotion>,
+    /// How clones are brought up to date.
+    pub exchange: ExchangeStrategy,
+    /// When borders between subdomains move; they stay if there is none.
+    pub balance: Option<Balance>,
+}
+
+impl DemSetup {
+    /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
+    pub fn interaction_range(&self) -> f64 {
+        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.lubrication_range()
+    }
+
+    /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
+    pub fn load_quanta(&self) -> [f64; 2] {
+        self.quanta().quanta()
+    }
+
+    /// Quanta of contact loads.
+    pub(super) fn quanta(&self) -> LoadQuanta {
+        // Without particles, as beside a fluid alone, there are no loads.
+        let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
+        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
+    }
+
+    /// Largest gap (m) at which lubrication acts.
+    pub(super) fn lubrication_range(&self) -> f64 {
+        self.lubrication.map_or(0.0, |lubrication| lubrication.range)
+    }
+
+    /// The walls as they are at a time (s).
+    pub(super) fn wall_scene<'a>(&'a self, states: &'a [WallState], time: f64) -> WallScene<'a> {
+        WallScene { walls: &self.walls, states, time, dt: self.parameters.dt, global: &self.global }
+    }
+}

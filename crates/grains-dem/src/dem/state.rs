@@ -1,0 +1,247 @@
+//! The granular phase of one rank: what it holds, and how particles enter it.
+
+use super::report::{Ledger, Origin, Passages, StepReport};
+use super::setup::DemSetup;
+use crate::clock::Clock;
+use crate::contact_history::SavedHistories;
+use crate::contacts::LoadQuanta;
+use crate::error::StepError;
+use crate::exchange::Exchange;
+use crate::flow_planes::{Crossings, sides};
+use crate::hard::Collisions;
+use crate::particles::{ParticleRecord, Particles};
+use crate::prescribed::{Course, PrescribedMotion};
+use crate::verlet::VerletLists;
+use crate::walls::{Motion, WallLoad, WallPlace, WallState};
+use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
+use grains_geometry::Vec3;
+
+/// The granular phase of one rank.
+#[derive(Debug)]
+pub struct Dem {
+    /// Definition of the system.
+    pub setup: DemSetup,
+    /// Division of the box.
+    pub decomposition: Decomposition,
+    /// Particles of this rank.
+    pub particles: Particles,
+    /// Steps done.
+    pub step: u64,
+    /// From where time is counted.
+    pub origin: Origin,
+    /// Places of the walls before they move; none for those that lie where the case has them.
+    pub wall_places: Vec<Option<WallPlace>>,
+    /// Particles in and out on this rank.
+    pub ledger: Ledger,
+    /// Particles with cargo that came and went, until they are taken.
+    pub passages: Passages,
+    /// Time by phase.
+    pub clock: Clock,
+    /// Loads on the walls by this rank's particles.
+    pub wall_loads: Vec<WallLoad>,
+    /// Whether some rank was asked to stop: set it on any rank, read it on all after [`Dem::advance`].
+    pub interrupt: bool,
+    /// Result of the last force evaluation.
+    pub report: StepReport,
+    /// What else borders between subdomains share out when they move.
+    pub other_work: OtherWork,
+    pub(super) quanta: LoadQuanta,
+    pub(super) exchange: Exchange,
+    pub(super) neighbours: VerletLists,
+    pub(super) histories: SavedHistories,
+    pub(super) collisions: Collisions,
+    pub(super) crossings: Vec<Crossings>,
+    pub(super) states: Vec<WallState>,
+    /// Whether `histories` holds the history of all pairs, and the lists are to be rebuilt.
+    pub(super) history_saved: bool,
+    pub(super) stale: bool,
+    pub(super) steps_since_build: u64,
+    pub(super) work: WorkProfile,
+    /// First step at which the work is looked at again.
+    pub(super) next_balance: u64,
+    /// Steps from a build after which walls may have used up their allowance.
+    pub(super) wall_steps: u64,
+    pub(super) error: Option<StepError>,
+}
+
+impl Dem {
+    /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
+    pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
+        let range = setup.interaction_range();
+        let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
+        let mut dem = Self {
+            particles: Particles::new(setup.catalogue.all_spheres()),
+            step: 0,
+            origin: Origin::default(),
+            wall_places: vec![None; setup.walls.len()],
+            ledger: Ledger::default(),
+            passages: Passages::default(),
+            clock: Clock::default(),
+            wall_loads: vec![WallLoad::default(); setup.walls.len()],
+            interrupt: false,
+            report: StepReport::default(),
+            other_work: OtherWork::default(),
+            quanta: setup.quanta(),
+            exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
+            neighbours: VerletLists::default(),
+            histories: SavedHistories::default(),
+            collisions: Collisions::default(),
+            crossings: vec![Crossings::default(); setup.planes.len()],
+            states: Vec::new(),
+            history_saved: true,
+            stale: true,
+            steps_since_build: 0,
+            work: WorkProfile::default(),
+            next_balance: 0,
+            wall_steps: u64::MAX,
+            error: None,
+            decomposition,
+            setup,
+        };
+        dem.place_walls();
+        let prescribed = std::mem::take(&mut dem.setup.prescribed);
+        dem.prescribe(prescribed);
+        Ok(dem)
+    }
+
+    /// Prescribes the motion of some particles; to be called on all ranks alike, before there are any.
+    pub fn prescribe(&mut self, prescribed: Vec<PrescribedMotion>) {
+        self.particles.prescribed_ids = prescribed.iter().map(|motion| motion.ids.clone()).collect();
+        self.setup.prescribed = prescribed;
+    }
+
+    /// Time of the present positions (s).
+    pub fn time(&self) -> f64 {
+        self.origin.time_of(self.step, self.setup.parameters.dt)
+    }
+
+    /// Continues from a step, as after a restart: the walls take their places.
+    pub fn resume_at(&mut self, step: u64) {
+        self.step = step;
+        self.place_walls();
+    }
+
+    /// Moves a wall otherwise from now on, from where it is; all ranks must do so together.
+    pub fn set_wall_motion(&mut self, wall: usize, motion: Motion) {
+        let pose = self.states[wall].pose();
+        self.wall_places[wall] = WallPlace::between(&motion.at(self.time()), &pose);
+        self.setup.walls[wall].motion = motion;
+        self.place_walls();
+        // How long the lists are good depends on how fast walls move.
+        self.stale = true;
+    }
+
+    /// Moves the borders between ranks so that they share cells between nodes (m) by number, see
+    /// [`Decomposition::share_cells`]; before there are particles.
+    pub fn share_cells(&mut self, nodes: &[Vec<f64>; 3]) {
+        self.decomposition.share_cells(nodes);
+        self.exchange.divide(&self.decomposition);
+    }
+
+    /// Whether this rank owns a position inside the box.
+    pub fn owns(&self, position: &Vec3) -> bool {
+        let rank = self.decomposition.rank_at(self.decomposition.coordinates);
+        self.decomposition.owner((*position).into()) == rank
+    }
+
+    /// Poses of the walls now.
+    pub fn wall_states(&self) -> &[WallState] {
+        &self.states
+    }
+
+    /// Takes a particle that this rank owns; its contacts have no history.
+    ///
+    /// Every rank must call [`Dem::announce_insertion`] when particles were inserted anywhere.
+    pub fn insert(&mut self, record: &ParticleRecord) {
+        self.restore(record, &[0.0; 3]);
+        let last = self.particles.owned - 1;
+        let body = &self.particles.bodies[last];
+        if body.is_prescribed() {
+            self.particles.half_velocity[last] = body.velocity;
+        }
+        self.ledger.inserted += 1;
+        if self.particles.is_carrying() {
+            self.passages.inserted.extend(self.particles.bodies.last());
+        }
+    }
+
+    /// Takes a particle with its contact history, as written by [`Dem::packed_history`].
+    pub fn restore(&mut self, record: &ParticleRecord, history: &[f64]) {
+        self.save_history();
+        let mut record = *record;
+        let snap = |x: f64| self.setup.global.quantum.snap(x);
+        record.body.position = record.body.position.map(snap);
+        record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
+        self.particles.push(&record);
+        self.histories.read(history);
+        self.prescribe_last();
+    }
+
+    /// Gives the last particle the velocity that is prescribed, if one is.
+    fn prescribe_last(&mut self) {
+        let time = self.time();
+        let Some(body) = self.particles.bodies.last_mut().filter(|body| body.is_prescribed()) else { return };
+        let motion = &self.setup.prescribed[usize::from(body.prescribed) - 1];
+        let course = Course::new(motion, [time; 2], &self.setup.global);
+        [body.velocity, body.angular_velocity] = course.velocities(&body.position, &self.setup.global);
+    }
+
+    /// Courses of the prescribed motions between two times (s).
+    pub(super) fn courses(&self, times: [f64; 2]) -> Vec<Course> {
+        self.setup.prescribed.iter().map(|motion| Course::new(motion, times, &self.setup.global)).collect()
+    }
+
+    /// Declares the lists stale on this rank; all ranks must do so together.
+    pub fn announce_insertion(&mut self) {
+        self.stale = true;
+    }
+
+    /// Saves the contact history and drops the clones, if that has not been done.
+    pub(super) fn save_history(&mut self) {
+        if !self.history_saved {
+            self.neighbours.save_history(
+                &self.particles,
+                &self.setup.walls,
+                &self.setup.global,
+                &mut self.histories,
+            );
+            self.history_saved = true;
+        }
+        self.stale = true;
+        self.particles.drop_clones();
+    }
+
+    /// Contact history of each owned particle, packed; for a checkpoint.
+    pub fn packed_history(&self) -> (Vec<u32>, Vec<f64>) {
+        let mut history_saved = SavedHistories::default();
+        let histories = if self.history_saved {
+            &self.histories
+        } else {
+            self.neighbours.save_history(
+                &self.particles,
+                &self.setup.walls,
+                &self.setup.global,
+                &mut history_saved,
+            );
+            &history_saved
+        };
+        let (mut lengths, mut packed) = (Vec::new(), Vec::new());
+        for i in 0..self.particles.owned {
+            let before = packed.len();
+            histories.write(i, &mut packed);
+            lengths.push((packed.len() - before) as u32);
+        }
+        (lengths, packed)
+    }
+
+    /// Moves the walls to where they are now.
+    pub(super) fn place_walls(&mut self) {
+        let time = self.time();
+        self.states.clear();
+        let walls = self.setup.walls.iter().zip(&self.wall_places);
+        self.states.extend(walls.map(|(wall, place)| match place {
+            Some(place) => wall.motion.at(time).of_place(place),
+            None => wall.motion.at(time),
+        }));
+    }
+}

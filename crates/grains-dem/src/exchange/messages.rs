@@ -1,0 +1,81 @@
+//! The messages of one rank.
+
+use super::link::Link;
+use super::updates::{ExchangeStrategy, Traffic, Updates};
+use crate::memory_use::heap_bytes;
+use grains_domain::{Decomposition, Direction};
+use grains_geometry::Vec3;
+
+/// The messages of one rank.
+#[derive(Debug)]
+pub(crate) struct Exchange {
+    pub(super) decomposition: Decomposition,
+    pub(super) outlets: [bool; 6],
+    pub(super) links: Vec<Link>,
+    pub(super) own_rank: usize,
+    /// Neighbour ranks other than the own one, ascending.
+    pub(super) peers: Vec<usize>,
+    pub(super) sent: Vec<Vec<f64>>,
+    pub(super) received: Vec<Vec<f64>>,
+    /// What keeps clones of other ranks' particles up to date.
+    pub(super) updates: Updates,
+    /// Per self link, the first clone it fills.
+    pub(super) own_clones: Vec<(usize, usize)>,
+    /// What one clone of this rank's own particles is told.
+    pub(super) update: Vec<f64>,
+}
+
+impl Exchange {
+    /// Messages of a subdomain; particles may leave the box through the faces that are `outlets`.
+    pub(crate) fn new(decomposition: &Decomposition, outlets: [bool; 6], strategy: ExchangeStrategy) -> Self {
+        let own_rank = decomposition.rank_at(decomposition.coordinates);
+        let links: Vec<Link> = Direction::all()
+            .filter_map(|direction| {
+                let (rank, shift) = decomposition.neighbour(direction)?;
+                Some(Link { direction, rank, shift: Vec3::from(shift), sent: Vec::new() })
+            })
+            .collect();
+        let mut peers: Vec<usize> = links.iter().map(|l| l.rank).filter(|&r| r != own_rank).collect();
+        peers.sort_unstable();
+        peers.dedup();
+        let buffers = vec![Vec::new(); peers.len()];
+        Self {
+            decomposition: decomposition.clone(),
+            outlets,
+            links,
+            own_rank,
+            updates: Updates::new(&peers, strategy),
+            peers,
+            sent: buffers.clone(),
+            received: buffers,
+            own_clones: Vec::new(),
+            update: Vec::new(),
+        }
+    }
+
+    /// Takes over borders that moved; neighbours stay who they are.
+    pub(crate) fn divide(&mut self, decomposition: &Decomposition) {
+        self.decomposition.cuts.clone_from(&decomposition.cuts);
+    }
+
+    /// What the updates of clones cost so far.
+    pub(crate) fn traffic(&self) -> Traffic {
+        self.updates.traffic
+    }
+
+    /// Memory (B) of messages.
+    pub(crate) fn bytes(&self) -> usize {
+        let links = self.links.iter().map(|link| heap_bytes(&link.sent)).sum::<usize>();
+        links + self.sent.iter().chain(&self.received).map(heap_bytes).sum::<usize>() + self.updates.bytes()
+    }
+
+    /// Number of neighbour ranks.
+    pub(crate) fn neighbours(&self) -> usize {
+        self.peers.len()
+    }
+
+    /// Number of clones of this rank's particles, its own periodic images included.
+    pub(crate) fn clones_sent(&self) -> usize {
+        self.links.iter().map(|l| l.sent.len()).sum()
+    }
+}

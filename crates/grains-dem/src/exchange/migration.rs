@@ -1,0 +1,111 @@
+//! Migration of particles that crossed a border.
+
+use super::messages::Exchange;
+use crate::contact_history::SavedHistories;
+use crate::error::{StepError, vector};
+use crate::particles::{Body, CARGO_LENGTH, Cargo, ParticleRecord, Particles};
+use grains_domain::Transport;
+use grains_geometry::Vec3;
+
+/// What a migration leaves.
+pub(crate) struct Migration {
+    /// Indices of the particles now owned here.
+    pub(crate) stays: Vec<u32>,
+    /// How many left the box through an outlet.
+    pub(crate) left: u64,
+    /// Those of them that carried something.
+    pub(crate) carriers_left: Vec<(Body, Cargo)>,
+}
+
+/// Faces of the box and whether particles may leave there.
+pub(crate) const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+
+impl Exchange {
+    /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
+    /// crossed a border, and appends arrivals.
+    pub(crate) fn migrate(
+        &mut self,
+        particles: &mut Particles,
+        histories: &mut SavedHistories,
+        transport: &impl Transport,
+    ) -> Result<Migration, StepError> {
+        particles.drop_clones();
+        let mut stays = Vec::new();
+        self.sent.iter_mut().for_each(Vec::clear);
+        let (mut failure, mut left, mut carriers_left) = (None, 0, Vec::new());
+        for i in 0..particles.owned {
+            match self.destination(particles, i) {
+                Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
+                Ok(Some(rank)) => match self.peers.binary_search(&rank) {
+                    Ok(peer) => {
+                        particles.record(i).write(&mut self.sent[peer]);
+                        self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
+                        histories.write(i, &mut self.sent[peer]);
+                    }
+                    Err(_) => failure = failure.or(Some(far_jump(particles, i))),
+                },
+                Ok(None) => {
+                    left += 1;
+                    carriers_left.extend(particles.cargo.get(i).map(|cargo| (particles.bodies[i], *cargo)));
+                }
+                Err(error) => failure = failure.or(Some(error)),
+            }
+        }
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        for message in &self.received {
+            let mut rest = &message[..];
+            while !rest.is_empty() {
+                stays.push(particles.owned as u32);
+                particles.push(&ParticleRecord::read(rest));
+                rest = &rest[ParticleRecord::LENGTH..];
+                if let Some(cargo) = particles.cargo.last_mut() {
+                    let (mine, others) = rest.split_at(CARGO_LENGTH);
+                    cargo.copy_from_slice(mine);
+                    rest = others;
+                }
+                rest = histories.read(rest);
+            }
+        }
+        Ok(Migration { stays, left, carriers_left })
+    }
+
+    /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.
+    fn destination(&self, particles: &mut Particles, i: usize) -> Result<Option<usize>, StepError> {
+        let global = &self.decomposition.global;
+        let body = &mut particles.bodies[i];
+        if !(body.position + body.velocity + body.angular_velocity).norm().is_finite() {
+            return Err(StepError::NotANumber { id: particles.ids[i], place: vector(&body.position) });
+        }
+        for a in (0..3).filter(|&a| !global.periodic[a]) {
+            let beyond = [body.position[a] < global.lower[a], body.position[a] >= global.upper[a]];
+            for side in 0..2 {
+                if beyond[side] && !self.outlets[2 * a + side] {
+                    return Err(StepError::Lost {
+                        id: particles.ids[i],
+                        face: FACES[2 * a + side].to_string(),
+                        place: vector(&body.position),
+                        velocity: vector(&body.velocity),
+                    });
+                }
+            }
+            if beyond[0] || beyond[1] {
+                return Ok(None);
+            }
+        }
+        let wrapped = global.wrap(body.position.into());
+        body.position = Vec3::from(wrapped);
+        Ok(Some(self.decomposition.owner(wrapped)))
+    }
+}
+
+fn far_jump(particles: &Particles, i: usize) -> StepError {
+    let body = &particles.bodies[i];
+    StepError::FarJump {
+        id: particles.ids[i],
+        place: vector(&body.position),
+        velocity: vector(&body.velocity),
+    }
+}

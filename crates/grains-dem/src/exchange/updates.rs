@@ -1,0 +1,219 @@
+//! What keeps clones up to date between two sortings: the strategies of the thesis (ch. 5, section 3) and ours.
+//!
+//! All of them end in the same bits. They differ in how many messages of what length are sent to whom:
+//!
+//! | strategy | message | to | by |
+//! | --- | --- | --- | --- |
+//! | all-gather, global | all buffer particles | every rank | one collective |
+//! | all-gather, local | all buffer particles | neighbours | neighbourhood collective |
+//! | the same, non-blocking | all buffer particles | neighbours | sends that do not wait, probes |
+//! | GEOLOC | what the neighbour needs | neighbours | sends that do not wait, probes |
+//! | persistent | what the neighbour needs | neighbours | requests prepared once per sorting |
+//!
+//! Persistent requests are started before the contacts and waited for after those that need no clone.
+
+use super::link::Link;
+use crate::memory_use::heap_bytes;
+use crate::particles::{
+    Particles, SPHERE_UPDATE_LENGTH, UPDATE_LENGTH, clone_update, read_motion, read_orientation,
+};
+use grains_domain::{Channel, Transport};
+use grains_geometry::{Rotation, Vec3};
+use std::ops::Range;
+use std::time::Instant;
+
+/// How clones are brought up to date in every step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExchangeStrategy {
+    /// Everything to everybody (AllGatherGlobal).
+    AllGatherGlobal,
+    /// Everything to the neighbours (AllGatherLocal).
+    AllGatherLocal,
+    /// The same by non-blocking sends.
+    AllGatherLocalNonblocking,
+    /// To each neighbour what it needs (SendRecv_Local_Geoloc).
+    SendRecvLocalGeoloc,
+    /// The same by persistent requests, while contacts without clones are worked on.
+    #[default]
+    Persistent,
+}
+
+/// What updates of clones cost one rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traffic {
+    /// Updates since the start.
+    pub updates: u64,
+    /// Messages sent.
+    pub messages: u64,
+    /// Bytes sent.
+    pub bytes: u64,
+    /// Time (s) in which nothing else was done.
+    pub wait: f64,
+}
+
+/// Where the update of a clone stands in a message about all buffer particles of its owner, and its shift (m).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Origin {
+    pub(crate) slot: u32,
+    pub(crate) shift: Vec3,
+}
+
+/// The updates of one rank's clones until they are made anew.
+#[derive(Debug, Default)]
+pub(crate) struct Updates {
+    pub(super) strategy: ExchangeStrategy,
+    pub(crate) traffic: Traffic,
+    /// Neighbour ranks other than the own one, ascending.
+    pub(super) peers: Vec<usize>,
+    /// Owned particles that other ranks have clones of.
+    pub(crate) buffer: Vec<u32>,
+    /// Per peer, the clones its messages fill, in order.
+    pub(crate) filled: Vec<Range<usize>>,
+    /// Per peer, where they stand if it tells of all its buffer particles.
+    pub(crate) origins: Vec<Vec<Origin>>,
+    /// Numbers that tell of a clone.
+    pub(super) length: usize,
+    channel: Channel,
+    /// The message about all buffer particles.
+    pub(super) own: Vec<f64>,
+    pub(super) sent: Vec<Vec<f64>>,
+    pub(super) received: Vec<Vec<f64>>,
+    is_pending: bool,
+}
+
+impl Updates {
+    pub(crate) fn new(peers: &[usize], strategy: ExchangeStrategy) -> Self {
+        let buffers = vec![Vec::new(); peers.len()];
+        Self {
+            strategy,
+            peers: peers.to_vec(),
+            filled: vec![0..0; peers.len()],
+            origins: vec![Vec::new(); peers.len()],
+            sent: buffers.clone(),
+            received: buffers,
+            ..Self::default()
+        }
+    }
+
+    /// Whether messages tell of all buffer particles and not of those the receiver needs.
+    pub(crate) fn gathers(&self) -> bool {
+        !matches!(self.strategy, ExchangeStrategy::SendRecvLocalGeoloc | ExchangeStrategy::Persistent)
+    }
+
+    /// Prepares the messages for the clones just made.
+    pub(crate) fn prepare(&mut self, links: &[Link], length: usize, transport: &impl Transport) {
+        self.length = length;
+        let sent: Vec<usize> = self.peers.iter().map(|&peer| length * sent_to(links, peer).count()).collect();
+        match self.strategy {
+            ExchangeStrategy::Persistent => {
+                let filled: Vec<usize> = self.filled.iter().map(|clones| length * clones.len()).collect();
+                self.channel = Channel::new(&self.peers, &sent, &filled);
+                transport.prepare(&mut self.channel);
+            }
+            ExchangeStrategy::SendRecvLocalGeoloc => {
+                self.sent.iter_mut().zip(sent).for_each(|(message, n)| message.resize(n, 0.0));
+            }
+            _ => self.own.resize(1 + length * self.buffer.len(), 0.0),
+        }
+    }
+
+    /// Sends off what neighbours need, if the strategy can do so before it must wait.
+    pub(crate) fn start(&mut self, links: &[Link], particles: &Particles, transport: &impl Transport) {
+        self.traffic.updates += 1;
+        self.is_pending = true;
+        if self.strategy == ExchangeStrategy::Persistent {
+            for (k, &peer) in self.peers.iter().enumerate() {
+                fill(self.channel.outgoing(k), self.length, particles, sent_to(links, peer));
+            }
+            transport.start(&mut self.channel);
+            self.count(self.channel.messages_sent(), self.channel.numbers_sent());
+        }
+    }
+
+    /// Waits for the updates of all clones from other ranks, and applies them.
+    pub(crate) fn finish(&mut self, links: &[Link], particles: &mut Particles, transport: &impl Transport) {
+        if !std::mem::take(&mut self.is_pending) {
+            return;
+        }
+        match self.strategy {
+            ExchangeStrategy::Persistent => {
+                self.timed(|updates| transport.finish(&mut updates.channel));
+                for (k, clones) in self.filled.iter().enumerate() {
+                    take_all(self.channel.incoming(k), self.length, clones.clone(), particles);
+                }
+            }
+            ExchangeStrategy::SendRecvLocalGeoloc => {
+                for (message, &peer) in self.sent.iter_mut().zip(&self.peers) {
+                    fill(message, self.length, particles, sent_to(links, peer));
+                }
+                self.count(self.sent.len(), self.sent.iter().map(Vec::len).sum());
+                self.timed(|u| transport.exchange_unsized(&u.peers, &u.sent, &mut u.received));
+                for (message, clones) in self.received.iter().zip(&self.filled) {
+                    take_all(message, self.length, clones.clone(), particles);
+                }
+            }
+            _ => self.gather(particles, transport),
+        }
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        let messages =
+            self.sent.iter().chain(&self.received).map(heap_bytes).sum::<usize>() + heap_bytes(&self.own);
+        let origins = self.origins.iter().map(heap_bytes).sum::<usize>() + heap_bytes(&self.buffer);
+        messages + origins + 8 * self.channel.numbers_held()
+    }
+
+    pub(super) fn count(&mut self, messages: usize, numbers: usize) {
+        self.traffic.messages += messages as u64;
+        self.traffic.bytes += 8 * numbers as u64;
+    }
+
+    pub(super) fn timed(&mut self, wait: impl FnOnce(&mut Self)) {
+        let begun = Instant::now();
+        wait(self);
+        self.traffic.wait += begun.elapsed().as_secs_f64();
+    }
+}
+
+/// Owned particles that a peer has clones of, and the shifts (m) of these.
+fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Vec3)> {
+    let links = links.iter().filter(move |link| link.rank == peer);
+    links.flat_map(|link| link.sent.iter().map(|&i| (i, link.shift)))
+}
+
+/// Numbers that tell of a clone.
+pub(crate) fn record_length(particles: &Particles) -> usize {
+    if particles.has_orientations() { UPDATE_LENGTH } else { SPHERE_UPDATE_LENGTH }
+}
+
+/// Writes the updates of particles into a message.
+pub(super) fn fill(
+    message: &mut [f64],
+    length: usize,
+    particles: &Particles,
+    whom: impl Iterator<Item = (u32, Vec3)>,
+) {
+    let identity = Rotation::identity();
+    for (record, (i, shift)) in message.chunks_exact_mut(length).zip(whom) {
+        let i = i as usize;
+        let orientation = particles.orientations.get(i).unwrap_or(&identity);
+        record.copy_from_slice(&clone_update(&particles.bodies[i], orientation, &shift)[..length]);
+    }
+}
+
+/// Applies the updates of clones in a message.
+fn take_all(message: &[f64], length: usize, clones: Range<usize>, particles: &mut Particles) {
+    let records = message.chunks_exact(length);
+    records.zip(clones).for_each(|(record, clone)| take(particles, clone, record));
+}
+
+/// Applies the update of a clone.
+#[inline]
+pub(super) fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
+    let before = particles.bodies[clone].position;
+    read_motion(&mut particles.bodies[clone], record);
+    if record.len() == UPDATE_LENGTH {
+        particles.turn_to(clone, &before, read_orientation(record));
+    }
+}

@@ -1,0 +1,24 @@
+//! Memory that a rank holds.
+
+/// Memory of one rank between two rebuilds of its lists (B).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Owned particles and clones.
+    pub particles: usize,
+    /// Pairs and contact history; cells exist only while lists are built.
+    pub lists: usize,
+    /// Messages.
+    pub messages: usize,
+}
+
+impl MemoryUse {
+    /// All of it (B).
+    pub fn total(&self) -> usize {
+        self.particles + self.lists + self.messages
+    }
+}
+
+/// Memory (B) of an array.
+pub(crate) fn heap_bytes<T>(items: &Vec<T>) -> usize {
+    items.capacity() * size_of::<T>()
+}

@@ -1,0 +1,7 @@
+//! Convex parts of particles where they are now, and how they meet.
+
+mod contact;
+mod placed_part;
+
+pub(crate) use contact::{Meeting, PartContact, contact_patch, gap_across_plane, meet_parts, touch};
+pub(crate) use placed_part::{PlacedPart, Pose};

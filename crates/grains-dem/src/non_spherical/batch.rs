@@ -1,0 +1,137 @@
+//! Contacts of particles that touch in one point each, of one pair of materials, evaluated together.
+
+use super::pairs::{Histories, PartPair};
+use super::point_contact::PartPoint;
+use crate::catalogue::Catalogue;
+use crate::contacts::{
+    BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactLoads, ContactPass, LoadQuanta, set,
+    vector_at,
+};
+use crate::narrow_phase::{PartContact, Pose};
+use crate::particles::Body;
+use grains_contact::PreparedLaw;
+use grains_geometry::Vec3;
+use multiversion::multiversion;
+
+/// Contact points of two bodies, column by column.
+#[derive(Clone, Debug)]
+struct PointColumns {
+    /// Normal (-) and overlap (m).
+    normals: Columns<4>,
+    /// Contact point from the centre of the first body, and inverse of the effective mass there (1/kg).
+    arms: Columns<4>,
+    /// Contact point from the centre of the second body, and smaller inscribed radius (m).
+    other_arms: Columns<4>,
+    /// Velocities (m/s).
+    velocities: [Columns<3>; 2],
+    /// Angular velocities (rad/s).
+    spins: [Columns<3>; 2],
+}
+
+impl Default for PointColumns {
+    fn default() -> Self {
+        let (three, four) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 4]);
+        Self { normals: four, arms: four, other_arms: four, velocities: [three; 2], spins: [three; 2] }
+    }
+}
+
+impl PointColumns {
+    #[inline(always)]
+    fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, radius: f64) {
+        let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins } = point;
+        set(&mut self.normals, k, [normal.x, normal.y, normal.z, *overlap]);
+        set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse_mass]);
+        set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
+        for side in 0..2 {
+            set(&mut self.velocities[side], k, velocities[side].into());
+            set(&mut self.spins[side], k, spins[side].into());
+        }
+    }
+}
+
+impl ContactColumns for PointColumns {
+    type Point = PartPoint;
+
+    #[inline(always)]
+    fn contact(&self, k: usize) -> BatchedContact<PartPoint> {
+        let overlap = self.normals[3][k];
+        let point = PartPoint {
+            normal: vector_at(&self.normals, k),
+            overlap,
+            arms: [vector_at(&self.arms, k), vector_at(&self.other_arms, k)],
+            velocities: [0, 1].map(|side| vector_at(&self.velocities[side], k)),
+            spins: [0, 1].map(|side| vector_at(&self.spins[side], k)),
+        };
+        let effective_mass = 1.0 / self.arms[3][k];
+        BatchedContact { point, effective_mass, depth: overlap / self.other_arms[3][k] }
+    }
+}
+
+/// Contacts that wait for others of the same two materials.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PointBatch {
+    batch: Batch<PointColumns>,
+    law: Option<PreparedLaw>,
+    materials: [u16; 2],
+}
+
+impl PointBatch {
+    /// Whether a contact of two bodies can be taken.
+    #[inline(always)]
+    pub(super) fn has_room_for(&self, bodies: [&Body; 2]) -> bool {
+        self.batch.len == 0 || self.batch.len < BLOCK && self.materials == materials(bodies)
+    }
+
+    /// Takes the contact of the pair at `place`.
+    #[inline(always)]
+    pub(super) fn take(
+        &mut self,
+        (place, found): (usize, &PartContact),
+        [a, b]: [&Body; 2],
+        poses: &[Pose; 2],
+        tangential_displacement: &Vec3,
+        catalogue: &Catalogue,
+    ) {
+        if self.batch.len == 0 {
+            self.materials = materials([a, b]);
+            self.law = Some(*catalogue.contacts.prepared(self.materials[0], self.materials[1]));
+        }
+        let point = PartPoint::of([a, b], found);
+        let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
+            + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);
+        let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
+        self.batch.columns.set(self.batch.len, &point, inverse_mass, radius);
+        self.batch.push(place as u32, tangential_displacement);
+    }
+
+    /// Finds the loads of all contacts taken, hands each to `visit` with its pair and the overlap over the smaller
+    /// inscribed radius (-), and begins anew.
+    #[inline(always)]
+    pub(super) fn finish(
+        &mut self,
+        (pairs, histories): (&mut [PartPair], &mut Histories),
+        pass: &mut ContactPass,
+        mut visit: impl FnMut(&mut ContactPass, &PartPair, f64, ContactLoads),
+    ) {
+        let Some(law) = self.law.take() else { return };
+        evaluate(&mut self.batch, &law, &pass.quanta, pass.dt);
+        for k in 0..self.batch.len.min(BLOCK) {
+            let pair = &mut pairs[self.batch.pair[k] as usize];
+            histories.of(pair).tangential_displacement = self.batch.tangential_displacement(k);
+            visit(pass, pair, self.batch.depth(k), self.batch.loads(k));
+        }
+        self.batch.len = 0;
+    }
+}
+
+/// Materials of two bodies, in one order for either.
+#[inline(always)]
+fn materials([a, b]: [&Body; 2]) -> [u16; 2] {
+    let (a, b) = (a.kind.material, b.kind.material);
+    [a.min(b), a.max(b)]
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn evaluate(batch: &mut Batch<PointColumns>, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
+    batch.evaluate(law, quanta, dt);
+}

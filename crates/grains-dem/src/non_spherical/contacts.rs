@@ -1,0 +1,130 @@
+//! Contacts between bodies that are not both spheres, part by part: a plane that separates two parts, else GJK on their
+//! cores.
+//!
+//! Most listed pairs are apart. The gap across a plane says how far the two may go before they are looked at again;
+//! then two support functions give the gap across the same plane as it is now, and where there is none a query from a
+//! cold start finds the contact or another plane. A pair that touches starts from its last simplex. So its history
+//! begins with its contact, and planes and path lengths, which depend on when lists were built, change the time of an answer
+//! only.
+
+use super::found::{Contacts, Found};
+use super::list::PartPairList;
+use super::pairs::{Histories, PartPair};
+use crate::catalogue::{Catalogue, FaceContact};
+use crate::error::{StepError, vector};
+use crate::narrow_phase::{
+    Meeting, PartContact, PlacedPart, Pose, contact_patch, gap_across_plane, meet_parts,
+};
+use crate::particles::Particles;
+use grains_geometry::{GjkError, Simplex, Vec3};
+
+/// Calls `visit` with every pair of parts that touch and their contact.
+///
+/// # Errors
+/// A distance that could not be found.
+pub(crate) fn meet(
+    particles: &Particles,
+    list: &mut PartPairList,
+    catalogue: &Catalogue,
+    mut visit: impl FnMut(&PartPair, &PartContact),
+) -> Result<(), StepError> {
+    let PartPairList { pairs, histories, found, .. } = list;
+    for group in pairs.chunk_by_mut(PartPair::is_of_same_particles) {
+        find_contacts(particles, group, histories, catalogue, found)?;
+        for Found { place, contact, .. } in &found.items {
+            visit(&group[*place], contact);
+        }
+    }
+    Ok(())
+}
+
+/// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
+pub(super) fn find_contacts(
+    particles: &Particles,
+    group: &mut [PartPair],
+    histories: &mut Histories,
+    catalogue: &Catalogue,
+    found: &mut Contacts,
+) -> Result<(), StepError> {
+    found.clear();
+    let (a, b) = (group[0].a as usize, group[0].b as usize);
+    let (body_a, body_b) = (&particles.bodies[a], &particles.bodies[b]);
+    let gone = particles.path_length[a] + particles.path_length[b];
+    if group.iter().all(|pair| gone < pair.separated_until) {
+        return Ok(());
+    }
+    let separation = body_b.position - body_a.position;
+    let range = body_a.radius + body_b.radius;
+    if separation.norm_squared() >= range * range {
+        let gap = separation.norm() - range;
+        for pair in group {
+            histories.forget(pair);
+            pair.stay_apart(gone, gap);
+        }
+        return Ok(());
+    }
+    let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+    for (place, pair) in group.iter_mut().enumerate() {
+        if gone < pair.separated_until {
+            continue;
+        }
+        if !pair.is_touching() {
+            let gap = gap_across_plane(&poses, &pair.parts, &separation, &pair.axis);
+            if gap > 0.0 {
+                pair.stay_apart(gone, gap);
+                continue;
+            }
+        }
+        find_contact(place, pair, &poses, &separation, histories, catalogue.faces, found).map_err(
+            |reason| StepError::Distance {
+                id: particles.ids[a],
+                other: format!("particle {}", particles.ids[b]),
+                place: vector(&body_a.position),
+                reason: reason.to_string(),
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// Finds whether a pair of parts touches by a query, or how it is separated.
+#[inline(always)]
+fn find_contact(
+    place: usize,
+    pair: &mut PartPair,
+    poses: &[Pose; 2],
+    separation: &Vec3,
+    histories: &mut Histories,
+    faces: FaceContact,
+    found: &mut Contacts,
+) -> Result<(), GjkError> {
+    let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
+    let between = separation + (part_b.offset - part_a.offset);
+    let range = part_a.bounding_radius + part_b.bounding_radius;
+    if between.norm_squared() >= range * range {
+        histories.forget(pair);
+        pair.separate_by(&between);
+        return Ok(());
+    }
+    let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
+    let mut cold = Simplex::default();
+    let simplex = if pair.is_touching() { &mut histories.of(pair).simplex } else { &mut cold };
+    match meet_parts(&part_a, &part_b, &placement, simplex)? {
+        Meeting::Apart(normal) => {
+            histories.forget(pair);
+            pair.separate_by(&normal);
+        }
+        Meeting::Touching(mut contact) => {
+            if !pair.is_touching() {
+                histories.of(pair).simplex = cold;
+            }
+            let is_multi_point = faces == FaceContact::MultiPoint && part_a.vertices.is_none();
+            let footprint = is_multi_point
+                .then(|| contact_patch(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
+                .flatten();
+            contact.point += part_a.offset;
+            found.push(place, contact, footprint);
+        }
+    }
+    Ok(())
+}

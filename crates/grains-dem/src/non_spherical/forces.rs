@@ -1,0 +1,142 @@
+//! Loads of the contacts between particles that are not both spheres.
+
+use super::batch::PointBatch;
+use super::contacts::find_contacts;
+use super::found::{Contacts, Found};
+use super::list::PartPairList;
+use super::pairs::{Histories, PartPair};
+use super::point_contact::PartPoint;
+use crate::catalogue::Catalogue;
+use crate::contacts::{ContactLoads, ContactPass, Overlapping};
+use crate::narrow_phase::Pose;
+use crate::particles::{Body, Particles};
+use grains_contact::{Coefficients, PatchMoments};
+use grains_geometry::{Footprint, Vec3};
+use std::ops::Range;
+
+/// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
+///
+/// Particles that touch in one point, the majority, wait for others like them; sums of loads are exact in any order.
+pub(crate) fn add_forces(
+    particles: &mut Particles,
+    (list, range): (&mut PartPairList, Range<usize>),
+    pass: &mut ContactPass,
+) {
+    let PartPairList { pairs, histories, found, batch } = list;
+    let pairs = &mut pairs[range];
+    let catalogue = pass.catalogue;
+    let mut start = 0;
+    while start < pairs.len() {
+        let group = start..end_of_group(pairs, start);
+        start = group.end;
+        if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], histories, catalogue, found) {
+            pass.statistics.error = Some(error);
+            continue;
+        }
+        let pair = pairs[group.start];
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        match &found.items[..] {
+            [] => {}
+            [item] if found.footprint(item).is_none() => {
+                if !batch.has_room_for([a, b].map(|i| &particles.bodies[i])) {
+                    finish(batch, (pairs, histories), particles, pass);
+                }
+                let bodies = [a, b].map(|i| &particles.bodies[i]);
+                let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+                let place = group.start + item.place;
+                let tangential_displacement = histories.of(&mut pairs[place]).tangential_displacement;
+                pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
+                batch.take((place, &item.contact), bodies, &poses, &tangential_displacement, catalogue);
+            }
+            _ => add_contacts(particles, (&mut pairs[group], histories, found), pass),
+        }
+    }
+    finish(batch, (pairs, histories), particles, pass);
+}
+
+/// Adds the loads of the contacts that wait.
+fn finish(
+    batch: &mut PointBatch,
+    waiting: (&mut [PartPair], &mut Histories),
+    particles: &mut Particles,
+    pass: &mut ContactPass,
+) {
+    batch.finish(waiting, pass, |pass, pair, depth, loads| {
+        loads.add_to(particles, [pair.a, pair.b]);
+        let catalogue = pass.catalogue;
+        pass.statistics.note(depth, || overlapping(particles, pair, catalogue));
+    });
+}
+
+/// Adds the loads of all contacts of two particles that touch in several points, or over a patch.
+fn add_contacts(
+    particles: &mut Particles,
+    (group, histories, found): (&mut [PartPair], &mut Histories, &Contacts),
+    pass: &mut ContactPass,
+) {
+    let (a, b) = (group[0].a as usize, group[0].b as usize);
+    let (catalogue, quanta, dt) = (pass.catalogue, &pass.quanta, pass.dt);
+    let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
+    let bodies = [a, b].map(|i| &particles.bodies[i]);
+    let law = coefficients(bodies, &poses, &found.items, catalogue);
+    let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
+    let mut deepest = 0.0_f64;
+    for item in &found.items {
+        let Found { place, contact, .. } = item;
+        pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
+        deepest = deepest.max(contact.overlap);
+        let history = histories.of(&mut group[*place]);
+        let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
+        let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
+        if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
+            let patch = PatchMoments { moment, second };
+            loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);
+        }
+        loads.add_to(particles, [group[0].a, group[0].b]);
+    }
+    pass.statistics.note(deepest / radius, || overlapping(particles, &group[0], catalogue));
+}
+
+#[cold]
+fn overlapping(particles: &Particles, pair: &PartPair, catalogue: &Catalogue) -> Overlapping {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    Overlapping {
+        id: particles.ids[a],
+        other: format!("particle {}", particles.ids[b]),
+        radius: catalogue.smaller_inscribed_radius([a, b].map(|i| &particles.bodies[i])),
+        position: particles.bodies[a].position,
+    }
+}
+
+/// End of the pairs of the same two bodies from `start` on.
+#[inline(always)]
+fn end_of_group(pairs: &[PartPair], start: usize) -> usize {
+    let is_other = |pair: &PartPair| !pair.is_of_same_particles(&pairs[start]);
+    pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
+}
+
+/// The law of each of the contacts of two particles, for the effective mass at their mean.
+#[inline(always)]
+fn coefficients(
+    [a, b]: [&Body; 2],
+    poses: &[Pose; 2],
+    found: &[Found],
+    catalogue: &Catalogue,
+) -> Coefficients {
+    let count = found.len();
+    let (mut normal, mut arm) = (Vec3::zeros(), Vec3::zeros());
+    for Found { contact, .. } in found {
+        normal += contact.normal;
+        arm += contact.point;
+    }
+    if count > 1 {
+        // Of normals that cancel any direction will do.
+        normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
+        arm /= count as f64;
+    }
+    let arm_b = arm - (b.position - a.position);
+    let inverse = poses[0].inverse_effective_mass(a.contact_mass(), &arm, &normal)
+        + poses[1].inverse_effective_mass(b.contact_mass(), &arm_b, &normal);
+    let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
+    law.at(1.0 / inverse).shared(count, catalogue.sharing)
+}

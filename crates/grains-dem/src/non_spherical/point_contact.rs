@@ -1,0 +1,57 @@
+//! The point in which two particles touch that are not both spheres.
+
+use crate::contacts::ContactPoint;
+use crate::narrow_phase::PartContact;
+use crate::particles::Body;
+use grains_contact::Encounter;
+use grains_geometry::Vec3;
+
+/// Two bodies that touch in a point.
+pub(super) struct PartPoint {
+    /// Unit normal from the first to the second (-).
+    pub normal: Vec3,
+    /// Overlap (m).
+    pub overlap: f64,
+    /// The point from the centres of mass of the two (m).
+    pub arms: [Vec3; 2],
+    /// Their velocities (m/s).
+    pub velocities: [Vec3; 2],
+    /// Their angular velocities (rad/s).
+    pub spins: [Vec3; 2],
+}
+
+impl PartPoint {
+    /// A contact that was found, its point from the centre of mass of the first body.
+    #[inline(always)]
+    pub fn of([a, b]: [&Body; 2], found: &PartContact) -> Self {
+        Self {
+            normal: found.normal,
+            overlap: found.overlap,
+            arms: [found.point, found.point - (b.position - a.position)],
+            velocities: [a.velocity, b.velocity],
+            spins: [a.angular_velocity, b.angular_velocity],
+        }
+    }
+}
+
+impl ContactPoint for PartPoint {
+    #[inline(always)]
+    fn encounter(&self) -> Encounter {
+        let Self { normal, overlap, arms: [arm, other_arm], velocities: [v, other_v], spins: [w, other_w] } =
+            *self;
+        let velocity = (other_v + other_w.cross(&other_arm)) - (v + w.cross(&arm));
+        Encounter { normal, overlap, velocity, spin: w - other_w }
+    }
+
+    #[inline(always)]
+    fn torques(&self, force: &Vec3) -> [Vec3; 2] {
+        let [arm, other_arm] = &self.arms;
+        [arm.cross(force), -other_arm.cross(force)]
+    }
+
+    #[inline(always)]
+    fn effective_radius(&self) -> f64 {
+        let [length, other_length] = self.arms.map(|arm| arm.norm());
+        length * other_length / (length + other_length)
+    }
+}

@@ -1,0 +1,191 @@
+//! The particles of one rank: owned ones first, then clones of neighbours' particles.
+
+use super::body::{Body, CARGO_LENGTH, Cargo, Load};
+use super::record::ParticleRecord;
+use crate::memory_use::heap_bytes;
+use crate::rotation::frame;
+use grains_geometry::{Mat3, Rotation, Vec3};
+use std::ops::Range;
+
+/// Struct of arrays of particles; the arrays of owned particles are `owned` long.
+#[derive(Clone, Debug, Default)]
+pub struct Particles {
+    /// Number of owned particles; clones follow in `bodies`, `ids` and `orientations`.
+    pub owned: usize,
+    /// Mechanical state, owned and clones.
+    pub bodies: Vec<Body>,
+    /// Identity, owned and clones.
+    pub ids: Vec<u64>,
+    /// Orientation, body to world, owned and clones; empty if all particles are spheres.
+    pub orientations: Vec<Rotation>,
+    /// Rotation matrices of `orientations`.
+    pub frames: Vec<Mat3>,
+    /// What no point of the body has moved farther than since the lists were built, along its path (m), owned and
+    /// clones.
+    pub(crate) path_length: Vec<f64>,
+    /// Contact loads, owned.
+    pub loads: Vec<Load>,
+    /// Velocity half a step before `position` (m/s), owned.
+    pub half_velocity: Vec<Vec3>,
+    /// Half a step before: angular velocity (rad/s) of a sphere, angular momentum (kg m²/s) of other shapes; owned.
+    pub half_spin: Vec<Vec3>,
+    /// Side of each flow plane, one bit per plane; owned.
+    pub sides: Vec<u32>,
+    /// What a coupling lets particles carry, owned; empty unless [`Particles::carry`] was called.
+    pub cargo: Vec<Cargo>,
+    /// Identities of those of prescribed motion, motion by motion.
+    pub(crate) prescribed_ids: Vec<Range<u64>>,
+    has_orientations: bool,
+    carrying: bool,
+}
+
+impl Particles {
+    /// Number of particles held, clones included.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { bodies, ids, orientations, frames, path_length, .. } = self;
+        let Self { loads, half_velocity, half_spin, sides, cargo, .. } = self;
+        let shared = heap_bytes(bodies)
+            + heap_bytes(ids)
+            + heap_bytes(orientations)
+            + heap_bytes(frames)
+            + heap_bytes(path_length);
+        shared
+            + heap_bytes(loads)
+            + heap_bytes(half_velocity)
+            + heap_bytes(half_spin)
+            + heap_bytes(sides)
+            + heap_bytes(cargo)
+    }
+
+    /// Whether this rank holds no particle.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Forgets all clones.
+    pub fn drop_clones(&mut self) {
+        self.bodies.truncate(self.owned);
+        self.ids.truncate(self.owned);
+        self.orientations.truncate(self.owned);
+        self.frames.truncate(self.owned);
+        self.path_length.truncate(self.owned);
+    }
+
+    /// Particles without orientation if all shapes are spheres.
+    pub fn new(all_spheres: bool) -> Self {
+        Self { has_orientations: !all_spheres, ..Self::default() }
+    }
+
+    /// Lets every particle, also those to come, carry cargo: zeros until somebody sets them.
+    ///
+    /// All ranks must do so before the first step.
+    pub fn carry(&mut self) {
+        self.carrying = true;
+        self.cargo.resize(self.owned, [0.0; CARGO_LENGTH]);
+    }
+
+    /// Whether particles have orientations, as some are not spheres.
+    pub fn has_orientations(&self) -> bool {
+        self.has_orientations
+    }
+
+    /// Whether particles carry cargo.
+    pub fn is_carrying(&self) -> bool {
+        self.carrying
+    }
+
+    /// Appends an owned particle; there must be no clones.
+    pub fn push(&mut self, record: &ParticleRecord) {
+        debug_assert_eq!(self.owned, self.bodies.len(), "owned particles come before clones");
+        self.push_clone(record.id, record.body, record.orientation);
+        self.loads.push(Load::default());
+        self.half_velocity.push(record.half_velocity);
+        self.half_spin.push(record.half_spin);
+        self.sides.push(record.sides);
+        if self.carrying {
+            self.cargo.push([0.0; CARGO_LENGTH]);
+        }
+        self.owned += 1;
+    }
+
+    /// Makes room for just so many clones.
+    pub(crate) fn make_room(&mut self, clones: usize) {
+        self.bodies.reserve_exact(clones);
+        self.ids.reserve_exact(clones);
+        if self.has_orientations {
+            self.orientations.reserve_exact(clones);
+            self.frames.reserve_exact(clones);
+            self.path_length.reserve_exact(clones);
+        }
+    }
+
+    /// Appends a clone.
+    pub(crate) fn push_clone(&mut self, id: u64, body: Body, orientation: Rotation) {
+        self.ids.push(id);
+        self.bodies.push(Body { prescribed: self.prescribed_number(id), ..body });
+        if self.has_orientations {
+            self.orientations.push(orientation);
+            self.frames.push(frame(&orientation));
+            self.path_length.push(0.0);
+        }
+    }
+
+    /// Number of the motion prescribed to a particle, from 1; 0 for one that moves freely.
+    fn prescribed_number(&self, id: u64) -> u16 {
+        self.prescribed_ids.iter().position(|ids| ids.contains(&id)).map_or(0, |k| k as u16 + 1)
+    }
+
+    /// Gives a body that has come from a position (m) a new orientation.
+    ///
+    /// Turning by θ changes the quaternion by 2 sin(θ/4) and moves no point by more than R θ: the factor 2.5 covers
+    /// angles up to 2.5 rad.
+    #[inline(always)]
+    pub(crate) fn turn_to(&mut self, i: usize, before: &Vec3, orientation: Rotation) {
+        let body = &self.bodies[i];
+        let turned = (self.orientations[i].coords - orientation.coords).norm();
+        self.path_length[i] += (body.position - before).norm() + 2.5 * body.radius * turned;
+        self.orientations[i] = orientation;
+        self.frames[i] = frame(&orientation);
+    }
+
+    /// The packed form of an owned particle.
+    pub fn record(&self, i: usize) -> ParticleRecord {
+        ParticleRecord {
+            id: self.ids[i],
+            body: self.bodies[i],
+            orientation: self.orientations.get(i).copied().unwrap_or_else(Rotation::identity),
+            half_velocity: self.half_velocity[i],
+            half_spin: self.half_spin[i],
+            sides: self.sides[i],
+        }
+    }
+
+    /// Reorders the owned particles: the new i-th is the old `order[i]`. There must be no clones.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
+        permute(&mut self.bodies, order);
+        permute(&mut self.ids, order);
+        if self.has_orientations {
+            permute(&mut self.orientations, order);
+            permute(&mut self.frames, order);
+            permute(&mut self.path_length, order);
+        }
+        permute(&mut self.loads, order);
+        permute(&mut self.half_velocity, order);
+        permute(&mut self.half_spin, order);
+        permute(&mut self.sides, order);
+        if self.carrying {
+            permute(&mut self.cargo, order);
+        }
+        self.owned = order.len();
+    }
+}
+
+fn permute<T: Copy>(items: &mut Vec<T>, order: &[u32]) {
+    let sorted: Vec<T> = order.iter().map(|&k| items[k as usize]).collect();
+    *items = sorted;
+}

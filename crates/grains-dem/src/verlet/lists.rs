@@ -1,0 +1,50 @@
+//! The Verlet lists of one rank.
+
+use super::skin::Reference;
+use crate::contacts::SpherePair;
+use crate::memory_use::heap_bytes;
+use crate::non_spherical::PartPairList;
+use crate::walls::WallList;
+use grains_geometry::Rotation;
+
+/// The Verlet lists of one rank.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct VerletLists {
+    pub(crate) references: Vec<Reference>,
+    /// Orientations when the lists were built; empty if all shapes are spheres.
+    pub(crate) reference_orientations: Vec<Rotation>,
+    pub(crate) spheres: Vec<SpherePair>,
+    pub(crate) part_pairs: PartPairList,
+    pub(crate) walls: WallList,
+    /// How many pairs, at the beginning of the lists, are of two owned particles.
+    pub(crate) inner: Inner,
+    /// Distance any wall may move before the lists are rebuilt (m).
+    pub(crate) wall_allowance: f64,
+    /// Scratch: parts of two bodies near each other.
+    pub(super) near_parts: [Vec<u16>; 2],
+}
+
+/// Numbers of pairs of spheres, and of parts of bodies.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inner {
+    pub(crate) spheres: usize,
+    pub(crate) part_pairs: usize,
+}
+
+impl VerletLists {
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { references, reference_orientations, spheres, part_pairs, walls, .. } = self;
+        let walls = heap_bytes(&walls.pairs) + heap_bytes(&walls.simplexes);
+        heap_bytes(references)
+            + heap_bytes(reference_orientations)
+            + heap_bytes(spheres)
+            + part_pairs.bytes()
+            + walls
+    }
+
+    /// Number of pairs in the lists: spheres, parts of other particles, walls.
+    pub(crate) fn sizes(&self) -> [usize; 3] {
+        [self.spheres.len(), self.part_pairs.pairs.len(), self.walls.pairs.len()]
+    }
+}

@@ -1,0 +1,239 @@
+//! The search for the pairs of the lists in the surrounding cells.
+
+use super::allowances::nominal_allowance;
+use super::cell_list::{CellList, Clones, held};
+use super::list_context::ListContext;
+use super::lists::{Inner, VerletLists};
+use super::wall_search::WallSearch;
+use crate::catalogue::Catalogue;
+use crate::contact_history::SavedHistories;
+use crate::contacts::SpherePair;
+use crate::narrow_phase::{PlacedPart, Pose};
+use crate::particles::{Body, Particles};
+use crate::periodic_images as images;
+use grains_domain::CellGrid;
+use grains_geometry::Vec3;
+use grains_geometry::obb::boxes_apart;
+use std::ops::Range;
+
+/// What a search for pairs reads.
+struct Search<'a> {
+    particles: &'a Particles,
+    cell_list: &'a CellList,
+    clones: Clones,
+    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
+    probes: Vec<[f64; 4]>,
+    /// By the places of the owned particles before they were sorted.
+    histories: &'a SavedHistories,
+    context: &'a ListContext<'a>,
+    all_spheres: bool,
+}
+
+impl Search<'_> {
+    /// Allowance of a particle (m).
+    fn allowance(&self, i: usize) -> f64 {
+        self.probes[i][3] - self.particles.bodies[i].radius - 0.5 * self.context.lubrication_range
+    }
+}
+
+impl VerletLists {
+    /// Builds all lists from sorted owned particles and their clones.
+    pub(crate) fn build(
+        &mut self,
+        particles: &mut Particles,
+        cell_list: &CellList,
+        histories: &SavedHistories,
+        context: &ListContext,
+    ) {
+        particles.path_length.fill(0.0);
+        self.spheres.clear();
+        self.part_pairs.clear();
+        let has_clones = particles.len() > particles.owned;
+        let clones = if has_clones { Clones::new(particles, &cell_list.cells) } else { Clones::default() };
+        let (probes, all_spheres) = (self.probes(particles, context), context.catalogue.all_spheres());
+        let search = Search { particles, cell_list, clones, probes, histories, context, all_spheres };
+        let grids = cell_list.cells.grids();
+        for (k, grid) in grids.iter().enumerate() {
+            self.pair_owned(&search, grid, &grids[..k]);
+        }
+        self.inner = Inner { spheres: self.spheres.len(), part_pairs: self.part_pairs.pairs.len() };
+        if has_clones {
+            for (k, grid) in grids.iter().enumerate() {
+                self.pair_with_clones(&search, &grids[..=k], grid);
+                self.pair_small_clones(&search, &grids[..k], grid);
+            }
+        }
+        self.part_pairs.reserve();
+        self.find_walls(&search);
+    }
+
+    /// Pairs of owned particles, those of one grid with each other and with larger ones.
+    fn pair_owned(&mut self, search: &Search, grid: &CellGrid, coarser: &[CellGrid]) {
+        let start = &search.cell_list.start;
+        for i in held(start, &grid.cells()) {
+            let position = search.particles.bodies[i].position.into();
+            for (k, run) in grid.half_around(grid.own_place(position)).iter().enumerate() {
+                let first = if k == 0 { i + 1 } else { start[run.start] as usize };
+                self.pair_up(search, i, first..start[run.end] as usize);
+            }
+            for grid in coarser.iter().filter(|grid| !held(start, &grid.cells()).is_empty()) {
+                for run in grid.around(grid.own_place(position)) {
+                    self.pair_up(search, i, held(start, &run));
+                }
+            }
+        }
+    }
+
+    /// Pairs of the owned particles of one grid with clones of their size and larger ones.
+    fn pair_with_clones(&mut self, search: &Search, coarser: &[CellGrid], grid: &CellGrid) {
+        let (owned, clones) = (&search.cell_list.start, &search.clones);
+        for i in held(owned, &grid.cells()) {
+            let position = search.particles.bodies[i].position.into();
+            for grid in coarser {
+                let place = grid.own_place(position);
+                if !grid.is_near_border(place) {
+                    continue;
+                }
+                for run in grid.around(place) {
+                    for slot in held(&clones.start, &run) {
+                        let clone = clones.order[slot] as usize;
+                        self.pair_up(search, i, clone..clone + 1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pairs of the clones of one grid with larger owned particles.
+    fn pair_small_clones(&mut self, search: &Search, coarser: &[CellGrid], grid: &CellGrid) {
+        let (owned, clones) = (&search.cell_list.start, &search.clones);
+        for slot in held(&clones.start, &grid.cells()) {
+            let clone = clones.order[slot] as usize;
+            let position = search.particles.bodies[clone].position.into();
+            for grid in coarser.iter().filter(|grid| !held(owned, &grid.cells()).is_empty()) {
+                for run in grid.around(grid.place(position)) {
+                    for i in held(owned, &run) {
+                        self.pair_up(search, i, clone..clone + 1);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pairs of owned particles with walls.
+    fn find_walls(&mut self, search: &Search) {
+        let &Search { particles, cell_list, histories, context, .. } = search;
+        self.walls.pairs.clear();
+        self.walls.simplexes.clear();
+        self.walls.shifts = images::shifts(&context.decomposition.global);
+        let mut near_walls =
+            WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };
+        for (i, &origin) in cell_list.order.iter().enumerate() {
+            if particles.bodies[i].is_prescribed() {
+                continue;
+            }
+            let known = histories.walls.row(origin as usize);
+            near_walls.search(&mut self.walls, particles, i, self.references[i].allowance, known);
+        }
+    }
+
+    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
+    ///
+    /// Faces may have shortened the allowance of a clone for its owner; that only makes this list longer.
+    fn probes(&self, particles: &Particles, context: &ListContext) -> Vec<[f64; 4]> {
+        let probe = |(i, body): (usize, &Body)| {
+            let allowance =
+                self.references.get(i).map_or_else(|| nominal_allowance(body, context), |own| own.allowance);
+            let p = body.position;
+            [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.lubrication_range]
+        };
+        particles.bodies.iter().enumerate().map(probe).collect()
+    }
+
+    /// Adds the pairs of owned particle `i` with the candidates within range.
+    #[inline]
+    fn pair_up(&mut self, search: &Search, i: usize, candidates: Range<usize>) {
+        let [x, y, z, r] = search.probes[i];
+        for j in candidates {
+            let [xj, yj, zj, rj] = search.probes[j];
+            let (dx, dy, dz, range) = (xj - x, yj - y, zj - z, r + rj);
+            if dx * dx + dy * dy + dz * dz >= range * range {
+                continue;
+            }
+            let &Search { particles, cell_list, histories, context, all_spheres, .. } = search;
+            if particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed() {
+                continue;
+            }
+            let both_spheres = all_spheres
+                || [i, j].iter().all(|&k| context.catalogue.shape(particles.bodies[k].kind).is_sphere());
+            if both_spheres {
+                let id = particles.ids[j];
+                let known =
+                    histories.spheres.row(cell_list.order[i] as usize).iter().find(|m| m.partner == id);
+                let tangential_displacement = known.map_or(Vec3::zeros(), |m| m.tangential_displacement);
+                if self.spheres.len() == self.spheres.capacity() {
+                    // Pairs are a quarter of all memory: they do not double.
+                    self.spheres.reserve_exact(self.spheres.len() / 8 + 64);
+                }
+                self.spheres.push(SpherePair { a: i as u32, b: j as u32, tangential_displacement });
+            } else {
+                self.pair_parts(i, j, search);
+            }
+        }
+    }
+
+    /// Adds the pairs of parts of two bodies whose boxes come within allowance.
+    fn pair_parts(&mut self, i: usize, j: usize, search: &Search) {
+        let &Search { particles, cell_list, histories, context, .. } = search;
+        let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
+        let margin = search.allowance(a) + search.allowance(b);
+        let separation = particles.bodies[b].position - particles.bodies[a].position;
+        let mut near = std::mem::take(&mut self.near_parts);
+        parts_near(&mut near[0], particles, a, (b, &separation), margin, context.catalogue);
+        parts_near(&mut near[1], particles, b, (a, &-separation), margin, context.catalogue);
+        let poses = [a, b].map(|i| Pose::of(particles, i, context.catalogue));
+        for &part in &near[0] {
+            let part_a = PlacedPart::of(&poses[0], part);
+            for &other in &near[1] {
+                let part_b = PlacedPart::of(&poses[1], other);
+                let between = separation + (part_b.offset - part_a.offset);
+                let range = part_a.bounding_radius + part_b.bounding_radius + margin;
+                if between.norm_squared() >= range * range {
+                    continue;
+                }
+                let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
+                let half = |k: usize, part: u16| &poses[k].shape.parts[part as usize].half_extents;
+                if boxes_apart(half(0, part), half(1, other), &placement, margin / part_a.scale) {
+                    continue;
+                }
+                let (partner, parts) = (particles.ids[j], [part, other]);
+                let known = histories.part_pairs.row(cell_list.order[i] as usize).iter();
+                let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
+                self.part_pairs.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
+            }
+        }
+        self.near_parts = near;
+    }
+}
+
+/// The parts of particle `i` within `margin` (m) of the bounding sphere of another, `separation` (m) away.
+fn parts_near(
+    near: &mut Vec<u16>,
+    particles: &Particles,
+    i: usize,
+    (other, separation): (usize, &Vec3),
+    margin: f64,
+    catalogue: &Catalogue,
+) {
+    let body = &particles.bodies[i];
+    let shape = catalogue.shape(body.kind);
+    let scale = body.radius / shape.bounding_radius;
+    let allowance = particles.bodies[other].radius + margin;
+    near.clear();
+    near.extend((0..shape.parts.len() as u16).filter(|&k| {
+        let part = &shape.parts[k as usize];
+        let range = part.bounding_radius * scale + allowance;
+        shape.parts.len() == 1
+            || (separation - particles.frames[i] * part.center * scale).norm_squared() < range * range
+    }));
+}

@@ -1,0 +1,181 @@
+//! Loads of wall contacts: the law of particles, against a body of infinite mass.
+
+use super::contacts::{find_contacts, not_found};
+use super::pairs::{WallList, WallPair, WallScene};
+use super::surface_contact::SurfaceContact;
+use super::wall::WallLoad;
+use crate::catalogue::Catalogue;
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
+use crate::narrow_phase::Pose;
+use crate::particles::Particles;
+use grains_contact::{Coefficients, Encounter, PatchMoments};
+use grains_geometry::{Footprint, Vec3};
+use std::ops::Range;
+
+/// The point in which a particle touches a wall.
+struct WallPoint {
+    /// Unit normal into the wall (-).
+    normal: Vec3,
+    /// Overlap (m).
+    overlap: f64,
+    /// The point from the centre of mass of the particle (m).
+    arm: Vec3,
+    /// Velocities of the particle's centre and of the wall at the point (m/s).
+    velocities: [Vec3; 2],
+    /// Angular velocities of both (rad/s).
+    spins: [Vec3; 2],
+}
+
+impl ContactPoint for WallPoint {
+    #[inline(always)]
+    fn encounter(&self) -> Encounter {
+        let Self { normal, overlap, arm, velocities: [v, wall_v], spins: [w, wall_w] } = *self;
+        Encounter { normal, overlap, velocity: wall_v - (v + w.cross(&arm)), spin: w - wall_w }
+    }
+
+    /// That on the wall, which is about the origin, is left out.
+    #[inline(always)]
+    fn torques(&self, force: &Vec3) -> [Vec3; 2] {
+        [self.arm.cross(force), Vec3::zeros()]
+    }
+
+    #[inline(always)]
+    fn effective_radius(&self) -> f64 {
+        self.arm.norm()
+    }
+}
+
+/// Adds the loads of all wall contacts to particles and walls.
+pub(crate) fn add_forces(
+    particles: &mut Particles,
+    list: &mut WallList,
+    scene: &WallScene,
+    wall_loads: &mut [WallLoad],
+    pass: &mut ContactPass,
+) {
+    let catalogue = pass.catalogue;
+    let mut start = 0;
+    while start < list.pairs.len() {
+        let end = list.group_end(start);
+        if let Err(reason) = find_contacts(particles, list, start..end, scene, catalogue) {
+            pass.statistics.error = Some(not_found(particles, &list.pairs[start], scene, &reason));
+            return;
+        }
+        let parts = touching_parts(list, start..end, scene);
+        let first = &list.pairs[start];
+        let body = &particles.bodies[first.particle as usize];
+        let center = scene.center(first, &body.position, &list.shifts);
+        let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
+        let mass = effective_mass(particles, first, &list.touching, &center, scene, catalogue);
+        let law = law.at(mass).shared(parts.max(1), catalogue.sharing);
+        for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
+            match contact {
+                None => pair.reset_displacements(),
+                Some(contact) => {
+                    let load = &mut wall_loads[pair.wall as usize];
+                    add_contact(particles, (pair, contact, &center), (scene, load), &law, pass);
+                }
+            }
+        }
+        start = end;
+    }
+}
+
+/// Adds the load of one contact of a particle whose image is at `center` (m).
+#[inline]
+fn add_contact(
+    particles: &mut Particles,
+    (pair, found, center): (&mut WallPair, &SurfaceContact, &Vec3),
+    (scene, wall_load): (&WallScene, &mut WallLoad),
+    law: &Coefficients,
+    pass: &mut ContactPass,
+) {
+    let (i, w) = (pair.particle as usize, pair.wall as usize);
+    let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
+    let arm = state.to_world(&(found.point - state.to_wall(center)));
+    let point = center + arm;
+    let contact = WallPoint {
+        normal: state.to_world(&found.normal),
+        overlap: found.overlap,
+        arm,
+        velocities: [body.velocity, state.velocity_at(&point)],
+        spins: [body.angular_velocity, state.angular_velocity],
+    };
+    let (quanta, dt) = (&pass.quanta, pass.dt);
+    let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
+    if let Some(footprint) = found.footprint {
+        let Footprint { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
+        let patch = PatchMoments { moment, second };
+        loads.add_patch(&contact, law, (&patch, &mut pair.torsional_angle), quanta, dt);
+    }
+    let radius = pass.catalogue.inscribed_radius(body);
+    pass.statistics.note(found.overlap / radius, || {
+        let other = format!("wall `{}`", wall.name);
+        Overlapping { id: particles.ids[i], other, radius, position: body.position }
+    });
+    let load = &mut particles.loads[i];
+    load.force += loads.force;
+    load.torque += loads.torques[0];
+    wall_load.force -= loads.force;
+    wall_load.torque -= quanta.torque(&point.cross(&loads.force));
+}
+
+/// Number of parts of the particle that touch; each part's history follows its contacts.
+fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -> usize {
+    let (mut parts, mut start) = (0, group.start);
+    while start < group.end {
+        let end = list.part_end(start, group.end);
+        let touching = &list.touching[start - group.start..end - group.start];
+        parts += usize::from(touching.iter().any(Option::is_some));
+        if end > start + 1 {
+            hand_over_history(&mut list.pairs[start..end], touching, scene);
+        }
+        start = end;
+    }
+    parts
+}
+
+/// Effective mass (kg) of a particle at the mean of its contacts with a wall.
+fn effective_mass(
+    particles: &Particles,
+    pair: &WallPair,
+    touching: &[Option<SurfaceContact>],
+    center: &Vec3,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+) -> f64 {
+    let body = &particles.bodies[pair.particle as usize];
+    let count = touching.iter().flatten().count();
+    if count == 0 || catalogue.shape(body.kind).is_sphere() {
+        return body.mass;
+    }
+    let state = &scene.states[pair.wall as usize];
+    let point = touching.iter().flatten().map(|c| c.point).sum::<Vec3>() / count as f64;
+    let normal = touching.iter().flatten().map(|c| c.normal).sum::<Vec3>();
+    let normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
+    let arm = state.to_world(&(point - state.to_wall(center)));
+    let pose = Pose::of(particles, pair.particle as usize, catalogue);
+    1.0 / pose.inverse_effective_mass(body.mass, &arm, &state.to_world(&normal))
+}
+
+/// Gives the history of a contact that ended to one that began beside it on the same surface, as when a
+/// ball rolls from one triangle of a flat floor to the next.
+fn hand_over_history(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
+    let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
+    for k in 0..pairs.len() {
+        let Some(contact) = touching[k] else { continue };
+        if pairs[k].tangential_displacement != Vec3::zeros() {
+            continue;
+        }
+        let orphan = (0..pairs.len()).find(|&l| {
+            touching[l].is_none()
+                && pairs[l].tangential_displacement != Vec3::zeros()
+                && surface.goes_on(pairs[l].element, pairs[k].element, &contact.normal)
+        });
+        if let Some(l) = orphan {
+            (pairs[k].tangential_displacement, pairs[k].torsional_angle) =
+                (pairs[l].tangential_displacement, pairs[l].torsional_angle);
+            pairs[l].reset_displacements();
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Pairs of particles and wall elements that may touch.
+
+use super::motion::WallState;
+use super::surface_contact::SurfaceContact;
+use super::wall::Wall;
+use crate::contact_history::{ContactHistory, WallKey};
+use grains_domain::GlobalBox;
+use grains_geometry::{Simplex, Vec3};
+use std::ops::Range;
+
+/// A part of a particle and an element of a wall that may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallPair {
+    pub(crate) particle: u32,
+    /// Triangle of a mesh, else 0.
+    pub(crate) element: u32,
+    pub(crate) wall: u16,
+    pub(crate) surface: u16,
+    pub(crate) part: u16,
+    /// Periodic image of the particle, see [`crate::periodic_images`].
+    pub(crate) image: u8,
+    pub(crate) tangential_displacement: Vec3,
+    /// Torsional angle about the normal (rad).
+    pub(crate) torsional_angle: f64,
+    /// Index of the pair's simplex, or `WallPair::CLOSED_FORM`.
+    pub(crate) simplex: u32,
+}
+
+impl WallPair {
+    pub(crate) const CLOSED_FORM: u32 = u32::MAX;
+
+    /// Whether two pairs are of the same particle, image and surface.
+    fn meets_same(&self, other: &Self) -> bool {
+        let key = |p: &Self| (p.particle, p.wall, p.surface, p.image);
+        key(self) == key(other)
+    }
+
+    pub(super) fn reset_displacements(&mut self) {
+        self.tangential_displacement = Vec3::zeros();
+        self.torsional_angle = 0.0;
+    }
+}
+
+/// All wall pairs of a rank, those of one particle and surface side by side, triangles ascending.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WallList {
+    pub(crate) pairs: Vec<WallPair>,
+    pub(crate) simplexes: Vec<Simplex>,
+    /// Shift (m) of each periodic image.
+    pub(crate) shifts: Vec<Vec3>,
+    pub(super) touching: Vec<Option<SurfaceContact>>,
+}
+
+impl WallList {
+    /// Adds the pair of a particle and what `key` names, with its contact history.
+    pub(crate) fn push(&mut self, particle: u32, key: WallKey, known: ContactHistory, is_closed_form: bool) {
+        let (wall, surface, part, element, image) = key;
+        let ContactHistory { tangential_displacement, torsional_angle, simplex } = known;
+        let simplex = if is_closed_form {
+            WallPair::CLOSED_FORM
+        } else {
+            self.simplexes.push(simplex);
+            self.simplexes.len() as u32 - 1
+        };
+        self.pairs.push(WallPair {
+            particle,
+            element,
+            wall,
+            surface,
+            part,
+            image,
+            tangential_displacement,
+            torsional_angle,
+            simplex,
+        });
+    }
+
+    /// What a pair keeps of its contact.
+    pub(crate) fn history_of(&self, pair: &WallPair) -> ContactHistory {
+        let &WallPair { tangential_displacement, torsional_angle, .. } = pair;
+        let simplex = self.simplexes.get(pair.simplex as usize).copied().unwrap_or_default();
+        ContactHistory { tangential_displacement, torsional_angle, simplex }
+    }
+
+    /// Drops the simplexes of a range of pairs.
+    pub(super) fn drop_simplexes(&mut self, group: Range<usize>) {
+        for pair in &self.pairs[group] {
+            if let Some(simplex) = self.simplexes.get_mut(pair.simplex as usize) {
+                simplex.len = 0;
+            }
+        }
+    }
+
+    /// End of the group of pairs of one particle, image and surface that begins at `start`.
+    pub(super) fn group_end(&self, start: usize) -> usize {
+        let first = &self.pairs[start];
+        self.pairs[start..].iter().position(|p| !p.meets_same(first)).map_or(self.pairs.len(), |n| start + n)
+    }
+
+    /// End of the pairs of one part of the particle that begin at `start`.
+    pub(super) fn part_end(&self, start: usize, group_end: usize) -> usize {
+        let part = self.pairs[start].part;
+        let others = self.pairs[start..group_end].iter().position(|p| p.part != part);
+        others.map_or(group_end, |n| start + n)
+    }
+}
+
+/// Where and when the walls are met.
+pub(crate) struct WallScene<'a> {
+    pub(crate) walls: &'a [Wall],
+    pub(crate) states: &'a [WallState],
+    pub(crate) time: f64,
+    pub(crate) dt: f64,
+    pub(crate) global: &'a GlobalBox,
+}
+
+impl<'a> WallScene<'a> {
+    /// Centre (m) of the periodic image of a particle that a pair is about.
+    ///
+    /// Along axes on which a surface has no end it is its own image: it is met at the wrapped position, so
+    /// that the answer does not depend on when the particle was last wrapped.
+    #[inline]
+    pub(crate) fn center(&self, pair: &WallPair, position: &Vec3, shifts: &[Vec3]) -> Vec3 {
+        let mut center = position + shifts[pair.image as usize];
+        if self.global.periodic != [false; 3] {
+            let wall = &self.walls[pair.wall as usize];
+            let wrapped = wall.wrapped_axes(&wall.surfaces[pair.surface as usize]);
+            for a in (0..3).filter(|&a| wrapped[a] && self.global.periodic[a]) {
+                center[a] = self.global.wrap_along(a, position[a]);
+            }
+        }
+        center
+    }
+}

@@ -1,0 +1,83 @@
+//! The contact of a convex body with a surface of a wall.
+
+use crate::narrow_phase::PlacedPart;
+use grains_geometry::{DiscreteSurface, Footprint, Vec3};
+
+/// Contact of a convex body with a surface, in the wall's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceContact {
+    /// Unit normal from the body into the wall.
+    pub(crate) normal: Vec3,
+    /// Overlap (m), positive.
+    pub(crate) overlap: f64,
+    /// Contact point (m).
+    pub(crate) point: Vec3,
+    /// Where the body touches if not in a point.
+    pub(crate) footprint: Option<Footprint>,
+}
+
+impl SurfaceContact {
+    /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
+    #[inline(always)]
+    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
+        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
+    }
+
+    /// The same contact over a patch of the core, which is swept by a ball of radius `crust`.
+    pub(super) fn over(self, footprint: Option<Footprint>, crust: f64) -> Self {
+        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
+        Self::new(center + self.normal * crust, self.normal, overlap, footprint)
+    }
+
+    /// Two contacts with one flat patch: the deeper, or both footprints together.
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        let deeper = if self.overlap >= other.overlap { self } else { other };
+        match (&self.footprint, &other.footprint) {
+            (Some(a), Some(b)) => {
+                let joined = a.joined(b);
+                let share = a.weight / joined.weight;
+                Self {
+                    normal: self.normal,
+                    overlap: joined.overlap,
+                    point: self.point * share + other.point * (1.0 - share),
+                    footprint: Some(joined),
+                }
+            }
+            // A triangle touched in one point adds nothing to a face that lies on its neighbours.
+            (Some(_), None) => *self,
+            (None, Some(_)) => *other,
+            (None, None) => *deeper,
+        }
+    }
+
+    /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
+    #[inline(always)]
+    pub(super) fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
+        Self::new(center + normal * radius, normal, overlap, None)
+    }
+
+    /// Contact of the core point `deepest` of a part lying `depth` (m) behind a wall (negative before it), whose
+    /// inward normal is `normal`: the surface of the body lies a crust farther.
+    pub(super) fn behind(part: &PlacedPart, deepest: &Vec3, normal: Vec3, depth: f64) -> Option<Self> {
+        let overlap = depth + part.crust;
+        (overlap > 0.0).then(|| Self::new(deepest + normal * part.crust, normal, overlap, None))
+    }
+
+    /// Contact of the vertices of a part, at `center` (m), that lie behind a plane (Srinivasan 2019, 2.36-2.41).
+    pub(super) fn of_vertices(
+        part: &PlacedPart,
+        vertices: &DiscreteSurface,
+        center: &Vec3,
+        point: &Vec3,
+        normal: &Vec3,
+    ) -> Option<Self> {
+        let local = part.rotation.tr_mul(&(point - center)) / part.scale;
+        let found = vertices.contact_with_plane(&local, &part.rotation.tr_mul(normal))?;
+        Some(Self {
+            normal: -normal,
+            overlap: found.overlap * part.scale,
+            point: center + part.rotation * found.point * part.scale,
+            footprint: None,
+        })
+    }
+}

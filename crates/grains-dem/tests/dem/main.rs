@@ -1,0 +1,18 @@
+//! Tests of the granular phase against closed forms, and of its invariances.
+
+#![allow(clippy::unwrap_used)]
+
+mod cargo;
+mod common;
+mod contact_patches;
+mod failures;
+mod hard;
+mod impact;
+mod lubrication;
+mod oblique;
+mod open_tubes;
+mod prescribed;
+mod same_bits;
+mod size_classes;
+mod two_bodies;
+mod walls;

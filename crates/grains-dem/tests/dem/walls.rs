@@ -1,0 +1,107 @@
+//! Walls that bear, incline, appear and vanish, against what mechanics says.
+
+use crate::common::{setup, wall};
+use grains_contact::{ContactLaw, Tangential};
+use grains_dem::{Dem, Kind, Motion, NewParticle, Surface, Wall};
+use grains_domain::SerialTransport;
+use grains_geometry::{Rotation, Shape, Vec3};
+use std::f64::consts::PI;
+
+const RADIUS: f64 = 1.5e-3;
+const MASS: f64 = 2500.0 * 4.0 / 3.0 * PI * RADIUS * RADIUS * RADIUS;
+const STIFFNESS: f64 = 1e5;
+const G: f64 = 9.81;
+
+/// A sphere on, or `height` (m) above, a horizontal floor through the middle of the box, where gravity is
+/// inclined by an angle (rad) towards +x.
+fn sphere_on_floor(law: ContactLaw, incline: f64, height: f64, change: impl Fn(&mut Wall)) -> Dem {
+    let mut setup = setup([0.2; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
+    setup.catalogue.contacts.set(0, 1, law);
+    setup.parameters.gravity = Vec3::new(incline.sin(), 0.0, -incline.cos()) * G;
+    let floor = Surface::Plane { point: Vec3::repeat(0.1), normal: Vec3::z() };
+    setup.walls = vec![wall("floor", floor, Motion::Fixed)];
+    change(&mut setup.walls[0]);
+    let mut dem = Dem::new(setup, 0).unwrap();
+    let sunk = MASS * G * incline.cos() / STIFFNESS;
+    let particle = NewParticle {
+        id: 0,
+        kind: Kind { shape: 0, material: 0 },
+        scale: 1.0,
+        position: Vec3::new(0.05, 0.1, 0.1 + RADIUS + height - if height == 0.0 { sunk } else { 0.0 }),
+        orientation: Rotation::identity(),
+        velocity: Vec3::zeros(),
+        angular_velocity: Vec3::zeros(),
+    };
+    let record = particle.record(&dem);
+    dem.insert(&record);
+    dem
+}
+
+fn law(friction: f64) -> ContactLaw {
+    let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
+    ContactLaw::new(STIFFNESS, 0.5, friction, tangential)
+}
+
+fn run(dem: &mut Dem, seconds: f64) {
+    for _ in 0..(seconds / dem.setup.parameters.dt).round() as u64 {
+        dem.step(&SerialTransport).unwrap();
+    }
+}
+
+#[test]
+fn a_floor_bears_the_weight_where_the_ball_lies() {
+    let mut dem = sphere_on_floor(law(0.5), 0.0, 0.0, |_| ());
+    run(&mut dem, 0.01);
+    let load = dem.wall_loads(&SerialTransport)[0];
+    assert!((load.force.z / (-MASS * G) - 1.0).abs() < 1e-6, "{} N for {}", load.force.z, -MASS * G);
+    let torque = Vec3::new(0.05, 0.1, 0.1).cross(&load.force);
+    assert!((load.torque - torque).norm() < 1e-6 * torque.norm(), "{} for {torque}", load.torque);
+}
+
+#[test]
+fn a_ball_rolls_or_slides_down_an_incline_as_mechanics_says() {
+    let seconds = 0.1;
+    let incline = 30_f64.to_radians();
+    // It rolls if mu > 2/7 tan(incline) = 0.165.
+    for (friction, acceleration) in [
+        (0.5, 5.0 / 7.0 * G * incline.sin()),
+        (0.1, G * (incline.sin() - 0.1 * incline.cos())),
+        (0.0, G * incline.sin()),
+    ] {
+        let mut dem = sphere_on_floor(law(friction), incline, 0.0, |_| ());
+        run(&mut dem, seconds);
+        let speed = dem.particles.bodies[0].velocity.x;
+        assert!((speed / (acceleration * seconds) - 1.0).abs() < 2e-3, "friction {friction}: {speed} m/s");
+    }
+}
+
+#[test]
+fn rolling_friction_slows_a_rolling_ball() {
+    let coefficient = 0.05;
+    let mut dem = sphere_on_floor(law(0.5).with_rolling_friction(coefficient), 0.0, 0.0, |_| ());
+    let (speed, seconds) = (0.1, 0.1);
+    dem.particles.half_velocity[0].x = speed;
+    dem.particles.half_spin[0].y = speed / RADIUS;
+    run(&mut dem, seconds);
+    // m a = -F and I a/R = F R - mu_r R m g
+    let slowed = speed - 5.0 / 7.0 * coefficient * G * seconds;
+    let body = &dem.particles.bodies[0];
+    assert!((body.velocity.x / slowed - 1.0).abs() < 1e-2, "{} for {slowed} m/s", body.velocity.x);
+    assert!((body.angular_velocity.y * RADIUS / body.velocity.x - 1.0).abs() < 1e-2, "it rolls");
+}
+
+#[test]
+fn a_wall_is_there_from_and_until_its_times() {
+    let after = |change: &dyn Fn(&mut Wall), seconds: f64| {
+        let mut dem = sphere_on_floor(law(0.5), 0.0, 1e-3, change);
+        run(&mut dem, seconds);
+        dem.particles.bodies[0]
+    };
+    // A fall of 1 mm takes 14 ms: a floor that appears before is as good as one that was always there.
+    let (always, later) = (after(&|_| (), 0.03), after(&|w| w.from = 0.01, 0.03));
+    assert_eq!((always.position, always.velocity), (later.position, later.velocity));
+    // One that vanishes before is none at all.
+    let fallen = after(&|w| w.until = 0.01, 0.03);
+    assert!((fallen.velocity.z + G * 0.03).abs() < 1e-3, "{}", fallen.velocity.z);
+    assert!(fallen.position.z < 0.1);
+}
