@@ -110,7 +110,7 @@ fn surface_bytes(shape: &Shape, real: f64) -> f64 {
     points * 3.0 * real + triangles * (TRIANGLE + bytes_of(&crate::files::SURFACE_FIELDS, real))
 }
 
-/// The most memory this process has had so far (bytes), where the system tells.
+/// Peak memory of this process (bytes), where the system tells.
 pub fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -24,6 +24,7 @@ mod borders;
 pub mod check;
 mod exchange;
 mod files;
+mod imposed;
 mod longest_step;
 mod observe;
 mod profile;
@@ -43,7 +44,8 @@ use grains_coupling::{Coupling, CouplingError, add_drag};
 use grains_dem::{Catalogue, Dem, DemSetup};
 use grains_domain::Decomposition;
 use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
-pub use longest_step::longest_step;
+pub use imposed::fastest;
+pub use longest_step::{FluidStepLimit, longest_step};
 pub use observe::{FluidProgress, Sums, columns};
 use profile::Sampler;
 use resolved::ResolvedBodies;
@@ -358,8 +360,7 @@ fn halo(
 pub fn longest_step_of_bodies(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref()?;
     let resolved = fluid.resolved.as_ref()?;
-    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
-    let by_diffusion = setup::diffusion_step(fluid, resolved, widths.fold(f64::INFINITY, f64::min));
+    let by_diffusion = setup::diffusion_step(fluid, resolved, setup::narrowest(case, fluid));
     Some(fluid.longest_step.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
 }
 

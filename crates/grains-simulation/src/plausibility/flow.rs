@@ -1,7 +1,7 @@
 //! What is odd about the fluid, its boundaries and its drive.
 
 use super::{Remark, Setting};
-use crate::fluid::check::imposed::fastest;
+use crate::fluid::fastest;
 use grains_case::{BoundaryKind, Case, Drive, Expression, Face, Fluid, Insert, Kernel, TimeStep};
 
 /// Conditions that hold somewhere on the boundary of the fluid, by their index in the case.
