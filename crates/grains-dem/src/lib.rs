@@ -73,4 +73,4 @@ pub use neighbours::Skin;
 pub use record::ParticleRecord;
 pub use store::{Body, CARGO_LENGTH, Cargo, Load, Particles};
 pub use updates::{ExchangeStrategy, Traffic};
-pub use walls::{Motion, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};
+pub use walls::{Motion, MotionTable, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};

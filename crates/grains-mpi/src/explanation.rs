@@ -2,10 +2,10 @@
 
 mod fluid;
 
-use grains_case::{Case, Face, Motion, ParticleMotion, TimeStep};
+use grains_case::{Case, Face, ParticleMotion, TimeStep};
 use grains_simulation::check::{
-    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, MassSource, ParticleReport,
-    Partner, Report, ShapeReport, Sharing,
+    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, MassSource, MotionTableReport,
+    ParticleReport, Partner, Report, ShapeReport, Sharing,
 };
 use grains_simulation::duration;
 
@@ -64,15 +64,14 @@ fn motions(case: &Case) {
             None | Some(ParticleMotion::Free) => continue,
             Some(ParticleMotion::Fixed) => "stay where they are inserted".to_string(),
             Some(ParticleMotion::Prescribed(motion)) => {
-                let how = match motion {
-                    Motion::Translation { .. } => "translation",
-                    Motion::Oscillation { .. } => "oscillation",
-                    Motion::Rotation { point: Some(_), .. } => "rotation about one axis",
-                    Motion::Rotation { point: None, .. } => "rotation, each about its own centre",
+                let about = match motion.axis() {
+                    Some((Some(_), _)) => " about one axis",
+                    Some((None, _)) => ", each about its own centre",
+                    None => "",
                 };
                 let (start, end) = motion.interval();
                 let end = if end.is_finite() { format!("{end} s") } else { "the end".into() };
-                format!("move by {how}, from {start} s to {end}")
+                format!("move by {}{about}, from {start} s to {end}", motion.name())
             }
         };
         say!("  motion       {}: {motion}; to others of infinite mass", insert.name);
@@ -156,6 +155,13 @@ fn walls(particles: &ParticleReport) {
             mesh.open_edges,
             mesh.non_manifold_edges,
             mesh.min_area
+        );
+    }
+    for table in &particles.tables {
+        let MotionTableReport { wall, rows, interval: [start, end], max_speed, max_rate } = table;
+        let turning = if *max_rate > 0.0 { format!(" and {max_rate:.3e} rad/s") } else { String::new() };
+        say!(
+            "  motion       {wall}: by a table of {rows} times, from {start} s to {end} s, at up to {max_speed:.3e} m/s{turning}"
         );
     }
     if !particles.open_faces.is_empty() {

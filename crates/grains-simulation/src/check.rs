@@ -12,7 +12,7 @@ pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeSt
 pub use grains_contact::{ImpulseScheme, Sharing};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
-pub use particles::{CompositeReport, MeshReport, ParticleReport, ShapeReport};
+pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 
 use crate::fluid;
 use crate::plausibility;

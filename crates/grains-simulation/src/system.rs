@@ -13,10 +13,11 @@ use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Motion, Rates, Skin, Wall,
+    HardModel, Motion, MotionTable, Rates, Skin, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
+use std::sync::Arc;
 
 /// When borders between subdomains move.
 const BALANCE: (u64, f64) = (200, 1.1);
@@ -329,6 +330,12 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
 /// A motion of a case; one that turns bodies about their own centres has an axis through the origin.
 pub fn motion(motion: &CaseMotion) -> Motion {
     match *motion {
+        CaseMotion::Table { ref rows, point, axis, .. } => {
+            let rows: Vec<_> =
+                rows.iter().map(|row| (row.time, Vec3::from(row.displacement), row.angle)).collect();
+            let point = point.map_or_else(Vec3::zeros, Vec3::from);
+            Motion::Table(Arc::new(MotionTable::new(&rows, point, axis.map_or_else(Vec3::z, Vec3::from))))
+        }
         CaseMotion::Translation { velocity, start, end } => {
             Motion::Translation { velocity: Vec3::from(velocity), start, end }
         }

@@ -4,10 +4,12 @@ mod contacts;
 mod motion;
 mod open_tube;
 mod surface;
+mod table;
 
 pub use motion::{Motion, WallPlace, WallState};
 pub use open_tube::OpenTube;
 pub use surface::Surface;
+pub use table::MotionTable;
 
 pub(crate) use contacts::{
     WallList, WallMeeting, WallPair, WallScene, add_forces, for_each_contact, meet, not_found,

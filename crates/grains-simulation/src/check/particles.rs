@@ -6,7 +6,7 @@ use crate::system;
 use crate::timestep::TimeStepChoice;
 use grains_case::{Case, Face, Insert};
 use grains_contact::Sharing;
-use grains_dem::{CollisionModel, DemSetup, FaceContact, Surface, Wall};
+use grains_dem::{CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
 use grains_geometry::{DecompositionReport, MassReport, MassSource, Shape};
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
@@ -35,6 +35,8 @@ pub struct ParticleReport {
     pub composites: Option<Sharing>,
     /// The walls of triangles.
     pub meshes: Vec<MeshReport>,
+    /// The walls that a table of times moves.
+    pub tables: Vec<MotionTableReport>,
     /// Faces of the domain without wall, outlet or periodicity, if particles move.
     pub open_faces: Vec<Face>,
     /// Distance within which particles may interact (m).
@@ -84,6 +86,7 @@ impl ParticleReport {
             faces: is_mixed.then_some(catalogue.faces),
             composites: is_composite.then_some(catalogue.sharing),
             meshes: setup.walls.iter().flat_map(MeshReport::of).collect(),
+            tables: setup.walls.iter().filter_map(MotionTableReport::of).collect(),
             open_faces,
             interaction_range: setup.interaction_range(),
             collisions: setup.collisions,
@@ -194,6 +197,35 @@ impl MeshReport {
                 non_manifold_edges: report.non_manifold_edges,
                 min_area: report.smallest_area,
             })
+        })
+    }
+}
+
+/// The motion of a wall by a table of times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionTableReport {
+    /// Name of the wall in the case.
+    pub wall: String,
+    /// Rows of the table.
+    pub rows: usize,
+    /// Times of the first and the last row (s), before and after which the wall rests.
+    pub interval: [f64; 2],
+    /// Bound on the speed of the axis (m/s).
+    pub max_speed: f64,
+    /// Bound on the angular speed (rad/s).
+    pub max_rate: f64,
+}
+
+impl MotionTableReport {
+    fn of(wall: &Wall) -> Option<Self> {
+        let Motion::Table(table) = &wall.motion else { return None };
+        let [max_speed, max_rate, _] = table.bounds();
+        Some(Self {
+            wall: wall.name.clone(),
+            rows: table.len(),
+            interval: table.interval(),
+            max_speed,
+            max_rate,
         })
     }
 }
