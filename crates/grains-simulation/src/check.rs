@@ -18,7 +18,7 @@ use crate::fluid;
 use crate::plausibility;
 use crate::population::Population;
 use crate::system::{self, System};
-use crate::wall_surfaces::{WallTriangles, triangles_of};
+use crate::wall_triangles::{WallTriangles, triangles_of};
 use crate::{Case, RunError};
 use grains_dem::{Catalogue, DemSetup, Failure};
 use grains_domain::{Decomposition, SerialTransport};

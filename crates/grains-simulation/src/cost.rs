@@ -4,7 +4,7 @@
 use crate::files::particle_fields;
 use crate::fluid;
 use crate::population::Population;
-use crate::wall_surfaces::{WALL_FIELDS, WallTriangles};
+use crate::wall_triangles::{WALL_FIELDS, WallTriangles};
 use grains_case::{Case, Precision};
 use grains_dem::Catalogue;
 use grains_geometry::Shape;

@@ -21,7 +21,7 @@
 
 mod changes;
 pub mod check;
-mod composites;
+mod convex;
 mod cost;
 mod duration;
 mod error;
@@ -29,19 +29,20 @@ mod error;
 mod extreme_numbers;
 mod files;
 mod fluid;
-mod geometry;
 mod lock;
 mod plausibility;
 mod population;
 mod random;
 mod restart;
 mod schedule;
+mod shapes;
 mod simulation;
 mod summary;
 mod system;
 mod timestep;
 mod views;
 mod wall_surfaces;
+mod wall_triangles;
 
 pub use duration::duration;
 pub use error::{ErrorKind, RunError, agreed};

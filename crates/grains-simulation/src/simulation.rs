@@ -18,7 +18,7 @@ use crate::plausibility;
 use crate::population::Population;
 use crate::restart::{self, State};
 use crate::schedule::Schedule;
-use crate::summary::{Progress, Summary};
+use crate::summary::{Done, Progress, Summary};
 use crate::system::{self, System};
 use crate::views::{ParticleView, WallView};
 use grains_case::Case;
@@ -201,7 +201,10 @@ impl Simulation {
             self.dem.interrupt = true;
             self.step()?;
         }
-        Ok(Summary::of(&mut self))
+        let Self { dem, fluid, population, .. } = &self;
+        let (seconds, steps) = (self.seconds(), self.steps_done());
+        let done = Done { dem, fluid: fluid.as_ref(), population, seconds, steps };
+        Ok(Summary::of(&done, &self.transport))
     }
 
     /// Inserts, migrates, balances and evaluates the contacts: the loads of the present step. The state for a checkpoint is taken
@@ -456,11 +459,6 @@ impl Simulation {
     /// Messages among the ranks of the simulation.
     pub fn transport(&self) -> &MpiTransport {
         &self.transport
-    }
-
-    /// The insertions.
-    pub(crate) fn population(&self) -> &Population {
-        &self.population
     }
 
     /// The last row of the time series, if there is one.

@@ -2,9 +2,10 @@
 
 use crate::error::RunError;
 use crate::fluid;
-use crate::geometry::{shape, surfaces};
 use crate::population::KindRange;
+use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
+use crate::wall_surfaces::surfaces;
 use grains_case::{
     Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
     Tangential as CaseTangential,

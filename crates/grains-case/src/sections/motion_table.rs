@@ -119,9 +119,37 @@ mod tests {
     /// The motion of a wall, and what is wrong with it.
     fn motion(text: &str, base: &Path) -> Result<Motion, String> {
         let text = format!(
-            "[domain]\nlower = [0, 0, 0]\nupper = [1, 1, 1]\n[time]\nend = 1\n[[material]]\nname = \"steel\"\n\
-             [[wall]]\nname = \"lid\"\nmaterial = \"steel\"\nkind = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]\n\
-             motion = {{ kind = \"table\", {text} }}\n"
+            r#"
+[domain]
+lower = [0, 0, 0]
+upper = [1, 1, 1]
+[time]
+end = 1
+[[material]]
+name = "steel"
+density = 7800
+[[contact]]
+between = ["steel", "steel"]
+normal_stiffness = 1e5
+restitution = 0.8
+friction = 0.3
+[[shape]]
+name = "ball"
+kind = "sphere"
+radius = 0.01
+[[insert]]
+name = "balls"
+particles = [{{ shape = "ball", material = "steel" }}]
+count = 1
+place = {{ kind = "lattice", lower = [0.4, 0.4, 0.4], upper = [0.6, 0.6, 0.6] }}
+[[wall]]
+name = "lid"
+material = "steel"
+kind = "plane"
+point = [0, 0, 1]
+normal = [0, 0, -1]
+motion = {{ kind = "table", {text} }}
+"#
         );
         let case = Case::parse(&text, "case.toml", base).map_err(|e| e.to_string())?;
         Ok(case.walls[0].motion.clone().unwrap())

@@ -3,7 +3,7 @@
 use crate::plausibility;
 use crate::population::Population;
 use crate::system;
-use crate::timestep::TimeStepChoice;
+use crate::timestep::{Encounter, TimeStepChoice};
 use grains_case::{Case, Face, Insert};
 use grains_contact::Sharing;
 use grains_dem::{CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
@@ -77,7 +77,7 @@ impl ParticleReport {
             true => Vec::new(),
             false => plausibility::bare_faces(case, &setup.walls),
         };
-        let overlap = |e: &super::Encounter| e.collision.largest_overlap(case.time.impact_speed) / e.radius;
+        let overlap = |e: &Encounter| e.collision.largest_overlap(case.time.impact_speed) / e.radius;
         Ok(Self {
             count: population.total(),
             placed,

@@ -1,6 +1,6 @@
 //! What is odd about the fluid, its boundaries and its drive.
 
-use super::{Remark, Setting};
+use super::setting::{Remark, Setting};
 use crate::fluid::fastest;
 use grains_case::{BoundaryKind, Case, Drive, Expression, Face, Fluid, Insert, Kernel, TimeStep};
 

@@ -1,6 +1,6 @@
 //! What is odd about walls, flow planes, and faces of the domain.
 
-use super::{LONG_WAY, Remark, Setting};
+use super::setting::{LONG_DISPLACEMENT, Remark, Setting};
 use grains_case::{Case, Face, Motion, WallKind};
 use grains_dem::{OpenTube, Surface, Wall};
 use grains_geometry::{Core, TriMesh, Vec3};
@@ -239,7 +239,7 @@ pub(super) fn fast_wall(s: &Setting) -> Vec<Remark> {
         }
         let arm = s.walls[i].surfaces.iter().map(reach).fold(0.0, f64::max).min(s.diagonal());
         let (speed, key) = motion.speed(arm);
-        if speed * dt > LONG_WAY * radius {
+        if speed * dt > LONG_DISPLACEMENT * radius {
             let message = format!(
                 "the wall goes {:.1} radii of the smallest particle per time step ({dt:.2e} s): it passes particles by; SI units are m, s and rad/s, or lower time.dt",
                 speed * dt / radius

@@ -1,9 +1,9 @@
 //! One insertion: when its particles are due, and how they get to the ranks that own them.
 
 use super::draws::{choose, orientation, purpose, sample};
-use super::kinds::{KindRange, component_kind, of_component, of_rows};
+use super::kinds::{KindRange, of_component, of_rows};
 use super::lattice::Sites;
-use super::rows::FileRows;
+use super::rows::{FileRows, component_kind};
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
 use crate::random::Draw;

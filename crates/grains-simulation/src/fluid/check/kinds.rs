@@ -1,10 +1,12 @@
 //! The kinds of particles of a case in its fluid: how each settles and fluidises.
 
-use super::SETTLED;
 use crate::population::KindRange;
 use grains_case::{Case, Fluid};
 use grains_coupling::{Bed, DragLaw, Flow, Fluid as Medium, ShapeFactors, ShapeProfile};
 use grains_dem::{Catalogue, Kind};
+
+/// Void fraction of a settled bed, at which beds are judged.
+pub const SETTLED: f64 = 0.4;
 
 /// Particles of one shape, material and size in the fluid.
 #[derive(Clone, Debug, PartialEq)]

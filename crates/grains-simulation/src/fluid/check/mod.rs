@@ -11,12 +11,9 @@ use crate::population::Population;
 use crate::timestep;
 use grains_case::{Case, Coupling, Fluid, FluidField, PressureMethod, TimeStep};
 use grains_dem::Catalogue;
-use kinds::kinds;
 pub use kinds::{ParticlesInFluid, SettlingMotion};
+use kinds::{SETTLED, kinds};
 pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
-
-/// Void fraction of a settled bed, at which beds are judged.
-const SETTLED: f64 = 0.4;
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices

@@ -1,14 +1,30 @@
-//! Shapes of several convex parts, from their description in the case.
+//! Shapes of particles, from their description in the case.
 
-use crate::geometry::convex;
-use grains_case::{GluedPart, ShapeKind, beam_size, layer_radius};
+use crate::convex::convex;
+use grains_case::{GluedPart, Shape as CaseShape, ShapeKind, beam_size, layer_radius};
 use grains_geometry::{
     Component, DecompositionOptions, Lobes, Rotation, Shape, ShapeError, SphereArrangement, Vec3,
 };
 use nalgebra::{Quaternion, UnitQuaternion};
 
+/// Crust over inscribed radius where the case does not say.
+const CRUST: f64 = 0.02;
+
+/// Builds a particle shape.
+///
+/// # Errors
+/// What makes the shape impossible.
+pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
+    let crust = shape.crust.unwrap_or(CRUST);
+    let built = match &shape.kind {
+        kind if kind.is_composite() => composite(kind, crust),
+        kind => convex(kind, crust),
+    };
+    built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
+}
+
 /// Builds a shape of several parts.
-pub(crate) fn composite(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
+fn composite(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
     match kind {
         ShapeKind::Glued { parts } => {
             let components =
