@@ -20,12 +20,11 @@ use crate::restart::{self, State};
 use crate::schedule::Schedule;
 use crate::summary::{Done, Progress, Summary};
 use crate::system::{self, System};
-use crate::views::{ParticleView, WallView};
+use crate::views::{FluidView, ParticleView, WallView};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport};
 use grains_dem::{Dem, Failure, Motion, Phase};
 use grains_domain::Transport;
-use grains_fluid::Flow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -417,14 +416,9 @@ impl Simulation {
         (0..self.dem.setup.walls.len()).map(|k| WallView::new(&self.dem, k))
     }
 
-    /// The flow in the cells of this rank, if there is a fluid.
-    pub fn flow(&self) -> Option<&Flow> {
-        self.fluid.as_ref().map(|fluid| &fluid.flow)
-    }
-
-    /// The fluid phase, if there is one.
-    pub fn fluid(&self) -> Option<&FluidPhase> {
-        self.fluid.as_ref()
+    /// The fluid, if there is one.
+    pub fn fluid(&self) -> Option<FluidView<'_>> {
+        self.fluid.as_ref().map(FluidView::new)
     }
 
     /// The granular phase of this rank.
