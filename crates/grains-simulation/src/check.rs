@@ -15,8 +15,8 @@ pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 
 use crate::fluid;
+use crate::insertion::Insertions;
 use crate::plausibility;
-use crate::population::Population;
 use crate::system::{self, System};
 use crate::wall_triangles::{WallTriangles, triangles_of};
 use crate::{Case, RunError};
@@ -52,19 +52,19 @@ pub fn report(case: &Case, ranks: usize) -> Result<Report, RunError> {
 
 fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
     let catalogue = system::catalogue(case)?;
-    let population = Population::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
-    let system = system::build(case, ranks, catalogue.clone(), population.kinds())?;
-    let warnings = plausibility::warnings(case, &system, &population);
+    let insertions = Insertions::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
+    let system = system::build(case, ranks, catalogue.clone(), insertions.kinds())?;
+    let warnings = plausibility::warnings(case, &system, &insertions);
     let System { setup, step } = system;
     let decomposition = decomposition(case, &setup, ranks)?;
     let ranks = setup.ranks.iter().product();
-    let (placed, walls) = trial(case, catalogue, population.clone())?;
-    let cost = Cost::of(case, &setup.catalogue, &population, &walls, ranks);
-    fluid::verify(case, (&setup, population.kinds()), &decomposition)?;
-    let fluid = fluid::check::report(case, &setup.catalogue, &population)?;
+    let (placed, walls) = trial(case, catalogue, insertions.clone())?;
+    let cost = Cost::of(case, &setup.catalogue, &insertions, &walls, ranks);
+    fluid::verify(case, (&setup, insertions.kinds()), &decomposition)?;
+    let fluid = fluid::check::report(case, &setup.catalogue, &insertions)?;
     let particles = match case.inserts.is_empty() {
         true => None,
-        false => Some(ParticleReport::of(case, (&setup, &population), step, (placed, ranks))?),
+        false => Some(ParticleReport::of(case, (&setup, &insertions), step, (placed, ranks))?),
     };
     let (lower, upper) = (decomposition.lower(), decomposition.upper());
     Ok(Report {
@@ -96,17 +96,17 @@ fn decomposition(case: &Case, setup: &DemSetup, ranks: usize) -> Result<Decompos
 fn trial(
     case: &Case,
     catalogue: Catalogue,
-    mut population: Population,
+    mut insertions: Insertions,
 ) -> Result<(u64, WallTriangles), String> {
-    let mut setup = system::build(case, 1, catalogue, population.kinds())?.setup;
+    let mut setup = system::build(case, 1, catalogue, insertions.kinds())?.setup;
     setup.ranks = [1; 3];
     let mut dem = system::dem(case, setup, 0)?;
-    population.insert_due(case, &mut dem, &SerialTransport)?;
+    insertions.insert_due(case, &mut dem, &SerialTransport)?;
     dem.refresh(&SerialTransport).map_err(|failure| match failure {
         Failure::Here(error) => error.to_string(),
         Failure::Elsewhere => String::new(),
     })?;
-    match population.starting_overlap(case, &dem) {
+    match insertions.starting_overlap(case, &dem) {
         Some(message) => Err(message),
         None => Ok((dem.particles.owned as u64, triangles_of(&dem))),
     }

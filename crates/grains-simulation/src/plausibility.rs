@@ -5,7 +5,7 @@ mod flow;
 mod setting;
 mod walls;
 
-use crate::population::Population;
+use crate::insertion::Insertions;
 use crate::system::System;
 use grains_case::{Case, Insert, TimeStep};
 use setting::{LONG_DISPLACEMENT, Remark, Setting};
@@ -21,7 +21,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
     flow::inlet_outwards,
     flow::outlet_alone,
     flow::fine_cells,
-    flow::courant_passed,
+    flow::cfl_exceeded,
     flow::endless_acceleration,
     empty_domain,
     walls::closed_outlet,
@@ -34,12 +34,12 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
 ];
 
 /// What is odd about a case, with file, line, key, value, consequence and remedy.
-pub fn warnings(case: &Case, system: &System, population: &Population) -> Vec<String> {
+pub fn warnings(case: &Case, system: &System, insertions: &Insertions) -> Vec<String> {
     let setup = &system.setup;
     let steps = [system.step.dt, system.step.recommended];
     let has_contacts = !system.step.encounters.is_empty();
     let (walls, catalogue) = (&setup.walls, &setup.catalogue);
-    let setting = Setting { case, walls, catalogue, population, steps, has_contacts };
+    let setting = Setting { case, walls, catalogue, insertions, steps, has_contacts };
     let remarks = RULES.iter().flat_map(|rule| rule(&setting));
     remarks.map(|(key, message)| case.about(&key, message)).collect()
 }

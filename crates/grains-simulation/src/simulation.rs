@@ -14,8 +14,8 @@
 use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
+use crate::insertion::Insertions;
 use crate::plausibility;
-use crate::population::Population;
 use crate::restart::{self, State};
 use crate::schedule::Schedule;
 use crate::summary::{Done, Progress, Summary};
@@ -66,7 +66,7 @@ pub struct Simulation {
     /// Freed after the messages `dem` has prepared.
     transport: MpiTransport,
     fluid: Option<FluidPhase>,
-    population: Population,
+    insertions: Insertions,
     files: Option<Files>,
     schedule: Schedule,
     petsc: Vec<String>,
@@ -87,22 +87,22 @@ impl Simulation {
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
     pub fn new(case: &Case, job: &Job, options: Options) -> Result<Self, RunError> {
-        let (system, mut population) = build(case, job.transport())?;
-        let warnings = plausibility::warnings(case, &system, &population);
+        let (system, mut insertions) = build(case, job.transport())?;
+        let warnings = plausibility::warnings(case, &system, &insertions);
         let System { setup, step } = system;
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-        dem.guide(population.guides(case));
+        dem.guide(insertions.guides(case));
         if transport.rank() == 0 {
             step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let Options { restart, writes_files, program, petsc } = options;
-        let mut fluid = FluidPhase::new(case, &petsc, &mut dem, population.kinds(), &transport)?;
+        let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
         let continued = match &restart {
             Some(checkpoint) => {
                 let state = (&mut dem, &mut fluid);
-                Some(restart::restore(case, &transport, checkpoint, state, &mut population)?)
+                Some(restart::restore(case, &transport, checkpoint, state, &mut insertions)?)
             }
             None => None,
         };
@@ -119,7 +119,7 @@ impl Simulation {
             transport,
             dem,
             fluid,
-            population,
+            insertions,
             files,
             schedule,
             petsc,
@@ -200,9 +200,9 @@ impl Simulation {
             self.dem.interrupt = true;
             self.step()?;
         }
-        let Self { dem, fluid, population, .. } = &self;
+        let Self { dem, fluid, insertions, .. } = &self;
         let (seconds, steps) = (self.seconds(), self.steps_done());
-        let done = Done { dem, fluid: fluid.as_ref(), population, seconds, steps };
+        let done = Done { dem, fluid: fluid.as_ref(), insertions, seconds, steps };
         Ok(Summary::of(&done, &self.transport))
     }
 
@@ -217,7 +217,7 @@ impl Simulation {
         if let Some(fluid) = &mut self.fluid {
             fluid.note_passages(&mut self.dem);
         }
-        self.follow_borders()?;
+        self.rebalance()?;
         if std::mem::take(&mut self.is_fluid_new)
             && let Some(fluid) = &mut self.fluid
         {
@@ -232,7 +232,7 @@ impl Simulation {
     fn advance(&mut self) -> Result<(), RunError> {
         let Self { fluid, dem, transport, schedule, .. } = self;
         if let Some(fluid) = fluid {
-            fluid.act(dem, schedule.next(dem.step), transport)?;
+            fluid.before_particles(dem, schedule.next(dem.step), transport)?;
             if fluid.is_alone() {
                 // Nothing else moves: on to the next step of the fluid.
                 dem.resume_at(fluid.next_step);
@@ -242,15 +242,15 @@ impl Simulation {
         }
         self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
         match &mut self.fluid {
-            Some(fluid) => fluid.catch_up(&mut self.dem, &self.transport),
+            Some(fluid) => fluid.after_particles(&mut self.dem, &self.transport),
             None => Ok(()),
         }
     }
 
     /// Gives each rank the cells of the fluid that lie within its borders, if they have moved.
-    fn follow_borders(&mut self) -> Result<(), RunError> {
-        let Self { case, dem, fluid, petsc, population, transport, files, .. } = self;
-        let moved = fluid::follow_borders(fluid, (case, petsc), dem, population.kinds(), transport)?;
+    fn rebalance(&mut self) -> Result<(), RunError> {
+        let Self { case, dem, fluid, petsc, insertions, transport, files, .. } = self;
+        let moved = fluid::rebalance(fluid, (case, petsc), dem, insertions.kinds(), transport)?;
         match (fluid, files) {
             (Some(fluid), Some(files)) if moved => files.divide(fluid),
             _ => Ok(()),
@@ -280,12 +280,12 @@ impl Simulation {
 
     fn insert(&mut self) -> Result<(), RunError> {
         let inserted =
-            self.population.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
+            self.insertions.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
         if !inserted {
             return Ok(());
         }
         self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
-        let overlap = self.population.starting_overlap(&self.case, &self.dem);
+        let overlap = self.insertions.starting_overlap(&self.case, &self.dem);
         match self.transport.any(overlap.is_some()) {
             false => Ok(()),
             true => Err(RunError::case(overlap.unwrap_or_default())),
@@ -295,7 +295,7 @@ impl Simulation {
     /// The granular state of a checkpoint, to be taken before the contacts of its step.
     fn state(&mut self) -> State {
         self.dem.clock.start();
-        let state = restart::state(&mut self.dem, &self.population, &self.transport);
+        let state = restart::state(&mut self.dem, &self.insertions, &self.transport);
         self.dem.clock.charge(Phase::Output);
         state
     }
@@ -322,7 +322,7 @@ impl Simulation {
 
     /// Writes what is due and not yet in the files; returns whether the case's stop condition holds.
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
-        let Self { fluid, files: Some(files), dem, transport, schedule, case, population, .. } = self else {
+        let Self { fluid, files: Some(files), dem, transport, schedule, case, insertions, .. } = self else {
             return Ok(false);
         };
         let step = dem.step;
@@ -358,10 +358,10 @@ impl Simulation {
         if row {
             let of_fluid = fluid.as_ref().map_or(Vec::new(), |f| f.row(case, dem, transport));
             let values = files.row(dem, &of_fluid, transport)?;
-            let (stop, all) = (&case.stop, population.moving() as i64);
+            let (stop, all) = (&case.stop, insertions.moving() as i64);
             let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= all);
             let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
-            is_met = population.is_complete() && dem.time() >= stop.after && (passed || settled);
+            is_met = insertions.is_complete() && dem.time() >= stop.after && (passed || settled);
             self.progress = Some(Progress {
                 step,
                 time: dem.time(),
@@ -472,9 +472,9 @@ impl Simulation {
 }
 
 /// The system of a case and its insertions; collective, each rank reads its share of their files.
-fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), RunError> {
+fn build(case: &Case, world: &MpiTransport) -> Result<(System, Insertions), RunError> {
     let catalogue = agreed(world, system::catalogue(case).map_err(RunError::case))?;
-    let population = Population::read(case, &catalogue, world)?;
-    let system = system::build(case, world.size(), catalogue, population.kinds());
-    Ok((agreed(world, system.map_err(RunError::case))?, population))
+    let insertions = Insertions::read(case, &catalogue, world)?;
+    let system = system::build(case, world.size(), catalogue, insertions.kinds());
+    Ok((agreed(world, system.map_err(RunError::case))?, insertions))
 }

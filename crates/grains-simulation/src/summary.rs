@@ -3,7 +3,7 @@
 use crate::cost::peak_memory;
 use crate::files::Row;
 use crate::fluid::{FluidPhase, FluidProgress};
-use crate::population::Population;
+use crate::insertion::Insertions;
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Phase};
 use grains_domain::Transport;
@@ -94,7 +94,7 @@ pub struct Summary {
 pub(crate) struct Done<'a> {
     pub dem: &'a Dem,
     pub fluid: Option<&'a FluidPhase>,
-    pub population: &'a Population,
+    pub insertions: &'a Insertions,
     /// Wall-clock time (s).
     pub seconds: f64,
     /// Steps of the particles.
@@ -136,7 +136,7 @@ impl Summary {
             cores_met,
             worst_overlap: extremes[2],
             collisions: [collisions, resting, report.rounds],
-            missing: done.population.missing().map(|(name, n)| (name.to_string(), n)).collect(),
+            missing: done.insertions.missing().map(|(name, n)| (name.to_string(), n)).collect(),
             fluid: done.fluid.map(FluidSummary::of),
         }
     }

@@ -1,6 +1,6 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, TimeStep};
 use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
 use grains_dem::{Catalogue, SurfaceMobility};

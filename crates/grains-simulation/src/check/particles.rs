@@ -1,7 +1,7 @@
 //! What `check` finds of particles, walls and their contacts.
 
+use crate::insertion::Insertions;
 use crate::plausibility;
-use crate::population::Population;
 use crate::system;
 use crate::timestep::{Encounter, TimeStepChoice};
 use grains_case::{Case, Face, Insert};
@@ -64,7 +64,7 @@ impl ParticleReport {
     /// Parts without mass properties to compare with.
     pub(super) fn of(
         case: &Case,
-        (setup, population): (&DemSetup, &Population),
+        (setup, insertions): (&DemSetup, &Insertions),
         step: TimeStepChoice,
         (placed, ranks): (u64, usize),
     ) -> Result<Self, String> {
@@ -79,9 +79,9 @@ impl ParticleReport {
         };
         let overlap = |e: &Encounter| e.collision.largest_overlap(case.time.impact_speed) / e.radius;
         Ok(Self {
-            count: population.total(),
+            count: insertions.total(),
             placed,
-            mass: population.mass(case, catalogue),
+            mass: insertions.mass(case, catalogue),
             shapes: catalogue.shapes.iter().map(ShapeReport::of).collect::<Result<_, _>>()?,
             faces: is_mixed.then_some(catalogue.faces),
             composites: is_composite.then_some(catalogue.sharing),
@@ -91,10 +91,10 @@ impl ParticleReport {
             interaction_range: setup.interaction_range(),
             collisions: setup.collisions,
             max_overlap: step.encounters.iter().map(overlap).fold(0.0, f64::max),
-            weight_in_quanta: system::quanta_of_weight(case, setup, population.kinds()),
+            weight_in_quanta: system::quanta_of_weight(case, setup, insertions.kinds()),
             steps,
             seconds_per_step,
-            seconds: steps * population.total() as f64 * seconds_per_step / ranks as f64,
+            seconds: steps * insertions.total() as f64 * seconds_per_step / ranks as f64,
             step,
         })
     }

@@ -13,12 +13,12 @@ use grains_geometry::Vec3;
 use std::ops::Range;
 
 /// Width of the halo (cells) that a kernel needs on this grid, for particles of at most `diameter` (m) that may be
-/// `wander` (m) outside their rank's subdomain.
+/// `drift` (m) outside their rank's subdomain.
 ///
 /// Subdomains end in cells, not between them: another half cell; and the kernel leaves out the lowest layer, whose lower
 /// faces no array holds.
-pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [f64; 3]) -> usize {
-    let of_axis = |cell: f64| kernel.halo(diameter, wander + 0.5 * cell, cell) + 1;
+pub fn halo_width(kernel: &Kernel, diameter: f64, drift: f64, smallest_cells: [f64; 3]) -> usize {
+    let of_axis = |cell: f64| kernel.halo(diameter, drift + 0.5 * cell, cell) + 1;
     smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
 }
 
@@ -69,7 +69,7 @@ pub struct Exchange {
 pub struct Account {
     /// What drag has moved from one to the other.
     pub ledger: MomentumLedger,
-    /// Least void fraction of the last step (-).
+    /// Min. void fraction of the last step (-).
     pub least_void_fraction: f64,
     /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
     pub rise: [[f64; 2]; 3],

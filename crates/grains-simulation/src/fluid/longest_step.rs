@@ -115,7 +115,7 @@ mod tests {
         "initial = { velocity = [\"y*7\", 0, 0] }",
     ];
 
-    /// Steps (s) by closed forms: the time of diffusion, what is given, from rest, and the Courant number twice.
+    /// Steps (s) by closed forms: the time of diffusion, what is given, from rest, and the CFL number twice.
     #[test]
     fn the_longest_step_follows_from_the_flow_and_not_from_the_end() {
         let wanted = [

@@ -16,7 +16,7 @@
 //! Where particles are, borders between ranks move to the work, which is that of the cells too: cells then change hands as
 //! at a restart.
 //!
-//! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
+//! A step of the fluid spans a whole number of particle steps, as many as the CFL number allows, and never passes a time
 //! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
 //! ticks in small fractions of the output interval, and the particles' part of the step is left out.
 
@@ -34,8 +34,8 @@ mod setup;
 mod span;
 
 use crate::error::{RunError, agreed};
-use crate::population::KindRange;
-pub use borders::follow_borders;
+use crate::insertion::KindRange;
+pub use borders::rebalance;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid};
@@ -228,7 +228,12 @@ impl FluidPhase {
     ///
     /// # Errors
     /// A state that cannot be trusted any longer.
-    pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn before_particles(
+        &mut self,
+        dem: &mut Dem,
+        event: u64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
         if dem.step >= self.next_step {
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
@@ -250,7 +255,7 @@ impl FluidPhase {
     ///
     /// # Errors
     /// A state that cannot be trusted any longer.
-    pub fn catch_up(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn after_particles(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
         if self.is_alone() || dem.step < self.next_step {
             return Ok(());
         }
@@ -309,21 +314,21 @@ pub fn shared_nodes(case: &Case) -> Result<Option<[Vec<f64>; 3]>, String> {
     Ok(Some(std::array::from_fn(|a| grid.axis(a).nodes().to_vec())))
 }
 
-/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
+/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `drift`
 /// (m) outside theirs.
 ///
 /// # Errors
 /// What [`FluidPhase::new`] refuses.
-pub fn least_widths(
+pub fn min_widths(
     case: &Case,
     catalogue: &Catalogue,
     kinds: &[KindRange],
-    wander: f64,
+    drift: f64,
 ) -> Result<[f64; 3], String> {
     let Some(fluid) = &case.fluid else { return Ok([0.0; 3]) };
     let grid = setup::grid(case, fluid)?;
     let halo = match coupling(case, fluid, catalogue)? {
-        Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
+        Some(coupling) => halo(case, fluid, (&coupling, kinds), drift)?,
         None => plain_halo(fluid),
     };
     // Cuts fall anywhere in a cell; those of a fluid alone share them by number, so that a mean one counts.
@@ -348,12 +353,12 @@ fn halo(
     case: &Case,
     fluid: &CaseFluid,
     (coupling, kinds): (&Coupling, &[KindRange]),
-    wander: f64,
+    drift: f64,
 ) -> Result<usize, String> {
     let diameter = setup::largest_diameter(coupling, kinds);
     let grid = setup::grid(case, fluid)?;
     let narrowest = [0, 1, 2].map(|a| setup::cell_widths(&grid, a).fold(f64::INFINITY, f64::min));
-    Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
+    Ok(halo_width(&coupling.kernel, diameter, drift, narrowest))
 }
 
 /// Longest step of the fluid (s) about bodies that its grid resolves, if it does.

@@ -1,6 +1,6 @@
 //! From the `[fluid]` of a case to a flow and its coupling.
 
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{
     BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
     Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,

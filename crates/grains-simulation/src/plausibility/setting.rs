@@ -1,6 +1,6 @@
 //! What the rules look at.
 
-use crate::population::{KindRange, Population};
+use crate::insertion::{Insertions, KindRange};
 use grains_case::{Case, Domain, Insert};
 use grains_dem::{Catalogue, Wall};
 use grains_geometry::Vec3;
@@ -16,7 +16,7 @@ pub struct Setting<'a> {
     pub case: &'a Case,
     pub walls: &'a [Wall],
     pub catalogue: &'a Catalogue,
-    pub population: &'a Population,
+    pub insertions: &'a Insertions,
     /// Time step, and the one that "auto" would take (s).
     pub steps: [f64; 2],
     /// Whether anything can touch anything.
@@ -45,12 +45,12 @@ impl Setting<'_> {
 
     /// Particles in all (-).
     pub fn count(&self) -> u64 {
-        self.population.total()
+        self.insertions.total()
     }
 
     /// Diameter (m) of the spheres of the volumes of the smallest and the largest particle.
     pub fn diameters(&self) -> [f64; 2] {
-        let kinds = self.population.kinds().iter();
+        let kinds = self.insertions.kinds().iter();
         let of = |k: &KindRange| {
             let diameter = self.catalogue.shape(k.kind).sphere_equivalent_diameter();
             [k.smallest * diameter, k.largest * diameter]
@@ -60,7 +60,7 @@ impl Setting<'_> {
 
     /// Radius (m) of the largest ball in the smallest particle.
     pub fn smallest_radius(&self) -> f64 {
-        let kinds = self.population.kinds().iter();
+        let kinds = self.insertions.kinds().iter();
         kinds
             .map(|k| k.smallest * self.catalogue.shape(k.kind).inscribed_radius)
             .fold(f64::INFINITY, f64::min)

@@ -1,6 +1,6 @@
 //! The kinds of particles of a case in its fluid: how each settles and fluidises.
 
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, Fluid};
 use grains_coupling::{Bed, DragLaw, Flow, Fluid as Medium, ShapeFactors, ShapeProfile};
 use grains_dem::{Catalogue, Kind};

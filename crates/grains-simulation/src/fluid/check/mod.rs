@@ -7,7 +7,7 @@ use super::imposed::fastest;
 use super::longest_step::{FluidStepLimit, longest_step};
 use super::setup::{drag_law, narrowest};
 use crate::cost;
-use crate::population::Population;
+use crate::insertion::Insertions;
 use crate::timestep;
 use grains_case::{Case, Coupling, Fluid, FluidField, PressureMethod, TimeStep};
 use grains_dem::Catalogue;
@@ -108,7 +108,7 @@ pub struct PressureDrop {
 pub fn report(
     case: &Case,
     catalogue: &Catalogue,
-    population: &Population,
+    insertions: &Insertions,
 ) -> Result<Option<FluidReport>, String> {
     let Some(fluid) = &case.fluid else { return Ok(None) };
     let has_particles = !case.inserts.is_empty();
@@ -121,14 +121,14 @@ pub fn report(
         }
         _ => limited_step(case, fluid, coupling.map_or(1.0, |_| SETTLED)),
     };
-    let coupling = coupling.map(|given| coupled(case, catalogue, (fluid, given), population, &step));
+    let coupling = coupling.map(|given| coupled(case, catalogue, (fluid, given), insertions, &step));
     Ok(Some(FluidReport {
         cells: fluid.cells,
         widths: [0, 1, 2].map(|a| fluid.cell_widths(&case.domain, a)),
         memory: bytes_in_memory(case, 1),
         step,
         coupling: coupling.transpose()?,
-        resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, population.kinds())),
+        resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
         min_seconds: min_seconds(case),
     }))
 }
@@ -138,21 +138,21 @@ fn coupled(
     case: &Case,
     catalogue: &Catalogue,
     (fluid, coupling): (&Fluid, &Coupling),
-    population: &Population,
+    insertions: &Insertions,
     step: &FluidStep,
 ) -> Result<CouplingReport, String> {
-    let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
+    let kinds = kinds(case, catalogue, fluid, drag_law(coupling), insertions.kinds())?;
     let longest = step.longest();
     let (step, particle_steps) = match coupling.particle_steps {
         Some(count) => {
-            let dt = timestep::choose(case, catalogue, population.kinds())?.dt * count as f64;
+            let dt = timestep::choose(case, catalogue, insertions.kinds())?.dt * count as f64;
             (dt.min(longest), Some((count, dt / longest)))
         }
         None => (longest, None),
     };
     Ok(CouplingReport {
         void_fraction: SETTLED,
-        pressure_drop: pressure_drop(case, catalogue, fluid, population),
+        pressure_drop: pressure_drop(case, catalogue, fluid, insertions),
         step,
         particle_steps,
         shortest_relaxation: kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min),
@@ -247,14 +247,14 @@ fn pressure_drop(
     case: &Case,
     catalogue: &Catalogue,
     fluid: &Fluid,
-    population: &Population,
+    insertions: &Insertions,
 ) -> Option<PressureDrop> {
     let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
     let &[axis] = &axes[..] else { return None };
     // The mass of particles of the difference in density is what the fluid does not carry by itself.
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
-    let weight = population.mass(case, &buoyant) * case.gravity[axis].abs();
+    let weight = insertions.mass(case, &buoyant) * case.gravity[axis].abs();
     let extents = case.domain.extents();
     let section: f64 = (0..3).filter(|a| *a != axis).map(|a| extents[a]).product();
     Some(PressureDrop { pressure: weight / section, weight, section })

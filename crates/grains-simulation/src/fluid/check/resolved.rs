@@ -2,7 +2,7 @@
 
 use crate::fluid::resolved::lubrication;
 use crate::fluid::setup::{diffusion_step, narrowest};
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, Fluid, Resolved, ResolvedMethod};
 use grains_dem::Catalogue;
 use grains_geometry::Vec3;

@@ -53,8 +53,8 @@ const BED: &str = r#"
 fn found(text: &str) -> FluidReport {
     let case = Case::parse(text, "bed.toml", Path::new("")).unwrap();
     let catalogue = catalogue(&case).unwrap();
-    let population = Population::read(&case, &catalogue, &SerialTransport).unwrap();
-    report(&case, &catalogue, &population).unwrap().unwrap()
+    let insertions = Insertions::read(&case, &catalogue, &SerialTransport).unwrap();
+    report(&case, &catalogue, &insertions).unwrap().unwrap()
 }
 
 fn assert_close(found: f64, wanted: f64) {
