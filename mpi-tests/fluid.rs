@@ -147,7 +147,7 @@ fn beads_settle_in_a_periodic_box_at_zero_flux_of_the_mixture() {
     }
 }
 
-/// A step of the fluid is shorter than the particle steps given where the Courant number asks for it, and says so once; where
+/// A step of the fluid is shorter than the particle steps given where the CFL number asks for it, and says so once; where
 /// one step of the particles is too long already the run says which key must change.
 #[test]
 fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
@@ -159,7 +159,7 @@ fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
     assert_eq!(told, 1, "{}", output.stderr);
     // By the velocity at the beginning of a step; at its end that may be a little faster.
     let largest = series(&home.join("results")).column("fluid_courant").into_iter().fold(0.0, f64::max);
-    assert!(largest > 0.1 && largest < 0.3, "Courant number {largest}");
+    assert!(largest > 0.1 && largest < 0.3, "CFL number {largest}");
     let home = folder("fluid_courant_refused");
     let too_long =
         replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncourant = 1e-3\n");

@@ -73,7 +73,7 @@ fn a_silo_in_pieces_is_that_in_one() {
             assert!((pieces.time() - time).abs() < 2e-5, "{} s", pieces.time());
             let fastest = pieces.particles().map(|p| p.velocity().norm()).fold(0.0, f64::max);
             assert!(fastest < 10.0);
-            pieces.set_wall_motion("plate", plate).unwrap();
+            pieces.set_wall_motion("plate", plate.clone()).unwrap();
         }
         finish(&mut pieces);
         assert_eq!(state(&pieces), expected);

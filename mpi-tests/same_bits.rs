@@ -87,6 +87,21 @@ fn silo_with_a_plate_that_moves_away_and_an_outlet() {
 }
 
 #[test]
+fn silo_with_a_plate_that_a_table_swings_away() {
+    let table = Path::new(env!("CARGO_TARGET_TMPDIR")).join("same_bits_swing.csv");
+    let rows =
+        "time,x,z,angle\n0.03,0,0,0\n0.05,0.002,-0.001,0.2\n0.07,0.001,-0.004,0.3\n0.12,0.002,-0.006,-0.2\n";
+    fs::write(&table, rows).unwrap();
+    let swing = format!("{{ kind = \"table\", path = {table:?}, point = [0, 0, 0], axis = [0, 0, 2] }}");
+    let push = "{ kind = \"translation\", velocity = [1, 0, 0], start = 0.07, end = 0.1 }";
+    let text = replaced(&case("silo.toml"), push, &swing);
+    let decompositions = Decompositions { chosen: &[2, 4], given: &[[1, 1, 3]] };
+    let series = series(&compare_case("silo_swing", text, &decompositions));
+    let last = |name: &str| series.column(name).last().copied().unwrap();
+    assert!(last("left") > 0.0, "beads left");
+}
+
+#[test]
 fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
     let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [3, 1, 2], [1, 2, 1]] };
     let series = series(&compare("shear", &decompositions));

@@ -52,15 +52,10 @@ fn height(domain: &Domain, gravity: [f64; 3], insert: &Insert) -> f64 {
 
 /// Largest speed (m/s) of a wall or a particle inside the domain; one that turns about its own centre goes nowhere.
 fn speed(motion: &Motion, domain: &Domain) -> f64 {
-    match motion {
-        Motion::Translation { velocity, .. } => norm(*velocity),
-        Motion::Oscillation { amplitude, frequency, .. } => {
-            std::f64::consts::TAU * frequency * norm(*amplitude)
-        }
-        Motion::Rotation { point, axis, angular_velocity, .. } => {
-            let (axis, Some(point)) = (unit(*axis).unwrap_or_default(), point) else { return 0.0 };
-            let arms = domain.corners().map(|corner| norm(cross(axis, sub(corner, *point))));
-            angular_velocity.abs() * arms.into_iter().fold(0.0, f64::max)
-        }
-    }
+    let arm = motion.axis().and_then(|(point, axis)| {
+        let (axis, point) = (unit(axis).unwrap_or_default(), point?);
+        let arms = domain.corners().map(|corner| norm(cross(axis, sub(corner, point))));
+        Some(arms.into_iter().fold(0.0, f64::max))
+    });
+    motion.speed(arm.unwrap_or(0.0)).0
 }

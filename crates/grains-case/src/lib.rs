@@ -45,6 +45,7 @@ pub use sections::fluid::{
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;
 pub use sections::motion::{Motion, ParticleMotion};
+pub use sections::motion_table::TableRow;
 pub use sections::output::{Field, Output, Precision};
 pub use sections::place::{Place, Window, default_spacing, lattice_sites};
 pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};

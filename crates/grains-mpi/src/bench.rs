@@ -18,7 +18,8 @@ pub fn time(mut simulation: Simulation, [warm, steps, segments]: [u64; 3]) -> Re
     let traffic = simulation.dem().traffic();
     for _ in 0..segments {
         simulation.reset_clock();
-        let fluid_before = simulation.fluid().map(|f| (f.steps, f.iterations, f.seconds));
+        let fluid_before =
+            simulation.fluid().map(|f| (f.steps, f.iterations, [f.seconds, f.exchange_seconds]));
         let rebuilds = simulation.dem().report.rebuilds;
         let begun = Instant::now();
         for _ in 0..steps {
@@ -42,12 +43,12 @@ pub fn time(mut simulation: Simulation, [warm, steps, segments]: [u64; 3]) -> Re
         if let (true, Some(fluid), Some(before)) = (is_first, simulation.fluid(), fluid_before) {
             let (steps, iterations, [flow, exchange]) = before;
             let (steps, iterations) = (fluid.steps - steps, fluid.iterations - iterations);
-            let cells = fluid.flow.setup.grid.cells().iter().product::<usize>();
+            let cells = fluid.cells();
             let per = |seconds: f64| 1e9 * seconds / (steps.max(1) * cells as u64) as f64;
             say!(
                 "fluid_ns_per_cell_step {:.2} exchange {:.2} cells {cells} steps {steps} iterations {iterations}",
-                per(fluid.seconds[0] - flow),
-                per(fluid.seconds[1] - exchange)
+                per(fluid.seconds - flow),
+                per(fluid.exchange_seconds - exchange)
             );
         }
     }

@@ -9,6 +9,7 @@ macro_rules! say {
 }
 
 mod bench;
+mod explanation;
 mod messages;
 mod progress;
 
@@ -158,9 +159,9 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
             let case = load(&case, job)?;
             if is_first {
                 let ranks = ranks.map_or(job.size(), |n| n as usize);
-                let (text, warnings) = check::explain(&case, ranks).map_err(RunError::case)?;
-                warnings.iter().for_each(|w| log::warn!("{w}"));
-                say!("{}", text.trim_end());
+                let report = check::report(&case, ranks)?;
+                report.warnings.iter().for_each(|w| log::warn!("{w}"));
+                explanation::tell(&case, &report);
             }
             Ok(())
         }

@@ -65,8 +65,8 @@ fn line(progress: &Progress, simulation: &Simulation) -> String {
     };
     let of_fluid = fluid.map_or(String::new(), |fluid| {
         format!(
-            "  fluid dt {:.2e} s  Courant {:.2}  kinetic {:.3e} J  drop {:.4e} Pa  iterations {:.0}",
-            fluid.dt, fluid.courant, fluid.kinetic_energy, fluid.pressure_drop, fluid.iterations
+            "  fluid dt {:.2e} s  CFL {:.2}  kinetic {:.3e} J  drop {:.4e} Pa  iterations {:.0}",
+            fluid.dt, fluid.cfl, fluid.kinetic_energy, fluid.pressure_drop, fluid.iterations
         )
     });
     format!("step {count:>9}  t {time:>10.5} s{of_particles}{of_fluid}  left {left}")

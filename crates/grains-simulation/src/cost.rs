@@ -3,8 +3,8 @@
 
 use crate::files::particle_fields;
 use crate::fluid;
-use crate::population::Population;
-use crate::wall_surfaces::{WALL_FIELDS, WallTriangles};
+use crate::insertion::Insertions;
+use crate::wall_triangles::{WALL_FIELDS, WallTriangles};
 use grains_case::{Case, Precision};
 use grains_dem::Catalogue;
 use grains_geometry::Shape;
@@ -41,18 +41,18 @@ impl Cost {
     pub fn of(
         case: &Case,
         catalogue: &Catalogue,
-        population: &Population,
+        insertions: &Insertions,
         walls: &WallTriangles,
         ranks: usize,
     ) -> Self {
         let out = &case.output;
-        let particles = population.total() as f64;
+        let particles = insertions.total() as f64;
         let other = usize::from(!catalogue.all_spheres());
         let snapshots = if case.inserts.is_empty() { 0.0 } else { times(case, out.particles) };
         let checkpoints = times(case, out.checkpoint).max(1.0).min(out.keep_checkpoints as f64);
         let real = bytes_per_real(case);
         let surfaces = match out.surfaces > 0.0 {
-            true => population.sum(case, catalogue, |kind, _| surface_bytes(catalogue.shape(kind), real)),
+            true => insertions.sum(case, catalogue, |kind, _| surface_bytes(catalogue.shape(kind), real)),
             false => 0.0,
         };
         let of_walls = match case.walls.is_empty() {
@@ -110,7 +110,7 @@ fn surface_bytes(shape: &Shape, real: f64) -> f64 {
     points * 3.0 * real + triangles * (TRIANGLE + bytes_of(&crate::files::SURFACE_FIELDS, real))
 }
 
-/// The most memory this process has had so far (bytes), where the system tells.
+/// Peak memory of this process (bytes), where the system tells.
 pub fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,6 +1,6 @@
-//! Cases with one number of any order of magnitude are explained or refused by name: no panic, no hang.
+//! Cases with one number of any order of magnitude are examined or refused by name: no panic, no hang.
 
-use crate::check::explain;
+use crate::check::report;
 use grains_case::Case;
 use std::panic::catch_unwind;
 use std::path::Path;
@@ -37,13 +37,13 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
-/// What is wrong with how a case is explained, if anything.
+/// What is wrong with how a case is examined, if anything.
 fn complaint(text: String) -> Option<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
         let outcome = catch_unwind(|| {
             let case = Case::parse(&text, "case.toml", Path::new("")).map_err(|e| e.to_string())?;
-            explain(&case, 1)
+            report(&case, 1).map_err(|e| e.message)
         });
         let _ = sender.send(match outcome {
             Ok(Ok(_)) => None,
@@ -60,7 +60,7 @@ fn complaint(text: String) -> Option<String> {
 }
 
 #[test]
-fn any_order_of_magnitude_is_explained_or_refused_with_file_and_key() {
+fn any_order_of_magnitude_is_examined_or_refused_with_file_and_key() {
     let mut complaints = Vec::new();
     for name in ["base", "silo", "drum", "shear", "bed"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases").join(name);

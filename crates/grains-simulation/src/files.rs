@@ -5,7 +5,7 @@ use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
-use crate::wall_surfaces::{WALL_FIELDS, triangles_of};
+use crate::wall_triangles::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Totals};

@@ -17,11 +17,36 @@
 //! }
 //! ```
 //!
-//! What is told on the way goes to [`log`], on one rank. An error is one of all ranks; those that did not meet it have no text.
+//! A rank sees its own particles, its loads on walls and its cells of the fluid ([`ParticleView`], [`WallView`], [`FluidView`]);
+//! [`Simulation::sum`] and [`Simulation::max`] go over all ranks. A simulation acts at times by [`Simulation::run_to`] and
+//! [`Simulation::set_wall_motion`]. [`Options::restart`] continues a checkpoint, with the same bits as if it had not been stopped.
+//! [`check::report`] finds sizes, time step and cost of a case without running it; `grains-analysis` analyses a stored run.
+//!
+//! ```no_run
+//! use grains_simulation::{Motion, Options, RunError, Simulation, Status, check, load, start};
+//!
+//! fn main() -> Result<(), RunError> {
+//!     let job = start()?;
+//!     let case = load("cases/silo/quick.toml".as_ref(), &job)?;
+//!     println!("{:.0} MB", check::report(&case, job.size())?.cost.memory / 1e6);
+//!     let options = Options { restart: Some("latest".into()), ..Options::default() };
+//!     let mut silo = Simulation::new(&case, &job, options)?;
+//!     if silo.run_to(2.0)? == Status::Running {
+//!         silo.set_wall_motion("plate", Motion::Fixed)?;
+//!     }
+//!     let load = silo.sum(silo.walls().map(|wall| wall.load.force.z).sum());
+//!     let pressure = silo.fluid().map(|fluid| fluid.flow.state.pressure.own().fold(0.0, f64::max));
+//!     println!("walls carry {load} N, pressure up to {pressure:?} Pa here");
+//!     silo.close()?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! Messages go to [`log`], on one rank. An error on one rank is an error on all; ranks that did not meet it have no text.
 
 mod changes;
 pub mod check;
-mod composites;
+mod convex;
 mod cost;
 mod duration;
 mod error;
@@ -29,31 +54,32 @@ mod error;
 mod extreme_numbers;
 mod files;
 mod fluid;
-mod geometry;
+mod insertion;
 mod lock;
 mod plausibility;
-mod population;
 mod random;
 mod restart;
 mod schedule;
+mod shapes;
 mod simulation;
 mod summary;
 mod system;
 mod timestep;
 mod views;
 mod wall_surfaces;
+mod wall_triangles;
 
 pub use duration::duration;
 pub use error::{ErrorKind, RunError, agreed};
 pub use files::Row;
-pub use fluid::{FluidPhase, FluidProgress};
+pub use fluid::FluidProgress;
 pub use grains_case::Case;
 pub use grains_comm::{Job, abort};
 pub use grains_dem::Motion;
 pub use simulation::{Options, Simulation, Status};
 pub use summary::{FluidSummary, PhaseTime, Progress, Summary};
 pub use system::catalogue;
-pub use views::{ParticleView, WallView};
+pub use views::{FluidView, ParticleView, WallView};
 
 use grains_domain::Transport;
 use std::path::Path;

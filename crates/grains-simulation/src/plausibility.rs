@@ -2,29 +2,14 @@
 //! and when a run begins.
 
 mod flow;
+mod setting;
 mod walls;
 
-use crate::population::Population;
+use crate::insertion::Insertions;
 use crate::system::System;
-use grains_case::{Case, Domain, Insert, TimeStep};
-use grains_dem::{Catalogue, Wall};
-use grains_geometry::Vec3;
+use grains_case::{Case, Insert, TimeStep};
+use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
-
-/// A key such as `wall[0].scale`, and what is odd about its value.
-type Remark = (String, String);
-
-/// A case as it is set up.
-struct Setting<'a> {
-    case: &'a Case,
-    walls: &'a [Wall],
-    catalogue: &'a Catalogue,
-    population: &'a Population,
-    /// Time step, and the one that "auto" would take (s).
-    steps: [f64; 2],
-    /// Whether anything can touch anything.
-    has_contacts: bool,
-}
 
 /// Every rule; each looks at one kind of mistake.
 const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
@@ -36,7 +21,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
     flow::inlet_outwards,
     flow::outlet_alone,
     flow::fine_cells,
-    flow::courant_passed,
+    flow::cfl_exceeded,
     flow::endless_acceleration,
     empty_domain,
     walls::closed_outlet,
@@ -49,66 +34,14 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
 ];
 
 /// What is odd about a case, with file, line, key, value, consequence and remedy.
-pub fn warnings(case: &Case, system: &System, population: &Population) -> Vec<String> {
+pub fn warnings(case: &Case, system: &System, insertions: &Insertions) -> Vec<String> {
     let setup = &system.setup;
     let steps = [system.step.dt, system.step.recommended];
     let has_contacts = !system.step.encounters.is_empty();
     let (walls, catalogue) = (&setup.walls, &setup.catalogue);
-    let setting = Setting { case, walls, catalogue, population, steps, has_contacts };
+    let setting = Setting { case, walls, catalogue, insertions, steps, has_contacts };
     let remarks = RULES.iter().flat_map(|rule| rule(&setting));
     remarks.map(|(key, message)| case.about(&key, message)).collect()
-}
-
-impl Setting<'_> {
-    fn domain(&self) -> &Domain {
-        &self.case.domain
-    }
-
-    /// Length of the diagonal of the domain (m).
-    fn diagonal(&self) -> f64 {
-        let [lower, upper] = self.corners();
-        (upper - lower).norm()
-    }
-
-    fn corners(&self) -> [Vec3; 2] {
-        [Vec3::from(self.domain().lower), Vec3::from(self.domain().upper)]
-    }
-
-    /// Whether there are particles that move.
-    fn has_moving_particles(&self) -> bool {
-        !self.case.inserts.iter().all(Insert::is_fixed)
-    }
-
-    /// Particles in all (-).
-    fn count(&self) -> u64 {
-        self.population.total()
-    }
-
-    /// Diameter (m) of the spheres of the volumes of the smallest and the largest particle.
-    fn diameters(&self) -> [f64; 2] {
-        let kinds = self.population.kinds().iter();
-        let of = |k: &crate::population::KindRange| {
-            let diameter = self.catalogue.shape(k.kind).sphere_equivalent_diameter();
-            [k.smallest * diameter, k.largest * diameter]
-        };
-        kinds.map(of).fold([f64::INFINITY, 0.0], |[a, b], [c, d]| [a.min(c), b.max(d)])
-    }
-
-    /// Radius (m) of the largest ball in the smallest particle.
-    fn smallest_radius(&self) -> f64 {
-        let kinds = self.population.kinds().iter();
-        kinds
-            .map(|k| k.smallest * self.catalogue.shape(k.kind).inscribed_radius)
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    /// Speed (m/s) and index of the fastest insertion.
-    fn fastest_insertion(&self) -> (f64, usize) {
-        let inserts = self.case.inserts.iter().enumerate();
-        let free = inserts.filter(|(_, insert)| !insert.is_prescribed());
-        free.map(|(i, insert)| (Vec3::from(insert.velocity).norm(), i))
-            .fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
-    }
 }
 
 fn stop_at_once(s: &Setting) -> Vec<Remark> {
@@ -169,13 +102,10 @@ fn slow_impact(s: &Setting) -> Vec<Remark> {
     vec![("time.impact_speed".into(), message)]
 }
 
-/// Way per step over the smallest radius (-) beyond which contacts begin deep.
-const LONG_WAY: f64 = 0.2;
-
 fn fast_insertion(s: &Setting) -> Vec<Remark> {
     let (speed, index) = s.fastest_insertion();
     let way = speed * s.steps[0] / s.smallest_radius();
-    if !s.has_contacts || way <= LONG_WAY {
+    if !s.has_contacts || way <= LONG_DISPLACEMENT {
         return Vec::new();
     }
     let message = format!(

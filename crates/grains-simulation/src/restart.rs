@@ -3,7 +3,7 @@
 use crate::changes::{self, Change};
 use crate::error::RunError;
 use crate::fluid::FluidPhase;
-use crate::population::Population;
+use crate::insertion::Insertions;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
@@ -27,7 +27,7 @@ pub const HISTORY: &str = "changes";
 pub type State = (Vec<Array>, Metadata);
 
 /// The state of this rank; what contacts remember is that before those of the present step are evaluated.
-pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -> State {
+pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -> State {
     let crossings = dem.crossings(transport);
     let (lengths, memory) = dem.packed_history();
     let mut records = Vec::new();
@@ -59,7 +59,7 @@ pub fn state(dem: &mut Dem, population: &Population, transport: &MpiTransport) -
             "origin".into(),
             format!("{} {:x}", dem.origin.step, dem.origin.time.to_bits()),
         ),
-        ("insertions".into(), population.progress()),
+        ("insertions".into(), insertions.progress()),
         (WALLS.into(), walls(dem)),
         ("crossings".into(), passed.join(" ")),
         (
@@ -106,7 +106,7 @@ pub fn restore(
     transport: &MpiTransport,
     checkpoint: &Path,
     (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
-    population: &mut Population,
+    insertions: &mut Insertions,
 ) -> Result<Continued, RunError> {
     let is_first = transport.rank() == 0;
     let file = open(case, transport, checkpoint)?;
@@ -119,11 +119,11 @@ pub fn restore(
     let step = numbers("step").first().map_or(0, |&s| s as u64);
     let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
-    check_state(&file, dem, (&before, &now, &changes), &numbering, population, transport).map_err(refuse)?;
+    check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
-    let released = population.restore(&before, progress, &changes, time).map_err(refuse)?;
-    dem.prescribe(population.guides(case));
+    let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
+    dem.prescribe(insertions.guides(case));
     for row in owned_rows(&file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
@@ -303,7 +303,7 @@ fn check_state(
     dem: &Dem,
     (before, now, changes): (&Table, &Table, &[Change]),
     numbering: &Numbering,
-    population: &Population,
+    insertions: &Insertions,
     transport: &MpiTransport,
 ) -> Result<(), String> {
     let box_keys = [["domain", "lower"], ["domain", "upper"], ["domain", "periodic"]];
@@ -350,7 +350,7 @@ fn check_state(
         let kind = numbering.kind(old).ok_or("a name of a shape or material is lost")?;
         let unit = dem.setup.catalogue.shape(kind).bounding_radius;
         let (smallest, largest) = (-smallest / unit, largest / unit);
-        if !population.covers(kind, smallest, largest) {
+        if !insertions.covers(kind, smallest, largest) {
             return Err(format!(
                 "particles of shape `{shape}` and material `{material}`, of scales {smallest:.6} to {largest:.6}, are there, and no [[insert]] of the case names them: keep the one that brought them; what an insertion of the same name has inserted does not come again"
             ));

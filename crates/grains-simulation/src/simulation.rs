@@ -14,18 +14,17 @@
 use crate::error::{RunError, agreed};
 use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
+use crate::insertion::Insertions;
 use crate::plausibility;
-use crate::population::Population;
 use crate::restart::{self, State};
 use crate::schedule::Schedule;
-use crate::summary::{Progress, Summary};
+use crate::summary::{Done, Progress, Summary};
 use crate::system::{self, System};
-use crate::views::{ParticleView, WallView};
+use crate::views::{FluidView, ParticleView, WallView};
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport};
 use grains_dem::{Dem, Failure, Motion, Phase};
 use grains_domain::Transport;
-use grains_fluid::Flow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -67,7 +66,7 @@ pub struct Simulation {
     /// Freed after the messages `dem` has prepared.
     transport: MpiTransport,
     fluid: Option<FluidPhase>,
-    population: Population,
+    insertions: Insertions,
     files: Option<Files>,
     schedule: Schedule,
     petsc: Vec<String>,
@@ -88,22 +87,22 @@ impl Simulation {
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
     pub fn new(case: &Case, job: &Job, options: Options) -> Result<Self, RunError> {
-        let (system, mut population) = build(case, job.transport())?;
-        let warnings = plausibility::warnings(case, &system, &population);
+        let (system, mut insertions) = build(case, job.transport())?;
+        let warnings = plausibility::warnings(case, &system, &insertions);
         let System { setup, step } = system;
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-        dem.prescribe(population.guides(case));
+        dem.prescribe(insertions.guides(case));
         if transport.rank() == 0 {
             step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let Options { restart, writes_files, program, petsc } = options;
-        let mut fluid = FluidPhase::new(case, &petsc, &mut dem, population.kinds(), &transport)?;
+        let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
         let continued = match &restart {
             Some(checkpoint) => {
                 let state = (&mut dem, &mut fluid);
-                Some(restart::restore(case, &transport, checkpoint, state, &mut population)?)
+                Some(restart::restore(case, &transport, checkpoint, state, &mut insertions)?)
             }
             None => None,
         };
@@ -120,7 +119,7 @@ impl Simulation {
             transport,
             dem,
             fluid,
-            population,
+            insertions,
             files,
             schedule,
             petsc,
@@ -201,7 +200,10 @@ impl Simulation {
             self.dem.interrupt = true;
             self.step()?;
         }
-        Ok(Summary::of(&mut self))
+        let Self { dem, fluid, insertions, .. } = &self;
+        let (seconds, steps) = (self.seconds(), self.steps_done());
+        let done = Done { dem, fluid: fluid.as_ref(), insertions, seconds, steps };
+        Ok(Summary::of(&done, &self.transport))
     }
 
     /// Inserts, migrates, balances and evaluates the contacts: the loads of the present step. The state for a checkpoint is taken
@@ -215,7 +217,7 @@ impl Simulation {
         if let Some(fluid) = &mut self.fluid {
             fluid.note_passages(&mut self.dem);
         }
-        self.follow_borders()?;
+        self.rebalance()?;
         if std::mem::take(&mut self.is_fluid_new)
             && let Some(fluid) = &mut self.fluid
         {
@@ -246,9 +248,9 @@ impl Simulation {
     }
 
     /// Gives each rank the cells of the fluid that lie within its borders, if they have moved.
-    fn follow_borders(&mut self) -> Result<(), RunError> {
-        let Self { case, dem, fluid, petsc, population, transport, files, .. } = self;
-        let moved = fluid::follow_borders(fluid, (case, petsc), dem, population.kinds(), transport)?;
+    fn rebalance(&mut self) -> Result<(), RunError> {
+        let Self { case, dem, fluid, petsc, insertions, transport, files, .. } = self;
+        let moved = fluid::rebalance(fluid, (case, petsc), dem, insertions.kinds(), transport)?;
         match (fluid, files) {
             (Some(fluid), Some(files)) if moved => files.divide(fluid),
             _ => Ok(()),
@@ -278,12 +280,12 @@ impl Simulation {
 
     fn insert(&mut self) -> Result<(), RunError> {
         let inserted =
-            self.population.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
+            self.insertions.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
         if !inserted {
             return Ok(());
         }
         self.dem.refresh(&self.transport).map_err(|e| self.failed(e))?;
-        let overlap = self.population.starting_overlap(&self.case, &self.dem);
+        let overlap = self.insertions.starting_overlap(&self.case, &self.dem);
         match self.transport.any(overlap.is_some()) {
             false => Ok(()),
             true => Err(RunError::case(overlap.unwrap_or_default())),
@@ -293,7 +295,7 @@ impl Simulation {
     /// The granular state of a checkpoint, to be taken before the contacts of its step.
     fn state(&mut self) -> State {
         self.dem.clock.start();
-        let state = restart::state(&mut self.dem, &self.population, &self.transport);
+        let state = restart::state(&mut self.dem, &self.insertions, &self.transport);
         self.dem.clock.charge(Phase::Output);
         state
     }
@@ -320,7 +322,7 @@ impl Simulation {
 
     /// Writes what is due and not yet in the files; returns whether the case's stop condition holds.
     fn observe(&mut self, is_last: bool) -> Result<bool, RunError> {
-        let Self { fluid, files: Some(files), dem, transport, schedule, case, population, .. } = self else {
+        let Self { fluid, files: Some(files), dem, transport, schedule, case, insertions, .. } = self else {
             return Ok(false);
         };
         let step = dem.step;
@@ -356,10 +358,10 @@ impl Simulation {
         if row {
             let of_fluid = fluid.as_ref().map_or(Vec::new(), |f| f.row(case, dem, transport));
             let values = files.row(dem, &of_fluid, transport)?;
-            let (stop, all) = (&case.stop, population.moving() as i64);
+            let (stop, all) = (&case.stop, insertions.moving() as i64);
             let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= all);
             let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
-            is_met = population.is_complete() && dem.time() >= stop.after && (passed || settled);
+            is_met = insertions.is_complete() && dem.time() >= stop.after && (passed || settled);
             self.progress = Some(Progress {
                 step,
                 time: dem.time(),
@@ -414,14 +416,9 @@ impl Simulation {
         (0..self.dem.setup.walls.len()).map(|k| WallView::new(&self.dem, k))
     }
 
-    /// The flow in the cells of this rank, if there is a fluid.
-    pub fn flow(&self) -> Option<&Flow> {
-        self.fluid.as_ref().map(|fluid| &fluid.flow)
-    }
-
-    /// The fluid phase, if there is one.
-    pub fn fluid(&self) -> Option<&FluidPhase> {
-        self.fluid.as_ref()
+    /// The fluid, if there is one.
+    pub fn fluid(&self) -> Option<FluidView<'_>> {
+        self.fluid.as_ref().map(FluidView::new)
     }
 
     /// The granular phase of this rank.
@@ -458,11 +455,6 @@ impl Simulation {
         &self.transport
     }
 
-    /// The insertions.
-    pub(crate) fn population(&self) -> &Population {
-        &self.population
-    }
-
     /// The last row of the time series, if there is one.
     pub fn progress(&self) -> Option<&Progress> {
         self.progress.as_ref()
@@ -480,9 +472,9 @@ impl Simulation {
 }
 
 /// The system of a case and its insertions; collective, each rank reads its share of their files.
-fn build(case: &Case, world: &MpiTransport) -> Result<(System, Population), RunError> {
+fn build(case: &Case, world: &MpiTransport) -> Result<(System, Insertions), RunError> {
     let catalogue = agreed(world, system::catalogue(case).map_err(RunError::case))?;
-    let population = Population::read(case, &catalogue, world)?;
-    let system = system::build(case, world.size(), catalogue, population.kinds());
-    Ok((agreed(world, system.map_err(RunError::case))?, population))
+    let insertions = Insertions::read(case, &catalogue, world)?;
+    let system = system::build(case, world.size(), catalogue, insertions.kinds());
+    Ok((agreed(world, system.map_err(RunError::case))?, insertions))
 }

@@ -1,10 +1,11 @@
-//! What a simulation tells of itself: while it runs, and at its end.
+//! What a simulation reports: while it runs, and at its end.
 
 use crate::cost::peak_memory;
 use crate::files::Row;
 use crate::fluid::{FluidPhase, FluidProgress};
-use crate::simulation::Simulation;
-use grains_dem::Phase;
+use crate::insertion::Insertions;
+use grains_comm::MpiTransport;
+use grains_dem::{Dem, Phase};
 use grains_domain::Transport;
 
 /// Where a simulation is, at a row of its time series.
@@ -27,11 +28,11 @@ pub struct Progress {
 pub struct PhaseTime {
     /// Its name.
     pub name: String,
-    /// Least.
+    /// Minimum.
     pub min: f64,
     /// Mean.
     pub mean: f64,
-    /// Most.
+    /// Maximum.
     pub max: f64,
 }
 
@@ -69,7 +70,7 @@ pub struct Summary {
     pub inside: u64,
     /// Particles that left through outlets.
     pub left: u64,
-    /// Fewest and most particles of a rank.
+    /// Min. and max. particles of a rank.
     pub per_rank: [u64; 2],
     /// Work of the busiest rank over the mean (-).
     pub imbalance: f64,
@@ -89,21 +90,21 @@ pub struct Summary {
     pub fluid: Option<FluidSummary>,
 }
 
+/// What a simulation has done is in these.
+pub(crate) struct Done<'a> {
+    pub dem: &'a Dem,
+    pub fluid: Option<&'a FluidPhase>,
+    pub insertions: &'a Insertions,
+    /// Wall-clock time (s).
+    pub seconds: f64,
+    /// Steps of the particles.
+    pub steps: u64,
+}
+
 impl Summary {
     /// That of a simulation; collective.
-    pub(crate) fn of(simulation: &mut Simulation) -> Self {
-        let (dem, transport) = (simulation.dem(), simulation.transport());
-        let ranks = transport.size();
-        let phases = Phase::ALL.iter().zip(dem.clock.seconds()).map(|((_, name), &s)| (name.to_string(), s));
-        let parts: Vec<(String, f64)> =
-            phases.chain(simulation.fluid().into_iter().flat_map(FluidPhase::times)).collect();
-        let seconds: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
-        let mut sums = seconds.clone();
-        transport.sum(&mut sums);
-        // Most of each and, as the most of the negative, least.
-        let mut spans: Vec<f64> = seconds.iter().flat_map(|&s| [s, -s]).collect();
-        transport.max(&mut spans);
-        let report = &dem.report;
+    pub(crate) fn of(done: &Done, transport: &MpiTransport) -> Self {
+        let (dem, report) = (done.dem, &done.dem.report);
         let own = [dem.particles.owned as u64, dem.work()];
         let mut counts = [
             own[0],
@@ -118,29 +119,13 @@ impl Summary {
         let [inside, work, inserted, left, deep_penetrations, collisions, resting] = counts;
         let mut extremes = [own[0] as f64, -(own[0] as f64), report.worst_overlap, own[1] as f64];
         transport.max(&mut extremes);
-        let peak = peak_memory().unwrap_or(f64::NAN);
-        let (mut memory, mut largest) = ([peak], [peak]);
-        transport.sum(&mut memory);
-        transport.max(&mut largest);
-        let phases = parts.into_iter().enumerate().map(|(k, (name, _))| PhaseTime {
-            name,
-            min: -spans[2 * k + 1],
-            mean: sums[k] / ranks as f64,
-            max: spans[2 * k],
-        });
-        let fluid = simulation.fluid().map(|fluid| FluidSummary {
-            steps: fluid.steps,
-            iterations: fluid.iterations,
-            cells: fluid.flow.setup.grid.cells().iter().product(),
-            seconds: fluid.seconds[0],
-            is_alone: fluid.is_alone(),
-        });
+        let ranks = transport.size();
         Self {
             ranks,
-            seconds: simulation.seconds(),
-            steps: simulation.steps_done(),
-            phases: phases.collect(),
-            memory: [memory[0], largest[0]],
+            seconds: done.seconds,
+            steps: done.steps,
+            phases: phase_times(done, transport),
+            memory: memory(transport),
             inserted,
             inside,
             left,
@@ -151,8 +136,49 @@ impl Summary {
             deep_penetrations,
             worst_overlap: extremes[2],
             collisions: [collisions, resting, report.rounds],
-            missing: simulation.population().missing().map(|(name, n)| (name.to_string(), n)).collect(),
-            fluid,
+            missing: done.insertions.missing().map(|(name, n)| (name.to_string(), n)).collect(),
+            fluid: done.fluid.map(FluidSummary::of),
         }
     }
+}
+
+impl FluidSummary {
+    fn of(fluid: &FluidPhase) -> Self {
+        Self {
+            steps: fluid.steps,
+            iterations: fluid.iterations,
+            cells: fluid.flow.setup.grid.cells().iter().product(),
+            seconds: fluid.seconds[0],
+            is_alone: fluid.is_alone(),
+        }
+    }
+}
+
+/// Times spent in the parts of a step; collective.
+fn phase_times(done: &Done, transport: &MpiTransport) -> Vec<PhaseTime> {
+    let seconds = done.dem.clock.seconds();
+    let phases = Phase::ALL.iter().zip(seconds).map(|((_, name), &s)| (name.to_string(), s));
+    let parts: Vec<(String, f64)> =
+        phases.chain(done.fluid.into_iter().flat_map(FluidPhase::times)).collect();
+    let mut sums: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
+    // The maximum of each and, as that of the negative, the minimum.
+    let mut spans: Vec<f64> = sums.iter().flat_map(|&s| [s, -s]).collect();
+    transport.sum(&mut sums);
+    transport.max(&mut spans);
+    let phases = parts.into_iter().enumerate().map(|(k, (name, _))| PhaseTime {
+        name,
+        min: -spans[2 * k + 1],
+        mean: sums[k] / transport.size() as f64,
+        max: spans[2 * k],
+    });
+    phases.collect()
+}
+
+/// Memory at the peak (bytes), of all ranks and of the largest; collective.
+fn memory(transport: &MpiTransport) -> [f64; 2] {
+    let peak = peak_memory().unwrap_or(f64::NAN);
+    let (mut sum, mut largest) = ([peak], [peak]);
+    transport.sum(&mut sum);
+    transport.max(&mut largest);
+    [sum[0], largest[0]]
 }

@@ -2,9 +2,10 @@
 
 use crate::error::RunError;
 use crate::fluid;
-use crate::geometry::{shape, surfaces};
-use crate::population::KindRange;
+use crate::insertion::KindRange;
+use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
+use crate::wall_surfaces::surfaces;
 use grains_case::{
     Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
     Tangential as CaseTangential,
@@ -13,10 +14,11 @@ use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Motion, Skin, StepParameters, Wall,
+    HardModel, Motion, MotionTable, Skin, StepParameters, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
+use std::sync::Arc;
 
 /// When borders between subdomains move.
 const BALANCE: (u64, f64) = (200, 1.1);
@@ -37,19 +39,19 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let domain = &case.domain;
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
     resolved_positions(case, &global, &catalogue, kinds)?;
-    // Particles that are held meet nobody, however close or large they are.
+    // Fixed particles touch nobody, however close or large they are.
     let largest_radius = if case.holds_particles() { 0.0 } else { largest_radius(&catalogue, kinds) };
     let step = match case.inserts.is_empty() || case.holds_particles() {
         true => timestep::of_fluid(case),
         false => timestep::choose(case, &catalogue, kinds)?,
     };
     let gravity = Vec3::from(case.gravity);
-    // Particles that are held have no films.
+    // Fixed particles have no lubrication.
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
-    let film = lubrication.map_or(0.0, |film| film.range);
-    let skin = skin(case, largest_radius, film);
-    let range = 2.0 * largest_radius * (1.0 + skin.max) + film;
-    let of_fluid = fluid::least_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
+    let lubrication_range = lubrication.map_or(0.0, |lubrication| lubrication.range);
+    let skin = skin(case, largest_radius, lubrication_range);
+    let range = 2.0 * largest_radius * (1.0 + skin.max) + lubrication_range;
+    let of_fluid = fluid::min_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
         None => choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity),
@@ -267,13 +269,13 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
     Err(case.about(&format!("contact[{}].normal_stiffness", stiffest.unwrap_or(0)), message))
 }
 
-/// How far particles may go before lists are rebuilt, where films of fluid (m) act between them.
-fn skin(case: &Case, largest_radius: f64, film: f64) -> Skin {
+/// How far particles may go before lists are rebuilt, where lubrication acts in gaps up to a range (m).
+fn skin(case: &Case, largest_radius: f64, lubrication_range: f64) -> Skin {
     let mut skin = Skin::default();
     // A narrow periodic box leaves less room: images of a particle must be out of each other's neighbours' reach.
     let periodic = (0..3).filter(|&a| case.domain.periodic[a]);
     let half = |a: usize| 0.5 * (case.domain.upper[a] - case.domain.lower[a]);
-    let room = periodic.map(|a| (half(a) - film) / (2.0 * largest_radius) - 1.0);
+    let room = periodic.map(|a| (half(a) - lubrication_range) / (2.0 * largest_radius) - 1.0);
     let room = 0.999 * room.fold(f64::INFINITY, f64::min);
     if room > skin.min {
         skin.max = skin.max.min(room);
@@ -328,6 +330,12 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
 /// A motion of a case; one that turns bodies about their own centres has an axis through the origin.
 pub fn motion(motion: &CaseMotion) -> Motion {
     match *motion {
+        CaseMotion::Table { ref rows, point, axis, .. } => {
+            let rows: Vec<_> =
+                rows.iter().map(|row| (row.time, Vec3::from(row.displacement), row.angle)).collect();
+            let point = point.map_or_else(Vec3::zeros, Vec3::from);
+            Motion::Table(Arc::new(MotionTable::new(&rows, point, axis.map_or_else(Vec3::z, Vec3::from))))
+        }
         CaseMotion::Translation { velocity, start, end } => {
             Motion::Translation { velocity: Vec3::from(velocity), start, end }
         }

@@ -1,9 +1,10 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, TimeStep};
 use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
 use grains_dem::{Catalogue, SurfaceMobility};
+use std::fmt;
 
 /// What a particle collides with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,28 +49,107 @@ pub struct TimeStepChoice {
     /// All collisions that can happen.
     pub encounters: Vec<Encounter>,
     /// What decided the recommended step.
-    pub reason: String,
+    pub reason: TimeStepReason,
     /// Warning about the step of the case.
     pub warning: Option<String>,
 }
 
+/// What decided a time step.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeStepReason {
+    /// The shortest contact time, which takes a number of steps.
+    ContactTime {
+        /// Contact time (s).
+        time: f64,
+        /// Names of the two materials.
+        pair: [String; 2],
+        /// Steps per contact, `time.steps_per_contact` (-).
+        steps: f64,
+    },
+    /// Half the stability limit of explicit tangential damping.
+    TangentialDamping {
+        /// Stability limit (s).
+        limit: f64,
+        /// Names of the two materials.
+        pair: [String; 2],
+    },
+    /// The displacement of hard bodies per step at `time.impact_speed`.
+    Displacement {
+        /// Displacement over the smallest radius (-).
+        over_radius: f64,
+    },
+    /// A fraction of the longest step of the fluid, as bodies of prescribed motion meet nothing.
+    FractionOfFluidStep {
+        /// Particle steps in the longest step of the fluid (-).
+        steps: f64,
+    },
+    /// A thousandth of `time.end`, as nothing can touch.
+    NoContact,
+    /// The step given for a fluid alone.
+    FluidStep,
+    /// A tick of the clock, of which the step of a fluid alone is a multiple.
+    Tick,
+}
+
+impl fmt::Display for TimeStepReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ContactTime { time, pair: [a, b], steps } => {
+                write!(f, "shortest contact time {time:.4e} s ({a} - {b}) over {steps} steps")
+            }
+            Self::TangentialDamping { limit, pair: [a, b] } => {
+                write!(f, "half the stability limit {limit:.4e} s of tangential damping ({a} - {b})")
+            }
+            Self::Displacement { over_radius } => {
+                write!(f, "{} % of the smallest radius per step at time.impact_speed", 100.0 * over_radius)
+            }
+            Self::FractionOfFluidStep { steps } => write!(
+                f,
+                "1/{steps} of the longest step of the fluid, as bodies of prescribed motion meet nothing"
+            ),
+            Self::NoContact => f.write_str("a thousandth of time.end, as nothing can touch"),
+            Self::FluidStep => f.write_str("the step of the fluid"),
+            Self::Tick => f.write_str("a tick of the clock; the fluid's step is a multiple of it"),
+        }
+    }
+}
+
+/// How finely a time step resolves collisions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resolution {
+    /// Shortest contact time over the time step (-).
+    StepsPerContact(f64),
+    /// Displacement of hard bodies per step at `time.impact_speed` over the smallest radius (-).
+    Displacement(f64),
+}
+
+impl fmt::Display for Resolution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepsPerContact(steps) => write!(f, "T_c/dt = {steps:.2}"),
+            Self::Displacement(over_radius) => {
+                write!(f, "{:.2} % of the smallest radius at impact_speed", 100.0 * over_radius)
+            }
+        }
+    }
+}
+
 impl TimeStepChoice {
-    /// Shortest contact time over the time step.
+    /// Shortest contact time over the time step (-).
     fn steps_per_contact(&self) -> f64 {
         self.encounters.iter().map(|e| e.shortest_contact).fold(f64::INFINITY, f64::min) / self.dt
     }
 
-    /// How finely the step resolves collisions: steps per contact, or the way of hard bodies in one step.
-    pub fn resolution(&self, case: &Case) -> String {
-        if case.collisions.is_hard() {
-            format!("{:.2} % of the smallest radius at impact_speed", 100.0 * self.way_over_radius(case))
-        } else {
-            format!("T_c/dt = {:.2}", self.steps_per_contact())
+    /// How finely the step resolves collisions.
+    pub fn resolution(&self, case: &Case) -> Resolution {
+        match case.collisions.is_hard() {
+            true => Resolution::Displacement(self.displacement_over_radius(case)),
+            false => Resolution::StepsPerContact(self.steps_per_contact()),
         }
     }
 
-    /// Way at the impact speed in one step over the smallest radius (-): the overlap of a hard collision.
-    fn way_over_radius(&self, case: &Case) -> f64 {
+    /// Displacement at the impact speed in one step over the smallest radius (-): the overlap of a hard collision.
+    fn displacement_over_radius(&self, case: &Case) -> f64 {
         case.time.impact_speed * self.dt / smallest_radius(&self.encounters)
     }
 }
@@ -104,20 +184,17 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
         return choose_for_impulses(case, encounters);
     }
     let wanted = case.time.steps_per_contact;
-    let mut recommended = (f64::INFINITY, String::new());
+    let mut recommended = (f64::INFINITY, TimeStepReason::NoContact);
     for e in &encounters {
-        let pair = format!("{} - {}", e.materials[0], e.materials[1]);
+        let pair = || e.materials.clone();
         let by_contact = e.shortest_contact / wanted;
         if by_contact < recommended.0 {
             let reason =
-                format!("shortest contact time {:.4e} s ({pair}) over {wanted} steps", e.shortest_contact);
+                TimeStepReason::ContactTime { time: e.shortest_contact, pair: pair(), steps: wanted };
             recommended = (by_contact, reason);
         }
         if 0.5 * e.tangential_limit < recommended.0 {
-            let reason = format!(
-                "half the stability limit {:.4e} s of tangential damping ({pair})",
-                e.tangential_limit
-            );
+            let reason = TimeStepReason::TangentialDamping { limit: e.tangential_limit, pair: pair() };
             recommended = (0.5 * e.tangential_limit, reason);
         }
     }
@@ -137,19 +214,14 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
 
 /// The step where particles meet nothing (s), and its reason; where the flow around driven bodies is resolved, short beside the
 /// longest step of the fluid, which is a multiple of it.
-fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, String) {
+fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, TimeStepReason) {
     /// Steps in the longest one of the fluid.
     const SHARE: f64 = 64.0;
     let usual = 1e-3 * case.time.end;
     let of_fluid = crate::fluid::longest_step_of_bodies(case).map(|longest| longest / SHARE);
     match of_fluid.filter(|dt| *dt < usual && kinds.iter().all(|kind| kind.is_prescribed)) {
-        Some(dt) => (
-            dt,
-            format!(
-                "1/{SHARE} of the longest step of the fluid, as bodies of prescribed motion meet nothing"
-            ),
-        ),
-        None => (usual, "a thousandth of time.end, as nothing can touch".to_string()),
+        Some(dt) => (dt, TimeStepReason::FractionOfFluidStep { steps: SHARE }),
+        None => (usual, TimeStepReason::NoContact),
     }
 }
 
@@ -158,21 +230,18 @@ fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, String) {
 pub fn of_fluid(case: &Case) -> TimeStepChoice {
     /// Ticks per output.
     const TICKS: f64 = 65536.0;
-    /// Ticks per longest step of the fluid at least: flow may become that much faster than what is imposed.
-    const LEAST_PER_STEP: f64 = 1024.0;
+    /// Min. ticks per longest step of the fluid: flow may become that much faster than what is imposed.
+    const MIN_PER_STEP: f64 = 1024.0;
     let out = &case.output;
     let fluid = case.fluid.as_ref().and_then(|f| f.output.interval);
     let times = [Some(out.particles), Some(out.series), Some(out.checkpoint), fluid];
     let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
     // Halved, so that outputs stay whole numbers of ticks, until the fluid's longest step has many.
     let longest = case.fluid.as_ref().map_or(f64::INFINITY, |f| crate::fluid::longest_step(case, f).step);
-    let halvings = (LEAST_PER_STEP * shortest / (TICKS * longest)).log2().ceil().max(0.0);
+    let halvings = (MIN_PER_STEP * shortest / (TICKS * longest)).log2().ceil().max(0.0);
     let (dt, reason) = match case.time.dt {
-        TimeStep::Seconds(given) => (given, "the step of the fluid".to_string()),
-        TimeStep::Auto => (
-            shortest / TICKS / halvings.exp2(),
-            "a tick of the clock; the fluid's step is a multiple of it".to_string(),
-        ),
+        TimeStep::Seconds(given) => (given, TimeStepReason::FluidStep),
+        TimeStep::Auto => (shortest / TICKS / halvings.exp2(), TimeStepReason::Tick),
     };
     TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), reason, warning: None }
 }
@@ -184,14 +253,14 @@ fn choose_for_impulses(case: &Case, encounters: Vec<Encounter>) -> Result<TimeSt
     let way = WAY.min(0.2 * case.limits.overlap);
     let dt = way * smallest_radius(&encounters) / case.time.impact_speed;
     let dt = if dt.is_finite() { dt } else { 1e-3 * case.time.end };
-    let reason = format!("{} % of the smallest radius per step at time.impact_speed", 100.0 * way);
+    let reason = TimeStepReason::Displacement { over_radius: way };
     let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
     let TimeStep::Seconds(given) = case.time.dt else {
         choice.dt = rounded_down(dt);
         return Ok(choice);
     };
     choice.dt = given;
-    let (overlap, limit) = (choice.way_over_radius(case), case.limits.overlap);
+    let (overlap, limit) = (choice.displacement_over_radius(case), case.limits.overlap);
     let message = format!(
         "bodies at time.impact_speed = {} m/s get {:.1} % of the smallest radius into each other in one step, limits.overlap is {:.1} %; take \"auto\" or at most {:.2e}",
         case.time.impact_speed,

@@ -1,6 +1,8 @@
-//! What a simulation shows of its particles and walls.
+//! What a simulation shows of its particles, walls and fluid.
 
+use crate::fluid::FluidPhase;
 use grains_dem::{Body, Dem, Load, WallLoad, WallState};
+use grains_fluid::Flow;
 use grains_geometry::{Rotation, Vec3};
 
 /// A particle.
@@ -61,5 +63,33 @@ impl<'a> WallView<'a> {
     pub(crate) fn new(dem: &'a Dem, k: usize) -> Self {
         let state = &dem.wall_states()[k];
         Self { name: &dem.setup.walls[k].name, state, load: &dem.wall_loads[k] }
+    }
+}
+
+/// The fluid.
+#[derive(Clone, Copy)]
+pub struct FluidView<'a> {
+    /// Grid, velocity (m/s) and pressure (Pa) in the cells of this rank.
+    pub flow: &'a Flow,
+    /// Steps since the simulation was built.
+    pub steps: u64,
+    /// Iterations for the pressure in these.
+    pub iterations: u64,
+    /// Wall-clock time in these on this rank (s).
+    pub seconds: f64,
+    /// Wall-clock time of the exchange with particles on this rank (s).
+    pub exchange_seconds: f64,
+}
+
+impl<'a> FluidView<'a> {
+    pub(crate) fn new(fluid: &'a FluidPhase) -> Self {
+        let [seconds, exchange_seconds] = fluid.seconds;
+        let FluidPhase { flow, steps, iterations, .. } = fluid;
+        Self { flow, steps: *steps, iterations: *iterations, seconds, exchange_seconds }
+    }
+
+    /// Cells of the whole grid.
+    pub fn cells(&self) -> usize {
+        self.flow.setup.grid.cells().iter().product()
     }
 }

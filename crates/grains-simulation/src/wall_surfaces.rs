@@ -1,131 +1,102 @@
-//! Triangles that show the walls in a viewer.
+//! Surfaces of walls, from their description in the case.
 
-use grains_dem::{Dem, Surface, WallState};
-use grains_domain::GlobalBox;
-use grains_geometry::{Core, Rotation, Shape, TriMesh, Vec3};
-use grains_output::FieldSpec;
+use grains_case::{Side, WallKind};
+use grains_dem::{OpenTube, Surface};
+use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh};
 use nalgebra::Rotation3;
-use std::f64::consts::TAU;
+use std::sync::Arc;
 
-/// Fields of the triangles of walls.
-pub const WALL_FIELDS: [FieldSpec; 2] = [FieldSpec::integer("wall"), FieldSpec::real("velocity", "m/s", 3)];
+/// Corners of the box around a finite wall (m).
+pub type Extents = (Vec3, Vec3);
 
-/// Triangles of all walls that exist now.
-#[derive(Clone, Debug, Default)]
-pub struct WallTriangles {
-    /// Positions (m), `[points][3]`.
-    pub points: Vec<f64>,
-    /// Point numbers, `[triangles][3]`.
-    pub triangles: Vec<i64>,
-    /// Wall number of each triangle.
-    pub walls: Vec<i64>,
-    /// Velocity of each triangle's middle (m/s), `[triangles][3]`.
-    pub velocities: Vec<f64>,
-}
-
-/// The triangles of the walls of a system, where they are now.
-pub fn triangles_of(dem: &Dem) -> WallTriangles {
-    let mut all = WallTriangles::default();
-    for (index, (wall, state)) in dem.setup.walls.iter().zip(dem.wall_states()).enumerate() {
-        if !wall.exists_at(dem.time()) {
-            continue;
+/// Builds the surfaces of a wall, and the box around them if they are finite.
+///
+/// # Errors
+/// A mesh that cannot be read or used.
+pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    Ok(match kind {
+        WallKind::Plane { point, normal } => {
+            (vec![Surface::Plane { point: Vec3::from(*point), normal: Vec3::from(*normal) }], None)
         }
-        for surface in &wall.surfaces {
-            all.add(&tessellated(surface, &dem.setup.global), state, index);
-        }
-    }
-    all
-}
-
-impl WallTriangles {
-    fn add(&mut self, mesh: &TriMesh, state: &WallState, wall: usize) {
-        let first = (self.points.len() / 3) as i64;
-        let place = |p: &Vec3| state.rotation * p + state.translation;
-        self.points.extend(mesh.vertices.iter().flat_map(|v| <[f64; 3]>::from(place(v))));
-        for triangle in &mesh.triangles {
-            self.triangles.extend(triangle.iter().map(|&k| first + i64::from(k)));
-            self.walls.push(wall as i64);
-            let middle = triangle.iter().map(|&k| place(&mesh.vertices[k as usize])).sum::<Vec3>() / 3.0;
-            self.velocities.extend(<[f64; 3]>::from(state.velocity_at(&middle)));
-        }
-    }
-}
-
-fn tessellated(surface: &Surface, global: &GlobalBox) -> TriMesh {
-    match surface {
-        Surface::Mesh(mesh) => mesh.mesh().clone(),
-        Surface::Plane { point, normal } => plane_in_box(point, normal, global),
-        Surface::Tube { center, axis, radius, half_length } => {
-            tube(center, axis, *radius, *half_length, global)
-        }
-        Surface::OpenTube(sheet) => tube(&sheet.center, &sheet.axis, sheet.radius, sheet.half_length, global),
-        Surface::Solid { core, rotation, center, .. } => {
-            let shape = match core {
-                Core::Box(half) => Shape::cuboid(half * 2.0, 1e-6),
-                Core::Cylinder { radius, half_height } => Shape::cylinder(*radius, 2.0 * half_height, 1e-6),
-                _ => return TriMesh::default(),
+        WallKind::Box { lower, upper, side: Side::Inside } => {
+            let corners = [Vec3::from(*lower), Vec3::from(*upper)];
+            let face = |a: usize, k: usize| {
+                let mut normal = Vec3::zeros();
+                normal[a] = if k == 0 { 1.0 } else { -1.0 };
+                Surface::Plane { point: corners[k], normal }
             };
-            let rotation = Rotation::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
-            shape.map_or_else(|_| TriMesh::default(), |s| s.surface.transformed(&rotation, 1.0, center))
+            ((0..6).map(|f| face(f / 2, f % 2)).collect(), None)
         }
-    }
+        WallKind::Box { lower, upper, side: Side::Outside } => {
+            let (lower, upper) = (Vec3::from(*lower), Vec3::from(*upper));
+            let half = (upper - lower) * 0.5;
+            let solid = Surface::Solid {
+                core: Core::Box(half),
+                rotation: Mat3::identity(),
+                center: (lower + upper) * 0.5,
+                bounding_radius: half.norm(),
+            };
+            (vec![solid], Some((lower, upper)))
+        }
+        WallKind::Cylinder { center, axis, radius, height, side, caps } => {
+            cylinder(Vec3::from(*center), Vec3::from(*axis), *radius, 0.5 * height, (*side, *caps))?
+        }
+        WallKind::Mesh { path, scale, translate } => {
+            let mesh = read_mesh(path).map_err(|e| e.to_string())?.mesh;
+            mesh_surface(&mesh.transformed(
+                &grains_geometry::Rotation::identity(),
+                *scale,
+                &Vec3::from(*translate),
+            ))?
+        }
+        WallKind::Polygons { vertices, faces } => {
+            let vertices = vertices.iter().map(|v| Vec3::from(*v)).collect();
+            let faces: Vec<Vec<usize>> =
+                faces.iter().map(|f| f.iter().map(|&v| v as usize).collect()).collect();
+            mesh_surface(&TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?)?
+        }
+    })
 }
 
-/// The part of a plane inside the box: a square as large as the box, cut by its six faces.
-fn plane_in_box(point: &Vec3, normal: &Vec3, global: &GlobalBox) -> TriMesh {
-    let (lower, upper) = (Vec3::from(global.lower), Vec3::from(global.upper));
-    let middle = (lower + upper) * 0.5;
-    let foot = middle - normal * (middle - point).dot(normal);
-    let helper = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
-    let (u, v) = (normal.cross(&helper).normalize(), normal.cross(&normal.cross(&helper)).normalize());
-    let half = (upper - lower).norm();
-    let mut polygon: Vec<Vec3> = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-        .map(|(a, b)| foot + (u * a + v * b) * half)
-        .to_vec();
-    // A sheet lying in a face of the box must survive the cut.
-    let margin = 1e-9 * half;
-    for axis in 0..3 {
-        for (sign, bound) in [(1.0, upper[axis] + margin), (-1.0, -(lower[axis] - margin))] {
-            polygon = cut(&polygon, |p| bound - sign * p[axis]);
-        }
-    }
-    fan(polygon)
+fn mesh_surface(mesh: &TriMesh) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    let extents = mesh.extents();
+    let wall = WallMesh::new(mesh, SMOOTH_ANGLE).map_err(|e| e.to_string())?;
+    Ok((vec![Surface::Mesh(Arc::new(wall))], Some(extents)))
 }
 
-/// The part of a convex polygon where `inside` is not negative.
-fn cut(polygon: &[Vec3], inside: impl Fn(&Vec3) -> f64) -> Vec<Vec3> {
-    let mut kept = Vec::new();
-    for (k, p) in polygon.iter().enumerate() {
-        let next = &polygon[(k + 1) % polygon.len()];
-        let (a, b) = (inside(p), inside(next));
-        if a >= 0.0 {
-            kept.push(*p);
+fn cylinder(
+    center: Vec3,
+    axis: Vec3,
+    radius: f64,
+    half_length: f64,
+    (side, caps): (Side, bool),
+) -> Result<(Vec<Surface>, Option<Extents>), String> {
+    let is_finite = half_length.is_finite();
+    let reach = axis.map(|n| half_length * n.abs() + radius * (1.0 - n * n).max(0.0).sqrt());
+    let extents = is_finite.then(|| (center - reach, center + reach));
+    if is_finite && !caps {
+        let tube = OpenTube { center, axis, radius, half_length };
+        return Ok((vec![Surface::OpenTube(tube)], extents));
+    }
+    if side == Side::Outside {
+        if !is_finite {
+            return Err("the outside of a cylinder needs a height; give `height`".into());
         }
-        if (a < 0.0) != (b < 0.0) {
-            kept.push(p + (next - p) * (a / (a - b)));
+        let rotation = Rotation3::rotation_between(&Vec3::z(), &axis)
+            .unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+        let core = Core::Cylinder { radius, half_height: half_length };
+        let bounding_radius = half_length.hypot(radius);
+        return Ok((
+            vec![Surface::Solid { core, rotation: rotation.into_inner(), center, bounding_radius }],
+            extents,
+        ));
+    }
+    let mut surfaces = vec![Surface::Tube { center, axis, radius, half_length }];
+    if is_finite {
+        for sign in [-1.0, 1.0] {
+            surfaces
+                .push(Surface::Plane { point: center + axis * (sign * half_length), normal: -axis * sign });
         }
     }
-    kept
-}
-
-fn fan(polygon: Vec<Vec3>) -> TriMesh {
-    let triangles = (2..polygon.len() as u32).map(|k| [0, k - 1, k]).collect();
-    TriMesh { vertices: polygon, triangles }
-}
-
-fn tube(center: &Vec3, axis: &Vec3, radius: f64, half_length: f64, global: &GlobalBox) -> TriMesh {
-    const SIDES: u32 = 64;
-    let half = half_length.min((Vec3::from(global.upper) - Vec3::from(global.lower)).norm());
-    let helper = if axis.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
-    let u = axis.cross(&helper).normalize();
-    let v = axis.cross(&u);
-    let mut mesh = TriMesh::default();
-    for k in 0..SIDES {
-        let angle = TAU * f64::from(k) / f64::from(SIDES);
-        let rim = center + (u * angle.cos() + v * angle.sin()) * radius;
-        mesh.vertices.extend([rim - axis * half, rim + axis * half]);
-        let (a, b) = (2 * k, 2 * ((k + 1) % SIDES));
-        mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
-    }
-    mesh
+    Ok((surfaces, extents))
 }

@@ -200,6 +200,7 @@ impl Insert {
         let motion = self.motion.get_or_insert_with(|| usual.clone());
         if let ParticleMotion::Prescribed(motion) = motion {
             motion.check(&format!("{path}.motion"), checker);
+            motion.check_of_particles(&format!("{path}.motion"), checker);
         }
         if !(is_given && motion.is_prescribed()) {
             return;

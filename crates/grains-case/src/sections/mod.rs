@@ -13,6 +13,7 @@ pub mod fluid;
 pub mod insert;
 pub mod material;
 pub mod motion;
+pub mod motion_table;
 pub mod output;
 pub mod place;
 pub mod run;

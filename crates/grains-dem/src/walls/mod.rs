@@ -7,6 +7,7 @@ mod open_tube;
 mod pairs;
 mod surface;
 mod surface_contact;
+mod table;
 mod wall;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
@@ -16,4 +17,5 @@ pub use open_tube::OpenTube;
 pub(crate) use pairs::{WallList, WallPair, WallScene};
 pub use surface::Surface;
 pub(crate) use surface_contact::SurfaceContact;
+pub use table::MotionTable;
 pub use wall::{Wall, WallLoad};

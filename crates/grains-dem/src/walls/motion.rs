@@ -1,11 +1,13 @@
 //! Prescribed motions, as functions of time alone so that a restart cannot change them.
 
+use super::table::MotionTable;
 use grains_geometry::{Mat3, Rotation, Vec3};
 use nalgebra::{Rotation3, Unit};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// How a wall moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Not at all.
     Fixed,
@@ -44,6 +46,8 @@ pub enum Motion {
         /// End (s).
         end: f64,
     },
+    /// By displacements and angles given at times.
+    Table(Arc<MotionTable>),
 }
 
 /// Pose and velocity of a wall: a point p of its frame is at `rotation` p + `translation`.
@@ -186,6 +190,19 @@ impl Motion {
                     ..rest
                 }
             }
+            Motion::Table(ref table) => {
+                let [(displacement, angle), (velocity, rate)] = table.at(time);
+                let rotation =
+                    Rotation3::from_axis_angle(&Unit::new_normalize(table.axis), angle).into_inner();
+                WallState {
+                    rotation,
+                    translation: table.point + displacement - rotation * table.point,
+                    velocity,
+                    angular_velocity: table.axis.normalize() * rate,
+                    pivot: table.point + displacement,
+                    is_displaced: true,
+                }
+            }
         }
     }
 
@@ -195,6 +212,10 @@ impl Motion {
             Motion::Rotation { axis, rate, start, end, .. } => {
                 let angle = rate * (time.min(end) - start).max(0.0);
                 Rotation::from_axis_angle(&Unit::new_normalize(axis), angle)
+            }
+            Motion::Table(ref table) => {
+                let [(_, angle), _] = table.at(time);
+                Rotation::from_axis_angle(&Unit::new_normalize(table.axis), angle)
             }
             Motion::Fixed | Motion::Translation { .. } | Motion::Oscillation { .. } => Rotation::identity(),
         }
@@ -207,22 +228,27 @@ impl Motion {
             Motion::Translation { velocity, .. } => velocity.norm(),
             Motion::Oscillation { amplitude, frequency, .. } => amplitude.norm() * TAU * frequency,
             Motion::Rotation { point, rate, .. } => rate.abs() * (reach + point.norm()),
+            Motion::Table(ref table) => {
+                let [speed, turning, displacement] = table.bounds();
+                speed + turning * (reach + table.point.norm() + displacement)
+            }
         }
     }
 
     /// Time (s) from `now` on at which the wall moves next: `now` if it is moving, infinity if never again.
     pub fn moves_next(&self, now: f64) -> f64 {
+        let [start, end] = self.interval();
+        if now < end { now.max(start) } else { f64::INFINITY }
+    }
+
+    /// Time (s) at which the wall begins to move, and the one at which it ends; both in the past if it never does.
+    fn interval(&self) -> [f64; 2] {
         match *self {
-            Motion::Fixed => f64::INFINITY,
+            Motion::Fixed => [f64::NEG_INFINITY; 2],
             Motion::Translation { start, end, .. }
             | Motion::Oscillation { start, end, .. }
-            | Motion::Rotation { start, end, .. } => {
-                if now < end {
-                    now.max(start)
-                } else {
-                    f64::INFINITY
-                }
-            }
+            | Motion::Rotation { start, end, .. } => [start, end],
+            Motion::Table(ref table) => table.interval(),
         }
     }
 }
@@ -283,6 +309,15 @@ mod tests {
                 start: 0.2,
                 end: 5.0,
             },
+            Motion::Table(Arc::new(MotionTable::new(
+                &[
+                    (0.1, Vec3::zeros(), 0.0),
+                    (0.8, Vec3::new(0.1, -0.2, 0.0), 0.7),
+                    (1.7, Vec3::new(0.3, -0.2, 0.5), 0.2),
+                ],
+                Vec3::new(0.3, 0.1, -0.2),
+                Vec3::new(0.0, 0.6, 0.8),
+            ))),
         ];
         let (p, h) = (Vec3::new(0.7, -0.4, 0.9), 1e-6);
         for motion in motions {

@@ -3,11 +3,13 @@
 use crate::common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{CollisionEstimate, ContactLaw, ImpulseScheme, Tangential};
 use grains_dem::{
-    CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, NewParticle, PrescribedMotion, Skin, Surface,
+    CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, MotionTable, NewParticle, PrescribedMotion, Skin,
+    Surface,
 };
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, Shape, Vec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 const RADIUS: f64 = 1e-3;
 
@@ -50,12 +52,21 @@ fn prescribed_poses_are_kept_whatever_hits_the_bodies() {
     let size = 0.02;
     let middle = Vec3::repeat(0.5 * size);
     let drift = Motion::Translation { velocity: Vec3::new(3.0, -2.0, 1.0), start: 2e-4, end: 1.2e-3 };
-    let motions = [Motion::Fixed, drift, oscillation(Vec3::new(1e-3, 2e-3, 0.0)), rotation(middle, 300.0)];
-    for (motion, about_centres) in motions.map(|m| (m, false)).into_iter().chain([(motions[3], true)]) {
+    let rows =
+        [(2e-4, 0.0), (6e-4, 1.3e-3), (1.2e-3, -4e-4)].map(|(t, x)| (t, Vec3::new(x, 0.5 * x, -x), 0.0));
+    let motions = [
+        (Motion::Fixed, false),
+        (drift, false),
+        (oscillation(Vec3::new(1e-3, 2e-3, 0.0)), false),
+        (Motion::Table(Arc::new(MotionTable::new(&rows, Vec3::zeros(), Vec3::z()))), false),
+        (rotation(middle, 300.0), false),
+        (rotation(middle, 300.0), true),
+    ];
+    for (motion, about_centres) in motions {
         for periodic in [[false; 3], [true; 3]] {
             let mut setup = setup([size; 3], periodic, mixed_shapes(RADIUS), law(true));
             setup.outlets = [true; 6];
-            setup.prescribed = vec![PrescribedMotion { about_centres, ..prescribe(0..4, motion) }];
+            setup.prescribed = vec![PrescribedMotion { about_centres, ..prescribe(0..4, motion.clone()) }];
             let place = |k: u64| middle + Vec3::new(3e-3 * (k as f64 - 1.5), 1e-3, -2e-3);
             let mut particles: Vec<_> =
                 (0..4).map(|k| particle(k, k as u16, place(k), Vec3::zeros())).collect();

@@ -50,7 +50,7 @@ fn silo() -> Scene {
         end: f64::INFINITY,
     };
     setup.walls = vec![
-        wall("hopper", Surface::Mesh(Arc::new(WallMesh::new(&hopper, SMOOTH_ANGLE).unwrap())), shake),
+        wall("hopper", Surface::Mesh(Arc::new(WallMesh::new(&hopper, SMOOTH_ANGLE).unwrap())), shake.clone()),
         wall("floor", Surface::Plane { point: Vec3::new(0.0, 0.0, 0.002), normal: Vec3::z() }, shake),
     ];
     for (a, normal) in [(0, Vec3::x()), (0, -Vec3::x()), (1, Vec3::y()), (1, -Vec3::y())] {

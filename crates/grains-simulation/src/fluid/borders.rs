@@ -3,7 +3,7 @@
 use super::FluidPhase;
 use super::restart::block;
 use crate::error::RunError;
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
@@ -18,7 +18,7 @@ use std::time::Instant;
 ///
 /// # Errors
 /// As of [`FluidPhase::new`].
-pub fn follow_borders(
+pub fn rebalance(
     fluid: &mut Option<FluidPhase>,
     given: (&Case, &[String]),
     dem: &mut Dem,

@@ -71,7 +71,7 @@ pub struct Exchange {
 pub struct Account {
     /// What drag has moved from one to the other.
     pub ledger: MomentumLedger,
-    /// Least void fraction of the last step (-).
+    /// Min. void fraction of the last step (-).
     pub least_void_fraction: f64,
     /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
     pub rise: [[f64; 2]; 3],

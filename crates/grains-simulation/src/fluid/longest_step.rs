@@ -1,80 +1,91 @@
 //! The longest step of the fluid: what the flow that can come about asks for, whatever the end of the run.
 
-use super::check::imposed::fastest_at;
+use super::imposed::fastest_at;
+use super::setup::{active_axes, diffusion_step, narrowest};
 use grains_case::{Case, Drive, Fluid};
 
 /// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
 const SHARE_OF_DIFFUSION: f64 = 0.01;
 
-/// A longest step (s), and what asks for it.
-#[derive(Clone, Debug)]
+/// A longest step, and what limits it.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LongestStep {
     /// Step (s).
     pub step: f64,
-    /// What asks for it, with its key.
-    pub reason: String,
+    /// What limits it.
+    pub limit: FluidStepLimit,
+}
+
+/// What limits the step of the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FluidStepLimit {
+    /// The case's own longest step.
+    Given,
+    /// The CFL number at the velocity that boundaries, drive and initial fields impose.
+    Imposed {
+        /// Speed (m/s).
+        speed: f64,
+    },
+    /// The CFL number from rest under the drive.
+    Drive,
+    /// The CFL number from rest under gravity.
+    Gravity,
+    /// Particles smaller than the cells cross one at `time.impact_speed`.
+    Crossing,
+    /// The diffusion number of resolved bodies.
+    Diffusion,
+    /// H²/(100 ν), of the time in which viscosity stops a flow between walls.
+    Viscosity,
+    /// Nothing.
+    None,
 }
 
 /// The case's own longest step, or the shortest of what its flow asks for; with particles that the grid resolves also that in
 /// which momentum diffuses a cell or so.
 ///
-/// With cells Δx along an axis, Courant number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
+/// With cells Δx along an axis, CFL number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
 ///
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
-/// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, go C cells from rest;
+/// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles.
 pub fn longest_step(case: &Case, fluid: &Fluid) -> LongestStep {
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
     let mut candidates = Vec::new();
-    let mut add = |step: f64, reason: String| candidates.push(LongestStep { step, reason });
+    let mut add = |step: f64, limit| candidates.push(LongestStep { step, limit });
     if let Some(resolved) = &fluid.resolved {
-        let step = super::setup::diffusion_step(fluid, resolved, narrowest(case, fluid));
-        add(step, format!("fluid.resolved.diffusion_number = {}", resolved.diffusion_number));
+        let step = diffusion_step(fluid, resolved, narrowest(case, fluid));
+        add(step, FluidStepLimit::Diffusion);
     }
     if let Some(given) = fluid.longest_step {
-        add(given, "fluid.longest_step".into());
+        add(given, FluidStepLimit::Given);
     } else {
         let imposed = fastest_at(case, fluid, &[0.0]);
-        let by_speed = format!("fluid.courant = {} at the {:.4} m/s imposed", fluid.courant, imposed.speed);
-        add(fluid.courant / imposed.rate, by_speed);
+        add(fluid.courant / imposed.rate, FluidStepLimit::Imposed { speed: imposed.speed });
         if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
-            let step = from_rest(case, fluid, gradient.map(|g| g / fluid.density));
-            add(step, "fluid.courant from rest by fluid.drive".into());
+            add(from_rest(case, fluid, gradient.map(|g| g / fluid.density)), FluidStepLimit::Drive);
         }
         if !case.inserts.is_empty() && !case.holds_particles() {
-            add(from_rest(case, fluid, case.gravity), "fluid.courant from rest by gravity".into());
+            add(from_rest(case, fluid, case.gravity), FluidStepLimit::Gravity);
         }
         if fluid.coupling.is_some() && !case.inserts.is_empty() {
-            let reason =
-                format!("particles cross a cell at time.impact_speed = {} m/s", case.time.impact_speed);
-            add(narrowest(case, fluid) / case.time.impact_speed, reason);
+            add(narrowest(case, fluid) / case.time.impact_speed, FluidStepLimit::Crossing);
         }
         if resolved.is_none() {
             let extents = case.domain.extents();
-            let smallest = active(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
+            let smallest = active_axes(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
             let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / fluid.viscosity;
-            add(step, "a hundredth of H2/nu, in which viscosity stops a flow between walls".into());
+            add(step, FluidStepLimit::Viscosity);
         }
     }
-    let first = LongestStep { step: f64::MAX, reason: "nothing limits it".into() };
+    let first = LongestStep { step: f64::MAX, limit: FluidStepLimit::None };
     candidates.into_iter().fold(first, |a, b| if b.step < a.step { b } else { a })
 }
 
-/// Axes along which there is flow.
-fn active(fluid: &Fluid) -> impl Iterator<Item = usize> + '_ {
-    (0..3).filter(|&a| fluid.cells[a] > 1)
-}
-
-/// Width of the narrowest cells along the axes of the flow (m).
-fn narrowest(case: &Case, fluid: &Fluid) -> f64 {
-    active(fluid).map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min)
-}
-
-/// Time (s) in which what is at rest goes as far as the Courant number allows, at an acceleration (m/s²).
+/// Time (s) in which what is at rest moves as far as the CFL number allows, at an acceleration (m/s²).
 fn from_rest(case: &Case, fluid: &Fluid, acceleration: [f64; 3]) -> f64 {
     let rate: f64 =
-        active(fluid).map(|a| acceleration[a].abs() / fluid.cell_widths(&case.domain, a)[0]).sum();
+        active_axes(fluid).map(|a| acceleration[a].abs() / fluid.cell_widths(&case.domain, a)[0]).sum();
     (2.0 * fluid.courant / rate).sqrt()
 }
 
@@ -104,7 +115,7 @@ mod tests {
         "initial = { velocity = [\"y*7\", 0, 0] }",
     ];
 
-    /// Steps (s) by closed forms: the time of diffusion, what is given, from rest, and the Courant number twice.
+    /// Steps (s) by closed forms: the time of diffusion, what is given, from rest, and the CFL number twice.
     #[test]
     fn the_longest_step_follows_from_the_flow_and_not_from_the_end() {
         let wanted = [

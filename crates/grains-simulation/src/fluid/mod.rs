@@ -16,7 +16,7 @@
 //! Where particles are, borders between ranks move to the work, which is that of the cells too: cells then change hands as
 //! at a restart.
 //!
-//! A step of the fluid spans a whole number of particle steps, as many as the Courant number allows, and never passes a time
+//! A step of the fluid spans a whole number of particle steps, as many as the CFL number allows, and never passes a time
 //! at which something is written: states on disk have particles and fluid at the same time. Without particles the clock
 //! ticks in small fractions of the output interval, and the particles' part of the step is left out.
 
@@ -24,6 +24,7 @@ mod borders;
 pub mod check;
 mod exchange;
 mod files;
+mod imposed;
 mod longest_step;
 mod observe;
 mod profile;
@@ -33,8 +34,8 @@ mod setup;
 mod span;
 
 use crate::error::{RunError, agreed};
-use crate::population::KindRange;
-pub use borders::follow_borders;
+use crate::insertion::KindRange;
+pub use borders::rebalance;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid};
@@ -43,7 +44,8 @@ use grains_coupling::{Coupling, CouplingError, add_drag};
 use grains_dem::{Catalogue, Dem, DemSetup};
 use grains_domain::Decomposition;
 use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
-pub use longest_step::longest_step;
+pub use imposed::fastest;
+pub use longest_step::{FluidStepLimit, longest_step};
 pub use observe::{FluidProgress, Sums, columns};
 use profile::Sampler;
 use resolved::ResolvedBodies;
@@ -317,7 +319,7 @@ pub fn shared_nodes(case: &Case) -> Result<Option<[Vec<f64>; 3]>, String> {
 ///
 /// # Errors
 /// What [`FluidPhase::new`] refuses.
-pub fn least_widths(
+pub fn min_widths(
     case: &Case,
     catalogue: &Catalogue,
     kinds: &[KindRange],
@@ -363,8 +365,7 @@ fn halo(
 pub fn longest_step_of_bodies(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref()?;
     let resolved = fluid.resolved.as_ref()?;
-    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
-    let by_diffusion = setup::diffusion_step(fluid, resolved, widths.fold(f64::INFINITY, f64::min));
+    let by_diffusion = setup::diffusion_step(fluid, resolved, setup::narrowest(case, fluid));
     Some(fluid.longest_step.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
 }
 

@@ -67,8 +67,8 @@ pub struct FluidProgress {
     pub is_alone: bool,
     /// Its last time step (s).
     pub dt: f64,
-    /// Courant number (-).
-    pub courant: f64,
+    /// CFL number (-).
+    pub cfl: f64,
     /// Kinetic energy (J).
     pub kinetic_energy: f64,
     /// Pressure drop (Pa).
@@ -84,7 +84,7 @@ impl FluidPhase {
             step: self.flow.state.step,
             is_alone: self.is_alone(),
             dt: row[0],
-            courant: row[1],
+            cfl: row[1],
             kinetic_energy: row[2],
             pressure_drop: row[4],
             iterations: row[8],

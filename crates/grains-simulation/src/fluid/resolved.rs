@@ -1,7 +1,7 @@
 //! Particles that the grid resolves, and the fluid of one rank.
 
 use crate::error::{RunError, agreed};
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, Resolved as CaseResolved, ResolvedMethod as CaseMethod};
 use grains_comm::MpiTransport;
 use grains_contact::Lubrication;
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// points in the fluid, √3 apart, and the cell about the farther one.
 pub const HALO: usize = 7;
 
-/// The films between spheres that the grid of a case does not resolve, if it asks for them.
+/// The lubrication between spheres that the grid of a case does not resolve, if it asks for it.
 pub fn lubrication(case: &Case) -> Option<Lubrication> {
     let fluid = case.fluid.as_ref()?;
     let given = fluid.resolved.as_ref()?.lubrication?;

@@ -1,6 +1,6 @@
 //! From the `[fluid]` of a case to a flow and its coupling.
 
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{
     BoundaryKind, Case, Drive as CaseDrive, Expression, Face, Fluid as CaseFluid, Formula, FormulaError,
     PressureMethod, Resolved as CaseResolved,
@@ -37,6 +37,16 @@ pub fn grid(case: &Case, fluid: &CaseFluid) -> Result<Grid, String> {
 /// Widths of the cells along an axis (m).
 pub fn cell_widths(grid: &Grid, axis: usize) -> impl Iterator<Item = f64> + '_ {
     grid.axis(axis).nodes().windows(2).map(|w| w[1] - w[0])
+}
+
+/// Axes along which there is flow.
+pub fn active_axes(fluid: &CaseFluid) -> impl Iterator<Item = usize> + '_ {
+    (0..3).filter(|&a| fluid.cells[a] > 1)
+}
+
+/// Width of the narrowest cells along the axes of the flow (m).
+pub fn narrowest(case: &Case, fluid: &CaseFluid) -> f64 {
+    active_axes(fluid).map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min)
 }
 
 /// Step (s) in which momentum diffuses as far as the case allows, on cells of a width (m).

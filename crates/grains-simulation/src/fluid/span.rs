@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-9;
 /// The rule by which spans are chosen.
 #[derive(Clone, Debug)]
 pub struct SpanRule {
-    /// Courant number, explicit diffusion, and the longest step.
+    /// CFL number, explicit diffusion, and the longest step.
     limits: FlowLimits,
     /// Particle steps per step of the fluid, if the case says how many.
     given: Option<u64>,
@@ -68,7 +68,7 @@ impl SpanRule {
             false => u64::MAX,
         });
         let left = event.saturating_sub(dem.step).max(1);
-        let parts = |most: u64| left.div_ceil(left.div_ceil(most));
+        let parts = |max: u64| left.div_ceil(left.div_ceil(max));
         let mut span = parts(allowed.min(wanted));
         while !self.limits.holds_ahead(flow, span as f64 * dt, transport) {
             if span == 1 {
@@ -99,13 +99,13 @@ impl SpanRule {
                 self.longest_given
             )
         } else {
-            let most = stable.min(self.longest_given);
+            let max = stable.min(self.longest_given);
             format!(
-                "longer than the {most:.3e} s that fluid.courant = {} allows in the fastest flow, which would be {:.3} in one such step; \
+                "longer than the {max:.3e} s that fluid.courant = {} allows in the fastest flow, which would be {:.3} in one such step; \
                  take time.dt = {:.1e}, half of it, or raise fluid.courant, up to 1",
                 self.limits.cfl,
-                self.limits.cfl * dt / most,
-                0.5 * most
+                self.limits.cfl * dt / max,
+                0.5 * max
             )
         };
         RunError::unphysical(format!("t = {:.6e} s: {} is {dt:.3e} s, {message}", dem.time(), self.key))

@@ -1,7 +1,7 @@
 //! What is odd about the fluid, its boundaries and its drive.
 
-use super::{Remark, Setting};
-use crate::fluid::check::imposed::fastest;
+use super::setting::{Remark, Setting};
+use crate::fluid::fastest;
 use grains_case::{BoundaryKind, Case, Drive, Expression, Face, Fluid, Insert, Kernel, TimeStep};
 
 /// Conditions that hold somewhere on the boundary of the fluid, by their index in the case.
@@ -107,15 +107,15 @@ pub(super) fn fine_cells(s: &Setting) -> Vec<Remark> {
     }
 }
 
-/// Steps of the fluid that pass its Courant number by what the case imposes alone.
-pub(super) fn courant_passed(s: &Setting) -> Vec<Remark> {
+/// Steps of the fluid that pass its CFL number by what the case imposes alone.
+pub(super) fn cfl_exceeded(s: &Setting) -> Vec<Remark> {
     let Some(fluid) = &s.case.fluid else { return Vec::new() };
     let is_alone = s.case.inserts.is_empty() || s.case.holds_particles();
     let fastest = fastest(s.case, fluid);
     let (limit, dt) = (fluid.courant / fastest.rate, s.steps[0]);
     if dt > (1.0 + 1e-9) * limit && (!is_alone || s.case.time.dt != TimeStep::Auto) {
         let message = format!(
-            "a step of {dt:.3e} s has Courant number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the run ends where the flow gets so fast; take {limit:.2e} or less, or raise fluid.courant, up to 1",
+            "a step of {dt:.3e} s has CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the run ends where the flow gets so fast; take {limit:.2e} or less, or raise fluid.courant, up to 1",
             fastest.rate * dt,
             fastest.speed,
             fluid.courant
@@ -126,7 +126,7 @@ pub(super) fn courant_passed(s: &Setting) -> Vec<Remark> {
     match given {
         Some(count) if count as f64 * dt > (1.0 + 1e-9) * limit => {
             let message = format!(
-                "{:.3e} s have Courant number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the fluid takes fewer particle steps there; {} would do, or raise fluid.courant, up to 1",
+                "{:.3e} s have CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the fluid takes fewer particle steps there; {} would do, or raise fluid.courant, up to 1",
                 count as f64 * dt,
                 fastest.rate * dt * count as f64,
                 fastest.speed,

@@ -1,6 +1,6 @@
 //! What is odd about walls, flow planes, and faces of the domain.
 
-use super::{LONG_WAY, Remark, Setting};
+use super::setting::{LONG_DISPLACEMENT, Remark, Setting};
 use grains_case::{Case, Face, Motion, WallKind};
 use grains_dem::{OpenTube, Surface, Wall};
 use grains_geometry::{Core, TriMesh, Vec3};
@@ -86,12 +86,14 @@ pub(super) fn wall_too_late(s: &Setting) -> Vec<Remark> {
             );
             remarks.push((format!("wall[{i}].from"), message));
         }
-        let Some((start, _)) = wall.motion.as_ref().map(Motion::interval) else { continue };
+        let Some(((start, _), key)) = wall.motion.as_ref().map(|m| (m.interval(), m.start_key())) else {
+            continue;
+        };
         if start >= end {
             let message = format!(
                 "not before the end of the run ({end} s): the wall never moves; lower it, or raise time.end"
             );
-            remarks.push((format!("wall[{i}].motion.start"), message));
+            remarks.push((format!("wall[{i}].motion.{key}"), message));
         }
     }
     remarks
@@ -224,26 +226,20 @@ pub(super) fn fast_wall(s: &Setting) -> Vec<Remark> {
     let (dt, radius) = (s.steps[0], s.smallest_radius());
     let mut remarks = Vec::new();
     for (i, wall) in s.case.walls.iter().enumerate() {
-        let (key, speed) = match &wall.motion {
-            Some(Motion::Translation { velocity, .. }) => ("velocity", Vec3::from(*velocity).norm()),
-            Some(Motion::Oscillation { amplitude, frequency, .. }) => {
-                if frequency * dt > 1.0 / STEPS {
-                    let message = format!(
-                        "{:.1} time steps per period: the wall jumps; lower it (Hz), or time.dt",
-                        1.0 / (frequency * dt)
-                    );
-                    remarks.push((format!("wall[{i}].motion.frequency"), message));
-                    continue;
-                }
-                ("amplitude", std::f64::consts::TAU * frequency * Vec3::from(*amplitude).norm())
-            }
-            Some(Motion::Rotation { angular_velocity, .. }) => {
-                let reach = s.walls[i].surfaces.iter().map(reach).fold(0.0, f64::max).min(s.diagonal());
-                ("angular_velocity", angular_velocity.abs() * reach)
-            }
-            None => continue,
-        };
-        if speed * dt > LONG_WAY * radius {
+        let Some(motion) = &wall.motion else { continue };
+        if let Motion::Oscillation { frequency, .. } = motion
+            && frequency * dt > 1.0 / STEPS
+        {
+            let message = format!(
+                "{:.1} time steps per period: the wall jumps; lower it (Hz), or time.dt",
+                1.0 / (frequency * dt)
+            );
+            remarks.push((format!("wall[{i}].motion.frequency"), message));
+            continue;
+        }
+        let arm = s.walls[i].surfaces.iter().map(reach).fold(0.0, f64::max).min(s.diagonal());
+        let (speed, key) = motion.speed(arm);
+        if speed * dt > LONG_DISPLACEMENT * radius {
             let message = format!(
                 "the wall goes {:.1} radii of the smallest particle per time step ({dt:.2e} s): it passes particles by; SI units are m, s and rad/s, or lower time.dt",
                 speed * dt / radius

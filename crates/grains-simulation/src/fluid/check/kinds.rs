@@ -1,14 +1,16 @@
-//! The kinds of particles of a case: how each settles and fluidises.
+//! The kinds of particles of a case in its fluid: how each settles and fluidises.
 
-use super::SETTLED;
-use crate::population::KindRange;
+use crate::insertion::KindRange;
 use grains_case::{Case, Fluid};
 use grains_coupling::{Bed, DragLaw, Flow, Fluid as Medium, ShapeFactors, ShapeProfile};
 use grains_dem::{Catalogue, Kind};
 
+/// Void fraction of a settled bed, at which beds are judged.
+pub const SETTLED: f64 = 0.4;
+
 /// Particles of one shape, material and size in the fluid.
-#[derive(Clone, Debug)]
-pub struct Settling {
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParticlesInFluid {
     /// What they are.
     pub name: String,
     /// Diameter of the sphere of their volume (m).
@@ -16,19 +18,19 @@ pub struct Settling {
     /// Edges of the narrowest cells over the diameter (-).
     pub cells: [f64; 3],
     /// Speed and relaxation time, or why there is none.
-    pub motion: Result<Motion, String>,
+    pub motion: Result<SettlingMotion, String>,
 }
 
 /// Speeds and times of particles in a fluid.
-#[derive(Clone, Copy, Debug)]
-pub struct Motion {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettlingMotion {
     /// Speed at which one settles alone (m/s).
     pub terminal: f64,
     /// Whether the law is for beds only, and the terminal speed by that of Wen and Yu.
     pub is_by_wen_yu: bool,
     /// Relaxation time m/β at that slip (s).
     pub relaxation: f64,
-    /// Minimum fluidisation velocity by the law at [`SETTLED`] (m/s).
+    /// Minimum fluidisation velocity by the law at the void fraction of a settled bed (m/s).
     pub fluidisation: f64,
     /// The same by the correlation of Wen and Yu (m/s).
     pub correlation: f64,
@@ -36,35 +38,10 @@ pub struct Motion {
     pub relaxation_in_bed: f64,
 }
 
-impl Settling {
+impl ParticlesInFluid {
     /// The shortest relaxation time (s).
     pub fn shortest_relaxation(&self) -> f64 {
         self.motion.as_ref().map_or(f64::INFINITY, |m| m.relaxation.min(m.relaxation_in_bed))
-    }
-
-    /// Lines about these particles.
-    pub fn lines(&self) -> Vec<String> {
-        let [x, y, z] = self.cells;
-        let mut lines = vec![format!(
-            "  particles    {}: diameter {:.4e} m, cells of {x:.2} x {y:.2} x {z:.2} diameters",
-            self.name, self.diameter
-        )];
-        match &self.motion {
-            Ok(m) => {
-                let by = if m.is_by_wen_yu { " by Wen and Yu, as Ergun's law is for beds" } else { "" };
-                lines.push(format!(
-                    "    alone      terminal velocity {:.4e} m/s{by}, relaxation time m/beta {:.3e} s",
-                    m.terminal, m.relaxation
-                ));
-                lines.push(format!(
-                    "    in a bed   minimum fluidisation at {:.4e} m/s by the law at void fraction {SETTLED}, at {:.4e} \
-                     m/s by the correlation of Wen and Yu; relaxation time {:.3e} s",
-                    m.fluidisation, m.correlation, m.relaxation_in_bed
-                ));
-            }
-            Err(reason) => lines.push(format!("    neither settle nor fluidise: {reason}")),
-        }
-        lines
     }
 }
 
@@ -78,11 +55,11 @@ pub fn kinds(
     fluid: &Fluid,
     law: DragLaw,
     ranges: &[KindRange],
-) -> Result<Vec<Settling>, String> {
+) -> Result<Vec<ParticlesInFluid>, String> {
     let mut sizes: Vec<(Kind, [f64; 2])> = Vec::new();
     for &KindRange { kind, smallest, largest, .. } in ranges {
         match sizes.iter_mut().find(|(known, _)| *known == kind) {
-            Some((_, [least, most])) => (*least, *most) = (least.min(smallest), most.max(largest)),
+            Some((_, [min, max])) => (*min, *max) = (min.min(smallest), max.max(largest)),
             None => sizes.push((kind, [smallest, largest])),
         }
     }
@@ -113,7 +90,7 @@ fn settling(
     fluid: &Fluid,
     law: DragLaw,
     (kind, scale, shape): (Kind, f64, ShapeFactors),
-) -> Settling {
+) -> ParticlesInFluid {
     let diameter = catalogue.shape(kind).sphere_equivalent_diameter() * scale;
     let bed = Bed {
         fluid: Medium { density: fluid.density, viscosity: fluid.viscosity },
@@ -124,7 +101,7 @@ fn settling(
         gravity: case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt(),
     };
     let names = (&case.shapes[kind.shape as usize].name, &case.materials[kind.material as usize].name);
-    Settling {
+    ParticlesInFluid {
         name: format!("{} of {}", names.0, names.1),
         diameter,
         cells: [0, 1, 2].map(|a| fluid.cell_widths(&case.domain, a)[0] / diameter),
@@ -133,7 +110,7 @@ fn settling(
 }
 
 /// Speeds and relaxation times of particles of a mass (kg).
-fn motion(bed: &Bed, law: DragLaw, mass: f64) -> Result<Motion, String> {
+fn motion(bed: &Bed, law: DragLaw, mass: f64) -> Result<SettlingMotion, String> {
     if bed.gravity == 0.0 {
         return Err("there is no gravity (gravity = [0, 0, 0])".into());
     }
@@ -146,7 +123,7 @@ fn motion(bed: &Bed, law: DragLaw, mass: f64) -> Result<Motion, String> {
         let flow = Flow { reynolds, void_fraction, shape: bed.shape };
         mass / law.coefficient(&bed.fluid, bed.diameter, &flow)
     };
-    Ok(Motion {
+    Ok(SettlingMotion {
         terminal,
         is_by_wen_yu,
         relaxation: relaxation(alone, 1.0, terminal),

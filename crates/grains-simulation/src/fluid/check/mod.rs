@@ -1,20 +1,19 @@
-//! What `check` says of the fluid: cells, memory, steps, and how particles settle and fluidise in it.
+//! What `check` finds of the fluid: cells, memory, steps, and how particles settle and fluidise in it.
 
-pub mod imposed;
 mod kinds;
 mod resolved;
 
-use super::longest_step::{LongestStep, longest_step};
+use super::imposed::fastest;
+use super::longest_step::{FluidStepLimit, longest_step};
+use super::setup::narrowest;
 use crate::cost;
-use crate::population::Population;
+use crate::insertion::Insertions;
 use crate::timestep;
-use grains_case::{Case, Coupling, Fluid, FluidField, Kernel, MixtureModel, PressureMethod, TimeStep};
+use grains_case::{Case, Coupling, Fluid, FluidField, PressureMethod, TimeStep};
 use grains_dem::Catalogue;
-use imposed::fastest;
-use kinds::{Settling, kinds};
-
-/// Void fraction of a settled bed, at which beds are judged.
-const SETTLED: f64 = 0.4;
+pub use kinds::{ParticlesInFluid, SettlingMotion};
+use kinds::{SETTLED, kinds};
+pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
@@ -22,60 +21,153 @@ const SETTLED: f64 = 0.4;
 const BYTES: [[f64; 2]; 6] =
     [[105.0, 97.0], [240.0, 285.0], [60.0, 0.0], [0.0, 360.0], [0.0, 87.0], [60.0, 187.0]];
 
-/// Lines of `check` on the fluid and the particles to be inserted; none without a fluid.
+/// The fluid of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FluidReport {
+    /// Cells along each axis.
+    pub cells: [u64; 3],
+    /// Widths of the narrowest and the widest cells along each axis (m).
+    pub widths: [[f64; 2]; 3],
+    /// Memory on one rank, halos included (bytes).
+    pub memory: f64,
+    /// Its time step.
+    pub step: FluidStep,
+    /// Particles smaller than the cells, if there are any.
+    pub coupling: Option<CouplingReport>,
+    /// Particles that the grid resolves, if there are any.
+    pub resolved: Option<ResolvedReport>,
+    /// Minimum time of its steps on one core (s); none where particles smaller than its cells decide.
+    pub min_seconds: Option<f64>,
+}
+
+/// The time step of a fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FluidStep {
+    /// That of the case, of a fluid alone.
+    Given {
+        /// Step (s).
+        step: f64,
+        /// CFL number at the velocity imposed (-).
+        cfl: f64,
+        /// Largest speed imposed (m/s).
+        speed: f64,
+    },
+    /// As many particle steps, or ticks, as its limits allow.
+    Limited {
+        /// Longest step (s).
+        max: f64,
+        /// What limits it.
+        limit: FluidStepLimit,
+        /// Longest step between the particles of a settled bed, where the same flow is faster (s).
+        max_in_bed: Option<f64>,
+    },
+}
+
+impl FluidStep {
+    /// Longest step that particles allow as well (s).
+    fn longest(&self) -> f64 {
+        match *self {
+            Self::Given { step, .. } => step,
+            Self::Limited { max, max_in_bed, .. } => max_in_bed.unwrap_or(max),
+        }
+    }
+}
+
+/// Particles smaller than the cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CouplingReport {
+    /// Void fraction of a settled bed, at which it is judged (-).
+    pub void_fraction: f64,
+    /// The smallest and the largest particles of each kind.
+    pub kinds: Vec<ParticlesInFluid>,
+    /// The pressure drop that carries all particles, where gravity lies along an axis.
+    pub pressure_drop: Option<PressureDrop>,
+    /// Step of the fluid (s).
+    pub step: f64,
+    /// Particle steps in it, if the case gives them, and their share of the longest step (-).
+    pub particle_steps: Option<(u64, f64)>,
+    /// Shortest relaxation time of the particles (s).
+    pub shortest_relaxation: f64,
+}
+
+/// The pressure drop that carries all particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PressureDrop {
+    /// Pressure drop (Pa).
+    pub pressure: f64,
+    /// Weight of all particles less their buoyancy (N).
+    pub weight: f64,
+    /// Cross-section of the domain (m²).
+    pub section: f64,
+}
+
+/// The fluid of a case and the particles to be inserted; none without a fluid.
 ///
 /// # Errors
 /// Shapes without a surface, or a time step that cannot be used.
-pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> Result<Vec<String>, String> {
-    let Some(fluid) = &case.fluid else { return Ok(Vec::new()) };
-    let mut lines = vec![cells(case, fluid), memory(case)];
-    let longest = longest_step(case, fluid);
-    if let Some(given) = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty()) {
-        lines.extend(resolved::lines(case, catalogue, fluid, given, population.kinds()));
-        lines.push(step_limit(case, fluid, &longest, 1.0).1);
-        return Ok(lines);
-    }
-    let Some(coupling) = fluid.coupling.as_ref().filter(|_| !case.inserts.is_empty()) else {
-        lines.push(match case.time.dt {
-            TimeStep::Seconds(dt) => {
-                format!("fluid step     {dt:.4e} s (time.dt), {}", courant(case, fluid, dt))
-            }
-            TimeStep::Auto => step_limit(case, fluid, &longest, 1.0).1,
-        });
-        return Ok(lines);
-    };
-    lines.push(format!("coupling       {}", describe(coupling)));
-    let kinds = kinds(case, catalogue, fluid, coupling.drag, population.kinds())?;
-    lines.extend(kinds.iter().flat_map(Settling::lines));
-    lines.extend(pressure_drop(case, catalogue, fluid, population));
-    let (limit, line) = step_limit(case, fluid, &longest, SETTLED);
-    lines.push(line);
-    let (step, why) = match coupling.particle_steps {
-        Some(count) => {
-            let dt = timestep::choose(case, catalogue, population.kinds())?.dt * count as f64;
-            (dt.min(limit), format!("{count} particle steps, {:.2} of the limit", dt / limit))
+pub fn report(
+    case: &Case,
+    catalogue: &Catalogue,
+    insertions: &Insertions,
+) -> Result<Option<FluidReport>, String> {
+    let Some(fluid) = &case.fluid else { return Ok(None) };
+    let has_particles = !case.inserts.is_empty();
+    let resolved = fluid.resolved.as_ref().filter(|_| has_particles);
+    let coupling = fluid.coupling.as_ref().filter(|_| has_particles && resolved.is_none());
+    let step = match (case.time.dt, resolved.is_none() && coupling.is_none()) {
+        (TimeStep::Seconds(step), true) => {
+            let fastest = fastest(case, fluid);
+            FluidStep::Given { step, cfl: fastest.rate * step, speed: fastest.speed }
         }
-        None => (limit, "the longest".into()),
+        _ => limited_step(case, fluid, coupling.map_or(1.0, |_| SETTLED)),
     };
-    let shortest = kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min);
-    lines.push(format!(
-        "  relaxation   fluid step {step:.3e} s ({why}) over the shortest relaxation time {shortest:.3e} s: {:.3}; \
-         stable at any, exact in time below about 1",
-        step / shortest
-    ));
-    Ok(lines)
+    let coupling = coupling.map(|given| coupled(case, catalogue, (fluid, given), insertions, &step));
+    Ok(Some(FluidReport {
+        cells: fluid.cells,
+        widths: [0, 1, 2].map(|a| fluid.cell_widths(&case.domain, a)),
+        memory: bytes_in_memory(case, 1),
+        step,
+        coupling: coupling.transpose()?,
+        resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
+        min_seconds: min_seconds(case),
+    }))
 }
 
-/// Seconds that the steps of the fluid take at least, on one core; none where particles smaller than its cells decide.
-pub fn least_seconds(case: &Case) -> Option<f64> {
+/// Particles smaller than the cells of a fluid, with its step.
+fn coupled(
+    case: &Case,
+    catalogue: &Catalogue,
+    (fluid, coupling): (&Fluid, &Coupling),
+    insertions: &Insertions,
+    step: &FluidStep,
+) -> Result<CouplingReport, String> {
+    let kinds = kinds(case, catalogue, fluid, coupling.drag, insertions.kinds())?;
+    let longest = step.longest();
+    let (step, particle_steps) = match coupling.particle_steps {
+        Some(count) => {
+            let dt = timestep::choose(case, catalogue, insertions.kinds())?.dt * count as f64;
+            (dt.min(longest), Some((count, dt / longest)))
+        }
+        None => (longest, None),
+    };
+    Ok(CouplingReport {
+        void_fraction: SETTLED,
+        pressure_drop: pressure_drop(case, catalogue, fluid, insertions),
+        step,
+        particle_steps,
+        shortest_relaxation: kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min),
+        kinds,
+    })
+}
+
+/// Minimum time (s) of the steps of the fluid on one core; none where particles smaller than its cells decide.
+fn min_seconds(case: &Case) -> Option<f64> {
     /// Seconds per cell and step of a fluid alone, and of one with a fifth of it resolved bodies.
     const COST: [f64; 2] = [1.0e-7, 2.0e-7];
     let fluid = case.fluid.as_ref().filter(|fluid| fluid.coupling.is_none())?;
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
-    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
-    let narrowest = widths.fold(f64::INFINITY, f64::min);
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
-        Some(_) => fluid.courant * narrowest / case.time.impact_speed,
+        Some(_) => fluid.courant * narrowest(case, fluid) / case.time.impact_speed,
         None => fluid.courant / fastest(case, fluid).rate,
     };
     let step = match case.time.dt {
@@ -116,38 +208,11 @@ fn components_of_all(has_particles: bool) -> f64 {
     if has_particles { 8.0 } else { 4.0 }
 }
 
-fn describe(coupling: &Coupling) -> String {
-    let model = match coupling.model {
-        MixtureModel::A => "model A, both phases carry the pressure gradient",
-        MixtureModel::B => "model B, the fluid alone carries the pressure gradient",
-    };
-    let kernel = match coupling.kernel {
-        Kernel::Cube => "embedded cubes".into(),
-        Kernel::Smooth { half_width } => format!("a smooth kernel of half width {half_width:.3} diameters"),
-    };
-    format!("drag by {:?}; {model}; {kernel}", coupling.drag)
-}
-
-fn cells(case: &Case, fluid: &Fluid) -> String {
-    let [nx, ny, nz] = fluid.cells;
-    let edge = |a: usize| match fluid.cell_widths(&case.domain, a) {
-        [narrow, wide] if wide - narrow > 1e-9 * wide => format!("{narrow:.4e} to {wide:.4e}"),
-        [_, wide] => format!("{wide:.4e}"),
-    };
-    format!(
-        "fluid          {nx} x {ny} x {nz} = {} cells of {} x {} x {} m",
-        nx * ny * nz,
-        edge(0),
-        edge(1),
-        edge(2)
-    )
-}
-
 /// Memory of the fluid on all ranks (bytes), each with the halo of its share of the cells.
 pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
     let Some(fluid) = &case.fluid else { return 0.0 };
     let halo = 2.0 * super::plain_halo(fluid) as f64;
-    // Shares are taken for cubes, whose halo is the least.
+    // Shares are taken for cubes, whose halo is the smallest.
     let cut = (ranks as f64).cbrt();
     let [stored, cells] =
         [cut * halo, 0.0].map(|more| fluid.cells.iter().map(|&n| n as f64 + more).product::<f64>());
@@ -165,41 +230,16 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
     bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum()
 }
 
-fn memory(case: &Case) -> String {
-    let bytes = bytes_in_memory(case, 1);
-    format!(
-        "  memory       about {:.0} MB of it for the fluid, halos of one rank included",
-        (bytes / 1e6).ceil()
-    )
-}
-
-/// The longest step of the fluid (s), and the line about it; between particles at a void fraction the same flow is faster.
-fn step_limit(case: &Case, fluid: &Fluid, longest: &LongestStep, void_fraction: f64) -> (f64, String) {
-    let fastest = fastest(case, fluid);
+/// The longest step of the fluid; between particles at a void fraction the same flow is faster.
+fn limited_step(case: &Case, fluid: &Fluid, void_fraction: f64) -> FluidStep {
+    let (longest, fastest) = (longest_step(case, fluid), fastest(case, fluid));
     let at_inlet = fluid.courant / fastest.rate;
     let between = void_fraction * at_inlet;
-    if between > longest.step || at_inlet.is_infinite() {
-        return (longest.step, format!("fluid step     at most {:.3e} s ({})", longest.step, longest.reason));
-    }
-    let settled = match void_fraction < 1.0 {
-        true => format!(", {between:.3e} s between particles at void fraction {void_fraction}"),
-        false => String::new(),
-    };
-    let line = if at_inlet > longest.step {
-        format!("fluid step     at most {:.3e} s ({}){settled}", longest.step, longest.reason)
-    } else {
-        format!(
-            "fluid step     at most {at_inlet:.3e} s at the {:.4} m/s imposed (fluid.courant = {}){settled}",
-            fastest.speed, fluid.courant
-        )
-    };
-    (between, line)
-}
-
-/// What a step (s) comes to at the velocity imposed.
-fn courant(case: &Case, fluid: &Fluid, dt: f64) -> String {
-    let fastest = fastest(case, fluid);
-    format!("Courant number {:.3} at the {:.4} m/s imposed", fastest.rate * dt, fastest.speed)
+    let by_flow = FluidStepLimit::Imposed { speed: fastest.speed };
+    let (max, limit) =
+        if at_inlet > longest.step { (longest.step, longest.limit) } else { (at_inlet, by_flow) };
+    let is_faster = void_fraction < 1.0 && between <= longest.step && at_inlet.is_finite();
+    FluidStep::Limited { max, limit, max_in_bed: is_faster.then_some(between) }
 }
 
 /// The pressure drop that carries all particles, where gravity lies along an axis.
@@ -207,20 +247,17 @@ fn pressure_drop(
     case: &Case,
     catalogue: &Catalogue,
     fluid: &Fluid,
-    population: &Population,
-) -> Option<String> {
+    insertions: &Insertions,
+) -> Option<PressureDrop> {
     let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
     let &[axis] = &axes[..] else { return None };
     // The mass of particles of the difference in density is what the fluid does not carry by itself.
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
-    let weight = population.mass(case, &buoyant) * case.gravity[axis].abs();
+    let weight = insertions.mass(case, &buoyant) * case.gravity[axis].abs();
     let extents = case.domain.extents();
     let section: f64 = (0..3).filter(|a| *a != axis).map(|a| extents[a]).product();
-    Some(format!(
-        "  fluidised    pressure drop {:.4e} Pa: buoyant weight of all particles {weight:.4e} N over {section:.4e} m2",
-        weight / section
-    ))
+    Some(PressureDrop { pressure: weight / section, weight, section })
 }
 
 #[cfg(test)]

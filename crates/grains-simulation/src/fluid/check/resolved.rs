@@ -1,10 +1,13 @@
-//! What `check` says of bodies that the grid resolves.
+//! What `check` finds of bodies that the grid resolves.
 
-use crate::population::KindRange;
-use grains_case::{Case, Extrapolation, Fluid, Insert, Resolved, ResolvedMethod};
+use crate::fluid::resolved::lubrication;
+use crate::fluid::setup::{diffusion_step, narrowest};
+use crate::insertion::KindRange;
+use grains_case::{Case, Fluid, Resolved, ResolvedMethod};
 use grains_dem::Catalogue;
 use grains_geometry::Vec3;
 use grains_resolved::surface_points;
+use std::f64::consts::PI;
 
 /// Cells across a body below which its drag is off by ten percent and more.
 const COARSE: f64 = 8.0;
@@ -17,91 +20,92 @@ struct Extremes {
     diameters: [f64; 2],
     /// Smallest extent of any part, in two dimensions in the plane (m).
     thinnest: f64,
-    /// Most points of multipliers on the surface of one.
+    /// Max. points of multipliers on the surface of one.
     points: usize,
 }
 
-/// Lines about bodies of some kinds.
-pub fn lines(
+/// Bodies that the grid resolves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolvedReport {
+    /// Cells across the sphere of equal volume of the smallest and the largest body, in two dimensions across the disc (-).
+    pub cells_across: [f64; 2],
+    /// Cells across the thinnest part of any (-).
+    pub cells_across_thinnest: f64,
+    /// Velocities that the largest body imposes (-).
+    pub imposed_velocities: f64,
+    /// Multipliers on the surface of the largest body and inside it (-), if it has any.
+    pub multipliers: Option<[f64; 2]>,
+    /// Why the cells are too large, if they are.
+    pub too_coarse: Option<TooCoarse>,
+    /// The lubrication that the grid does not resolve, if the case asks for it.
+    pub lubrication: Option<LubricationRange>,
+    /// Longest step of the fluid by the diffusion number (s).
+    pub max_diffusion_step: f64,
+}
+
+/// Why cells are too large for resolved bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TooCoarse {
+    /// The flow does not resolve the thinnest part.
+    Part {
+        /// Cells that it takes (-).
+        cells: f64,
+        /// Width of cells that would do (m).
+        max_width: f64,
+    },
+    /// Drag on the smallest body is off by ten percent and more.
+    Body {
+        /// Cells that it takes (-).
+        cells: f64,
+    },
+}
+
+/// Gaps in which lubrication acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LubricationRange {
+    /// Largest gap (m).
+    pub range: f64,
+    /// Smallest gap over the radius (-).
+    pub min_gap: f64,
+}
+
+/// Bodies of some kinds on the grid of a fluid.
+pub fn report(
     case: &Case,
     catalogue: &Catalogue,
     fluid: &Fluid,
     resolved: &Resolved,
     kinds: &[KindRange],
-) -> Vec<String> {
+) -> ResolvedReport {
     let width = narrowest(case, fluid);
-    let spacing = (resolved.method == ResolvedMethod::Multiplier).then_some(resolved.point_spacing * width);
+    let has_multipliers = resolved.method == ResolvedMethod::Multiplier;
+    let spacing = has_multipliers.then_some(resolved.point_spacing * width);
     let found = extremes((case, fluid), catalogue, kinds, spacing);
-    let what = [
-        ("free bodies", case.inserts.iter().any(|insert| !insert.is_prescribed())),
-        ("bodies that stay where they are", case.inserts.iter().any(Insert::is_fixed)),
-        (
-            "bodies of prescribed motion",
-            case.inserts.iter().any(|insert| insert.is_prescribed() && !insert.is_fixed()),
-        ),
-    ];
-    let what: Vec<&str> = what.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name).collect();
-    let what = what.join(", ");
-    let how = match (resolved.method, resolved.extrapolation(&case.inserts)) {
-        (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", resolved.point_spacing),
-        (_, Extrapolation::Cubic) => "cubics".into(),
-        (_, Extrapolation::Quadratic) => "parabolas".into(),
-        (_, Extrapolation::Linear) => "straight lines".into(),
-        (_, Extrapolation::Rigid) => "nothing".into(),
-    };
     let [smallest, largest] = found.diameters.map(|d| d / width);
-    let across = if largest > 1.001 * smallest {
-        format!("{smallest:.1} to {largest:.1}")
-    } else {
-        format!("{smallest:.1}")
+    let (components, dimensions, measure) = match fluid.cells.contains(&1) {
+        true => (2.0, 2, PI / 4.0),
+        false => (3.0, 3, PI / 6.0),
     };
-    let components = if fluid.cells.contains(&1) { 2.0 } else { 3.0 };
-    let nodes = |cells: f64| match fluid.cells.contains(&1) {
-        true => components * std::f64::consts::PI / 4.0 * cells.powi(2),
-        false => components * std::f64::consts::PI / 6.0 * cells.powi(3),
-    };
-    let mut lines = vec![
-        format!("resolved       {what}; velocities next to surfaces by {how}"),
-        format!(
-            "  cells        {across} across the {} of equal size, {:.1} across the thinnest part; about {:.0} \
-             velocities imposed by the largest",
-            if fluid.cells.contains(&1) { "disc" } else { "sphere" },
-            found.thinnest / width,
-            nodes(largest)
-        ),
-    ];
-    if resolved.method == ResolvedMethod::Multiplier {
-        lines.push(format!(
-            "  multipliers  about {:.0} on the surface and {:.0} inside the largest",
-            components * found.points as f64,
-            nodes((largest - 2.0).max(0.0))
-        ));
-    }
-    if found.thinnest < THIN * width {
-        lines.push(format!(
-            "  warning: parts thinner than {THIN} cells: the fluid hardly sees them; take cells of at most {:.3e} m",
-            found.thinnest / THIN
-        ));
+    let nodes = |cells: f64| components * measure * cells.powi(dimensions);
+    let too_coarse = if found.thinnest < THIN * width {
+        Some(TooCoarse::Part { cells: THIN, max_width: found.thinnest / THIN })
     } else if (10.0 * smallest).round() < 10.0 * COARSE {
-        // As rounded above.
-        lines.push(format!(
-            "  warning: fewer than {COARSE} cells across the smallest: drag is off by ten percent and more"
-        ));
+        // As it is printed.
+        Some(TooCoarse::Body { cells: COARSE })
+    } else {
+        None
+    };
+    ResolvedReport {
+        cells_across: [smallest, largest],
+        cells_across_thinnest: found.thinnest / width,
+        imposed_velocities: nodes(largest),
+        multipliers: has_multipliers
+            .then(|| [components * found.points as f64, nodes((largest - 2.0).max(0.0))]),
+        too_coarse,
+        lubrication: lubrication(case)
+            .map(|given| LubricationRange { range: given.range, min_gap: given.min_gap }),
+        max_diffusion_step: diffusion_step(fluid, resolved, width),
     }
-    let by_diffusion = super::super::setup::diffusion_step(fluid, resolved, width);
-    if let Some(films) = super::super::lubrication(case) {
-        lines.push(format!(
-            "  lubrication  films thinner than {:.3e} m between spheres and at walls, down to {} of the radius",
-            films.range, films.min_gap
-        ));
-    }
-    lines.push(format!(
-        "  diffusion    at most {by_diffusion:.3e} s per step of the fluid (fluid.resolved.diffusion_number = {}), {:.0} \
-         steps to the end",
-        resolved.diffusion_number,
-        (case.time.end / by_diffusion).ceil()
-    ));
-    lines
 }
 
 /// Extremes of all bodies, with points on their surfaces a spacing (m) apart if there is one.
@@ -117,7 +121,7 @@ fn extremes(
     for range in kinds {
         let shape = catalogue.shape(range.kind);
         let diameter = match depth {
-            Some(depth) => 2.0 * (shape.volume / (std::f64::consts::PI * depth)).sqrt(),
+            Some(depth) => 2.0 * (shape.volume / (PI * depth)).sqrt(),
             None => shape.sphere_equivalent_diameter(),
         };
         found.diameters[0] = found.diameters[0].min(diameter * range.smallest);
@@ -137,10 +141,4 @@ fn extremes(
         }
     }
     found
-}
-
-/// Width of the narrowest cells along the axes of the flow (m).
-fn narrowest(case: &Case, fluid: &Fluid) -> f64 {
-    let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[0]);
-    widths.fold(f64::INFINITY, f64::min)
 }

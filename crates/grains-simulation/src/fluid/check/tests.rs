@@ -1,4 +1,4 @@
-//! The lines against closed forms.
+//! The report against closed forms.
 
 use super::*;
 use crate::system::catalogue;
@@ -50,17 +50,11 @@ const BED: &str = r#"
     particle_steps = 50
 "#;
 
-fn explained(text: &str) -> String {
+fn found(text: &str) -> FluidReport {
     let case = Case::parse(text, "bed.toml", Path::new("")).unwrap();
     let catalogue = catalogue(&case).unwrap();
-    let population = Population::read(&case, &catalogue, &SerialTransport).unwrap();
-    explain(&case, &catalogue, &population).unwrap().join("\n")
-}
-
-/// The number that stands in a line after some words.
-fn after(text: &str, words: &str) -> f64 {
-    let (_, rest) = text.split_once(words).unwrap_or_else(|| panic!("`{words}` is missing: {text}"));
-    rest.split_whitespace().next().unwrap().trim_end_matches([':', ',', ';', ')']).parse().unwrap()
+    let insertions = Insertions::read(&case, &catalogue, &SerialTransport).unwrap();
+    report(&case, &catalogue, &insertions).unwrap().unwrap()
 }
 
 fn assert_close(found: f64, wanted: f64) {
@@ -69,27 +63,35 @@ fn assert_close(found: f64, wanted: f64) {
 
 #[test]
 fn a_bed_in_a_thick_fluid_has_the_speeds_of_stokes_and_ergun() {
-    let text = explained(BED);
+    let fluid = found(BED);
+    let bed = fluid.coupling.as_ref().unwrap();
+    let [grain] = &bed.kinds[..] else { panic!("one kind of one size: {:?}", bed.kinds) };
+    let motion = grain.motion.as_ref().unwrap();
     let (d, mu, difference, e) = (1e-3_f64, 10.0, 500.0, SETTLED);
-    let terminal = difference * 9.81 * d * d / (18.0 * mu);
-    assert_close(after(&text, "terminal velocity "), terminal);
-    assert_close(after(&text, "relaxation time m/beta "), 1500.0 * d * d / (18.0 * mu));
-    let fluidisation = difference * 9.81 * e.powi(3) * d * d / (150.0 * mu * (1.0 - e));
-    assert_close(after(&text, "minimum fluidisation at "), fluidisation);
+    assert_close(motion.terminal, difference * 9.81 * d * d / (18.0 * mu));
+    assert_close(motion.relaxation, 1500.0 * d * d / (18.0 * mu));
+    assert_close(motion.fluidisation, difference * 9.81 * e.powi(3) * d * d / (150.0 * mu * (1.0 - e)));
     // β per particle from 150 μ (1−ε)² U/(ε³ d²) = n β U/ε /ε, U the superficial velocity.
     let beta = 150.0 * mu * (1.0 - e) * std::f64::consts::PI * d / (6.0 * e);
     let mass = 1500.0 * std::f64::consts::PI * d.powi(3) / 6.0;
-    assert_close(after(&text, "Wen and Yu; relaxation time "), mass / beta);
+    assert_close(motion.relaxation_in_bed, mass / beta);
     let weight = 1000.0 * mass / 1500.0 * difference * 9.81;
-    assert_close(after(&text, "pressure drop "), weight / (0.04 * 0.02));
-    assert!(text.contains("= 1000 cells of 4.0000e-3 x 4.0000e-3 x 5.0000e-3 m"), "{text}");
-    assert!(text.contains("cells of 4.00 x 4.00 x 5.00 diameters"), "{text}");
+    assert_close(bed.pressure_drop.unwrap().pressure, weight / (0.04 * 0.02));
+    assert_eq!(fluid.cells, [10, 5, 20]);
+    for (a, width) in [4e-3, 4e-3, 5e-3].into_iter().enumerate() {
+        fluid.widths[a].iter().for_each(|&w| assert_close(w, width));
+        assert_close(grain.cells[a], width / d);
+    }
     // The inlet's formula reaches 0.02 · 2 · 2 m/s at its corner and the end of the run.
-    assert_close(after(&text, "at the "), 0.08);
-    assert_close(after(&text, "fluid step     at most "), 0.5 * 5e-3 / 0.08);
-    assert_close(after(&text, "(fluid.courant = 0.5), "), SETTLED * 0.5 * 5e-3 / 0.08);
-    assert_close(after(&text, "relaxation   fluid step "), 5e-5);
-    assert!(!text.contains("warning"), "{text}");
+    let FluidStep::Limited { max, limit: FluidStepLimit::Imposed { speed }, max_in_bed: Some(in_bed) } =
+        fluid.step
+    else {
+        panic!("a step by the CFL number: {:?}", fluid.step)
+    };
+    assert_close(speed, 0.08);
+    assert_close(max, 0.5 * 5e-3 / 0.08);
+    assert_close(in_bed, SETTLED * 0.5 * 5e-3 / 0.08);
+    assert_close(bed.step, 5e-5);
 }
 
 #[test]
@@ -98,14 +100,15 @@ fn sizes_are_told_apart() {
         "particles = [{ shape = \"ball\", material = \"grain\" }]",
         "particles = [{ shape = \"ball\", material = \"grain\", scale = { kind = \"uniform\", min = 0.5, max = 1.5 } }]",
     );
-    let text = explained(&mixed);
-    assert_eq!(text.matches("  particles    ball of grain").count(), 2, "{text}");
-    assert!(text.contains("cells of 2.67 x 2.67 x 3.33 diameters"), "{text}");
-    let light = explained(&BED.replace("density = 1500", "density = 900"));
-    assert!(
-        light.contains("neither settle nor fluidise: the particles (900 kg/m3) are not heavier"),
-        "{light}"
-    );
+    let kinds = found(&mixed).coupling.unwrap().kinds;
+    assert_eq!(kinds.iter().map(|k| k.name.as_str()).collect::<Vec<_>>(), ["ball of grain"; 2]);
+    let [x, y, z] = kinds[1].cells;
+    [(x, 4.0 / 1.5), (y, 4.0 / 1.5), (z, 5.0 / 1.5)]
+        .iter()
+        .for_each(|&(found, wanted)| assert_close(found, wanted));
+    let light = found(&BED.replace("density = 1500", "density = 900")).coupling.unwrap();
+    let reason = light.kinds[0].motion.as_ref().unwrap_err();
+    assert!(reason.contains("the particles (900 kg/m3) are not heavier"), "{reason}");
 }
 
 #[test]
@@ -115,12 +118,14 @@ fn a_fluid_alone_has_cells_and_a_step() {
     let alone = BED[..start].to_owned() + &BED[fluid..BED.find("[fluid.coupling]").unwrap()];
     let alone =
         alone.replace("dt = 1e-6", "dt = 1e-3").replace("refinement = [0, 0, 0]", "refinement = [0, 1, 0]");
-    let text = explained(&alone);
-    assert_close(after(&text, "Courant number "), 0.08 * 1e-3 / 5e-3);
+    let given = found(&alone);
+    let FluidStep::Given { cfl, .. } = given.step else { panic!("{:?}", given.step) };
+    assert_close(cfl, 0.08 * 1e-3 / 5e-3);
     // Nodes at ξ = 0.2, 0.6 and 1.
     let node = |xi: f64| 0.01 * xi.tanh() / 1.0_f64.tanh();
-    let widths = format!("{:.4e} to {:.4e}", node(1.0) - node(0.6), 2.0 * node(0.2));
-    assert!(text.contains(&widths), "{widths}: {text}");
-    let automatic = explained(&alone.replace("dt = 1e-3", "dt = \"auto\""));
-    assert_close(after(&automatic, "fluid step     at most "), 0.5 * 5e-3 / 0.08);
+    assert_close(given.widths[1][0], node(1.0) - node(0.6));
+    assert_close(given.widths[1][1], 2.0 * node(0.2));
+    let automatic = found(&alone.replace("dt = 1e-3", "dt = \"auto\"")).step;
+    let FluidStep::Limited { max, max_in_bed: None, .. } = automatic else { panic!("{automatic:?}") };
+    assert_close(max, 0.5 * 5e-3 / 0.08);
 }

@@ -20,7 +20,7 @@ use toml::{Table, Value};
 
 /// All insertions of a case.
 #[derive(Clone, Debug)]
-pub struct Population {
+pub struct Insertions {
     blocks: Vec<Block>,
     /// Beyond the identities of all particles so far, those still to come included.
     next_id: u64,
@@ -28,7 +28,7 @@ pub struct Population {
     seed: u64,
 }
 
-impl Population {
+impl Insertions {
     /// Insertions of a case, none done; collective, each rank reads its share of the particle files.
     ///
     /// # Errors
@@ -76,9 +76,9 @@ impl Population {
     /// Whether particles of a kind and of scales (-) are among those that can be inserted, but for rounding.
     pub fn covers(&self, kind: Kind, smallest: f64, largest: f64) -> bool {
         let of_kind = || self.kinds.iter().filter(|range| range.kind == kind);
-        let least = of_kind().map(|range| range.smallest).fold(f64::INFINITY, f64::min);
-        let most = of_kind().map(|range| range.largest).fold(0.0, f64::max);
-        smallest >= least * (1.0 - 1e-9) && largest <= most * (1.0 + 1e-9)
+        let min = of_kind().map(|range| range.smallest).fold(f64::INFINITY, f64::min);
+        let max = of_kind().map(|range| range.largest).fold(0.0, f64::max);
+        smallest >= min * (1.0 - 1e-9) && largest <= max * (1.0 + 1e-9)
     }
 
     /// How far the insertions have come, in their order, for a checkpoint.
@@ -87,7 +87,7 @@ impl Population {
         lines.chain([self.next_id.to_string()]).collect::<Vec<_>>().join("\n")
     }
 
-    /// Continues where the insertions of a checkpoint's case stood at a time (s), as of [`Population::progress`].
+    /// Continues where the insertions of a checkpoint's case stood at a time (s), as of [`Insertions::progress`].
     ///
     /// They are known by their names. Particles an insertion has inserted count, whatever it says now. The next batch of one that
     /// has changed is due at its start, now at the earliest, and so is the first of a new one. Returns the identities of the

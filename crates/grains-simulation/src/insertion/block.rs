@@ -1,9 +1,9 @@
 //! One insertion: when its particles are due, and how they get to the ranks that own them.
 
 use super::draws::{choose, orientation, purpose, sample};
-use super::kinds::{KindRange, component_kind, of_component, of_rows};
+use super::kinds::{KindRange, of_component, of_rows};
 use super::lattice::Sites;
-use super::rows::FileRows;
+use super::rows::{FileRows, component_kind};
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
 use crate::random::Draw;
@@ -183,7 +183,7 @@ impl Block {
     /// place in the case.
     ///
     /// # Errors
-    /// As for [`Population::insert_due`](super::Population::insert_due).
+    /// As for [`Insertions::insert_due`](super::Insertions::insert_due).
     pub fn insert_until(
         &mut self,
         until: u64,
@@ -228,7 +228,7 @@ impl Block {
             let new = self.particle(self.first_id + done, case, seed, dem);
             match place_in_window(new, window, attempts, seed, &occupancy, dem, transport) {
                 Some(placed) => {
-                    // The owner alone keeps its place: all ranks ask each other what is in the way.
+                    // The owner alone keeps its place: the occupancy test is collective.
                     if dem.owns(&placed.position) {
                         dem.insert(&placed.record(dem));
                         occupancy.add(placed, &dem.setup.catalogue);

@@ -1,7 +1,6 @@
 //! Particles that files list: tables, and the last snapshot of another run. Every rank reads, checks and keeps a share
 //! of the rows until they are inserted.
 
-use super::kinds::component_kind;
 use crate::error::{RunError, agreed};
 use grains_case::{Case, Component, CsvShare, FileTotals, Insert, ParticleColumns};
 use grains_dem::{Catalogue, Kind, NewParticle};
@@ -11,6 +10,11 @@ use grains_output::SnapshotFile;
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use std::path::Path;
+
+/// Shape and material of a component.
+pub fn component_kind(component: &Component) -> Kind {
+    Kind { shape: component.shape as u16, material: component.material as u16 }
+}
 
 /// Consecutive rows of a particle file, those of this rank.
 #[derive(Clone, Debug)]

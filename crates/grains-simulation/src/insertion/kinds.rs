@@ -1,6 +1,6 @@
 //! The kinds of particles of a case and their sizes: what time step, neighbours and fluid ask before there are any.
 
-use super::rows::FileRows;
+use super::rows::{FileRows, component_kind};
 use grains_case::{Case, Component};
 use grains_dem::{Catalogue, Kind};
 use grains_domain::Transport;
@@ -18,11 +18,6 @@ pub struct KindRange {
     pub is_alone: bool,
     /// Whether its motion is prescribed: contacts feel no mass of it.
     pub is_prescribed: bool,
-}
-
-/// Shape and material of a component.
-pub fn component_kind(component: &Component) -> Kind {
-    Kind { shape: component.shape as u16, material: component.material as u16 }
 }
 
 /// The kind of a component, by the distribution of its sizes.

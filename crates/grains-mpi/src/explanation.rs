@@ -1,0 +1,296 @@
+//! What the terminal shows of a case before it runs: `grains-mpi check`.
+
+mod fluid;
+
+use grains_case::{Case, Face, ParticleMotion, TimeStep};
+use grains_simulation::check::{
+    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, MassSource, MotionTableReport,
+    ParticleReport, Partner, Report, ShapeReport, Sharing,
+};
+use grains_simulation::duration;
+
+/// Prints a report.
+pub fn tell(case: &Case, report: &Report) {
+    say!("case           {}", case.name);
+    match &report.particles {
+        Some(particles) => with_particles(case, report, particles),
+        None => without_particles(case, report),
+    }
+}
+
+fn without_particles(case: &Case, report: &Report) {
+    if let Some(found) = &report.fluid {
+        fluid::tell(case, found);
+    }
+    say!("decomposition  {}", subdomains(report));
+    memory(report);
+    if let Some(seconds) = min_seconds_of_fluid(report) {
+        say!("time needed    at least {} on {} rank(s)", duration(seconds), report.ranks);
+    }
+    say!("disk           about {:.0} MB in {}", report.cost.disk / 1e6, case.output.directory.display());
+}
+
+fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
+    say!(
+        "particles      {} in {} insertion(s), {} of them at the beginning, none inside another",
+        particles.count,
+        case.inserts.len(),
+        particles.placed
+    );
+    say!("mass           {:.6e} kg", particles.mass);
+    motions(case);
+    particles.shapes.iter().for_each(shape);
+    contact_points(particles);
+    walls(particles);
+    say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
+    memory(report);
+    match &particles.collisions {
+        CollisionModel::Hard(_) => hard_collisions(case, particles),
+        _ if case.collisions.is_hard() => {}
+        _ => soft_collisions(case, particles),
+    }
+    if let Some(found) = &report.fluid {
+        say!("");
+        fluid::tell(case, found);
+    }
+    time_step(case, particles);
+    time_needed(case, report, particles);
+}
+
+/// Prints how the particles of insertions move if not freely.
+fn motions(case: &Case) {
+    for insert in &case.inserts {
+        let motion = match &insert.motion {
+            None | Some(ParticleMotion::Free) => continue,
+            Some(ParticleMotion::Fixed) => "stay where they are inserted".to_string(),
+            Some(ParticleMotion::Prescribed(motion)) => {
+                let about = match motion.axis() {
+                    Some((Some(_), _)) => " about one axis",
+                    Some((None, _)) => ", each about its own centre",
+                    None => "",
+                };
+                let (start, end) = motion.interval();
+                let end = if end.is_finite() { format!("{end} s") } else { "the end".into() };
+                format!("move by {}{about}, from {start} s to {end}", motion.name())
+            }
+        };
+        say!("  motion       {}: {motion}; to others of infinite mass", insert.name);
+    }
+}
+
+fn shape(shape: &ShapeReport) {
+    say!(
+        "  shape        {}: volume {:.4e} m3, equivalent diameter {:.4e} m, bounding radius {:.4e} m, crust {:.2e} m",
+        shape.name,
+        shape.volume,
+        shape.equivalent_diameter,
+        shape.bounding_radius,
+        shape.crust
+    );
+    shape.composite.iter().for_each(composite);
+}
+
+/// Prints parts, mass properties and decomposition of a shape.
+fn composite(shape: &CompositeReport) {
+    let source = match shape.mass.source {
+        MassSource::ClosedForm => "in closed form".to_string(),
+        MassSource::ClosedMesh => "by integrals over the closed surface".to_string(),
+        MassSource::Parts => "as the sum of the parts, which do not overlap".to_string(),
+        MassSource::Clipped => "of the union of the parts, exact".to_string(),
+        MassSource::Chords { lines, error } => {
+            format!("of the union of the parts, by {lines} x {lines} chords (error about {error:.0e})")
+        }
+    };
+    say!(
+        "    {} part{}; mass properties {source}; those of the parts by chords differ by {:+.1e} in volume, {:+.1e} in inertia",
+        shape.parts,
+        if shape.parts == 1 { "" } else { "s" },
+        shape.mass.volume_difference,
+        shape.mass.inertia_difference
+    );
+    if let Some(difference) = shape.notable_difference {
+        say!(
+            "    warning: the parts that make contact differ from the body that has the mass by {:.2} %: choose a smaller `crust`",
+            100.0 * difference
+        );
+    }
+    let Some(cut) = &shape.decomposition else { return };
+    say!(
+        "    mesh of {} triangles cut into {} pieces, {} united with others, {} flat ones dropped{}; volume error of the parts {:+.2} %",
+        cut.triangles,
+        cut.pieces,
+        cut.merged,
+        cut.dropped,
+        if cut.cached { " (kept from an earlier run)" } else { "" },
+        100.0 * cut.volume_error
+    );
+    if shape.is_coarse {
+        say!("    warning: the parts approximate the mesh coarsely: raise `max_parts` or `resolution`");
+    }
+}
+
+/// Prints what touching faces and composites do, by the keys that choose it.
+fn contact_points(particles: &ParticleReport) {
+    let faces = match particles.faces {
+        None => return,
+        Some(FaceContact::Point) => "faces touch in one point (contact_points.faces = \"point\")",
+        Some(FaceContact::MultiPoint) => "faces and lines touch all over (contact_points.faces = \"spread\")",
+    };
+    let composites = match particles.composites {
+        None => "",
+        Some(Sharing::Mean) => {
+            "; several contacts of two bodies count as their mean (contact_points.composite = \"mean\")"
+        }
+        Some(Sharing::Sum) => "; several contacts of two bodies add up (contact_points.composite = \"sum\")",
+    };
+    say!("contacts       {faces}{composites}");
+}
+
+fn walls(particles: &ParticleReport) {
+    for mesh in &particles.meshes {
+        say!(
+            "  wall         {}: {} triangles, {} open edges, {} non-manifold edges, smallest triangle {:.2e} m2",
+            mesh.name,
+            mesh.triangles,
+            mesh.open_edges,
+            mesh.non_manifold_edges,
+            mesh.min_area
+        );
+    }
+    for table in &particles.tables {
+        let MotionTableReport { wall, rows, interval: [start, end], max_speed, max_rate } = table;
+        let turning = if *max_rate > 0.0 { format!(" and {max_rate:.3e} rad/s") } else { String::new() };
+        say!(
+            "  motion       {wall}: by a table of {rows} times, from {start} s to {end} s, at up to {max_speed:.3e} m/s{turning}"
+        );
+    }
+    if !particles.open_faces.is_empty() {
+        let names: Vec<&str> = particles.open_faces.iter().copied().map(Face::name).collect();
+        let names = names.join(", ");
+        say!("open faces     {names}: no wall, no outlet, not periodic; a particle there ends the run");
+    }
+}
+
+/// Ranks per axis and the size of a subdomain.
+fn subdomains(report: &Report) -> String {
+    let ([px, py, pz], [x, y, z]) = (report.subdomains, report.subdomain);
+    format!("{px} x {py} x {pz} ranks, each {x:.4e} x {y:.4e} x {z:.4e} m")
+}
+
+/// Prints the memory of all processes, and of each.
+fn memory(report: &Report) {
+    let all = report.cost.memory / 1e6;
+    say!("memory         about {all:.0} MB in all, {:.0} MB per rank", all / report.ranks as f64);
+}
+
+/// Prints the table of what collisions under forces come to.
+fn soft_collisions(case: &Case, particles: &ParticleReport) {
+    let speed = case.time.impact_speed;
+    say!("\ncollisions at {speed} m/s (time.impact_speed), lightest bodies of each pair:");
+    say!(
+        "  {:<24} {:>6} {:>11} {:>11} {:>11} {:>11} {:>9} {:>8}",
+        "pair",
+        "e_n",
+        "m_ij (kg)",
+        "gamma (1/s)",
+        "T_c (s)",
+        "d_max (m)",
+        "d_max/R",
+        "T_c/dt"
+    );
+    for e in &particles.step.encounters {
+        let deepest = e.collision.largest_overlap(speed);
+        say!(
+            "  {:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+            pair(e),
+            e.restitution,
+            e.collision.reduced_mass,
+            e.collision.damping_rate,
+            e.shortest_contact,
+            deepest,
+            deepest / e.radius,
+            e.shortest_contact / particles.step.dt
+        );
+    }
+    let (deepest, limit) = (particles.max_overlap, case.limits.overlap);
+    if deepest > limit {
+        say!(
+            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise normal_stiffness by {:.1} times",
+            100.0 * deepest,
+            100.0 * limit,
+            (deepest / limit).powi(2)
+        );
+    }
+}
+
+/// Prints the table of collisions by impulses.
+fn hard_collisions(case: &Case, particles: &ParticleReport) {
+    let CollisionModel::Hard(model) = &particles.collisions else { return };
+    say!(
+        "\nhard collisions: impulses, {} scheme, {} sweep(s) per step, restitution 0 below {:.3e} m/s",
+        if model.scheme == ImpulseScheme::Exact { "exact" } else { "sequential" },
+        model.sweeps,
+        model.rest_speed
+    );
+    say!("  {:<24} {:>6} {:>6} {:>11} {:>11}", "pair", "e_n", "mu", "m_ij (kg)", "v dt/R");
+    for e in &particles.step.encounters {
+        say!(
+            "  {:<24} {:>6.3} {:>6.3} {:>11.4e} {:>11.4}",
+            pair(e),
+            e.restitution,
+            e.friction,
+            e.collision.reduced_mass,
+            case.time.impact_speed * particles.step.dt / e.radius
+        );
+    }
+}
+
+fn pair(e: &Encounter) -> String {
+    let [a, b] = &e.materials;
+    let what = match e.partner {
+        Partner::Free => "",
+        Partner::Wall => " (wall)",
+        Partner::Prescribed => " (of prescribed motion)",
+    };
+    format!("{a} - {b}{what}")
+}
+
+fn time_step(case: &Case, particles: &ParticleReport) {
+    let step = &particles.step;
+    let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
+    say!("\ntime step      {:e} s ({chosen}); {}", step.dt, step.resolution(case));
+    say!("  recommended  {:.3e} s: {}", step.recommended, step.reason);
+    if let Some(warning) = &step.warning {
+        say!("warning: {warning}");
+    }
+    if let Some([force, torque]) = particles.weight_in_quanta {
+        say!(
+            "rounding       the smallest particle's weight is {force:.1e} multiples of what forces are rounded to, its torque {torque:.1e}"
+        );
+    }
+}
+
+fn time_needed(case: &Case, report: &Report, particles: &ParticleReport) {
+    say!("steps          {:.3e} to t = {} s", particles.steps, case.time.end);
+    say!(
+        "time needed    about {} on {} rank(s), at {:.2} microseconds per particle and step and core",
+        duration(particles.seconds),
+        report.ranks,
+        1e6 * particles.seconds_per_step
+    );
+    if let Some(seconds) = min_seconds_of_fluid(report) {
+        say!("               at least {} for the fluid", duration(seconds));
+    }
+    say!(
+        "disk           about {:.0} MB in {} ({} snapshots, {} checkpoint(s))",
+        report.cost.disk / 1e6,
+        case.output.directory.display(),
+        report.cost.snapshots,
+        report.cost.checkpoints
+    );
+}
+
+/// Minimum time of the steps of the fluid on all ranks (s).
+fn min_seconds_of_fluid(report: &Report) -> Option<f64> {
+    Some(report.fluid.as_ref()?.min_seconds? / report.ranks as f64)
+}

@@ -1,0 +1,202 @@
+//! What the terminal shows of the fluid of a case.
+
+use grains_case::{
+    Case, Coupling, Extrapolation, Fluid, Insert, Kernel, MixtureModel, Resolved, ResolvedMethod,
+};
+use grains_simulation::check::{
+    CouplingReport, FluidReport, FluidStep, FluidStepLimit, ParticlesInFluid, ResolvedReport, TooCoarse,
+};
+
+/// Prints what was found of the fluid.
+pub fn tell(case: &Case, found: &FluidReport) {
+    let Some(fluid) = &case.fluid else { return };
+    cells(found);
+    if let (Some(found), Some(given)) = (&found.coupling, &fluid.coupling) {
+        coupling(given, found);
+    }
+    if let (Some(found), Some(given)) = (&found.resolved, &fluid.resolved) {
+        resolved(case, (fluid, given), found);
+    }
+    say!("fluid step     {}", step(case, fluid, found));
+    if let Some(found) = &found.coupling {
+        relaxation(found);
+    }
+}
+
+fn cells(found: &FluidReport) {
+    let [nx, ny, nz] = found.cells;
+    let [x, y, z] = found.widths.map(|[narrow, wide]| match wide - narrow > 1e-9 * wide {
+        true => format!("{narrow:.4e} to {wide:.4e}"),
+        false => format!("{wide:.4e}"),
+    });
+    say!("fluid          {nx} x {ny} x {nz} = {} cells of {x} x {y} x {z} m", nx * ny * nz);
+    let memory = (found.memory / 1e6).ceil();
+    say!("  memory       about {memory:.0} MB of it for the fluid, halos of one rank included");
+}
+
+/// The step of the fluid and what limits it.
+fn step(case: &Case, fluid: &Fluid, found: &FluidReport) -> String {
+    match found.step {
+        FluidStep::Given { step, cfl, speed } => {
+            format!("{step:.4e} s (time.dt), CFL number {cfl:.3} at the {speed:.4} m/s imposed")
+        }
+        FluidStep::Limited { max, limit, max_in_bed } => {
+            let in_bed = match (max_in_bed, &found.coupling) {
+                (Some(step), Some(coupling)) => {
+                    let void_fraction = coupling.void_fraction;
+                    format!(", {step:.3e} s between particles at void fraction {void_fraction}")
+                }
+                _ => String::new(),
+            };
+            format!("at most {max:.3e} s ({}){in_bed}", reason(case, fluid, limit))
+        }
+    }
+}
+
+/// What limits the step of the fluid, by its key.
+fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
+    match limit {
+        FluidStepLimit::Given => "fluid.longest_step".into(),
+        FluidStepLimit::Imposed { speed } => {
+            format!("fluid.courant = {} at the {speed:.4} m/s imposed", fluid.courant)
+        }
+        FluidStepLimit::Drive => "fluid.courant from rest by fluid.drive".into(),
+        FluidStepLimit::Gravity => "fluid.courant from rest by gravity".into(),
+        FluidStepLimit::Crossing => {
+            format!("particles cross a cell at time.impact_speed = {} m/s", case.time.impact_speed)
+        }
+        FluidStepLimit::Diffusion => {
+            let number = fluid.resolved.as_ref().map_or(f64::NAN, |resolved| resolved.diffusion_number);
+            format!("fluid.resolved.diffusion_number = {number}")
+        }
+        FluidStepLimit::Viscosity => {
+            "a hundredth of H2/nu, in which viscosity stops a flow between walls".into()
+        }
+        FluidStepLimit::None => "nothing limits it".into(),
+    }
+}
+
+/// Prints drag, model and kernel, the kinds of particles and the pressure drop.
+fn coupling(given: &Coupling, found: &CouplingReport) {
+    let model = match given.model {
+        MixtureModel::A => "model A, both phases carry the pressure gradient",
+        MixtureModel::B => "model B, the fluid alone carries the pressure gradient",
+    };
+    let kernel = match given.kernel {
+        Kernel::Cube => "embedded cubes".into(),
+        Kernel::Smooth { half_width } => format!("a smooth kernel of half width {half_width:.3} diameters"),
+    };
+    say!("coupling       drag by {:?}; {model}; {kernel}", given.drag);
+    found.kinds.iter().for_each(|kind| particles(kind, found.void_fraction));
+    if let Some(drop) = &found.pressure_drop {
+        say!(
+            "  fluidised    pressure drop {:.4e} Pa: buoyant weight of all particles {:.4e} N over {:.4e} m2",
+            drop.pressure,
+            drop.weight,
+            drop.section
+        );
+    }
+}
+
+/// Prints how particles of one kind and size settle and fluidise.
+fn particles(kind: &ParticlesInFluid, void_fraction: f64) {
+    let [x, y, z] = kind.cells;
+    say!(
+        "  particles    {}: diameter {:.4e} m, cells of {x:.2} x {y:.2} x {z:.2} diameters",
+        kind.name,
+        kind.diameter
+    );
+    let motion = match &kind.motion {
+        Ok(motion) => motion,
+        Err(reason) => return say!("    neither settle nor fluidise: {reason}"),
+    };
+    let by = if motion.is_by_wen_yu { " by Wen and Yu, as Ergun's law is for beds" } else { "" };
+    say!(
+        "    alone      terminal velocity {:.4e} m/s{by}, relaxation time m/beta {:.3e} s",
+        motion.terminal,
+        motion.relaxation
+    );
+    say!(
+        "    in a bed   minimum fluidisation at {:.4e} m/s by the law at void fraction {void_fraction}, at {:.4e} \
+         m/s by the correlation of Wen and Yu; relaxation time {:.3e} s",
+        motion.fluidisation,
+        motion.correlation,
+        motion.relaxation_in_bed
+    );
+}
+
+fn relaxation(found: &CouplingReport) {
+    let why = match found.particle_steps {
+        Some((count, share)) => format!("{count} particle steps, {share:.2} of the limit"),
+        None => "the longest".into(),
+    };
+    let (step, shortest) = (found.step, found.shortest_relaxation);
+    say!(
+        "  relaxation   fluid step {step:.3e} s ({why}) over the shortest relaxation time {shortest:.3e} s: {:.3}; \
+         stable at any, exact in time below about 1",
+        step / shortest
+    );
+}
+
+/// Prints how well the grid resolves bodies.
+fn resolved(case: &Case, (fluid, given): (&Fluid, &Resolved), found: &ResolvedReport) {
+    let how = match (given.method, given.extrapolation(&case.inserts)) {
+        (ResolvedMethod::Multiplier, _) => format!("multipliers {} cells apart", given.point_spacing),
+        (_, Extrapolation::Cubic) => "cubics".into(),
+        (_, Extrapolation::Quadratic) => "parabolas".into(),
+        (_, Extrapolation::Linear) => "straight lines".into(),
+        (_, Extrapolation::Rigid) => "nothing".into(),
+    };
+    say!("resolved       {}; velocities next to surfaces by {how}", bodies(case));
+    let [smallest, largest] = found.cells_across;
+    let across = match largest > 1.001 * smallest {
+        true => format!("{smallest:.1} to {largest:.1}"),
+        false => format!("{smallest:.1}"),
+    };
+    say!(
+        "  cells        {across} across the {} of equal size, {:.1} across the thinnest part; about {:.0} \
+         velocities imposed by the largest",
+        if fluid.cells.contains(&1) { "disc" } else { "sphere" },
+        found.cells_across_thinnest,
+        found.imposed_velocities
+    );
+    if let Some([surface, inside]) = found.multipliers {
+        say!("  multipliers  about {surface:.0} on the surface and {inside:.0} inside the largest");
+    }
+    match found.too_coarse {
+        Some(TooCoarse::Part { cells, max_width }) => say!(
+            "  warning: parts thinner than {cells} cells: the fluid hardly sees them; take cells of at most {max_width:.3e} m"
+        ),
+        Some(TooCoarse::Body { cells }) => say!(
+            "  warning: fewer than {cells} cells across the smallest: drag is off by ten percent and more"
+        ),
+        None => {}
+    }
+    if let Some(lubrication) = found.lubrication {
+        say!(
+            "  lubrication  in gaps below {:.3e} m between spheres and at walls, down to {} of the radius",
+            lubrication.range,
+            lubrication.min_gap
+        );
+    }
+    let longest = found.max_diffusion_step;
+    say!(
+        "  diffusion    at most {longest:.3e} s per step of the fluid (fluid.resolved.diffusion_number = {}), {:.0} \
+         steps to the end",
+        given.diffusion_number,
+        (case.time.end / longest).ceil()
+    );
+}
+
+/// The kinds of motion of the bodies of a case.
+fn bodies(case: &Case) -> String {
+    let is_driven = |insert: &Insert| insert.is_prescribed() && !insert.is_fixed();
+    let kinds = [
+        ("free bodies", case.inserts.iter().any(|insert| !insert.is_prescribed())),
+        ("bodies that stay where they are", case.inserts.iter().any(Insert::is_fixed)),
+        ("bodies of prescribed motion", case.inserts.iter().any(is_driven)),
+    ];
+    let names: Vec<&str> =
+        kinds.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name).collect();
+    names.join(", ")
+}
