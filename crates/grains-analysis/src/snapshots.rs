@@ -164,7 +164,7 @@ enum Stored {
 }
 
 /// The stored states of a run and the case they belong to.
-pub struct Stock {
+pub struct StoredRun {
     /// The file.
     pub path: PathBuf,
     /// The case.
@@ -175,7 +175,7 @@ pub struct Stock {
     stored: Stored,
 }
 
-impl Stock {
+impl StoredRun {
     /// Opens a run: its output directory, its `particles.vtkhdf`, or a checkpoint; the case is the one stored
     /// with the states unless another file is given.
     ///
