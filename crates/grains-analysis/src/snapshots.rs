@@ -192,7 +192,7 @@ impl StoredRun {
             Some(file) => grains_simulation::load(file, job)?,
             None => {
                 let label = format!("{} (the case stored in it)", path.display());
-                let parsed = Case::parse(text.unwrap_or(""), &label, Path::new(""));
+                let parsed = Case::parse_stored(text.unwrap_or(""), &label, Path::new(""));
                 let remedy = "paths in it are relative to where the run was started: analyse from there, or give the case with --case FILE";
                 agreed(transport, parsed.map_err(|e| RunError::case(format!("{e}\n{remedy}"))))?
             }

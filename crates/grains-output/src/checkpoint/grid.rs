@@ -1,6 +1,6 @@
 //! Arrays on Cartesian grids in a checkpoint: ranks write blocks and may read others.
 
-use super::write::{FAILED, create};
+use super::dataset::{FAILED, create};
 use super::{GRIDS, checksum, entry};
 use crate::collective::{Participants, read_part, write_part};
 use crate::error::{FileError, Shared};

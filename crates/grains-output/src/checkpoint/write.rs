@@ -1,5 +1,6 @@
 //! Writing a checkpoint.
 
+use super::dataset::{FAILED, create};
 use super::folder::{abandon_later, file_name};
 use super::grid::write_grid;
 use super::{Array, FORMAT, GRIDS, GridArray, STATE, Values, checksum_of_text, contents_checksum, entry};
@@ -7,14 +8,11 @@ use crate::collective::{Participants, write_rows};
 use crate::error::{FileError, Shared};
 use crate::growing::unit;
 use crate::metadata::{GROUP, Metadata};
-use hdf5::dataset::FillTime;
-use hdf5::{Dataset, File, Group, H5Type};
+use hdf5::{File, Group};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
-
-pub(super) const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
 
 /// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
 ///
@@ -151,16 +149,4 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
     };
     shared.written_or(FAILED, written)?;
     Ok(entry(STATE, array.name, kind, shape, checksum))
-}
-
-/// Creates a dataset with its checksum.
-pub(super) fn create<T: H5Type>(
-    group: &Group,
-    name: &str,
-    shape: &[usize],
-    checksum: u64,
-) -> hdf5::Result<Dataset> {
-    let dataset = group.new_dataset::<T>().fill_time(FillTime::Never).shape(shape).create(name)?;
-    dataset.new_attr::<u64>().create("checksum")?.write_scalar(&checksum)?;
-    Ok(dataset)
 }
