@@ -7,8 +7,8 @@ mod ranks;
 use grains_comm::{Job, MpiTransport};
 use grains_domain::{Decomposition, GlobalBox, Transport};
 use grains_fluid::{
-    Axis, Boundaries, BoxFace, Centre, Condition, ConjugateGradients, Faces, Field, Flow, FlowSetup, Grid,
-    MixtureModel, Ownership, Patch, PressureProblem, PressureSolver, Profile, Side, SolveError,
+    Axis, Boundaries, BoxFace, CellPartition, Centre, Condition, ConjugateGradients, Faces, Field, Flow,
+    FlowSetup, Grid, MixtureModel, Patch, PressureProblem, PressureSolver, Profile, Side, SolveError,
 };
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
 use ranks::on_ranks;
@@ -20,7 +20,7 @@ fn tight() -> Settings {
 }
 
 /// The cells of a rank, the ranks along x and z.
-fn ownership(grid: &Grid, job: &Job) -> Ownership {
+fn partition(grid: &Grid, job: &Job) -> CellPartition {
     let ranks = if job.size() == 4 { [2, 1, 2] } else { [1, 1, job.size()] };
     let corner = |last: bool| {
         std::array::from_fn(|a| {
@@ -31,7 +31,7 @@ fn ownership(grid: &Grid, job: &Job) -> Ownership {
     let periodic = [0, 1, 2].map(|a| grid.axis(a).is_periodic());
     let global = GlobalBox::new(corner(false), corner(true), periodic);
     let rank = MpiTransport::new(job.world()).rank();
-    Ownership::new(grid, &Decomposition::new(global, ranks, rank, 1e-9).unwrap()).unwrap()
+    CellPartition::new(grid, &Decomposition::new(global, ranks, rank, 1e-9).unwrap()).unwrap()
 }
 
 /// A flow whose pressure equation has all that may happen.
@@ -59,13 +59,13 @@ fn setups() -> Vec<(&'static str, FlowSetup)> {
 }
 
 fn shared(mut setup: FlowSetup, job: &Job) -> FlowSetup {
-    setup.ownership = ownership(&setup.grid, job);
+    setup.partition = partition(&setup.grid, job);
     setup
 }
 
 /// Coefficients that vary 50-fold, zero on closed faces.
 fn coefficients(setup: &FlowSetup) -> Faces {
-    let own = &setup.ownership;
+    let own = &setup.partition;
     let layout = grains_fluid::Layout { cells: own.cells(), halo: setup.halo };
     let (mut faces, dims, first) = (Faces::new(layout), layout.dims(), own.first());
     for axis in 0..3 {
@@ -91,8 +91,8 @@ fn coefficients(setup: &FlowSetup) -> Faces {
 
 /// A right-hand side without structure.
 fn rough(problem: &PressureProblem) -> Field<Centre> {
-    let layout = grains_fluid::Layout { cells: problem.ownership.cells(), halo: problem.halo };
-    let (mut rhs, [x, y, z]) = (Field::new(layout), problem.ownership.first());
+    let layout = grains_fluid::Layout { cells: problem.partition.cells(), halo: problem.halo };
+    let (mut rhs, [x, y, z]) = (Field::new(layout), problem.partition.first());
     for k in 0..layout.cells[2] {
         for j in 0..layout.cells[1] {
             for i in 0..layout.cells[0] {

@@ -89,7 +89,7 @@ fn smooth_coefficients_on_stretched_axes_are_second_order() {
 }
 
 /// The same answer on any ranks as a plain serial solver finds: jumps in the coefficient, odd numbers of
-/// cells, unequal ownership, all kinds of boundaries, two-dimensional grids.
+/// cells, unequal partition, all kinds of boundaries, two-dimensional grids.
 #[test]
 fn every_number_of_ranks_gives_the_reference_answer() {
     on_ranks(&[1, 2, 4, 8], "every_number_of_ranks_gives_the_reference_answer", |job| {

@@ -54,7 +54,7 @@ fn a_new_preconditioner_knows_the_new_coefficients() {
         let fields = problem.fields(grid.owned(), steep, rough);
         for kind in [|| Preconditioner::Multigrid, || Preconditioner::Algebraic] {
             let solve = |first: Function, reuse| {
-                let settings = Settings { reuse, most_iterations: 500, ..tight() };
+                let settings = Settings { reuse, max_iterations: 500, ..tight() };
                 let mut solver = LinearSolver::new(problem.matrix(&grid), &settings, kind()).unwrap();
                 let mut pressure = vec![0.0; fields.rhs.len()];
                 for faces in [&problem.at_faces(grid.owned(), first), &fields.faces] {
@@ -132,6 +132,25 @@ fn small(petsc: &Petsc, job: &Job, settings: &Settings) -> Result<(LinearSolver,
 }
 
 #[test]
+fn petsc_may_make_the_coarse_operators() {
+    on_ranks(&[1, 2], "petsc_may_make_the_coarse_operators", |job| {
+        let petsc = petsc(job, "-galerkin_pc_mg_galerkin both");
+        let [own, of_petsc] = ["own_", "galerkin_"].map(|prefix| {
+            let settings = Settings { prefix: prefix.into(), ..tight() };
+            let (mut solver, fields) = small(&petsc, job, &settings).unwrap();
+            assert!(solver.levels() > 1, "{}", solver.levels());
+            let mut pressure = vec![0.0; fields.rhs.len()];
+            solver.solve(&fields.rhs, &mut pressure).unwrap();
+            pressure
+        });
+        let largest = own.iter().fold(0.0_f64, |max, p| max.max(p.abs()));
+        for (a, b) in own.iter().zip(&of_petsc) {
+            assert!((a - b).abs() <= 1e-8 * largest, "{a} {b}");
+        }
+    });
+}
+
+#[test]
 fn options_reach_petsc_and_mistakes_are_reported() {
     on_ranks(&[1, 2], "options_reach_petsc_and_mistakes_are_reported", |job| {
         let prefixed = Settings { prefix: "pressure_".into(), ..Settings::default() };
@@ -173,7 +192,7 @@ fn solves_that_cannot_converge_say_why() {
     on_ranks(&[1, 2], "solves_that_cannot_converge_say_why", |job| {
         let petsc = petsc(job, "-one_pc_type jacobi -two_ksp_type preonly -two_pc_type jacobi");
         let named =
-            |prefix: &str| Settings { prefix: prefix.into(), most_iterations: 5, ..Settings::default() };
+            |prefix: &str| Settings { prefix: prefix.into(), max_iterations: 5, ..Settings::default() };
         for prefix in ["one_", "two_"] {
             let (mut solver, fields) = small(&petsc, job, &named(prefix)).unwrap();
             let mut pressure = vec![0.0; fields.rhs.len()];

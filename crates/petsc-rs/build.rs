@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 const HEADER: &str = "#include <petscksp.h>\n#include <petscdmda.h>\n";
 
-const FUNCTIONS: [&str; 64] = [
+const FUNCTIONS: [&str; 65] = [
     "PetscInitialize",
     "PetscInitialized",
     "PetscFinalize",
@@ -16,6 +16,7 @@ const FUNCTIONS: [&str; 64] = [
     "PetscGetVersionNumber",
     "PetscOptionsSetValue",
     "PetscOptionsGetInt",
+    "PCMGGetGalerkin",
     "PetscOptionsUsed",
     "DMDACreate3d",
     "DMDAGetCorners",

@@ -27,6 +27,10 @@ mod structure;
 mod values;
 mod vector;
 
+pub use grains_coupling::{DragLaw, Kernel};
+pub use grains_fluid::{Advection, Diffusion, MixtureModel};
+pub use grains_resolved::{Extrapolation, Interpolation};
+
 pub use case::Case;
 pub use csv_share::CsvShare;
 pub use diagnostic::{CaseErrors, Diagnostic};
@@ -39,9 +43,9 @@ pub use sections::contact::{Contact, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Exchange, Face};
 pub use sections::fluid::{
-    Advection, Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Diffusion, Drag, Drive, Expression,
-    Extrapolation, Fluid, FluidField, FluidOutput, Formula, FormulaError, Initial, Interpolation, Kernel,
-    MixtureModel, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved, ResolvedMethod,
+    Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, Fluid, FluidField, FluidOutput,
+    Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved,
+    ResolvedMethod,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

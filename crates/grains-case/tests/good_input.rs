@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use grains_case::{
-    Advection, BoundaryKind, Case, Drag, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
+    Advection, BoundaryKind, Case, DragLaw, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
     ParticleColumns, ParticleMotion, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep,
     WallKind, schema,
 };
@@ -191,8 +191,19 @@ fn a_bed_takes_its_defaults_from_the_particles() {
     assert_eq!((fluid.advection, fluid.output.interval), (Some(Advection::VanLeer), Some(0.1)));
     assert_eq!(fluid.longest_step, None, "it does not follow the end of the run");
     let coupling = fluid.coupling.expect("coupling");
-    assert_eq!((coupling.drag, coupling.model), (Drag::Beetstra, MixtureModel::B));
+    assert_eq!((coupling.drag, coupling.model), (DragLaw::Beetstra, MixtureModel::B));
     assert_eq!((coupling.kernel, coupling.particle_steps), (Kernel::Smooth { half_width: 2.0 }, Some(10)));
+}
+
+#[test]
+fn a_case_may_choose_any_drag_law() {
+    let text = std::fs::read_to_string(folder().join("bed.toml")).expect("text");
+    for &law in DragLaw::ALL {
+        let serde_json::Value::String(name) = serde_json::json!(law) else { panic!("{law:?} has no name") };
+        let text = text.replace("\"beetstra\"", &format!("{name:?}"));
+        let case = Case::parse(&text, "bed.toml", &folder()).expect("case");
+        assert_eq!(case.fluid.and_then(|fluid| fluid.coupling).map(|coupling| coupling.drag), Some(law));
+    }
 }
 
 /// What is odd about a fluid but no mistake.

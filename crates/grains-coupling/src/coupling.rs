@@ -2,10 +2,11 @@
 
 use crate::drag::Flow;
 use crate::{
-    Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, Model, ShapeFactors,
-    ShapeProfile, Site, Stencil, buoyancy,
+    Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, ShapeFactors,
+    ShapeProfile, Site, Stencil,
 };
 use grains_dem::{Body, Catalogue, Particles};
+use grains_fluid::MixtureModel;
 use grains_geometry::Vec3;
 
 /// The cells of one rank with their halo, and where fields on them lie.
@@ -36,7 +37,7 @@ pub struct FluidFields<'a> {
 pub struct DragFields<'a> {
     /// Sum of the coefficients K (N s/m).
     pub coefficient: [&'a mut [f64]; 3],
-    /// Explicit forces K v̂ − owed/Δt (N).
+    /// Explicit forces K v̂ − unpaid/Δt (N).
     pub explicit: [&'a mut [f64]; 3],
 }
 
@@ -48,13 +49,13 @@ pub struct Coupling {
     /// Drag law.
     pub law: DragLaw,
     /// Who feels the pressure gradient.
-    pub model: Model,
+    pub model: MixtureModel,
     /// The fluid.
     pub fluid: Fluid,
     /// Gravity (m/s²).
     pub gravity: Vec3,
     /// Drag is found for a void fraction of at least this (-).
-    pub least_void_fraction: f64,
+    pub min_void_fraction: f64,
     /// Volume and outline of each shape of the catalogue, and one over its bounding radius (1/m).
     profiles: Vec<(ShapeProfile, f64)>,
 }
@@ -64,14 +65,14 @@ impl Coupling {
     pub fn new(
         kernel: Kernel,
         law: DragLaw,
-        model: Model,
+        model: MixtureModel,
         fluid: Fluid,
         gravity: Vec3,
         catalogue: &Catalogue,
     ) -> Result<Self, CouplingError> {
         let measured = |shape| Ok((ShapeProfile::new(shape)?, 1.0 / shape.bounding_radius));
         let profiles = catalogue.shapes.iter().map(measured).collect::<Result<_, CouplingError>>()?;
-        Ok(Self { kernel, law, model, fluid, gravity, least_void_fraction: 0.2, profiles })
+        Ok(Self { kernel, law, model, fluid, gravity, min_void_fraction: 0.2, profiles })
     }
 
     /// Outline of a shape of the catalogue.
@@ -143,7 +144,7 @@ impl Coupling {
             let slip = velocity_at(&stencil, grid, fluid) - body.velocity;
             let void_fraction = stencil.interpolate(Site::Cells, &grid.cells, fluid.void_fraction);
             let mut link = DragLink::read(&particles.cargo[i]);
-            link.aim(&self.drag(particles, i, &slip, void_fraction), &slip);
+            link.linearise(&self.drag(particles, i, &slip, void_fraction), &slip);
             let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
             for a in 0..3 {
                 let (site, layout) = (Site::Faces(a), &grid.faces[a]);
@@ -159,7 +160,7 @@ impl Coupling {
     /// [`Coupling::deposit_drag`].
     ///
     /// Errors: a particle whose kernel leaves the halo.
-    pub fn lend(
+    pub fn set_fluid_velocities(
         &self,
         particles: &mut Particles,
         (grid, fluid): (&Grid, &FluidFields),
@@ -172,12 +173,12 @@ impl Coupling {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
             let velocity = velocity_at(&stencil, grid, fluid);
             let mut link = DragLink::read(&particles.cargo[i]);
-            link.lend(&velocity, &particles.half_velocity[i], time_step);
+            link.set_fluid_velocity(&velocity, &particles.half_velocity[i], time_step);
             let volume = self.volume(body);
             link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
-            if self.model == Model::A {
+            if self.model == MixtureModel::A {
                 let gradient = gradient_at(&stencil, grid, fluid);
-                link.pressure += self.model.pressure_force(volume, &gradient);
+                link.pressure += gradient * -volume;
             }
             particles.cargo[i] = link.write();
         }
@@ -187,11 +188,11 @@ impl Coupling {
     /// Drag coefficient of an owned particle at a slip u − v (m/s) and void fraction, that of the model chosen.
     pub fn drag(&self, particles: &Particles, i: usize, slip: &Vec3, void_fraction: f64) -> Coefficient {
         let body = &particles.bodies[i];
-        let void_fraction = void_fraction.clamp(self.least_void_fraction, 1.0);
+        let void_fraction = void_fraction.clamp(self.min_void_fraction, 1.0);
         let diameter = self.equivalent_diameter(body);
         let speed = slip.norm();
         let reynolds = self.fluid.reynolds(diameter, void_fraction, speed);
-        let shape = if self.law.minds_shape() {
+        let shape = if self.law.depends_on_shape() {
             let profile = self.profile(body.kind.shape);
             match particles.frames.get(i) {
                 Some(frame) if speed > 0.0 => profile.factors(&frame.tr_mul(&(slip / speed))),
@@ -205,6 +206,12 @@ impl Coupling {
         let drag = self.law.growing_coefficient(&self.fluid, diameter, &flow);
         Coefficient { value: drag.value * self.model.drag_factor(void_fraction), ..drag }
     }
+}
+
+/// Buoyancy −ρ V g (N) of a volume V (m³) in a fluid of density ρ (kg/m³) under gravity g (m/s²), the force of the
+/// hydrostatic pressure, in both models.
+pub fn buoyancy(fluid_density: f64, volume: f64, gravity: &Vec3) -> Vec3 {
+    gravity * (-fluid_density * volume)
 }
 
 /// Velocity of the fluid at a particle (m/s): next to a boundary that of the flow within.

@@ -29,7 +29,7 @@ pub enum CouplingError {
     },
     /// A kernel that would fill more cells than its list holds.
     #[error(
-        "fluid.coupling.kernel.half_width: the kernel reaches {reach:.4e} m to either side and the smallest cell along {axis} is {cell:.4e} m, so that it covers up to {cells} cells, but at most {most} are allowed: take a narrower kernel or larger cells"
+        "fluid.coupling.kernel.half_width: the kernel reaches {reach:.4e} m to either side and the smallest cell along {axis} is {cell:.4e} m, so that it covers up to {cells} cells, but at most {max} are allowed: take a narrower kernel or larger cells"
     )]
     TooManyCells {
         /// Axis name.
@@ -40,8 +40,8 @@ pub enum CouplingError {
         cell: f64,
         /// Cells covered.
         cells: usize,
-        /// Most cells allowed.
-        most: usize,
+        /// Largest number of cells allowed.
+        max: usize,
     },
     /// A particle whose kernel leaves the cells of its rank and their halo.
     #[error(

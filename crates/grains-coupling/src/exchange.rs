@@ -19,20 +19,20 @@ pub fn relaxation(x: f64) -> f64 {
 pub struct DragLink {
     /// Slope K of the drag with the slip (N s/m).
     pub coefficient: f64,
-    /// Velocity w at which the drag vanishes (m/s); between [`DragLink::aim`] and [`DragLink::lend`] less that of the
+    /// Velocity w at which the drag vanishes (m/s); between [`DragLink::linearise`] and [`DragLink::set_fluid_velocity`] less that of the
     /// fluid.
     pub target: Vec3,
     /// Pressure-gradient force and buoyancy (N), constant over the fluid's step.
     pub pressure: Vec3,
     /// Impulse given to the particle that the fluid has not paid yet (N s).
-    pub owed: Vec3,
+    pub unpaid: Vec3,
 }
 
 impl DragLink {
     /// The link as the cargo of its particle.
     #[inline]
     pub fn write(&self) -> Cargo {
-        let [t, p, o] = [self.target, self.pressure, self.owed];
+        let [t, p, o] = [self.target, self.pressure, self.unpaid];
         let mut cargo = [0.0; CARGO_LENGTH];
         cargo[..10].copy_from_slice(&[self.coefficient, t.x, t.y, t.z, p.x, p.y, p.z, o.x, o.y, o.z]);
         cargo
@@ -43,26 +43,26 @@ impl DragLink {
     pub fn read(numbers: &Cargo) -> Self {
         let vector = |k: usize| Vec3::new(numbers[k], numbers[k + 1], numbers[k + 2]);
         const { assert!(CARGO_LENGTH >= 10, "a link is ten numbers") };
-        Self { coefficient: numbers[0], target: vector(1), pressure: vector(4), owed: vector(7) }
+        Self { coefficient: numbers[0], target: vector(1), pressure: vector(4), unpaid: vector(7) }
     }
 
     /// Takes the tangent of the drag at the present slip u − v (m/s): K = β (1 + p), offset −p/(1 + p) (u − v).
-    pub fn aim(&mut self, drag: &Coefficient, slip: &Vec3) {
+    pub fn linearise(&mut self, drag: &Coefficient, slip: &Vec3) {
         let steeper = 1.0 + drag.exponent;
         self.coefficient = drag.value * steeper;
         self.target = slip * (-drag.exponent / steeper);
     }
 
-    /// Coefficient K (N s/m) and explicit force K v̂ − owed/Δt (N) for the fluid's momentum equation, with the
+    /// Coefficient K (N s/m) and explicit force K v̂ − unpaid/Δt (N) for the fluid's momentum equation, with the
     /// particle at the velocity v (m/s): the fluid loses (K u − explicit) Δt.
     pub fn fluid_terms(&self, velocity: &Vec3, time_step: f64) -> (f64, Vec3) {
-        (self.coefficient, (velocity - self.target) * self.coefficient - self.owed / time_step)
+        (self.coefficient, (velocity - self.target) * self.coefficient - self.unpaid / time_step)
     }
 
-    /// Takes the new velocity of the fluid (m/s); what it has paid in advance for its step Δt (s) is owed to it.
-    pub fn lend(&mut self, fluid_velocity: &Vec3, velocity: &Vec3, time_step: f64) {
+    /// Takes the new velocity of the fluid (m/s); what it has paid in advance for its step Δt (s) counts as unpaid, reversed.
+    pub fn set_fluid_velocity(&mut self, fluid_velocity: &Vec3, velocity: &Vec3, time_step: f64) {
         self.target += fluid_velocity;
-        self.owed = (velocity - self.target) * (self.coefficient * time_step);
+        self.unpaid = (velocity - self.target) * (self.coefficient * time_step);
     }
 
     /// Drag (N) over a DEM step dt (s) beside constant `other` forces (N), and charges it.
@@ -72,7 +72,7 @@ impl DragLink {
     pub fn force(&mut self, velocity: &Vec3, other: &Vec3, mass: f64, dt: f64) -> Vec3 {
         let left = relaxation(self.coefficient * dt / mass);
         let drag = (self.target - velocity) * (self.coefficient * left) - other * (1.0 - left);
-        self.owed += drag * dt;
+        self.unpaid += drag * dt;
         drag
     }
 }
@@ -87,15 +87,15 @@ pub struct MomentumLedger {
 }
 
 impl MomentumLedger {
-    /// What is left of given − taken − owed (N s), summed over all ranks by the caller: rounding.
+    /// What is left of given − taken − unpaid (N s), summed over all ranks by the caller: rounding.
     pub fn imbalance(&self, particles: &Particles) -> Vec3 {
-        self.given - self.taken - owed(particles)
+        self.given - self.taken - unpaid_impulse(particles)
     }
 }
 
 /// Impulse (N s) that the fluid owes the particles of a rank.
-pub fn owed(particles: &Particles) -> Vec3 {
-    particles.cargo.iter().map(|cargo| DragLink::read(cargo).owed).sum()
+pub fn unpaid_impulse(particles: &Particles) -> Vec3 {
+    particles.cargo.iter().map(|cargo| DragLink::read(cargo).unpaid).sum()
 }
 
 /// Impulse (N s) along one axis that the faces of the fluid lose in its step Δt (s): Σ (B u − S) Δt, over the faces this

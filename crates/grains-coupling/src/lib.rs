@@ -8,11 +8,11 @@
 //!
 //! ```text
 //! deposit_volume   solid volume → cells; halo add; ε = 1 − solid/V; halo exchange of ε
-//! deposit_drag     K and K v̂ − owed/Δt → faces; halo add
-//! (fluid)          (ρ ε/Δt + B) u = … + S                with B = ΣwK/V_f, S = Σw(K v̂ − owed/Δt)/V_f
+//! deposit_drag     K and K v̂ − unpaid/Δt → faces; halo add
+//! (fluid)          (ρ ε/Δt + B) u = … + S                with B = ΣwK/V_f, S = Σw(K v̂ − unpaid/Δt)/V_f
 //! (boundary)       where a boundary of the domain bears the drag of its half cell, ∇p is what balances it
-//! lend             u at each particle, by the same weights but without the faces on boundaries, and ∇p; what the fluid has
-//!                  paid in advance becomes owed
+//! set_fluid_velocities u at each particle, by the same weights but without the faces on boundaries, and ∇p; what the fluid has
+//!                  paid in advance becomes unpaid
 //! add_drag         in each DEM step, between its forces and its advance: exact relaxation towards u
 //! ```
 //!
@@ -24,19 +24,19 @@
 //!
 //! *Fluid first, implicitly.* The fluid sees all particles at their velocities v̂ = vⁿ + l, its own at the new time. It
 //! pays each particle in advance the impulse J* = K (uⁿ⁺¹ − v̂) Δt, whatever the particle will make of it. Then the
-//! particle integrates m dv/dt = F_other + K (u − l − v) exactly over each DEM step, at the fluid velocity it was lent,
-//! and gets the impulse J. The difference J − J* is *owed*: it goes to the fluid in the next step, explicitly, at
+//! particle integrates m dv/dt = F_other + K (u − l − v) exactly over each DEM step, at the fluid velocity it was given,
+//! and gets the impulse J. The difference J − J* is *unpaid*: it goes to the fluid in the next step, explicitly, at
 //! the particle's new place. With x = K Δt/m and y = K Δt/m_fluid the slip of free particles falls by
 //! ((1 − xE) + y (1 − E))/(1 + y) per step, E = (1 − e^−x)/x, which lies between 0 and 1 for all x and y: neither
 //! stiff drag on light grains nor heavy loading of a light gas can oscillate. Grains held by contacts give 1/(1 + y).
 //! Steady states are exact for any Δt.
 //!
-//! *Ledger.* At any time: given to particles = taken from the fluid + owed, to rounding ([`MomentumLedger`]). What is
-//! owed is O(Δt) and lives with the particle ([`DragLink`], its cargo: [`grains_dem::Particles::carry`]), which takes it along to other
+//! *Ledger.* At any time: given to particles = taken from the fluid + unpaid, to rounding ([`MomentumLedger`]). What is
+//! unpaid is O(Δt) and lives with the particle ([`DragLink`], its cargo: [`grains_dem::Particles::carry`]), which takes it along to other
 //! ranks; a checkpoint must hold it. A particle that leaves the domain takes it out. The reaction to the pressure-gradient force of model A
 //! is the factor ε of ∇p in the fluid, and part of no ledger.
 //!
-//! The velocity lent must be the one that multiplies B in the fluid's update. A projection method has it if the pressure
+//! The velocity given must be the one that multiplies B in the fluid's update. A projection method has it if the pressure
 //! correction too divides by ρ ε/Δt + B, which is also what makes the split scheme accurate in dense beds.
 //!
 //! # Many ranks
@@ -55,14 +55,14 @@ mod error;
 mod exchange;
 mod fluidisation;
 mod kernel;
-mod model;
 mod shape_factors;
 
-pub use coupling::{Coupling, DragFields, FluidFields, Grid, void_fractions};
+pub use coupling::{Coupling, DragFields, FluidFields, Grid, buoyancy, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
-pub use exchange::{DragLink, MomentumLedger, add_drag, boundary_gradient, impulse_taken, owed, relaxation};
+pub use exchange::{
+    DragLink, MomentumLedger, add_drag, boundary_gradient, impulse_taken, relaxation, unpaid_impulse,
+};
 pub use fluidisation::Bed;
-pub use kernel::{End, GridAxis, Kernel, Layout, MOST_CELLS, Site, Stencil};
-pub use model::{Model, buoyancy};
+pub use kernel::{End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
 pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};

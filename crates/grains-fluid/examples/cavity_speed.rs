@@ -9,9 +9,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sizes: Vec<usize> = std::env::args().skip(1).map(|n| n.parse()).collect::<Result<_, _>>()?;
     let sizes = if sizes.is_empty() { vec![32, 64, 128] } else { sizes };
     for n in sizes {
-        measure(n, Diffusion::CrankNicolson, None)?;
+        measure(n, Diffusion::Implicit, None)?;
         measure(n, Diffusion::Explicit, None)?;
-        measure(n, Diffusion::CrankNicolson, Some(MixtureModel::A))?;
+        measure(n, Diffusion::Implicit, Some(MixtureModel::A))?;
     }
     Ok(())
 }
@@ -46,7 +46,7 @@ fn measure(
     let cells = (n * n * n) as f64;
     let explicit_limit = 0.2 / (3.0 * 0.01 * (n * n) as f64);
     let dt = match diffusion {
-        Diffusion::CrankNicolson => 0.25 / n as f64,
+        Diffusion::Implicit => 0.25 / n as f64,
         Diffusion::Explicit => explicit_limit.min(0.25 / n as f64),
     };
     for _ in 0..3 {

@@ -1,14 +1,15 @@
 //! A flow: what defines it, its state, and how it begins.
 
-use crate::boundary::{FaceTable, Kind, fill_velocity, open_faces};
+use crate::boundary::{BoundaryData, Kind, fill_velocity, open_faces};
 use crate::clock::Clock;
 use crate::grid::AXES;
 use crate::metrics::Local;
-use crate::mixture::{Mixture, MixtureModel};
+use crate::mixture::Mixture;
+use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
 use crate::{
-    Boundaries, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, Ownership, SetupError,
+    Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
 };
 use grains_domain::Transport;
 
@@ -33,7 +34,7 @@ pub struct FlowSetup {
     /// Global grid.
     pub grid: Grid,
     /// Cells of the ranks.
-    pub ownership: Ownership,
+    pub partition: CellPartition,
     /// Width of the halo of all fields (cells), at least 2.
     pub halo: usize,
     /// Density ρ (kg/m³).
@@ -56,7 +57,7 @@ impl FlowSetup {
     /// Single phase between walls at rest, on one rank, with the default schemes.
     pub fn new(grid: Grid, density: f64, viscosity: f64) -> Self {
         Self {
-            ownership: Ownership::serial(&grid),
+            partition: CellPartition::serial(&grid),
             grid,
             halo: 2,
             density,
@@ -71,7 +72,7 @@ impl FlowSetup {
 
     /// The pressure equation of this flow.
     pub fn pressure_problem(&self) -> PressureProblem {
-        PressureProblem::new(&self.grid, &self.ownership, self.halo, &self.boundaries)
+        PressureProblem::new(&self.grid, &self.partition, self.halo, &self.boundaries)
     }
 
     /// Refuses what cannot be computed.
@@ -82,7 +83,7 @@ impl FlowSetup {
         };
         positive("fluid.density", self.density)?;
         positive("fluid.viscosity", self.viscosity)?;
-        self.ownership.check(self.halo)?;
+        self.partition.check(self.halo)?;
         self.boundaries.check(&self.grid)?;
         let undriven = |a: usize| self.drive[a] == Drive::None || self.grid.axis(a).is_periodic();
         match (0..3).find(|&a| !undriven(a)) {
@@ -107,19 +108,19 @@ impl FlowSetup {
         self.suitable_solver_to(1e-10, 500, transport)
     }
 
-    /// The solver that suits: direct for constant coefficients, else [`ConjugateGradients`] within `most` iterations to
+    /// The solver that suits: direct for constant coefficients, else [`ConjugateGradients`] within `max_iterations` to
     /// a residual of `tolerance` times the right-hand side; collective.
     pub fn suitable_solver_to(
         &self,
         tolerance: f64,
-        most: usize,
+        max_iterations: usize,
         transport: &dyn Transport,
     ) -> Box<dyn PressureSolver> {
         let problem = self.pressure_problem();
         if self.has_constant_coefficients() {
             Box::new(FastSolver::new(&problem, transport))
         } else {
-            Box::new(ConjugateGradients::new(&problem, tolerance, most, transport))
+            Box::new(ConjugateGradients::new(&problem, tolerance, max_iterations, transport))
         }
     }
 }
@@ -129,15 +130,15 @@ impl FlowSetup {
 pub struct Immersed {
     /// What the bodies do to the fluid (N/m³), own faces; part of the momentum equation as it is.
     pub force: Faces,
-    /// Velocities inside bodies beyond those of the bodies (m/s), halo included, if they continue the flow: nothing flows by
-    /// them.
-    pub beyond: Option<Faces>,
+    /// Extrapolated velocities inside bodies less those of the bodies (m/s), halo included, if they are extrapolated: nothing
+    /// flows by them.
+    pub extrapolated: Option<Faces>,
 }
 
 impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
-        Self { force: Faces::new(layout), beyond: None }
+        Self { force: Faces::new(layout), extrapolated: None }
     }
 }
 
@@ -179,12 +180,12 @@ pub struct Flow {
     pub state: FlowState,
     /// Void fraction, drag and sources of the particles; none for a single phase.
     pub mixture: Option<Mixture>,
-    /// Rigid bodies that the fluid follows.
+    /// Rigid bodies whose velocity is imposed on the fluid.
     pub immersed: Option<Immersed>,
     /// Time spent per phase of the step.
     pub clock: Clock,
     pub(crate) local: Local,
-    pub(crate) tables: Vec<FaceTable>,
+    pub(crate) boundary_data: Vec<BoundaryData>,
     pub(crate) halo: Halo,
     pub(crate) solver: Box<dyn PressureSolver>,
     pub(crate) implicit: Implicit,
@@ -208,12 +209,12 @@ impl Flow {
         transport: &dyn Transport,
     ) -> Result<Self, SetupError> {
         setup.check()?;
-        let local = Local::new(&setup.grid, &setup.ownership, setup.halo);
+        let local = Local::new(&setup.grid, &setup.partition, setup.halo);
         let layout = local.layout;
-        let tables = FaceTable::all(&setup.grid, &local, &setup.boundaries, 0.0);
+        let boundary_data = BoundaryData::all(&setup.grid, &local, &setup.boundaries, 0.0);
         let mut ones = Faces::new(layout);
         ones.fill(1.0);
-        close_faces(&tables, &mut ones);
+        close_faces(&boundary_data, &mut ones);
         if setup.mixture.is_none() {
             solver.set_coefficients(&ones, transport)?;
         }
@@ -231,10 +232,10 @@ impl Flow {
             mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
             immersed: None,
             clock: Clock::default(),
-            tables,
-            halo: Halo::new(&setup.grid, &setup.ownership, layout),
+            boundary_data,
+            halo: Halo::new(&setup.grid, &setup.partition, layout),
             solver,
-            implicit: Implicit::new(&setup.grid, &setup.ownership, &setup.boundaries, &local),
+            implicit: Implicit::new(&setup.grid, &setup.partition, &setup.boundaries, &local),
             increments: Faces::new(layout),
             rhs: Field::new(layout),
             rows: [vec![0.0; layout.cells[0]], vec![0.0; layout.cells[0]]],
@@ -268,17 +269,19 @@ impl Flow {
         for component in (0..3).filter(|&c| !self.local.active[c]) {
             state.velocity.component_mut(component).fill(0.0);
         }
-        for table in self.tables.iter_mut() {
-            table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
+        for face_data in self.boundary_data.iter_mut() {
+            face_data.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
         }
         // Imposed values before the exchange: on thin subdomains neighbours see those on the upper face.
-        self.tables.iter().for_each(|table| table.fill_normal(&mut state.velocity, self.setup.halo));
+        self.boundary_data
+            .iter()
+            .for_each(|face_data| face_data.fill_normal(&mut state.velocity, self.setup.halo));
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
-        fill_velocity(&self.tables, &mut state.velocity, self.setup.halo);
-        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+        fill_velocity(&self.boundary_data, &mut state.velocity, self.setup.halo);
+        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {
-            mixture.settle_faces(&self.local, &self.tables, &mut self.halo, transport);
+            mixture.settle_faces(&self.local, &self.boundary_data, &mut self.halo, transport);
         }
     }
 
@@ -298,8 +301,8 @@ impl Flow {
             return Ok(());
         }
         let mut sums = [0.0, 0.0];
-        for table in &self.tables {
-            table.for_normal_values(&self.local, |inwards, area| {
+        for face_data in &self.boundary_data {
+            face_data.for_normal_values(&self.local, |inwards, area| {
                 sums[0] += inwards * area;
                 sums[1] += (inwards * area).abs();
             });
@@ -332,14 +335,14 @@ fn sample<L: Location>(grid: &Grid, local: &Local, field: &mut Field<L>, value: 
 }
 
 /// Zeroes coefficients on all boundary faces but outlets.
-pub(crate) fn close_faces(tables: &[FaceTable], coefficients: &mut Faces) {
+pub(crate) fn close_faces(boundary_data: &[BoundaryData], coefficients: &mut Faces) {
     let layout = coefficients.layout();
-    for table in tables {
-        let axis = table.face.axis;
-        for m2 in 0..table.extents[1] {
-            for m1 in 0..table.extents[0] {
-                if table.kinds[axis][m2 * table.extents[0] + m1] != Kind::Free {
-                    let b = table.boundary(layout, table.inside(layout, m1, m2));
+    for face_data in boundary_data {
+        let axis = face_data.face.axis;
+        for m2 in 0..face_data.extents[1] {
+            for m1 in 0..face_data.extents[0] {
+                if face_data.kinds[axis][m2 * face_data.extents[0] + m1] != Kind::Free {
+                    let b = face_data.boundary(layout, face_data.inside(layout, m1, m2));
                     coefficients.component_mut(axis)[b] = 0.0;
                 }
             }

@@ -29,12 +29,9 @@ impl Axis {
         Self { nodes, periodic, uniform }
     }
 
-    /// `cells` cells refined towards both ends: x = L/2 (1 + tanh(s ξ)/tanh s), ξ in [−1, 1], `strength` s > 0.
+    /// `cells` cells refined towards both ends by [`clustered`], `strength` s > 0.
     pub fn clustered(lower: f64, upper: f64, cells: usize, strength: f64) -> Self {
-        let at = |k: usize| {
-            let xi = 2.0 * k as f64 / cells as f64 - 1.0;
-            lower + 0.5 * (upper - lower) * (1.0 + (strength * xi).tanh() / strength.tanh())
-        };
+        let at = |k: usize| lower + clustered(k as f64 / cells as f64, strength) * (upper - lower);
         Self::stretched((0..=cells).map(at).collect(), false)
     }
 
@@ -131,6 +128,12 @@ impl Axis {
             None => Ok(()),
         }
     }
+}
+
+/// Place of a node on an axis refined towards both ends, x/L = ½ (1 + tanh(s ξ)/tanh s) with ξ = 2 k/n − 1 (-), from its
+/// share k/n of the cells (-) and the strength s > 0 of the refinement (-).
+pub fn clustered(share: f64, strength: f64) -> f64 {
+    0.5 * (1.0 + (strength * (2.0 * share - 1.0)).tanh() / strength.tanh())
 }
 
 /// The global grid; an axis of one cell makes the flow two-dimensional.

@@ -1,6 +1,6 @@
 //! The halo of a subdomain: filled from the owners, or added back to them.
 
-use crate::{Grid, Layout, Ownership};
+use crate::{CellPartition, Grid, Layout};
 use grains_domain::Transport;
 
 /// Exchange along one axis with the ranks below and above.
@@ -25,11 +25,11 @@ pub struct Halo {
 }
 
 impl Halo {
-    /// Exchange among the ranks of an ownership.
-    pub fn new(grid: &Grid, ownership: &Ownership, layout: Layout) -> Self {
-        let own = ownership.rank_at(ownership.coordinates);
+    /// Exchange among the ranks of a partition.
+    pub fn new(grid: &Grid, partition: &CellPartition, layout: Layout) -> Self {
+        let own = partition.rank_at(partition.coordinates);
         let axes = std::array::from_fn(|a| {
-            let neighbours = ownership.neighbours(a, grid.axis(a).is_periodic());
+            let neighbours = partition.neighbours(a, grid.axis(a).is_periodic());
             let leaves: Vec<usize> =
                 (0..2).filter(|&s| neighbours[s].is_some_and(|rank| rank != own)).collect();
             let peers: Vec<usize> = leaves.iter().filter_map(|&s| neighbours[s]).collect();

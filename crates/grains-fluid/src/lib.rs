@@ -10,7 +10,7 @@
 //!
 //! # Data
 //!
-//! A rank owns the cells whose centres lie in its subdomain ([`Ownership`]), along every axis n of them and a halo of
+//! A rank owns the cells whose centres lie in its subdomain ([`CellPartition`]), along every axis n of them and a halo of
 //! h ≥ 2. All arrays have the extents n + 2 h, x fastest ([`Layout`]); the place in the cell is part of their type
 //! ([`Field`]). Velocities lie on the *upper* face of their cell:
 //!
@@ -44,7 +44,7 @@
 //! 30 GB/s. Measured times are several times that: the step is bound by arithmetic, which the baseline instruction set
 //! does two numbers at a time. With explicit diffusion it is 43.
 //!
-//! With particles: prepare 16 + 20 (void fraction on faces and edges, fluxes, capacities, coefficients), multigrid set-up
+//! With particles: prepare 16 + 20 (void fraction on faces and edges, fluxes, diagonals, coefficients), multigrid set-up
 //! 12 + 5, predict 32 + 6, diffuse 36 + 18, add 6 + 3, source 7 + 1, correct 11 + 4, remember ε 1 + 1: 179; and per
 //! iteration of the pressure 26 + 8, a seventh more for the coarse grids. See the example `mixture_speed`.
 //!
@@ -52,7 +52,7 @@
 //!
 //! | to add | file | one line in |
 //! |---|---|---|
-//! | an advection scheme | `momentum/explicit.rs` | [`Advection`] |
+//! | an advection scheme | `momentum/explicit.rs` | [`Advection`], in `momentum/scheme.rs` |
 //! | a boundary condition | `boundary/` | [`Condition`] |
 //! | a pressure solver | any crate (`grains-petsc` is one) | implement [`PressureSolver`] |
 //!
@@ -60,6 +60,7 @@
 //! 2001 (pressure update); Verstappen & Veldman 2003 (stretched grids).
 
 mod boundary;
+mod cell_partition;
 mod clock;
 mod error;
 mod field;
@@ -70,24 +71,25 @@ mod limits;
 mod measure;
 mod metrics;
 mod mixture;
+mod mixture_model;
 mod momentum;
-mod ownership;
 mod pressure;
 mod projection;
-mod reduced;
 mod step;
+mod tridiagonal;
 
 pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
+pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};
 pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location};
 pub use flow::{Drive, Flow, FlowSetup, FlowState, Immersed, StepReport};
-pub use grid::{Axis, Grid};
+pub use grid::{Axis, Grid, clustered};
 pub use halo::Halo;
 pub use limits::FlowLimits;
-pub use mixture::{Mixture, MixtureModel, SolidFlux};
+pub use mixture::{Mixture, SolidFlux};
+pub use mixture_model::MixtureModel;
 pub use momentum::{Advection, Diffusion};
-pub use ownership::Ownership;
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,

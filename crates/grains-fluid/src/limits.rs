@@ -59,7 +59,7 @@ impl FlowLimits {
 
 impl Flow {
     /// Largest Courant number Σ |u| Δt/Δx with a step (s); collective.
-    pub fn courant(&self, dt: f64, transport: &dyn Transport) -> f64 {
+    pub fn cfl_number(&self, dt: f64, transport: &dyn Transport) -> f64 {
         let mut largest = [self.rates_of_own_cells()];
         transport.max(&mut largest);
         largest[0] * dt
@@ -76,11 +76,11 @@ impl Flow {
 
     /// Largest Σ |u|/Δx (1/s) of the velocities imposed at a time (s) by functions of it, in the own cells behind them.
     fn rate_of_boundaries(&self, time: f64) -> f64 {
-        let unsteady = self.tables.iter().filter(|table| table.is_unsteady);
-        unsteady.fold(0.0, |largest: f64, table| {
-            let mut table = table.clone();
-            table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
-            largest.max(table.largest_rate(&self.local))
+        let unsteady = self.boundary_data.iter().filter(|face_data| face_data.is_unsteady);
+        unsteady.fold(0.0, |largest: f64, face_data| {
+            let mut face_data = face_data.clone();
+            face_data.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
+            largest.max(face_data.largest_rate(&self.local))
         })
     }
 
@@ -88,7 +88,7 @@ impl Flow {
     fn largest_inverse_width(&self, axis: usize) -> f64 {
         let h = self.local.layout.halo;
         let own = &self.local.axes[axis].inverse_width[h..h + self.local.layout.cells[axis]];
-        own.iter().fold(0.0_f64, |most, inverse| most.max(*inverse))
+        own.iter().fold(0.0_f64, |max, inverse| max.max(*inverse))
     }
 
     /// Largest ν Σ 1/Δx² of the own cells (1/s).

@@ -6,9 +6,9 @@ use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
 
 impl Flow {
-    /// Velocities inside bodies by which nothing flows.
-    fn beyond(&self) -> Option<&Faces> {
-        self.immersed.as_ref()?.beyond.as_ref()
+    /// Extrapolated velocities inside bodies, less those of the bodies: nothing flows by them.
+    fn extrapolated(&self) -> Option<&Faces> {
+        self.immersed.as_ref()?.extrapolated.as_ref()
     }
 
     /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
@@ -16,9 +16,9 @@ impl Flow {
         let mut rhs = Field::<Centre>::new(self.local.layout);
         let porous = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         divergence(&self.local, &self.state.velocity, porous, &mut rhs);
-        if let Some(beyond) = self.beyond() {
+        if let Some(extrapolated) = self.extrapolated() {
             let mut unreal = Field::<Centre>::new(self.local.layout);
-            divergence(&self.local, beyond, None, &mut unreal);
+            divergence(&self.local, extrapolated, None, &mut unreal);
             rhs.data_mut().iter_mut().zip(unreal.data()).for_each(|(f, g)| *f -= g);
         }
         let mut largest = [0.0, self.rates_of_own_cells()];
@@ -83,7 +83,7 @@ impl Flow {
         let mut rate = [0.0];
         let stride = self.local.layout.strides()[axis];
         let u = self.state.velocity.component(axis);
-        let beyond = self.beyond().map(|beyond| beyond.component(axis));
+        let extrapolated = self.extrapolated().map(|extrapolated| extrapolated.component(axis));
         self.for_cells(|cell, p| {
             let global = cell[axis] + self.local.first[axis];
             // Every node belongs to the cell below it; node 0 to the first cell.
@@ -97,7 +97,7 @@ impl Flow {
             let area =
                 self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
             let eps = self.mixture.as_ref().map_or(1.0, |m| m.faces.component(axis)[face]);
-            rate[0] += eps * (u[face] - beyond.map_or(0.0, |b| b[face])) * area;
+            rate[0] += eps * (u[face] - extrapolated.map_or(0.0, |b| b[face])) * area;
         });
         transport.sum(&mut rate);
         rate[0]
@@ -126,18 +126,18 @@ impl Flow {
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
         let u = self.state.velocity.component(axis);
-        let beyond = self.beyond().map(|beyond| beyond.component(axis));
+        let extrapolated = self.extrapolated().map(|extrapolated| extrapolated.component(axis));
         self.for_cells(|cell, p| {
             let m = &self.local.axes[axis];
             let e = self.local.entry(cell[axis]);
             // The control volume of the face, not of the cell.
             let volume = self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e];
-            let (eps, gain) = match &self.mixture {
-                Some(m) => (m.faces.component(axis)[p], m.gain.component(axis)[p]),
+            let (eps, gradient_factor) = match &self.mixture {
+                Some(m) => (m.faces.component(axis)[p], m.gradient_factor.component(axis)[p]),
                 None => (1.0, dt / self.setup.density),
             };
-            sums[0] += eps * (u[p] - beyond.map_or(0.0, |b| b[p])) * volume;
-            sums[1] += eps * gain * volume;
+            sums[0] += eps * (u[p] - extrapolated.map_or(0.0, |b| b[p])) * volume;
+            sums[1] += eps * gradient_factor * volume;
         });
         transport.sum(&mut sums);
         sums.map(|s| s / self.setup.grid.volume())
@@ -163,7 +163,7 @@ impl Flow {
     }
 
     /// Courant number of the own cells with a step (s).
-    pub(crate) fn courant_of_last(&self, dt: f64) -> f64 {
+    pub(crate) fn own_cfl_number(&self, dt: f64) -> f64 {
         self.rates_of_own_cells() * dt
     }
 

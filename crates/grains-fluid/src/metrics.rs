@@ -1,6 +1,6 @@
 //! Widths and distances of the own cells and their halo.
 
-use crate::{Grid, Layout, Ownership};
+use crate::{CellPartition, Grid, Layout};
 
 /// One axis of a subdomain; entry i + h belongs to cell i, from −h to n + h.
 #[derive(Clone, Debug)]
@@ -49,14 +49,14 @@ pub(crate) struct Local {
 }
 
 impl Local {
-    pub fn new(grid: &Grid, ownership: &Ownership, halo: usize) -> Self {
-        let (cells, first) = (ownership.cells(), ownership.first());
+    pub fn new(grid: &Grid, partition: &CellPartition, halo: usize) -> Self {
+        let (cells, first) = (partition.cells(), partition.first());
         let layout = Layout { cells, halo };
         Self {
             layout,
             axes: std::array::from_fn(|a| AxisMetrics::new(grid, a, first[a], cells[a], halo)),
             active: std::array::from_fn(|a| grid.is_active(a)),
-            ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
+            ends: std::array::from_fn(|a| partition.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             first,
             walls: std::array::from_fn(|a| [0, 1].map(|side| grid.axis(a).wall_weights(side))),
         }

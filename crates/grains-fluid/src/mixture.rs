@@ -1,19 +1,10 @@
 //! Fluid among particles: void fraction, drag and sources (Rakotonirina 2016, eqs 5.10-5.11).
 
-use crate::boundary::FaceTable;
+use crate::boundary::BoundaryData;
 use crate::metrics::Local;
-use crate::momentum::{Capacity, FaceTerms, Porosity};
-use crate::{Centre, Faces, Field, Halo, Layout, StepError};
+use crate::momentum::{FaceTerms, MomentumDiagonal, Porosity};
+use crate::{Centre, Faces, Field, Halo, Layout, MixtureModel, StepError};
 use grains_domain::Transport;
-
-/// Who carries the pressure gradient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MixtureModel {
-    /// The fluid feels −ε ∇p, each particle −V ∇p besides its drag.
-    A,
-    /// The fluid feels the whole −∇p, the drag of the particles is divided by ε.
-    B,
-}
 
 /// What the particles carry through the box, for drives that keep the flux of the mixture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,9 +12,9 @@ pub struct SolidFlux {
     /// Mean of (1 − ε) v over the box (m/s), at the beginning of the coming step.
     pub mean: [f64; 3],
     /// Its rise in the step over that of the mean of ε u (-), as particles follow the fluid.
-    pub follow: [f64; 3],
+    pub drag_response: [f64; 3],
     /// Its rise in the step over that of the drive's force (m/s per Pa/m), as they feel that pressure gradient themselves.
-    pub yielding: [f64; 3],
+    pub gradient_response: [f64; 3],
 }
 
 /// What the particles do to the fluid; the caller sets the public fields in the own cells before every step.
@@ -53,8 +44,8 @@ pub struct Mixture {
     /// 1/(ε/Δt + β/ρ) (s).
     pub(crate) inverse: Faces,
     /// What −∇p is multiplied with to change the velocity in a step (m³ s/kg).
-    pub(crate) gain: Faces,
-    /// Coefficients of the pressure equation, ε × gain (m⁴/(N s)).
+    pub(crate) gradient_factor: Faces,
+    /// Coefficients of the pressure equation, ε × gradient factor (m⁴/(N s)).
     pub(crate) coefficients: Faces,
     /// ∂ε/∂t (1/s).
     pub(crate) rate: Field<Centre>,
@@ -91,7 +82,7 @@ impl Mixture {
             old_faces: ones,
             flux: Faces::new(layout),
             inverse: Faces::new(layout),
-            gain: Faces::new(layout),
+            gradient_factor: Faces::new(layout),
             coefficients: Faces::new(layout),
             rate: Field::new(layout),
             is_continued: false,
@@ -130,11 +121,11 @@ impl Mixture {
     /// Coefficients of the momentum equation of a face, over the density.
     pub(crate) fn face_terms(&self, component: usize, p: usize, density: f64, dt: f64) -> FaceTerms {
         let (new, old) = (self.faces.component(component)[p], self.old_faces.component(component)[p]);
-        let capacity = 1.0 / self.inverse.component(component)[p];
+        let diagonal = 1.0 / self.inverse.component(component)[p];
         FaceTerms {
             void_fraction: new,
-            gradient: self.gain.component(component)[p] * capacity * density,
-            capacity,
+            gradient: self.gradient_factor.component(component)[p] * diagonal * density,
+            diagonal,
             source: self.source.component(component)[p] / density,
             friction: (new - old) / dt + self.drag.component(component)[p] / density,
         }
@@ -167,13 +158,14 @@ impl Mixture {
     pub(crate) fn settle_faces(
         &mut self,
         local: &Local,
-        tables: &[FaceTable],
+        boundary_data: &[BoundaryData],
         halo: &mut Halo,
         transport: &dyn Transport,
     ) {
-        on_faces(&mut self.void_fraction, &mut self.faces, (local, tables, halo), transport);
-        for table in tables {
-            table.for_imposed(local.layout, |face| self.faces.component_mut(table.face.axis)[face] = 1.0);
+        on_faces(&mut self.void_fraction, &mut self.faces, (local, boundary_data, halo), transport);
+        for face_data in boundary_data {
+            face_data
+                .for_imposed(local.layout, |face| self.faces.component_mut(face_data.face.axis)[face] = 1.0);
         }
     }
 
@@ -181,7 +173,7 @@ impl Mixture {
     pub(crate) fn prepare(
         &mut self,
         local: &Local,
-        tables: &[FaceTable],
+        boundary_data: &[BoundaryData],
         halo: &mut Halo,
         inputs: StepInputs<'_>,
         transport: &dyn Transport,
@@ -189,24 +181,24 @@ impl Mixture {
         self.check(local, inputs.step, transport)?;
         let [x, y, z] = self.drag.components_mut();
         halo.fill(&mut [self.void_fraction.data_mut(), x, y, z], transport);
-        tables.iter().for_each(|table| table.fill_even(&mut self.void_fraction));
+        boundary_data.iter().for_each(|face_data| face_data.fill_even(&mut self.void_fraction));
         std::mem::swap(&mut self.faces, &mut self.old_faces);
         if !self.is_continued {
-            on_faces(&mut self.previous, &mut self.old_faces, (local, tables, halo), transport);
+            on_faces(&mut self.previous, &mut self.old_faces, (local, boundary_data, halo), transport);
         }
         self.set_middle(local.layout, inputs.dt);
         for axis in 0..3 {
             for_rows(local, axis, |row| self.set_row(row, inputs));
         }
-        self.set_imposed(local.layout, tables, inputs.velocity);
+        self.set_imposed(local.layout, boundary_data, inputs.velocity);
         Ok(())
     }
 
     /// Nothing is in the way on faces with an imposed velocity: it is the superficial one, whatever lies behind.
-    fn set_imposed(&mut self, layout: Layout, tables: &[FaceTable], velocity: &Faces) {
-        for table in tables {
-            let axis = table.face.axis;
-            table.for_imposed(layout, |face| {
+    fn set_imposed(&mut self, layout: Layout, boundary_data: &[BoundaryData], velocity: &Faces) {
+        for face_data in boundary_data {
+            let axis = face_data.face.axis;
+            face_data.for_imposed(layout, |face| {
                 self.faces.component_mut(axis)[face] = 1.0;
                 self.old_faces.component_mut(axis)[face] = 1.0;
                 self.flux.component_mut(axis)[face] = velocity.component(axis)[face];
@@ -250,18 +242,23 @@ impl Mixture {
         for (inverse, (eps, beta)) in inverse.iter_mut().zip(new.iter().zip(drag)) {
             *inverse = 1.0 / (eps * rate + beta * specific);
         }
-        let gain = &mut self.gain.component_mut(axis)[own.clone()];
+        let gradient_factor = &mut self.gradient_factor.component_mut(axis)[own.clone()];
         let factors = inverse.iter().zip(new.iter().zip(old));
         match self.model {
-            MixtureModel::A => gain.iter_mut().zip(factors).for_each(|(gain, (inverse, (new, old)))| {
-                *gain = 0.5 * specific * (new + old) * inverse;
-            }),
-            MixtureModel::B => gain.iter_mut().zip(factors).for_each(|(gain, (inverse, _))| {
-                *gain = specific * inverse;
+            MixtureModel::A => {
+                gradient_factor.iter_mut().zip(factors).for_each(|(factor, (inverse, (new, old)))| {
+                    *factor = 0.5 * specific * (new + old) * inverse;
+                })
+            }
+            MixtureModel::B => gradient_factor.iter_mut().zip(factors).for_each(|(factor, (inverse, _))| {
+                *factor = specific * inverse;
             }),
         }
         let coefficients = &mut self.coefficients.component_mut(axis)[own];
-        coefficients.iter_mut().zip(new.iter().zip(&*gain)).for_each(|(c, (eps, gain))| *c = eps * gain);
+        coefficients
+            .iter_mut()
+            .zip(new.iter().zip(&*gradient_factor))
+            .for_each(|(c, (eps, factor))| *c = eps * factor);
     }
 
     fn check(&self, local: &Local, step: u64, transport: &dyn Transport) -> Result<(), StepError> {
@@ -294,8 +291,8 @@ impl Mixture {
         self.is_continued = true;
     }
 
-    pub(crate) fn capacity(&self, dt: f64, viscosity: f64) -> Capacity<'_> {
-        Capacity { inverse: Some(&self.inverse), dt, void_fraction: Some(self.porosity()), viscosity }
+    pub(crate) fn diagonal(&self, dt: f64, viscosity: f64) -> MomentumDiagonal<'_> {
+        MomentumDiagonal { inverse: Some(&self.inverse), dt, void_fraction: Some(self.porosity()), viscosity }
     }
 }
 
@@ -330,11 +327,11 @@ impl FaceRow<'_> {
 fn on_faces(
     field: &mut Field<Centre>,
     faces: &mut Faces,
-    (local, tables, halo): (&Local, &[FaceTable], &mut Halo),
+    (local, boundary_data, halo): (&Local, &[BoundaryData], &mut Halo),
     transport: &dyn Transport,
 ) {
     halo.fill(&mut [field.data_mut()], transport);
-    tables.iter().for_each(|table| table.fill_even(field));
+    boundary_data.iter().for_each(|face_data| face_data.fill_even(field));
     for axis in 0..3 {
         for_rows(local, axis, |row| row.interpolate(field, faces.component_mut(axis)));
     }

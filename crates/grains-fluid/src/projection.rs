@@ -1,8 +1,9 @@
 //! Divergence of the predicted velocity, and its removal.
 
-use crate::boundary::{FaceTable, Kind};
+use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
-use crate::mixture::{Mixture, MixtureModel};
+use crate::mixture::Mixture;
+use crate::mixture_model::MixtureModel;
 use crate::{Centre, Faces, Field};
 
 /// f = Σ_faces ± A ε u + V ∂ε/∂t of every own cell (m³/s); returns its sum and that of the fluxes' sizes.
@@ -90,21 +91,21 @@ pub(crate) struct ForceRow<'a> {
 }
 
 impl ForceRow<'_> {
-    /// Adds the force less the pressure gradient, times a gain, to a row of velocities.
+    /// Adds the force less the pressure gradient, times the factor of the pressure gradient, to a row of velocities.
     #[inline(always)]
-    pub fn add(&self, out: &mut [f64], gain: impl Fn(usize) -> f64) {
+    pub fn add(&self, out: &mut [f64], gradient_factor: impl Fn(usize) -> f64) {
         let n = out.len();
         let ([below, above], drive) = (self.pressures.map(|p| &p[..n]), self.drive);
         match self.distances {
             [distance] => {
                 for i in 0..n {
-                    out[i] += gain(i) * (drive - (above[i] - below[i]) * distance);
+                    out[i] += gradient_factor(i) * (drive - (above[i] - below[i]) * distance);
                 }
             }
             distances => {
                 let distances = &distances[..n];
                 for i in 0..n {
-                    out[i] += gain(i) * (drive - (above[i] - below[i]) * distances[i]);
+                    out[i] += gradient_factor(i) * (drive - (above[i] - below[i]) * distances[i]);
                 }
             }
         }
@@ -125,8 +126,8 @@ pub(crate) struct Correction<'a> {
 
 impl Correction<'_> {
     /// What multiplies ∇φ on a face.
-    fn gain(&self, component: usize, p: usize) -> f64 {
-        self.coefficients.map_or(1.0, |m| m.gain.component(component)[p])
+    fn gradient_factor(&self, component: usize, p: usize) -> f64 {
+        self.coefficients.map_or(1.0, |m| m.gradient_factor.component(component)[p])
     }
 
     /// Corrects all faces but those of the box.
@@ -147,8 +148,9 @@ impl Correction<'_> {
                     match self.coefficients {
                         None => force.add(row, |_| 1.0),
                         Some(mixture) => {
-                            let gain = &mixture.gain.component(component)[start..][..n[0]];
-                            force.add(row, |i| gain[i]);
+                            let gradient_factor =
+                                &mixture.gradient_factor.component(component)[start..][..n[0]];
+                            force.add(row, |i| gradient_factor[i]);
                         }
                     }
                 }
@@ -157,21 +159,22 @@ impl Correction<'_> {
     }
 
     /// Corrects the normal velocities of outlets.
-    pub fn outlets(&self, tables: &[FaceTable], velocity: &mut Faces) {
+    pub fn outlets(&self, boundary_data: &[BoundaryData], velocity: &mut Faces) {
         let layout = self.local.layout;
-        for table in tables.iter().filter(|t| t.has_outlet) {
-            let axis = table.face.axis;
-            let outward = table.face.outward();
+        for face_data in boundary_data.iter().filter(|t| t.has_outlet) {
+            let axis = face_data.face.axis;
+            let outward = face_data.face.outward();
             let step = outward as isize * layout.strides()[axis] as isize;
             let cell = if outward > 0.0 { layout.cells[axis] - 1 } else { 0 };
             let inverse = self.local.axes[axis].inverse_width[self.local.entry(cell)];
-            for m2 in layout.halo..table.extents[1] - layout.halo {
-                for m1 in layout.halo..table.extents[0] - layout.halo {
-                    if table.kinds[axis][m2 * table.extents[0] + m1] == Kind::Free {
-                        let inside = table.inside(layout, m1, m2);
-                        let b = table.boundary(layout, inside);
+            for m2 in layout.halo..face_data.extents[1] - layout.halo {
+                for m1 in layout.halo..face_data.extents[0] - layout.halo {
+                    if face_data.kinds[axis][m2 * face_data.extents[0] + m1] == Kind::Free {
+                        let inside = face_data.inside(layout, m1, m2);
+                        let b = face_data.boundary(layout, inside);
                         let rise = self.potential[(inside as isize + step) as usize] - self.potential[inside];
-                        velocity.component_mut(axis)[b] -= self.gain(axis, b) * outward * rise * inverse;
+                        velocity.component_mut(axis)[b] -=
+                            self.gradient_factor(axis, b) * outward * rise * inverse;
                     }
                 }
             }

@@ -5,7 +5,8 @@ use crate::clock::Phase;
 use crate::flow::{Drive, Flow, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
-    Capacity, Diffusion, Explicit, FaceTerms, OutletTerms, RowPlace, advance_outlets, imposed_increments,
+    Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, advance_outlets,
+    imposed_increments,
 };
 use crate::projection::{Correction, ForceRow, divergence};
 use crate::{Advection, SolveError, StepError};
@@ -31,9 +32,9 @@ impl Flow {
         self.clock.start();
         if let Some(mixture) = &mut self.mixture {
             let inputs = StepInputs { velocity: &self.state.velocity, density: self.setup.density, dt, step };
-            mixture.prepare(&self.local, &self.tables, &mut self.halo, inputs, transport)?;
-            let Self { tables, solver, .. } = self;
-            close_faces(tables, &mut mixture.coefficients);
+            mixture.prepare(&self.local, &self.boundary_data, &mut self.halo, inputs, transport)?;
+            let Self { boundary_data, solver, .. } = self;
+            close_faces(boundary_data, &mut mixture.coefficients);
             solver
                 .set_coefficients(&mixture.coefficients, transport)
                 .map_err(|source| StepError::Pressure { step, source })?;
@@ -101,7 +102,7 @@ impl Flow {
         }
     }
 
-    /// Increment of a row before implicit diffusion: the sum of all terms over the capacity m.
+    /// Increment of a row before implicit diffusion: the sum of all terms over the momentum diagonal m.
     fn combine(
         &mut self,
         place: RowPlace,
@@ -144,8 +145,8 @@ impl Flow {
                 let inputs =
                     StepInputs { velocity: &self.state.velocity, density, dt, step: self.state.step };
                 mixture.increments(component, start, inputs, viscous, out);
-                let gain = &mixture.gain.component(component)[start..][..n];
-                force.add(out, |i| gain[i]);
+                let gradient_factor = &mixture.gradient_factor.component(component)[start..][..n];
+                force.add(out, |i| gradient_factor[i]);
             }
         }
     }
@@ -154,7 +155,7 @@ impl Flow {
         let velocity = self.state.velocity.components();
         let (density, mixture) = (self.setup.density, self.mixture.as_ref());
         let pure =
-            FaceTerms { void_fraction: 1.0, gradient: 1.0, capacity: 1.0 / dt, source: 0.0, friction: 0.0 };
+            FaceTerms { void_fraction: 1.0, gradient: 1.0, diagonal: 1.0 / dt, source: 0.0, friction: 0.0 };
         let terms = OutletTerms {
             local: &self.local,
             velocity,
@@ -167,24 +168,24 @@ impl Flow {
         };
         let mut increments = self.increments.components_mut();
         let mut advective = self.state.advective.components_mut();
-        advance_outlets(&self.tables, &terms, &mut increments, &mut advective);
+        advance_outlets(&self.boundary_data, &terms, &mut increments, &mut advective);
     }
 
     /// Changes of imposed velocities over the step, and the implicit half of the diffusion.
     fn diffuse(&mut self, dt: f64, transport: &dyn Transport) {
         let time = self.state.time + dt;
-        for table in self.tables.iter_mut().filter(|t| t.is_unsteady) {
-            table.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
+        for face_data in self.boundary_data.iter_mut().filter(|t| t.is_unsteady) {
+            face_data.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
         }
         let viscosity = self.setup.viscosity / self.setup.density;
-        let capacity = match &self.mixture {
-            Some(mixture) => mixture.capacity(dt, viscosity),
-            None => Capacity { inverse: None, dt, void_fraction: None, viscosity },
+        let diagonal = match &self.mixture {
+            Some(mixture) => mixture.diagonal(dt, viscosity),
+            None => MomentumDiagonal { inverse: None, dt, void_fraction: None, viscosity },
         };
-        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
-        imposed_increments(&self.local, &self.tables, capacity, is_implicit, &mut self.increments);
+        let is_implicit = self.setup.diffusion == Diffusion::Implicit;
+        imposed_increments(&self.local, &self.boundary_data, diagonal, is_implicit, &mut self.increments);
         if is_implicit {
-            self.implicit.solve(&self.local, &self.tables, capacity, &mut self.increments, transport);
+            self.implicit.solve(&self.local, &self.boundary_data, diagonal, &mut self.increments, transport);
         }
     }
 
@@ -200,9 +201,9 @@ impl Flow {
                 velocity[own.clone()].iter_mut().zip(&increments[own]).for_each(|(u, d)| *u += d);
             }
         }
-        for table in self.tables.iter().filter(|t| t.face.outward() < 0.0) {
-            let increments = self.increments.component(table.face.axis);
-            table.add_boundary(increments, &mut self.state.velocity);
+        for face_data in self.boundary_data.iter().filter(|t| t.face.outward() < 0.0) {
+            let increments = self.increments.component(face_data.face.axis);
+            face_data.add_boundary(increments, &mut self.state.velocity);
         }
     }
 
@@ -223,23 +224,24 @@ impl Flow {
             if !self.local.active[axis] {
                 continue;
             }
-            let (wanted, [s, follow, yielding]) = match self.setup.drive[axis] {
+            let (wanted, [s, drag, gradient]) = match self.setup.drive[axis] {
                 Drive::MeanVelocity(wanted) => (wanted, [0.0; 3]),
                 Drive::MeanFlux(wanted) => {
-                    (wanted, [solid.mean[axis], solid.follow[axis], solid.yielding[axis]])
+                    (wanted, [solid.mean[axis], solid.drag_response[axis], solid.gradient_response[axis]])
                 }
                 Drive::None | Drive::PressureGradient(_) => continue,
             };
             let [mean, response] = self.mean_and_response(axis, dt, transport);
-            let lacking = wanted - s + follow * before - (1.0 + follow) * mean;
-            let force = lacking / ((1.0 + follow) * response + yielding);
+            let lacking = wanted - s + drag * before - (1.0 + drag) * mean;
+            let force = lacking / ((1.0 + drag) * response + gradient);
             self.state.force[axis] += force;
             let density = self.setup.density;
             let layout = self.local.layout;
             for start in layout.rows() {
                 for p in start..start + layout.cells[0] {
-                    let gain = self.mixture.as_ref().map_or(dt / density, |m| m.gain.component(axis)[p]);
-                    self.state.velocity.component_mut(axis)[p] += force * gain;
+                    let gradient_factor =
+                        self.mixture.as_ref().map_or(dt / density, |m| m.gradient_factor.component(axis)[p]);
+                    self.state.velocity.component_mut(axis)[p] += force * gradient_factor;
                 }
             }
         }
@@ -254,13 +256,13 @@ impl Flow {
     pub fn refresh_velocity(&mut self, transport: &dyn Transport) {
         self.exchange_velocity(transport);
         let ghosts = self.ghosts();
-        fill_velocity(&self.tables, &mut self.state.velocity, ghosts);
+        fill_velocity(&self.boundary_data, &mut self.state.velocity, ghosts);
     }
 
-    /// Fills the halo of the velocities that continue the flow inside bodies; collective.
-    pub fn refresh_beyond(&mut self, transport: &dyn Transport) {
-        if let Some(beyond) = self.immersed.as_mut().and_then(|bodies| bodies.beyond.as_mut()) {
-            let [x, y, z] = beyond.components_mut();
+    /// Fills the halo of the extrapolated velocities inside bodies; collective.
+    pub fn refresh_extrapolated(&mut self, transport: &dyn Transport) {
+        if let Some(extrapolated) = self.immersed.as_mut().and_then(|bodies| bodies.extrapolated.as_mut()) {
+            let [x, y, z] = extrapolated.components_mut();
             self.halo.fill(&mut [x, y, z], transport);
         }
     }
@@ -273,20 +275,20 @@ impl Flow {
     /// Right-hand side of the pressure equation.
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
-        // What fluid passes, fluid must bring: none goes through bodies, whatever continues the flow inside.
-        let beyond = self.immersed.as_ref().and_then(|bodies| bodies.beyond.as_ref());
-        if let Some(beyond) = beyond {
-            self.state.velocity.add(-1.0, beyond);
+        // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
+        let extrapolated = self.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref());
+        if let Some(extrapolated) = extrapolated {
+            self.state.velocity.add(-1.0, extrapolated);
         }
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        if let Some(beyond) = beyond {
-            self.state.velocity.add(1.0, beyond);
+        if let Some(extrapolated) = extrapolated {
+            self.state.velocity.add(1.0, extrapolated);
         }
         let mut sums = [sum, scale];
         transport.sum(&mut sums);
         let ([sum, scale], step) = (sums, self.state.step);
         if !scale.is_finite() {
-            return Err(StepError::NotFinite { step, dt, cfl: self.courant_of_last(dt) });
+            return Err(StepError::NotFinite { step, dt, cfl: self.own_cfl_number(dt) });
         }
         let has_outlet = self.setup.boundaries.has_outlet(&self.setup.grid);
         let of_rounding = if self.mixture.is_some() { ROUNDING * self.setup.grid.volume() / dt } else { 0.0 };
@@ -298,9 +300,9 @@ impl Flow {
 
     /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.
     fn correct(&mut self, dt: f64, transport: &dyn Transport) {
-        let is_implicit = self.setup.diffusion == Diffusion::CrankNicolson;
+        let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         self.halo.fill(&mut [self.state.correction.data_mut()], transport);
-        self.tables.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
+        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
         self.clock.book(Phase::Boundaries);
         let correction = Correction {
             local: &self.local,
@@ -310,15 +312,15 @@ impl Flow {
             viscosity: if is_implicit { self.setup.viscosity } else { 0.0 },
         };
         correction.velocity(&mut self.state.velocity);
-        correction.outlets(&self.tables, &mut self.state.velocity);
+        correction.outlets(&self.boundary_data, &mut self.state.velocity);
         correction.pressure(&self.rhs, &mut self.state.pressure);
         self.clock.book(Phase::Correction);
         let ghosts = self.ghosts();
         let state = &mut self.state;
         let [x, y, z] = state.velocity.components_mut();
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
-        fill_velocity(&self.tables, &mut state.velocity, ghosts);
-        self.tables.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+        fill_velocity(&self.boundary_data, &mut state.velocity, ghosts);
+        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {
             mixture.finish();
         }

@@ -45,7 +45,7 @@ pub(crate) fn widths(problem: &PressureProblem, axis: usize) -> Vec<f64> {
 
 /// Inverse volumes (1/m³) of the own cells.
 pub(crate) fn inverse_volumes(problem: &PressureProblem) -> Vec<f64> {
-    let (first, cells) = (problem.ownership.first(), problem.ownership.cells());
+    let (first, cells) = (problem.partition.first(), problem.partition.cells());
     let own = |a: usize| {
         let axis = problem.grid.axis(a);
         (0..cells[a]).map(move |cell| axis.width((first[a] + cell) as isize))

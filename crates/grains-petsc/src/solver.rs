@@ -44,7 +44,7 @@ pub struct PetscSolver {
 impl PetscSolver {
     /// Starts PETSc on the ranks of a communicator and builds a solver for a problem; collective.
     ///
-    /// Rank r of the communicator owns the cells of place r of [`grains_fluid::Ownership`], x fastest. Errors if
+    /// Rank r of the communicator owns the cells of place r of [`grains_fluid::CellPartition`], x fastest. Errors if
     /// PETSc runs already, rejects an option, or the ranks do not match.
     pub fn new<C: Communicator>(
         problem: &PressureProblem,
@@ -113,7 +113,7 @@ impl PetscSolver {
 /// The operator of a problem.
 fn matrix(problem: &PressureProblem, petsc: &Petsc) -> Result<PressureMatrix, PetscError> {
     let periodic = [0, 1, 2].map(|a| problem.grid.axis(a).is_periodic());
-    let owned = [0, 1, 2].map(|a| problem.ownership.counts(a));
+    let owned = [0, 1, 2].map(|a| problem.partition.counts(a));
     let grid = Grid::new(petsc, owned.each_ref().map(|list| &list[..]), periodic)?;
     let widths = [0, 1, 2].map(|a| widths(problem, a));
     let boundaries = [0, 1, 2].map(|a| {
@@ -133,7 +133,7 @@ fn fast_transform(
     inverse_volumes: Vec<f64>,
     transport: Box<dyn Transport>,
 ) -> Preconditioner {
-    let layout = Layout { cells: problem.ownership.cells(), halo: problem.halo };
+    let layout = Layout { cells: problem.partition.cells(), halo: problem.halo };
     let (mut rhs, mut solution) = (Field::<Centre>::new(layout), Field::<Centre>::new(layout));
     let ones = vec![1.0; inverse_volumes.len()];
     Preconditioner::Function(Box::new(move |f, p| {

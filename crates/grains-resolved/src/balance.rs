@@ -21,8 +21,8 @@ pub struct BodyMotion {
     pub momentum: [f64; 6],
     /// Impulse of contacts, weight and buoyancy in the step (N s, N m s).
     pub impulse: [f64; 6],
-    /// What the last step left to this one, [`Action::pending`].
-    pub pending: [f64; 6],
+    /// What the last step left to this one, [`Action::carried_over`].
+    pub carried_over: [f64; 6],
     /// Components of velocity and angular velocity that are imposed (m/s, rad/s).
     pub imposed: [Option<f64>; 6],
 }
@@ -35,7 +35,7 @@ pub struct Action {
     /// Torque about the body's centre (N m).
     pub torque: Vec3,
     /// Momentum and angular momentum that the balance of this step leaves to the next (N s, N m s): E − C m_f (U − Uⁿ).
-    pub pending: [f64; 6],
+    pub carried_over: [f64; 6],
 }
 
 impl BodyMotion {
@@ -43,7 +43,7 @@ impl BodyMotion {
     pub(crate) fn balance(&self) -> (Matrix6<f64>, Vector6<f64>) {
         let share = 1.0 + (VIRTUAL_MASS - 1.0) * self.density_ratio;
         let six = Vector6::from_column_slice;
-        let right = six(&self.momentum) * share + six(&self.impulse) - six(&self.pending);
+        let right = six(&self.momentum) * share + six(&self.impulse) - six(&self.carried_over);
         (self.six_by_six() * share, right)
     }
 
@@ -90,22 +90,24 @@ pub(crate) fn velocities(body: &RigidBody) -> Vector6<f64> {
 }
 
 impl Action {
-    /// Force (N) and torque (N m) of the flow on a body of prescribed motion, over a step `dt` (s) before which `pending` was
+    /// Force (N) and torque (N m) of the flow on a body of prescribed motion, over a step `dt` (s) before which `carried_over` was
     /// left: −J/Δt + (Eⁿ⁺¹ − Eⁿ)/Δt + m_f (Uⁿ⁺¹ − Uⁿ)/Δt, with the momentum m_f U of the fluid it displaces before and after.
     ///
-    /// The force on the fluid also changes the momentum of the fluid inside, which that outside never had: E of what continues
-    /// the flow, and m_f U of what goes with the body.
-    pub fn on_prescribed(&self, pending: &[f64; 6], displaced: [&[f64; 6]; 2], dt: f64) -> [Vec3; 2] {
+    /// The force on the fluid also changes the momentum of the fluid inside, which that outside never had: E of the extrapolated
+    /// velocities, and m_f U of what goes with the body.
+    pub fn on_prescribed(&self, carried_over: &[f64; 6], displaced: [&[f64; 6]; 2], dt: f64) -> [Vec3; 2] {
         let [before, after] = displaced;
         let change = |k: usize| {
-            Vec3::from_fn(|a, _| (self.pending[k + a] - pending[k + a] + after[k + a] - before[k + a]) / dt)
+            Vec3::from_fn(|a, _| {
+                (self.carried_over[k + a] - carried_over[k + a] + after[k + a] - before[k + a]) / dt
+            })
         };
         [change(0) - self.force, change(3) - self.torque]
     }
 
     pub(crate) fn read(sums: &[f64; 12]) -> Self {
         let vector = |k: usize| Vec3::from_column_slice(&sums[k..k + 3]);
-        Self { force: vector(0), torque: vector(3), pending: std::array::from_fn(|a| sums[6 + a]) }
+        Self { force: vector(0), torque: vector(3), carried_over: std::array::from_fn(|a| sums[6 + a]) }
     }
 }
 

@@ -5,7 +5,7 @@ use grains_geometry::{Mat3, Shape, Vec3};
 /// Numbers of a body in a message between ranks.
 pub(crate) const RECORD: usize = 21;
 
-/// A rigid body, or a periodic image or copy of one that another rank owns.
+/// A rigid body, or a periodic image or ghost of one that another rank owns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     /// Id of the particle; below 2⁵³.

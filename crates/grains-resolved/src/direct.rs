@@ -9,7 +9,7 @@ use grains_geometry::Vec3;
 use nalgebra::{Matrix6, Vector6};
 
 impl Resolved {
-    /// Gives free bodies their new velocities, and the fluid inside all bodies what follows from them; collective.
+    /// Gives free bodies their new velocities, and the fluid inside all bodies what results from them; collective.
     pub(crate) fn set_velocities(
         &mut self,
         motions: Option<&[BodyMotion]>,
@@ -29,7 +29,8 @@ impl Resolved {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
                 let velocity = flow.state.velocity.component_mut(component);
                 let force = immersed.force.component_mut(component);
-                let mut beyond_body = immersed.beyond.as_mut().map(|beyond| beyond.component_mut(component));
+                let mut extrapolated =
+                    immersed.extrapolated.as_mut().map(|extrapolated| extrapolated.component_mut(component));
                 let nodes = &self.nodes.of[component];
                 // All are found before any is set: extrapolations may read each other's places.
                 let wanted = nodes.iter().map(|node| self.wanted(component, node, velocity, strides));
@@ -38,26 +39,26 @@ impl Resolved {
                 for (group, wanted) in of_bodies(nodes, &wanted) {
                     let (body, number) = (&self.bodies[group[0].body as usize], group[0].body as usize);
                     // Force and momentum beyond rigid motion: along the component, and about the two other axes.
-                    let (mut whole, mut beyond) = ([0.0; 3], [0.0; 3]);
+                    let (mut whole, mut excess) = ([0.0; 3], [0.0; 3]);
                     for (node, &wanted) in group.iter().zip(wanted) {
                         let place = node.place as usize;
                         let f = force[place] + density / dt * (wanted - velocity[place]);
                         force[place] = self.forcing.explicit * f;
                         velocity[place] = wanted;
                         let differs = wanted - body.component_at(component, &node.arm);
-                        if let Some(beyond) = &mut beyond_body {
-                            beyond[place] = differs;
+                        if let Some(extrapolated) = &mut extrapolated {
+                            extrapolated[place] = differs;
                         }
                         let row = [1.0, node.arm[c], -node.arm[b]];
                         for a in 0..3 {
                             whole[a] += row[a] * f;
-                            beyond[a] += row[a] * differs;
+                            excess[a] += row[a] * differs;
                         }
                     }
                     let action = &mut actions[number];
                     for (a, k) in [component, 3 + b, 3 + c].into_iter().enumerate() {
                         action[k] += volume * whole[a];
-                        action[6 + k] += volume * density * beyond[a];
+                        action[6 + k] += volume * density * excess[a];
                     }
                 }
                 self.forced[component].clear();
@@ -65,8 +66,8 @@ impl Resolved {
             }
         }
         flow.refresh_velocity(transport);
-        flow.refresh_beyond(transport);
-        self.spread.gather(&mut actions, &self.subgrid, transport);
+        flow.refresh_extrapolated(transport);
+        self.ghosts.gather(&mut actions, &self.subgrid, transport);
         actions.iter().take(self.owned).map(Action::read).collect()
     }
 
@@ -74,15 +75,15 @@ impl Resolved {
     #[inline]
     fn wanted(&self, component: usize, node: &Node, velocity: &[f64], strides: [usize; 3]) -> f64 {
         let body = &self.bodies[node.body as usize];
-        match self.nodes.skin(component, node) {
+        match self.nodes.interface(component, node) {
             None => body.component_at(component, &node.arm),
-            Some(skin) => {
-                let surface = body.component_at(component, &skin.foot);
-                let opposite = skin.opposite.as_ref().map(|opposite| {
+            Some(interface) => {
+                let surface = body.component_at(component, &interface.foot);
+                let opposite = interface.opposite.as_ref().map(|opposite| {
                     let body = &self.bodies[opposite.body as usize];
                     (opposite.weight, body.component_at(component, &opposite.foot))
                 });
-                skin.continued(surface, opposite, velocity, strides)
+                interface.extrapolated(surface, opposite, velocity, strides)
             }
         }
     }
@@ -143,7 +144,7 @@ impl Resolved {
                 axes.iter().zip(at_rest).for_each(|(k, x)| sum[36 + k] += volume * x);
             }
         }
-        self.spread.gather(&mut sums, &self.subgrid, transport);
+        self.ghosts.gather(&mut sums, &self.subgrid, transport);
         let mut values = vec![[0.0; 6]; self.bodies.len()];
         for ((value, sum), motion) in values.iter_mut().zip(&sums).zip(motions) {
             let (matrix, right) = motion.balance();
@@ -151,7 +152,7 @@ impl Resolved {
             let right = right - Vector6::from_column_slice(&sum[36..]);
             *value = motion.solved(matrix, right).into();
         }
-        self.spread.scatter(&mut values, &self.subgrid, transport);
+        self.ghosts.scatter(&mut values, &self.subgrid, transport);
         for (body, value) in self.bodies.iter_mut().zip(&values) {
             body.velocity = Vec3::from_column_slice(&value[..3]);
             body.spin = Vec3::from_column_slice(&value[3..]);

@@ -15,14 +15,14 @@ pub enum SetupError {
     },
 }
 
-/// Why fluid and bodies cannot follow each other.
+/// Why the constraint on the fluid inside the bodies cannot be met.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum FollowError {
+pub enum ConstraintError {
     /// Multipliers that were not found.
     #[error(
         "the multipliers of the bodies are not found within {iterations} iterations: residual {residual:.2e} of the velocities to be imposed; raise fluid.resolved.iterations or fluid.resolved.tolerance, or set the points further apart (fluid.resolved.point_spacing, up to 3)"
     )]
-    Stalled {
+    NotConverged {
         /// Iterations done.
         iterations: usize,
         /// Residual over that at the start (-).

@@ -12,12 +12,12 @@
 //!
 //! ```text
 //! (particles)  the granular phase goes through the step with the flow's last force and torque ([`Surroundings::add_loads`])
-//! place        copies of bodies to all ranks they reach into ([`Spread`]); which velocities are inside, and where the surface
+//! place        ghosts of bodies on all ranks they reach into (`body_ghosts`); which velocities are inside, and where the surface
 //!              is from them ([`grains_geometry::Shape::way_out`])
 //! (fluid)      predictor with γ fⁿ, projection: u^{n+1/2}, pⁿ⁺¹                              (7.9 to 7.11)
 //! release      fⁿ is taken back where no body is any more
 //! move_bodies  new U, ω of every body: one system of 6 x 6 with all that its velocities impose
-//! follow       velocities inside get their values, fⁿ⁺¹ = γ fⁿ + ρ (uⁿ⁺¹ − u^{n+1/2})/Δt    (7.12, 7.13)
+//! impose       velocities inside get their values, fⁿ⁺¹ = γ fⁿ + ρ (uⁿ⁺¹ − u^{n+1/2})/Δt    (7.12, 7.13)
 //! correct      particles take over U, ω and the force that led to them ([`Surroundings::correct`])
 //! ```
 //!
@@ -26,7 +26,7 @@
 //!
 //! # The velocity inside
 //!
-//! Deep inside, velocities are those of the body. Those next to the surface *continue the flow*: along the normal through a
+//! Deep inside, velocities are those of the body. Those next to the surface are *extrapolated* from the flow: along the normal through a
 //! velocity at depth d the one relative to the body is a polynomial that is 0 on the surface and takes the flow at the points t,
 //! 2 t and, in a cubic, 3 t; s = Σ|n_a| Δx_a is the distance of the planes between which a cell fits, t = 0.8 s for a cubic and s
 //! for a parabola ([`Extrapolation`]):
@@ -42,11 +42,11 @@
 //! drag converges with the third power of the cell width along cubics and the second along parabolas, where imposing the body's
 //! velocity on all nodes inside is of first order. Cubics need boundary layers of several cells; parabolas are steadier, and what
 //! free bodies use by default. Cubics are left where forces would alternate from step to step: they settle up to ν Δt/Δx² = 2
-//! ([`LARGEST_DIFFUSION_NUMBER`]). No radius is calibrated. Weights are bounded, and what they take from other continued velocities, so that close
+//! ([`MAX_DIFFUSION_NUMBER`]). No radius is calibrated. Weights are bounded, and what they take from other extrapolated velocities, so that close
 //! bodies cannot feed each other.
 //!
-//! Nothing flows by the continued velocities: they run against the flow outside, which would have to carry as much more. In
-//! ∇·u = 0 velocities inside are those of the body ([`grains_fluid::Immersed::beyond`]), so that the fluid between bodies
+//! Nothing flows by the extrapolated velocities: they run against the flow outside, which would have to carry as much more. In
+//! ∇·u = 0 velocities inside are those of the body ([`grains_fluid::Immersed::extrapolated`]), so that the fluid between bodies
 //! carries what enters, however narrow the gaps, and none comes out of a body. (With them drag is off half as much, but in
 //! pockets between touching bodies continuity and constraint contradict each other, and pressure and f grow without end.)
 //!
@@ -66,8 +66,8 @@
 //! J is the impulse on the fluid, linear in Uⁿ⁺¹ with about m_f for its slope, so that bodies as heavy as the fluid are as
 //! good as others. E is the momentum of the fluid inside beyond rigid motion: it jumps when nodes come and go, and f with it,
 //! but not their difference. C = 1 adds the displaced fluid's inertia and, explicitly, the force it takes: without it bodies
-//! lighter than half the fluid swing, since pressure answers a step later. What is left to the next step is *pending*
-//! ([`Action`]): fluid + (m − m_f) U − pending is kept to rounding.
+//! lighter than half the fluid swing, since pressure answers a step later. What is left to the next step is *carried over*
+//! ([`Action`]): fluid + (m − m_f) U less what is carried over is kept to rounding.
 //!
 //! # Bodies of prescribed motion
 //!
@@ -82,32 +82,34 @@
 //!
 //! # Many ranks
 //!
-//! Every rank imposes its own velocities; sums over a body go back the way its copies came. Results on other numbers of ranks
+//! Every rank imposes its own velocities; sums over a body go back the way its ghosts came. Results on other numbers of ranks
 //! differ by rounding.
 
 mod balance;
 mod body;
+mod body_ghosts;
+mod constraints;
 mod direct;
 mod error;
+mod interface_stencil;
 mod motion;
 mod multiplier;
 mod nodes;
 mod points;
 mod resolved;
-mod skin;
 mod solid;
 #[cfg(test)]
 mod spectrum;
-mod spread;
 mod subgrid;
+mod uzawa;
 
 pub use balance::{Action, BodyMotion};
 pub use body::RigidBody;
-pub use error::{FollowError, SetupError};
+pub use constraints::Interpolation;
+pub use error::{ConstraintError, SetupError};
+pub use interface_stencil::{Extrapolation, MAX_DIFFUSION_NUMBER};
 pub use motion::{FlowLink, Surroundings, bodies};
-pub use multiplier::{Interpolation, MultiplierMethod};
+pub use multiplier::MultiplierMethod;
 pub use points::{SurfacePoint, surface_points};
 pub use resolved::{Forcing, Method, Resolved};
-pub use skin::{Extrapolation, LARGEST_DIFFUSION_NUMBER};
-pub use spread::Spread;
 pub use subgrid::Subgrid;

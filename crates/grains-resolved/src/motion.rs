@@ -16,15 +16,15 @@ pub struct FlowLink {
     pub impulse: Vec3,
     /// Angular impulse of contacts since then (N m s), or that angular momentum.
     pub angular_impulse: Vec3,
-    /// What the last step left to the next, [`Action::pending`] (N s, N m s).
-    pub pending: [Vec3; 2],
+    /// What the last step left to the next, [`Action::carried_over`] (N s, N m s).
+    pub carried_over: [Vec3; 2],
 }
 
 impl FlowLink {
     /// The link as the cargo of its particle.
     pub fn write(&self) -> Cargo {
         let mut cargo = [0.0; CARGO_LENGTH];
-        let [linear, angular] = self.pending;
+        let [linear, angular] = self.carried_over;
         let parts = [self.force, self.torque, self.impulse, self.angular_impulse, linear, angular];
         const { assert!(CARGO_LENGTH >= 18, "a link is eighteen numbers") };
         cargo.chunks_exact_mut(3).zip(parts).for_each(|(to, from)| to.copy_from_slice(from.as_slice()));
@@ -44,7 +44,7 @@ impl FlowLink {
             torque: vector(3),
             impulse: vector(6),
             angular_impulse: vector(9),
-            pending: [vector(12), vector(15)],
+            carried_over: [vector(12), vector(15)],
         }
     }
 }
@@ -123,7 +123,7 @@ impl Surroundings {
                 density_ratio: self.density / dem.setup.catalogue.densities[body.kind.material as usize],
                 momentum: six(&before, &spun),
                 impulse: six(&link.impulse, &link.angular_impulse),
-                pending: six(&link.pending[0], &link.pending[1]),
+                carried_over: six(&link.carried_over[0], &link.carried_over[1]),
                 imposed,
             }
         };
@@ -133,10 +133,10 @@ impl Surroundings {
     /// Lets particles that stay where they are know what the flow did to them in a step of the fluid `dt` (s).
     pub fn note(dem: &mut Dem, actions: &[Action], dt: f64) {
         for (cargo, action) in dem.particles.cargo.iter_mut().zip(actions) {
-            let [linear, angular] = FlowLink::read(cargo).pending;
+            let [linear, angular] = FlowLink::read(cargo).carried_over;
             let [force, torque] = action.on_prescribed(&six(&linear, &angular), [&[0.0; 6]; 2], dt);
-            let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
-            *cargo = FlowLink { force, torque, pending, ..FlowLink::default() }.write();
+            let carried_over = [0, 3].map(|k| Vec3::from_column_slice(&action.carried_over[k..k + 3]));
+            *cargo = FlowLink { force, torque, carried_over, ..FlowLink::default() }.write();
         }
     }
 
@@ -149,7 +149,7 @@ impl Surroundings {
             let new = inertia * body.spin;
             let particles = &mut dem.particles;
             let mut link = FlowLink::read(&particles.cargo[i]);
-            let pending = [0, 3].map(|k| Vec3::from_column_slice(&action.pending[k..k + 3]));
+            let carried_over = [0, 3].map(|k| Vec3::from_column_slice(&action.carried_over[k..k + 3]));
             if particles.bodies[i].is_guided() {
                 let own = &particles.bodies[i];
                 let share = self.density / catalogue.densities[own.kind.material as usize];
@@ -157,17 +157,18 @@ impl Surroundings {
                     six(&link.impulse, &link.angular_impulse),
                     six(&(body.velocity * (share * own.mass)), &(new * share)),
                 );
-                let left = six(&link.pending[0], &link.pending[1]);
+                let left = six(&link.carried_over[0], &link.carried_over[1]);
                 let [force, torque] = action.on_prescribed(&left, [&before, &after], dt);
                 let [impulse, angular_impulse] = [0, 3].map(|k| Vec3::from_column_slice(&after[k..k + 3]));
-                particles.cargo[i] = FlowLink { force, torque, impulse, angular_impulse, pending }.write();
+                particles.cargo[i] =
+                    FlowLink { force, torque, impulse, angular_impulse, carried_over }.write();
                 continue;
             }
             let kick = body.velocity - particles.half_velocity[i];
             link.force += kick * (particles.bodies[i].mass / dt);
             link.torque += (new - old) / dt;
             (link.impulse, link.angular_impulse) = (Vec3::zeros(), Vec3::zeros());
-            link.pending = pending;
+            link.carried_over = carried_over;
             particles.cargo[i] = link.write();
             particles.half_velocity[i] = body.velocity;
             particles.bodies[i].velocity = body.velocity;

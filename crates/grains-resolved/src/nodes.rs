@@ -1,6 +1,6 @@
 //! The velocities of the fluid that bodies impose.
 
-use crate::skin::{Profile, Skin, pitch};
+use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_geometry::{Shape, Vec3, WayOut};
 use std::ops::RangeInclusive;
@@ -19,8 +19,8 @@ pub(crate) struct Node {
     pub body: u32,
     /// From the centre of the body to the velocity (m).
     pub arm: Vec3,
-    /// Number of its [`Skin`], or one of the two below.
-    skin: u32,
+    /// Number of its [`InterfaceStencil`], or one of the two below.
+    interface: u32,
 }
 
 /// A node that is not next to the surface.
@@ -33,8 +33,8 @@ const RIGID: u32 = u32::MAX - 1;
 pub(crate) struct Nodes {
     /// Own nodes per component.
     pub of: [Vec<Node>; 3],
-    skins: [Vec<Skin>; 3],
-    /// Scratch: the ways out that the skins of a component are made of.
+    interfaces: [Vec<InterfaceStencil>; 3],
+    /// Scratch: the ways out that the interfaces of a component are made of.
     ways: Vec<WayOut>,
     marks: [Vec<u32>; 3],
 }
@@ -44,7 +44,7 @@ impl Nodes {
         let marks = || vec![OUTSIDE; subgrid.layout.len()];
         Self {
             of: Default::default(),
-            skins: Default::default(),
+            interfaces: Default::default(),
             ways: Vec::new(),
             marks: [marks(), marks(), marks()],
         }
@@ -67,27 +67,28 @@ impl Nodes {
             for number in 0..bodies.len() {
                 self.claim(component, number, bodies, shapes, subgrid);
             }
-            let (marks, skins) = (&self.marks[component], &mut self.skins[component]);
-            skins.clear();
-            let made: Vec<Option<Skin>> = {
+            let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
+            interfaces.clear();
+            let made: Vec<Option<InterfaceStencil>> = {
                 let nodes = &self.of[component];
-                let next_to_surface = nodes.iter().filter(|node| node.skin != DEEP);
+                let next_to_surface = nodes.iter().filter(|node| node.interface != DEEP);
                 let make = |node: &Node| {
-                    let way = self.ways[node.skin as usize];
+                    let way = self.ways[node.interface as usize];
                     let center = bodies[node.body as usize].center;
                     let start = center + node.arm + way.direction * way.distance;
                     let holder = |place: usize| holder(marks[place], nodes);
                     let rule =
                         extrapolation.rule()?.at(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
-                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }.skin()
+                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }
+                        .interface_stencil()
                 };
                 next_to_surface.map(make).collect()
             };
-            let next_to_surface = self.of[component].iter_mut().filter(|node| node.skin != DEEP);
-            for (node, skin) in next_to_surface.zip(made) {
-                node.skin = skin.map_or(RIGID, |skin| {
-                    skins.push(skin);
-                    skins.len() as u32 - 1
+            let next_to_surface = self.of[component].iter_mut().filter(|node| node.interface != DEEP);
+            for (node, interface) in next_to_surface.zip(made) {
+                node.interface = interface.map_or(RIGID, |interface| {
+                    interfaces.push(interface);
+                    interfaces.len() as u32 - 1
                 });
             }
         }
@@ -101,8 +102,8 @@ impl Nodes {
 
     /// What is extrapolated at a node of a component; none if it has the velocity of the body.
     #[inline]
-    pub fn skin(&self, component: usize, node: &Node) -> Option<&Skin> {
-        self.skins[component].get(node.skin as usize)
+    pub fn interface(&self, component: usize, node: &Node) -> Option<&InterfaceStencil> {
+        self.interfaces[component].get(node.interface as usize)
     }
 
     /// Marks the nodes of one component inside a body, and keeps the own ones.
@@ -115,74 +116,97 @@ impl Nodes {
         subgrid: &Subgrid,
     ) {
         let body = &bodies[number];
-        let shape = &shapes[body.shape as usize];
-        let radius = body.radius(shapes);
-        let layout = subgrid.layout;
-        let own = subgrid.unknowns(component);
+        let (shape, radius) = (&shapes[body.shape as usize], body.radius(shapes));
         let flat = (0..3).find(|&a| !subgrid.active[a]).map(|a| {
             let mut axis = Vec3::zeros();
             axis[a] = 1.0;
             body.rotation.tr_mul(&axis)
         });
-        let ranges: [RangeInclusive<isize>; 3] = std::array::from_fn(|a| {
-            let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
-            if !subgrid.active[a] {
-                return 0..=0;
-            }
-            let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
-            let low = place(body.center[a] - radius).ceil().max(-h as f64) as isize;
-            low..=(place(body.center[a] + radius).floor().min((n + h - 1) as f64) as isize)
-        });
-        let (nodes, marks, ways) = (&mut self.of[component], &mut self.marks[component], &mut self.ways);
-        for k in ranges[2].clone() {
-            for j in ranges[1].clone() {
-                for i in ranges[0].clone() {
-                    let arm =
-                        Vec3::from_fn(|a, _| subgrid.coordinate(component, a, [i, j, k][a])) - body.center;
-                    let rank = arm.norm_squared();
-                    if rank >= radius * radius {
+        let way_out = |arm: &Vec3| {
+            let local = body.rotation.tr_mul(arm) / body.scale;
+            let way = shape.way_out(&local, flat.as_ref())?;
+            Some(WayOut { distance: way.distance * body.scale, direction: body.rotation * way.direction })
+        };
+        let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
+        for k in z {
+            for j in y.clone() {
+                for i in x.clone() {
+                    let index = [i, j, k];
+                    let position = Vec3::from_fn(|a, _| subgrid.coordinate(component, a, index[a]));
+                    let arm = position - body.center;
+                    if arm.norm_squared() >= radius * radius {
                         continue;
                     }
-                    let place = layout.index(i, j, k);
-                    let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
-                    if held.is_some_and(|other| {
-                        ((body.center + arm - other.center).norm_squared(), other.id) <= (rank, body.id)
-                    }) {
-                        continue;
-                    }
-                    let local = body.rotation.tr_mul(&arm) / body.scale;
-                    let Some(way) = shape.way_out(&local, flat.as_ref()) else { continue };
-                    let is_own = [i, j, k].iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize);
-                    if !is_own {
-                        marks[place] = HALO | number as u32;
-                        continue;
-                    }
-                    let distance = way.distance * body.scale;
-                    let direction = body.rotation * way.direction;
-                    let skin = if distance < pitch(&direction, subgrid) {
-                        ways.push(WayOut { distance, direction });
-                        ways.len() as u32 - 1
-                    } else {
-                        DEEP
-                    };
-                    let node = Node { place: place as u32, body: number as u32, arm, skin };
-                    match marks[place] {
-                        OUTSIDE => {
-                            nodes.push(node);
-                            marks[place] = nodes.len() as u32;
-                        }
-                        mark => nodes[mark as usize - 1] = node,
-                    }
+                    self.claim_node((component, index), (number, bodies), arm, way_out, subgrid);
                 }
             }
         }
     }
+
+    /// Gives a node inside a body to it, unless a body with a nearer centre has it.
+    fn claim_node(
+        &mut self,
+        (component, index): (usize, [isize; 3]),
+        (number, bodies): (usize, &[RigidBody]),
+        arm: Vec3,
+        way_out: impl Fn(&Vec3) -> Option<WayOut>,
+        subgrid: &Subgrid,
+    ) {
+        let (nodes, marks, body) = (&mut self.of[component], &mut self.marks[component], &bodies[number]);
+        let place = subgrid.layout.index(index[0], index[1], index[2]);
+        let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
+        if held.is_some_and(|other| {
+            let from_other = (body.center + arm - other.center).norm_squared();
+            (from_other, other.id) <= (arm.norm_squared(), body.id)
+        }) {
+            return;
+        }
+        let Some(way) = way_out(&arm) else { return };
+        let own = subgrid.unknowns(component);
+        if !index.iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize) {
+            marks[place] = HALO | number as u32;
+            return;
+        }
+        let interface = if way.distance < pitch(&way.direction, subgrid) {
+            self.ways.push(way);
+            self.ways.len() as u32 - 1
+        } else {
+            DEEP
+        };
+        let node = Node { place: place as u32, body: number as u32, arm, interface };
+        match marks[place] {
+            OUTSIDE => {
+                nodes.push(node);
+                marks[place] = nodes.len() as u32;
+            }
+            mark => nodes[mark as usize - 1] = node,
+        }
+    }
+}
+
+/// Indices, halo included, of the velocities of a component in the box about a ball (m).
+fn ball_indices(
+    subgrid: &Subgrid,
+    component: usize,
+    center: &Vec3,
+    radius: f64,
+) -> [RangeInclusive<isize>; 3] {
+    let layout = subgrid.layout;
+    std::array::from_fn(|a| {
+        let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
+        if !subgrid.active[a] {
+            return 0..=0;
+        }
+        let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
+        let low = place(center[a] - radius).ceil().max(-h as f64) as isize;
+        low..=(place(center[a] + radius).floor().min((n + h - 1) as f64) as isize)
+    })
 }
 
 impl Node {
     /// Whether it is not next to the surface.
     pub fn is_deep(&self) -> bool {
-        self.skin == DEEP
+        self.interface == DEEP
     }
 }
 

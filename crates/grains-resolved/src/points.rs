@@ -103,9 +103,9 @@ fn of_part(part: &Part, spacing: f64, across: Option<&Vec3>) -> Vec<Candidate> {
 
 /// Two unit vectors that span the plane normal to an axis.
 fn plane(axis: &Vec3) -> [Vec3; 2] {
-    let least = axis.iamin();
+    let smallest = axis.iamin();
     let mut other = Vec3::zeros();
-    other[least] = 1.0;
+    other[smallest] = 1.0;
     let e = axis.cross(&other).normalize();
     [e, axis.cross(&e)]
 }

@@ -1,11 +1,12 @@
-//! The bodies of a rank and the fluid, and how they come to follow each other.
+//! The bodies of a rank, and how their rigid-body velocity is imposed on the fluid.
 
 use crate::balance::{VIRTUAL_MASS, velocities};
+use crate::body_ghosts::BodyGhosts;
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
-use crate::{Action, BodyMotion, Extrapolation, FollowError, RigidBody, SetupError, Spread, Subgrid};
+use crate::{Action, BodyMotion, ConstraintError, Extrapolation, RigidBody, SetupError, Subgrid};
 use grains_domain::Transport;
-use grains_fluid::{Faces, Flow, Immersed};
+use grains_fluid::{Faces, Flow, Immersed, Layout};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -13,7 +14,7 @@ use grains_geometry::Shape;
 pub enum Method {
     /// Velocities inside bodies are set.
     Direct {
-        /// How they follow those outside.
+        /// How they are extrapolated from those outside.
         extrapolation: Extrapolation,
     },
     /// Multipliers at points are solved for.
@@ -29,17 +30,17 @@ pub struct Forcing {
     pub explicit: f64,
 }
 
-/// The bodies of a rank and the fluid that follows them.
+/// The bodies of a rank, whose rigid-body velocity the fluid takes.
 pub struct Resolved {
     /// Where velocities lie.
     pub subgrid: Subgrid,
     /// How the constraint is imposed.
     pub forcing: Forcing,
-    /// Own bodies, then copies.
+    /// Own bodies, then ghosts.
     pub bodies: Vec<RigidBody>,
     /// Number of own bodies.
     pub owned: usize,
-    pub(crate) spread: Spread,
+    pub(crate) ghosts: BodyGhosts,
     pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
     pub(crate) forced: [Vec<usize>; 3],
@@ -54,16 +55,22 @@ impl Resolved {
     pub fn new(flow: &mut Flow, forcing: Forcing) -> Result<Self, SetupError> {
         let subgrid = Subgrid::new(&flow.setup)?;
         let mut immersed = Immersed::new(flow.layout());
-        immersed.beyond = matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
+        immersed.extrapolated =
+            matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
         flow.immersed = Some(immersed);
+        // Direct forcing needs no room for multipliers.
+        let layout = match forcing.method {
+            Method::Direct { .. } => Layout { cells: [0; 3], halo: 0 },
+            Method::Multiplier(_) => flow.layout(),
+        };
         Ok(Self {
-            multipliers: Multipliers::new(&flow.setup, flow.layout(), forcing.method),
+            multipliers: Multipliers::new(&flow.setup, layout),
             nodes: Nodes::new(&subgrid),
             subgrid,
             forcing,
             bodies: Vec::new(),
             owned: 0,
-            spread: Spread::default(),
+            ghosts: BodyGhosts::default(),
             forced: Default::default(),
         })
     }
@@ -78,7 +85,7 @@ impl Resolved {
     ) {
         self.owned = own.len();
         self.bodies = own;
-        self.spread = Spread::new(&mut self.bodies, shapes, &self.subgrid, transport);
+        self.ghosts = BodyGhosts::new(&mut self.bodies, shapes, &self.subgrid, transport);
         let extrapolation = match self.forcing.method {
             Method::Direct { extrapolation } => extrapolation,
             Method::Multiplier(_) => Extrapolation::Rigid,
@@ -87,14 +94,15 @@ impl Resolved {
         if let Method::Multiplier(method) = self.forcing.method {
             self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
         }
-        if let Some(beyond) = flow.immersed.as_mut().and_then(|immersed| immersed.beyond.as_mut()) {
+        if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
+        {
             for (component, forced) in self.forced.iter().enumerate() {
-                let beyond = beyond.component_mut(component);
+                let extrapolated = extrapolated.component_mut(component);
                 let left = forced.iter().filter(|&&place| !self.nodes.holds(component, place));
-                left.for_each(|&place| beyond[place] = 0.0);
+                left.for_each(|&place| extrapolated[place] = 0.0);
             }
         }
-        flow.refresh_beyond(transport);
+        flow.refresh_extrapolated(transport);
     }
 
     /// Iterations of the last solve for multipliers.
@@ -112,29 +120,31 @@ impl Resolved {
         let Some(immersed) = &flow.immersed else { return };
         for (component, forced) in self.forced.iter_mut().enumerate() {
             let force = immersed.force.component(component);
-            let beyond = immersed.beyond.as_ref().map(|beyond| beyond.component(component));
-            let is_left = |&place: &usize| force[place] != 0.0 || beyond.is_some_and(|b| b[place] != 0.0);
+            let extrapolated =
+                immersed.extrapolated.as_ref().map(|extrapolated| extrapolated.component(component));
+            let is_left =
+                |&place: &usize| force[place] != 0.0 || extrapolated.is_some_and(|b| b[place] != 0.0);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
             forced.extend(rows.filter(is_left));
         }
-        flow.refresh_beyond(transport);
+        flow.refresh_extrapolated(transport);
     }
 
-    /// Makes the fluid follow the bodies after a step of it of `dt` (s); collective.
+    /// Imposes the rigid-body velocity on the fluid inside the bodies after a step of it of `dt` (s); collective.
     ///
     /// Bodies of which `motions` tells the dynamics get new velocities; the others keep theirs. Returns what each own body
     /// does to the fluid.
     ///
     /// # Errors
     /// Multipliers that were not found.
-    pub fn follow(
+    pub fn impose_rigid_velocity(
         &mut self,
         motions: Option<&[BodyMotion]>,
         flow: &mut Flow,
         dt: f64,
         transport: &dyn Transport,
-    ) -> Result<Vec<Action>, FollowError> {
+    ) -> Result<Vec<Action>, ConstraintError> {
         let mut actions = match self.forcing.method {
             Method::Direct { .. } => self.set_velocities(motions, flow, dt, transport),
             Method::Multiplier(method) => self.solve_multipliers(&method, motions, flow, dt, transport)?,
@@ -142,8 +152,8 @@ impl Resolved {
         let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
         for ((action, body), motion) in moved.filter(|(_, motion)| !motion.is_prescribed()) {
             let after = motion.six_by_six() * velocities(body);
-            for (a, pending) in action.pending.iter_mut().enumerate() {
-                *pending -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
+            for (a, carried_over) in action.carried_over.iter_mut().enumerate() {
+                *carried_over -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
             }
         }
         Ok(actions)

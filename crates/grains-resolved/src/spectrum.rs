@@ -1,7 +1,7 @@
-//! Whether forces settle: the largest eigenvalue λ of L_ii − W L_oi, times ν Δt/Δx² below 1 ([`LARGEST_DIFFUSION_NUMBER`]).
+//! Whether forces settle: the largest eigenvalue λ of L_ii − W L_oi, times ν Δt/Δx² below 1 ([`MAX_DIFFUSION_NUMBER`]).
 
 use crate::nodes::Nodes;
-use crate::{Extrapolation, LARGEST_DIFFUSION_NUMBER, RigidBody, Subgrid};
+use crate::{Extrapolation, MAX_DIFFUSION_NUMBER, RigidBody, Subgrid};
 use grains_fluid::{FlowSetup, Grid};
 use grains_geometry::{Mat3, Shape, Vec3};
 use nalgebra::Rotation3;
@@ -43,8 +43,9 @@ fn largest_eigenvalue(subgrid: &Subgrid, nodes: &Nodes) -> f64 {
         let next: Vec<f64> = own
             .iter()
             .map(|node| {
-                let continued = nodes.skin(0, node).map_or(0.0, |skin| skin.weighted(&outside, strides));
-                sum(&f, node.place as usize) - continued
+                let extrapolated =
+                    nodes.interface(0, node).map_or(0.0, |interface| interface.weighted(&outside, strides));
+                sum(&f, node.place as usize) - extrapolated
             })
             .collect();
         norm = next.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -97,6 +98,6 @@ fn forces_settle_about_bodies_in_any_pose() {
             assert!(found < 0.0, "{extrapolation:?} {is_flat}: {found}");
         }
         let found = worst(Extrapolation::Cubic, is_flat);
-        assert!(found * LARGEST_DIFFUSION_NUMBER < 1.0, "{is_flat}: {found}");
+        assert!(found * MAX_DIFFUSION_NUMBER < 1.0, "{is_flat}: {found}");
     }
 }

@@ -40,14 +40,14 @@ impl Subgrid {
     /// # Errors
     /// An axis whose cells differ in width.
     pub fn new(setup: &FlowSetup) -> Result<Self, SetupError> {
-        let (grid, ownership) = (&setup.grid, &setup.ownership);
+        let (grid, partition) = (&setup.grid, &setup.partition);
         if let Some(axis) = (0..3).find(|&a| !grid.axis(a).is_uniform()) {
             return Err(SetupError::NotUniform { axis: ['x', 'y', 'z'][axis] });
         }
-        let layout = Layout { cells: ownership.cells(), halo: setup.halo };
-        let first = ownership.first();
+        let layout = Layout { cells: partition.cells(), halo: setup.halo };
+        let first = partition.first();
         let ends: [[bool; 2]; 3] =
-            std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic()));
+            std::array::from_fn(|a| partition.touches(a).map(|t| t && !grid.axis(a).is_periodic()));
         let valid = |a: usize| {
             let (n, h) = (layout.cells[a] as isize, layout.halo as isize);
             [true, false].map(|is_normal| {
@@ -70,7 +70,7 @@ impl Subgrid {
         };
         let shifts = |a: usize| {
             let length = grid.axis(a).length();
-            let wraps = ownership.touches(a).map(|t| t && grid.axis(a).is_periodic());
+            let wraps = partition.touches(a).map(|t| t && grid.axis(a).is_periodic());
             [if wraps[0] { length } else { 0.0 }, if wraps[1] { -length } else { 0.0 }]
         };
         Ok(Self {
@@ -82,9 +82,9 @@ impl Subgrid {
             valid: std::array::from_fn(valid),
             unknown: std::array::from_fn(unknown),
             ends,
-            neighbours: std::array::from_fn(|a| ownership.neighbours(a, grid.axis(a).is_periodic())),
+            neighbours: std::array::from_fn(|a| partition.neighbours(a, grid.axis(a).is_periodic())),
             shifts: std::array::from_fn(shifts),
-            rank: ownership.rank_at(ownership.coordinates),
+            rank: partition.rank_at(partition.coordinates),
         })
     }
 

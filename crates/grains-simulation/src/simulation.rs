@@ -230,7 +230,7 @@ impl Simulation {
     fn advance(&mut self) -> Result<(), RunError> {
         let Self { fluid, dem, transport, schedule, .. } = self;
         if let Some(fluid) = fluid {
-            fluid.act(dem, schedule.next(dem.step), transport)?;
+            fluid.before_particle_step(dem, schedule.next(dem.step), transport)?;
             if fluid.is_alone() {
                 // Nothing else moves: on to the next step of the fluid.
                 dem.resume_at(fluid.next_step);
@@ -240,7 +240,7 @@ impl Simulation {
         }
         self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
         match &mut self.fluid {
-            Some(fluid) => fluid.catch_up(&mut self.dem, &self.transport),
+            Some(fluid) => fluid.after_particle_step(&mut self.dem, &self.transport),
             None => Ok(()),
         }
     }

@@ -86,7 +86,7 @@ impl Grid {
     }
 
     /// A vector with a number per cell, zero at first. Collective.
-    pub fn vector(&self) -> Result<Vector, PetscError> {
+    pub(crate) fn vector(&self) -> Result<Vector, PetscError> {
         self.array.vector()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::axis::Axis;
 
-/// Most cells of the coarsest grid, which every rank solves by itself.
+/// Largest number of cells of the coarsest grid, which every rank solves by itself.
 const COARSEST: usize = 64;
 /// An axis is coarsened with the others if its cells are not wider than this times the thinnest.
 const ISOTROPIC: f64 = 1.5;

@@ -24,7 +24,7 @@ mod pressure;
 mod solver;
 
 pub use error::PetscError;
-pub use ffi::{Function, ReadGuard, Vector, WriteGuard};
+pub use ffi::Function;
 pub use grid::{Block, Grid};
 pub use options::Options;
 pub use petsc::Petsc;

@@ -1,4 +1,7 @@
 //! The coarser grids: their matrices and the transfers between them.
+//!
+//! Coarse operators are discretised anew. PETSc's own, Pᵀ A P (`-pc_mg_galerkin both`), are twice too stiff with transfers that
+//! are constant in a coarse cell: 22 iterations instead of 7 in a bed of void fraction 0.4.
 
 use crate::PetscError;
 use crate::ffi::{Matrix, Rows, Session, Vector};
@@ -35,11 +38,11 @@ pub(crate) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Coarsens while it pays, to at most `most_levels` grids with the finest.
-    pub fn new(pressure: &PressureMatrix, most_levels: usize) -> Result<Self, PetscError> {
+    /// Coarsens while it pays, to at most `max_levels` grids with the finest.
+    pub fn new(pressure: &PressureMatrix, max_levels: usize) -> Result<Self, PetscError> {
         let mut levels: Vec<Level> = Vec::new();
         let mut finer = pressure.layout.clone();
-        while levels.len() + 1 < most_levels {
+        while levels.len() + 1 < max_levels {
             let Some((layout, parents)) = finer.coarsened() else { break };
             levels.push(Level::new(
                 &pressure.session,

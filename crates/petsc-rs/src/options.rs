@@ -12,13 +12,13 @@ pub struct Options {
 }
 
 impl Options {
-    /// Options from a text such as `-ksp_rtol 1e-9 -ksp_monitor`; values with spaces stand in double quotes.
+    /// Options from a text such as `-ksp_rtol 1e-9 -ksp_monitor`; values with spaces stand in quotes.
     ///
     /// Errors if a value stands without a name or a quote is left open.
     pub fn parse(text: &str) -> Result<Self, PetscError> {
         let wrong = |reason: String| PetscError::OptionSyntax { text: text.trim().into(), reason };
         let mut case: Vec<(String, Option<String>)> = Vec::new();
-        for word in words(text).ok_or_else(|| wrong("a double quote is left open".into()))? {
+        for word in shlex::split(text).ok_or_else(|| wrong("a quote is left open".into()))? {
             if is_name(&word) {
                 case.push((word, None));
                 continue;
@@ -49,29 +49,6 @@ impl Options {
 fn is_name(word: &str) -> bool {
     let rest = word.strip_prefix('-').unwrap_or("");
     rest.strip_prefix('-').unwrap_or(rest).starts_with(|c: char| c.is_ascii_alphabetic())
-}
-
-/// Words between spaces; nothing if a quote is left open.
-fn words(text: &str) -> Option<Vec<String>> {
-    let (mut words, mut word, mut is_quoted, mut has_word) = (Vec::new(), String::new(), false, false);
-    for c in text.chars() {
-        if c == '"' {
-            is_quoted = !is_quoted;
-            has_word = true;
-        } else if c.is_whitespace() && !is_quoted {
-            if has_word {
-                words.push(std::mem::take(&mut word));
-            }
-            has_word = false;
-        } else {
-            word.push(c);
-            has_word = true;
-        }
-    }
-    if has_word {
-        words.push(word);
-    }
-    (!is_quoted).then_some(words)
 }
 
 /// Options most used with the solvers here, for suggestions.

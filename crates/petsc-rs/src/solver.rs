@@ -23,8 +23,8 @@ pub enum Preconditioner {
 pub struct Settings {
     /// Largest norm of the residual f - div(c grad p), weighted by volume, over that of f.
     pub tolerance: f64,
-    /// Most iterations per solve.
-    pub most_iterations: usize,
+    /// Largest number of iterations per solve.
+    pub max_iterations: usize,
     /// Number of solves with changed coefficients for which the preconditioner is kept before it is built
     /// anew; 0 builds it after every change.
     pub reuse: usize,
@@ -49,6 +49,8 @@ pub struct LinearSolver {
     // Fields are dropped in this order: the solver before the matrices it refers to.
     krylov: Krylov,
     hierarchy: Option<Hierarchy>,
+    /// Whether PETSc makes the operators of the coarse grids itself, as its option `-pc_mg_galerkin` asks.
+    is_galerkin: bool,
     pressure: PressureMatrix,
     rhs: Vector,
     /// Scale of the matrix, as a preconditioner of the caller must know it.
@@ -74,7 +76,7 @@ struct State {
 impl Default for Settings {
     /// A tolerance of 1e-6, 200 iterations, a new preconditioner for new coefficients, no prefix.
     fn default() -> Self {
-        Self { tolerance: 1e-6, most_iterations: 200, reuse: 0, prefix: String::new() }
+        Self { tolerance: 1e-6, max_iterations: 200, reuse: 0, prefix: String::new() }
     }
 }
 
@@ -89,15 +91,15 @@ impl LinearSolver {
     ) -> Result<Self, PetscError> {
         let session = Rc::clone(&pressure.session);
         let mut krylov =
-            Krylov::new(&session, &settings.prefix, settings.tolerance, settings.most_iterations)?;
+            Krylov::new(&session, &settings.prefix, settings.tolerance, settings.max_iterations)?;
         krylov.set_operator(&pressure.matrix)?;
         let scale = Rc::new(Cell::new(1.0));
         let mut hierarchy = None;
         match preconditioner {
             Preconditioner::Multigrid => {
-                let most = session.integer_option(&settings.prefix, "-pc_mg_levels")?;
-                let grids = Hierarchy::new(&pressure, most.unwrap_or(usize::MAX).max(1))?;
-                krylov.set_multigrid(&grids.operators(), &grids.transfers())?;
+                let max_levels = session.integer_option(&settings.prefix, "-pc_mg_levels")?;
+                let grids = Hierarchy::new(&pressure, max_levels.unwrap_or(usize::MAX).max(1))?;
+                krylov.set_multigrid(&grids.transfers())?;
                 hierarchy = Some(grids);
             }
             Preconditioner::Algebraic => krylov.set_preconditioner(c"gamg")?,
@@ -107,9 +109,10 @@ impl LinearSolver {
         if krylov.preconditioner_name()? != "mg" {
             hierarchy = None;
         }
+        let is_galerkin = hierarchy.is_some() && krylov.is_galerkin()?;
         let (tolerance, (_, rhs)) = (krylov.tolerance()?, pressure.matrix.vectors()?);
         let (settings, state) = (settings.clone(), State::default());
-        Ok(Self { krylov, hierarchy, pressure, rhs, scale, settings, tolerance, state })
+        Ok(Self { krylov, hierarchy, is_galerkin, pressure, rhs, scale, settings, tolerance, state })
     }
 
     /// The operator.
@@ -138,7 +141,7 @@ impl LinearSolver {
     /// Builds the preconditioner now instead of in the next solve. Collective.
     pub fn set_up(&mut self) -> Result<(), PetscError> {
         self.pressure.check_ready()?;
-        if let Some(hierarchy) = &mut self.hierarchy {
+        if let Some(hierarchy) = self.hierarchy.as_mut().filter(|_| !self.is_galerkin) {
             hierarchy.refresh(&self.pressure)?;
             self.krylov.set_level_operators(&hierarchy.operators())?;
         }

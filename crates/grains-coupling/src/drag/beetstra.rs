@@ -1,5 +1,7 @@
 //! Beetstra, van der Hoef and Kuipers (2007): spheres, from lattice-Boltzmann simulations.
 
+use super::Flow;
+
 /// Below this Reynolds number the inertial term, which falls as Re² and more, is under 1e-12 of the whole.
 const CREEPING: f64 = 1e-9;
 
@@ -10,8 +12,8 @@ const CREEPING: f64 = 1e-9;
 /// ```
 ///
 /// written so that no power of Re has a negative exponent. At φ → 0 it is 1 + …, though not Schiller and Naumann's.
-pub(super) fn resistance(reynolds: f64, void_fraction: f64) -> f64 {
-    let (eps, phi) = (void_fraction, 1.0 - void_fraction);
+pub(super) fn resistance(flow: &Flow) -> f64 {
+    let (reynolds, eps, phi) = (flow.reynolds, flow.void_fraction, 1.0 - flow.void_fraction);
     let creeping = 10.0 * phi / (eps * eps) + eps * eps * (1.0 + 1.5 * phi.max(0.0).sqrt());
     if reynolds < CREEPING {
         return creeping;

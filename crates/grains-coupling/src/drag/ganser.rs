@@ -1,8 +1,10 @@
-//! Ganser (1993): a lone particle of any shape, by two shape factors.
+//! Ganser (1993): a particle of any shape, by two shape factors, crowded as by Di Felice.
 
+use super::Flow;
+use super::di_felice::crowding;
 use crate::ShapeFactors;
 
-/// C_D Re/24 with, for X = Re K₁ K₂,
+/// F = C_D Re/24 · [`crowding`] with, for X = Re K₁ K₂,
 ///
 /// ```text
 /// C_D/K₂ = 24/X (1 + 0.1118 X^0.6567) + 0.4305/(1 + 3305/X)
@@ -11,7 +13,12 @@ use crate::ShapeFactors;
 ///
 /// Stokes' factor K₁ takes the diameter d_n = d/√Φ⊥ of the circle of the projected area; the walls of the vessel are
 /// left out. For a sphere the published numbers lie up to 26 % below Schiller and Naumann's, at Re near 100.
-pub(super) fn resistance(reynolds: f64, shape: &ShapeFactors) -> f64 {
+pub(super) fn resistance(flow: &Flow) -> f64 {
+    lone_particle(flow.reynolds, &flow.shape) * crowding(flow)
+}
+
+/// C_D Re/24 of a lone particle.
+fn lone_particle(reynolds: f64, shape: &ShapeFactors) -> f64 {
     let stokes = 1.0 / (1.0 / (3.0 * shape.crosswise.sqrt()) + 2.0 / (3.0 * shape.sphericity.sqrt()));
     let newton = 10f64.powf(1.8148 * (-shape.sphericity.log10()).max(0.0).powf(0.5743));
     let x = reynolds * stokes * newton;

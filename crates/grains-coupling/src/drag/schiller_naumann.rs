@@ -1,11 +1,14 @@
 //! Schiller and Naumann (1933): a lone sphere.
 
+use super::Flow;
+
 /// From here on the drag coefficient is that of Newton (-).
 const NEWTON: f64 = 1000.0;
 
 /// The lone sphere at the interstitial slip, of Reynolds number Re/ε: F = f(Re/ε)/ε, so that the force is
 /// 3π μ d f (u − v) at any void fraction. For suspensions so dilute that neighbours do not matter.
-pub(super) fn resistance(reynolds: f64, void_fraction: f64) -> f64 {
+pub(super) fn resistance(flow: &Flow) -> f64 {
+    let Flow { reynolds, void_fraction, .. } = *flow;
     lone_sphere(reynolds / void_fraction) / void_fraction
 }
 

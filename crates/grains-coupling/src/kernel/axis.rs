@@ -1,7 +1,10 @@
 //! The cells of one rank along one axis, and the weights of a kernel on them.
 
-use super::{Kernel, MOST_CELLS};
+use super::function::Kernel;
 use crate::CouplingError;
+
+/// Largest number of cells along an axis that a kernel may cover.
+pub const MAX_CELLS: usize = 32;
 
 /// What lies beyond the last cell of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,16 +25,36 @@ pub struct GridAxis {
     per_length: Option<f64>,
 }
 
+impl Kernel {
+    /// Whether the kernel is of an allowed width and the largest particle of a case fits the cells: covers no more than
+    /// [`MAX_CELLS`] along any axis.
+    ///
+    /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::OutOfRange`], [`CouplingError::TooManyCells`].
+    pub fn check(&self, axes: &[GridAxis; 3], diameter: f64) -> Result<(), CouplingError> {
+        self.check_width()?;
+        let reach = self.reach(diameter);
+        for (a, axis) in axes.iter().enumerate() {
+            let cell = axis.smallest_cell();
+            let cells = ((2.0 * reach / cell).ceil() as usize + 1).min(axis.cells());
+            if cells > MAX_CELLS {
+                let axis = ['x', 'y', 'z'][a];
+                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, max: MAX_CELLS });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Weights of a run of cells or faces.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weights {
     pub(super) first: usize,
     pub(super) count: usize,
-    pub(super) values: [f64; MOST_CELLS + 1],
+    pub(super) values: [f64; MAX_CELLS + 1],
 }
 
 impl Weights {
-    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MOST_CELLS + 1] };
+    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MAX_CELLS + 1] };
 
     #[inline(always)]
     pub(super) fn slice(&self) -> &[f64] {
@@ -115,7 +138,7 @@ impl GridAxis {
         let x = x.clamp(lower, upper);
         let (first, last) = (self.cell_of(x - reach), self.cell_of(x + reach));
         // The set-up has checked the largest particle, so that this never cuts anything off.
-        let count = (last - first + 1).min(MOST_CELLS);
+        let count = (last - first + 1).min(MAX_CELLS);
         let per_reach = 1.0 / reach;
         let share = |node: f64| kernel.below((node - x) * per_reach);
         let mut before = share(self.nodes[first]);

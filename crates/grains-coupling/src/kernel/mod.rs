@@ -18,92 +18,9 @@
 //! is what lets cells be smaller than three diameters.
 
 mod axis;
+mod function;
 mod stencil;
 
-use crate::CouplingError;
-pub use axis::{End, GridAxis};
-pub use stencil::{Layout, MOST_CELLS, Site, Stencil};
-
-/// Largest half width of the smoothing kernel allowed (diameters).
-const WIDEST: f64 = 20.0;
-
-/// How a particle is spread over cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kernel {
-    /// The cube of the particle's volume, cut by the cells (Bernard et al. 2016; thesis 5.4.3). For cells of three
-    /// diameters and more.
-    Cube,
-    /// (15/16)(1 − t²)² per axis with t = (x − x_p)/(half width) (Deen et al. 2004), at a width that has nothing to do
-    /// with the cells. Its standard deviation is the half width over √7: 2.29 diameters smooth like a box of three.
-    Smooth {
-        /// Half width (diameters of the sphere of the particle's volume).
-        half_width: f64,
-    },
-}
-
-impl Kernel {
-    /// Half width that smooths like a cell of three diameters, ½ · 3 · √(7/3) (diameters).
-    pub const USUAL_HALF_WIDTH: f64 = 2.291_287_847_477_92;
-
-    /// The smoothing kernel of a half width (diameters).
-    ///
-    /// Errors: a half width below half a diameter or beyond twenty.
-    pub fn smooth(half_width: f64) -> Result<Self, CouplingError> {
-        if (0.5..=WIDEST).contains(&half_width) {
-            return Ok(Self::Smooth { half_width });
-        }
-        Err(CouplingError::OutOfRange {
-            quantity: "fluid.coupling.kernel.half_width (diameters)",
-            value: half_width,
-            allowed: "in [0.5, 20]",
-            remedy: "2.29 smooths like cells of three diameters",
-        })
-    }
-
-    /// How far (m) the kernel of a particle of equivalent diameter d (m) reaches to either side: half the cube's edge
-    /// (π/6)^⅓ d/2, or the half width.
-    #[inline]
-    pub fn reach(&self, diameter: f64) -> f64 {
-        /// (π/6)^⅓/2.
-        const HALF_CUBE: f64 = 0.402_997_988_504_117_4;
-        match self {
-            Self::Cube => HALF_CUBE * diameter,
-            Self::Smooth { half_width } => half_width * diameter,
-        }
-    }
-
-    /// Share of the kernel that lies below the place `t`, in units of the reach from its centre (-).
-    #[inline]
-    fn below(&self, t: f64) -> f64 {
-        let t = t.clamp(-1.0, 1.0);
-        match self {
-            Self::Cube => 0.5 * (1.0 + t),
-            Self::Smooth { .. } => {
-                let s = t * t;
-                0.5 + t * (15.0 / 16.0 - s * (0.625 - 0.1875 * s))
-            }
-        }
-    }
-
-    /// Whether the largest particle of a case fits the cells: covers no more than [`MOST_CELLS`] along any axis.
-    ///
-    /// `diameter` is the largest equivalent diameter (m). Errors: [`CouplingError::TooManyCells`].
-    pub fn check(&self, axes: &[GridAxis; 3], diameter: f64) -> Result<(), CouplingError> {
-        let reach = self.reach(diameter);
-        for (a, axis) in axes.iter().enumerate() {
-            let cell = axis.smallest_cell();
-            let cells = ((2.0 * reach / cell).ceil() as usize + 1).min(axis.cells());
-            if cells > MOST_CELLS {
-                let axis = ['x', 'y', 'z'][a];
-                return Err(CouplingError::TooManyCells { axis, reach, cell, cells, most: MOST_CELLS });
-            }
-        }
-        Ok(())
-    }
-
-    /// Cells of halo that a rank needs: those that the reach of the largest particle covers which has wandered
-    /// `wander` (m) out of the rank's own cells since it last migrated, of size `cell` (m) at least.
-    pub fn halo(&self, diameter: f64, wander: f64, cell: f64) -> usize {
-        ((self.reach(diameter) + wander) / cell).ceil() as usize
-    }
-}
+pub use axis::{End, GridAxis, MAX_CELLS};
+pub use function::Kernel;
+pub use stencil::{Layout, Site, Stencil};

@@ -1,12 +1,9 @@
 //! The weights of one particle on the cells and faces around it.
 
-use super::Kernel;
 use super::axis::{GridAxis, Weights};
+use super::function::Kernel;
 use crate::CouplingError;
 use grains_geometry::Vec3;
-
-/// Most cells along an axis that a kernel may cover.
-pub const MOST_CELLS: usize = 32;
 
 /// Where a field lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -153,8 +153,8 @@ fn convex_hull(points: &mut Vec<[f64; 2]>) {
         let [a, b] = [h[h.len() - 2], h[h.len() - 1]];
         (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0
     };
-    let mut add = |p: &[f64; 2], least: usize| {
-        while hull.len() >= least && !turns_left(&hull, p) {
+    let mut add = |p: &[f64; 2], min: usize| {
+        while hull.len() >= min && !turns_left(&hull, p) {
             hull.pop();
         }
         hull.push(*p);

@@ -1,9 +1,9 @@
 //! Ghost values beyond the faces of the box.
 
-use super::table::{FaceTable, Kind};
+use super::data::{BoundaryData, Kind};
 use crate::{Centre, Faces, Field, Layout};
 
-impl FaceTable {
+impl BoundaryData {
     /// Offset in the array from the inside cell (layer 0) to the ghost of layer `m`, and to its mirror cell.
     fn layers(&self, layout: Layout, m: usize) -> (isize, isize) {
         let (n, stride) = (layout.cells[self.face.axis], layout.strides()[self.face.axis] as isize);
@@ -106,16 +106,16 @@ impl FaceTable {
 
 /// Ghosts of the velocity, so many layers, beyond all faces the subdomain touches; halos towards other ranks must be
 /// filled.
-pub(crate) fn fill_velocity(tables: &[FaceTable], velocity: &mut Faces, ghosts: usize) {
-    tables.iter().for_each(|table| table.fill_normal(velocity, ghosts));
-    for table in tables {
-        for component in (0..3).filter(|&c| c != table.face.axis) {
-            table.fill_tangential(velocity, component, ghosts);
+pub(crate) fn fill_velocity(boundary_data: &[BoundaryData], velocity: &mut Faces, ghosts: usize) {
+    boundary_data.iter().for_each(|face_data| face_data.fill_normal(velocity, ghosts));
+    for face_data in boundary_data {
+        for component in (0..3).filter(|&c| c != face_data.face.axis) {
+            face_data.fill_tangential(velocity, component, ghosts);
         }
     }
 }
 
-impl FaceTable {
+impl BoundaryData {
     /// Adds the increments of the normal velocity on the face.
     pub fn add_boundary(&self, increments: &[f64], velocity: &mut Faces) {
         let layout = velocity.layout();

@@ -1,15 +1,15 @@
 //! Boundary conditions per face of the box and per rectangular patch of a face.
 
+mod data;
 mod fill;
-mod table;
 
 use crate::grid::AXES;
 use crate::{Grid, SetupError};
 use std::fmt::{self, Debug, Display, Formatter};
 use std::sync::Arc;
 
+pub(crate) use data::{BoundaryData, Kind};
 pub(crate) use fill::fill_velocity;
-pub(crate) use table::{FaceTable, Kind};
 
 /// End of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

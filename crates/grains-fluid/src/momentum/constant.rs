@@ -1,7 +1,7 @@
 //! (1 − a δ²) x = d along lines with the same coefficients for all lines: factors computed once per time step.
 
-use crate::reduced::{RowGather, Segment, values_around};
-use crate::{Grid, Ownership};
+use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
+use crate::{CellPartition, Grid};
 use grains_domain::Transport;
 
 /// What closes a line at an end of the box.
@@ -18,12 +18,12 @@ pub(crate) enum LineEnd {
 pub(crate) struct ConstantLines {
     /// Thomas factors of the own part, see [`factor`].
     factors: [Vec<f64>; 3],
-    /// Answers of the own part to unit values beyond its ends; empty where the line is not shared nor a ring.
+    /// Influence vectors of the own part for unit values beyond its ends; empty where the line is not shared nor a ring.
     before: Vec<f64>,
     after: Vec<f64>,
     /// Values before and after the own part per end value of all parts: x = Σ response · ends.
     responses: [Vec<f64>; 2],
-    gather: RowGather,
+    gather: RowAllGather,
     ends: Vec<f64>,
     around: Vec<[f64; 2]>,
 }
@@ -39,10 +39,10 @@ pub(crate) struct LineKind {
 
 impl LineKind {
     /// Coefficients [lower, diagonal, upper] of 1 − a δ² on the unknowns of place `column` in the row of ranks.
-    fn rows(&self, grid: &Grid, ownership: &Ownership, column: usize, a: f64) -> Vec<[f64; 3]> {
+    fn rows(&self, grid: &Grid, partition: &CellPartition, column: usize, a: f64) -> Vec<[f64; 3]> {
         let axis = grid.axis(self.axis);
         let (start, mut stop) =
-            (ownership.starts[self.axis][column], ownership.starts[self.axis][column + 1]);
+            (partition.starts[self.axis][column], partition.starts[self.axis][column + 1]);
         let is_along = self.component == self.axis;
         let n = axis.cells();
         if is_along && stop == n && !axis.is_periodic() {
@@ -86,7 +86,7 @@ impl LineKind {
     }
 }
 
-/// Thomas factors: lower coefficients, inverse pivots, and upper coefficients over pivots.
+/// Thomas factors of the rows −low x₋ + diagonal x − high x₊: low, the inverse pivot, and high over the pivot.
 fn factor(rows: &[[f64; 3]]) -> [Vec<f64>; 3] {
     let mut out: [Vec<f64>; 3] = Default::default();
     let mut carried = 0.0;
@@ -94,15 +94,15 @@ fn factor(rows: &[[f64; 3]]) -> [Vec<f64>; 3] {
         let low = if i == 0 { 0.0 } else { low };
         let inverse = 1.0 / (diagonal - low * carried);
         carried = if i + 1 == rows.len() { 0.0 } else { high * inverse };
-        out[0].push(low);
+        out[0].push(-low);
         out[1].push(inverse);
-        out[2].push(carried);
+        out[2].push(-carried);
     }
     out
 }
 
 /// Solution for a right-hand side that is `value` at one place.
-fn unit_answer(factors: &[Vec<f64>; 3], place: usize, value: f64) -> Vec<f64> {
+fn influence_vector(factors: &[Vec<f64>; 3], place: usize, value: f64) -> Vec<f64> {
     let n = factors[0].len();
     let mut x = vec![0.0; n];
     if n > 0 {
@@ -112,63 +112,47 @@ fn unit_answer(factors: &[Vec<f64>; 3], place: usize, value: f64) -> Vec<f64> {
     x
 }
 
-/// Lines side by side: unknown i of line l lies at start + i stride + l.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel {
-    pub start: usize,
-    pub stride: usize,
-    pub lines: usize,
-}
-
-/// Thomas elimination of all lines of a panel, vectorised over the lines.
+/// Thomas elimination of all lines of a panel.
 fn eliminate(data: &mut [f64], panel: Panel, factors: &[Vec<f64>; 3]) {
-    let Panel { start, stride, lines } = panel;
-    let [lower, inverse_pivot, upper] = factors;
-    let n = lower.len();
-    data[start..start + lines].iter_mut().for_each(|x| *x *= inverse_pivot[0]);
-    for i in 1..n {
-        let (below, above) = data.split_at_mut(start + i * stride);
-        let (previous, current) = (&below[start + (i - 1) * stride..][..lines], &mut above[..lines]);
-        let (l, p) = (lower[i], inverse_pivot[i]);
-        current.iter_mut().zip(previous).for_each(|(x, y)| *x = (*x - l * y) * p);
+    let [low, inverse_pivot, high] = factors;
+    for (i, row) in low.iter().zip(inverse_pivot).map(|(&low, &pivot)| [low, pivot]).enumerate() {
+        panel.forward(data, i, |_| row);
     }
-    for i in (0..n.saturating_sub(1)).rev() {
-        let (below, above) = data.split_at_mut(start + (i + 1) * stride);
-        let (current, next) = (&mut below[start + i * stride..][..lines], &above[..lines]);
-        let u = upper[i];
-        current.iter_mut().zip(next).for_each(|(x, y)| *x -= u * y);
+    for i in (0..low.len().saturating_sub(1)).rev() {
+        let high = high[i];
+        panel.backward(data, i, |_| high);
     }
 }
 
 impl ConstantLines {
     /// Factors for a (m²) = ν Δt / 2.
-    pub fn new(grid: &Grid, ownership: &Ownership, kind: LineKind, a: f64) -> Self {
-        let (parts, own) = (ownership.ranks[kind.axis], ownership.coordinates[kind.axis]);
+    pub fn new(grid: &Grid, partition: &CellPartition, kind: LineKind, a: f64) -> Self {
+        let (parts, own) = (partition.ranks[kind.axis], partition.coordinates[kind.axis]);
         let mut lines = Self {
-            factors: factor(&kind.rows(grid, ownership, own, a)),
+            factors: factor(&kind.rows(grid, partition, own, a)),
             before: Vec::new(),
             after: Vec::new(),
             responses: [Vec::new(), Vec::new()],
-            gather: RowGather::new(&ownership.row(kind.axis), own),
+            gather: RowAllGather::new(&partition.row(kind.axis), own),
             ends: Vec::new(),
             around: Vec::new(),
         };
         if parts > 1 || grid.axis(kind.axis).is_periodic() {
-            lines.couple(grid, ownership, kind, a);
+            lines.couple(grid, partition, kind, a);
         }
         lines
     }
 
-    /// Answers of all parts to unit values beyond their ends, and from them those of the whole line.
-    fn couple(&mut self, grid: &Grid, ownership: &Ownership, kind: LineKind, a: f64) {
-        let (parts, own) = (ownership.ranks[kind.axis], ownership.coordinates[kind.axis]);
+    /// Influence vectors of all parts for unit values beyond their ends, and from them those of the whole line.
+    fn couple(&mut self, grid: &Grid, partition: &CellPartition, kind: LineKind, a: f64) {
+        let (parts, own) = (partition.ranks[kind.axis], partition.coordinates[kind.axis]);
         let mut segments = Vec::new();
         for column in 0..parts {
-            let rows = kind.rows(grid, ownership, column, a);
+            let rows = kind.rows(grid, partition, column, a);
             let factors = factor(&rows);
             let n = rows.len();
-            let v = unit_answer(&factors, 0, rows[0][0]);
-            let w = unit_answer(&factors, n - 1, rows[n - 1][2]);
+            let v = influence_vector(&factors, 0, rows[0][0]);
+            let w = influence_vector(&factors, n - 1, rows[n - 1][2]);
             segments.push(Segment { y: [0.0; 2], v: [v[0], v[n - 1]], w: [w[0], w[n - 1]] });
             if column == own {
                 (self.before, self.after) = (v, w);

@@ -3,12 +3,13 @@
 //! In increments Δu the factors split (Douglas–Gunn): the error a² δx² δy² Δu is of third order per step, and none
 //! remains in a steady state.
 
-use super::constant::{ConstantLines, LineEnd, LineKind, Panel};
-use super::system::Capacity;
+use super::constant::{ConstantLines, LineEnd, LineKind};
+use super::system::MomentumDiagonal;
 use super::variable::VariableLines;
-use crate::boundary::{BoxFace, FaceTable, Kind};
+use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
-use crate::{Boundaries, Faces, Grid, Ownership, Side};
+use crate::tridiagonal::Panel;
+use crate::{Boundaries, CellPartition, Faces, Grid, Side};
 use grains_domain::Transport;
 
 /// Rows along x solved side by side, through a transposed buffer.
@@ -17,7 +18,7 @@ const ROWS: usize = 8;
 /// Solver of the implicit diffusion of all components.
 pub(crate) struct Implicit {
     grid: Grid,
-    ownership: Ownership,
+    partition: CellPartition,
     /// Ends of the lines along an axis, for components across it; none if they differ from place to place.
     ends: Option<[[LineEnd; 2]; 3]>,
     /// a the factors belong to (m²).
@@ -28,7 +29,7 @@ pub(crate) struct Implicit {
 }
 
 impl Implicit {
-    pub fn new(grid: &Grid, ownership: &Ownership, boundaries: &Boundaries, local: &Local) -> Self {
+    pub fn new(grid: &Grid, partition: &CellPartition, boundaries: &Boundaries, local: &Local) -> Self {
         let mut ends = Some([[LineEnd::Free; 2]; 3]);
         for face in BoxFace::all().filter(|f| !grid.axis(f.axis).is_periodic()) {
             let imposed = boundaries.imposes_tangential(face);
@@ -41,11 +42,11 @@ impl Implicit {
         let periodic = std::array::from_fn(|a| grid.axis(a).is_periodic());
         Self {
             grid: grid.clone(),
-            ownership: ownership.clone(),
+            partition: partition.clone(),
             ends,
             a: f64::NAN,
             lines: Vec::new(),
-            variable: VariableLines::new(local, ownership, periodic),
+            variable: VariableLines::new(local, partition, periodic),
             rows: Vec::new(),
         }
     }
@@ -54,15 +55,15 @@ impl Implicit {
     pub fn solve(
         &mut self,
         local: &Local,
-        tables: &[FaceTable],
-        capacity: Capacity<'_>,
+        boundary_data: &[BoundaryData],
+        diagonal: MomentumDiagonal<'_>,
         increments: &mut Faces,
         transport: &dyn Transport,
     ) {
-        let is_constant = capacity.inverse.is_none() && capacity.void_fraction.is_none();
+        let is_constant = diagonal.inverse.is_none() && diagonal.void_fraction.is_none();
         match self.ends {
             Some(ends) if is_constant => {
-                self.set(ends, 0.5 * capacity.viscosity * capacity.dt);
+                self.set(ends, 0.5 * diagonal.viscosity * diagonal.dt);
                 for component in (0..3).filter(|&c| local.active[c]) {
                     self.solve_constant(local, component, increments.component_mut(component), transport);
                 }
@@ -71,7 +72,14 @@ impl Implicit {
                 for component in (0..3).filter(|&c| local.active[c]) {
                     for axis in (0..3).filter(|&a| local.active[a]) {
                         let data = increments.component_mut(component);
-                        self.variable.solve(local, tables, [component, axis], capacity, data, transport);
+                        self.variable.solve(
+                            local,
+                            boundary_data,
+                            [component, axis],
+                            diagonal,
+                            data,
+                            transport,
+                        );
                     }
                 }
             }
@@ -88,7 +96,7 @@ impl Implicit {
             for (axis, &across) in ends.iter().enumerate() {
                 let ends = if component == axis { [LineEnd::Imposed; 2] } else { across };
                 let kind = LineKind { component, axis, ends };
-                self.lines.push(ConstantLines::new(&self.grid, &self.ownership, kind, a));
+                self.lines.push(ConstantLines::new(&self.grid, &self.partition, kind, a));
             }
         }
     }
@@ -221,88 +229,97 @@ impl Sweeps<'_> {
 /// increments of imposed normal velocities themselves are set on the faces.
 pub(crate) fn imposed_increments(
     local: &Local,
-    tables: &[FaceTable],
-    capacity: Capacity<'_>,
+    boundary_data: &[BoundaryData],
+    diagonal: MomentumDiagonal<'_>,
     is_implicit: bool,
     increments: &mut Faces,
 ) {
-    for table in tables {
-        set_normal_increments(local, table, increments);
-        if !is_implicit || !local.active[table.face.axis] {
+    for face_data in boundary_data {
+        set_normal_increments(local, face_data, increments);
+        if !is_implicit || !local.active[face_data.face.axis] {
             continue;
         }
         for component in (0..3).filter(|&c| local.active[c]) {
-            if component == table.face.axis {
-                add_normal(local, table, capacity, increments);
-            } else if table.is_unsteady {
-                add_tangential(local, table, component, capacity, increments);
+            if component == face_data.face.axis {
+                add_normal(local, face_data, diagonal, increments);
+            } else if face_data.is_unsteady {
+                add_tangential(local, face_data, component, diagonal, increments);
             }
         }
     }
 }
 
 /// Own entries of a face, with the array places of the cell inside and the boundary value.
-fn own_entries(local: &Local, table: &FaceTable, mut job: impl FnMut(usize, [usize; 2], usize, usize)) {
+fn own_entries(
+    local: &Local,
+    face_data: &BoundaryData,
+    mut job: impl FnMut(usize, [usize; 2], usize, usize),
+) {
     let h = local.layout.halo;
-    for m2 in h..table.extents[1] - h {
-        for m1 in h..table.extents[0] - h {
-            let inside = table.inside(local.layout, m1, m2);
-            let boundary = table.boundary(local.layout, inside);
-            job(m2 * table.extents[0] + m1, [m1, m2], inside, boundary);
+    for m2 in h..face_data.extents[1] - h {
+        for m1 in h..face_data.extents[0] - h {
+            let inside = face_data.inside(local.layout, m1, m2);
+            let boundary = face_data.boundary(local.layout, inside);
+            job(m2 * face_data.extents[0] + m1, [m1, m2], inside, boundary);
         }
     }
 }
 
-fn set_normal_increments(local: &Local, table: &FaceTable, increments: &mut Faces) {
-    let axis = table.face.axis;
+fn set_normal_increments(local: &Local, face_data: &BoundaryData, increments: &mut Faces) {
+    let axis = face_data.face.axis;
     let data = increments.component_mut(axis);
-    own_entries(local, table, |e, _, _, boundary| {
-        if table.kinds[axis][e] != Kind::Free {
-            data[boundary] = if table.is_unsteady { table.increments[axis][e] } else { 0.0 };
+    own_entries(local, face_data, |e, _, _, boundary| {
+        if face_data.kinds[axis][e] != Kind::Free {
+            data[boundary] = if face_data.is_unsteady { face_data.increments[axis][e] } else { 0.0 };
         }
     });
 }
 
-fn add_normal(local: &Local, table: &FaceTable, capacity: Capacity<'_>, increments: &mut Faces) {
-    let (axis, n) = (table.face.axis, local.layout.cells[table.face.axis]);
+fn add_normal(
+    local: &Local,
+    face_data: &BoundaryData,
+    diagonal: MomentumDiagonal<'_>,
+    increments: &mut Faces,
+) {
+    let (axis, n) = (face_data.face.axis, local.layout.cells[face_data.face.axis]);
     if local.unknowns(axis)[axis] == 0 {
         return;
     }
-    let is_high = table.face.side == Side::High;
+    let is_high = face_data.face.side == Side::High;
     let stride = local.layout.strides()[axis];
     let (cell, unknown) = if is_high { (n - 1, n - 2) } else { (0, 0) };
     let m = &local.axes[axis];
     let inverses = m.inverse_width[local.entry(cell)] * m.inverse_distance[local.entry(unknown)];
-    let factor = 0.5 * capacity.viscosity * inverses;
+    let factor = 0.5 * diagonal.viscosity * inverses;
     let data = increments.component_mut(axis);
-    own_entries(local, table, |_, _, inside, boundary| {
+    own_entries(local, face_data, |_, _, inside, boundary| {
         let p = if is_high { boundary - stride } else { boundary + stride };
-        let eps = capacity.void_fraction.map_or(1.0, |eps| eps.centres[inside]);
-        data[p] += capacity.inverse_at(axis, p) * factor * eps * data[boundary];
+        let eps = diagonal.void_fraction.map_or(1.0, |eps| eps.centres[inside]);
+        data[p] += diagonal.inverse_at(axis, p) * factor * eps * data[boundary];
     });
 }
 
 fn add_tangential(
     local: &Local,
-    table: &FaceTable,
+    face_data: &BoundaryData,
     component: usize,
-    capacity: Capacity<'_>,
+    diagonal: MomentumDiagonal<'_>,
     increments: &mut Faces,
 ) {
-    let (axis, n) = (table.face.axis, local.layout.cells[table.face.axis]);
-    let cell = if table.face.side == Side::High { n - 1 } else { 0 };
+    let (axis, n) = (face_data.face.axis, local.layout.cells[face_data.face.axis]);
+    let cell = if face_data.face.side == Side::High { n - 1 } else { 0 };
     let inverse = local.axes[axis].inverse_width[local.entry(cell)];
-    let factor = 0.5 * table.wall[0] * capacity.viscosity * inverse * inverse;
-    let along = usize::from(table.tangents[1] == component);
+    let factor = 0.5 * face_data.wall[0] * diagonal.viscosity * inverse * inverse;
+    let along = usize::from(face_data.tangents[1] == component);
     let (unknowns, stride) = (local.unknowns(component)[component], local.layout.strides()[component]);
     let data = increments.component_mut(component);
-    own_entries(local, table, |e, m, inside, _| {
-        if table.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
-            let eps = capacity
+    own_entries(local, face_data, |e, m, inside, _| {
+        if face_data.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
+            let eps = diagonal
                 .void_fraction
                 .map_or(1.0, |eps| 0.5 * (eps.centres[inside] + eps.centres[inside + stride]));
             data[inside] +=
-                capacity.inverse_at(component, inside) * factor * eps * table.increments[component][e];
+                diagonal.inverse_at(component, inside) * factor * eps * face_data.increments[component][e];
         }
     });
 }

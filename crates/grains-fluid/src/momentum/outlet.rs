@@ -1,6 +1,6 @@
 //! Normal velocity of pressure outlets: its own momentum equation, explicit, on the face.
 
-use crate::boundary::{FaceTable, Kind};
+use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
 
 /// Fields the equation of an outlet is made of; all halos filled.
@@ -12,7 +12,7 @@ pub(crate) struct OutletTerms<'a> {
     pub pressure: &'a [f64],
     pub inverse_density: f64,
     pub viscosity: f64,
-    /// Per face of the axis: ε on the face, factor of the pressure gradient, capacity (1/s), source (m/s²) and
+    /// Per face of the axis: ε on the face, factor of the pressure gradient, diagonal (1/s), source (m/s²) and
     /// what multiplies u of the old step (1/s).
     pub face: &'a dyn Fn(usize, usize) -> FaceTerms,
     /// Adams–Bashforth weights of the new and the old advective term.
@@ -24,7 +24,7 @@ pub(crate) struct OutletTerms<'a> {
 pub(crate) struct FaceTerms {
     pub void_fraction: f64,
     pub gradient: f64,
-    pub capacity: f64,
+    pub diagonal: f64,
     pub source: f64,
     pub friction: f64,
 }
@@ -34,27 +34,28 @@ pub(crate) struct FaceTerms {
 /// The tangential and normal viscous terms enter by their full diagonal: unconditionally stable, first order in time
 /// on this face only. Fluid that comes in carries no momentum.
 pub(crate) fn advance_outlets(
-    tables: &[FaceTable],
+    boundary_data: &[BoundaryData],
     terms: &OutletTerms<'_>,
     increments: &mut [&mut [f64]; 3],
     advective: &mut [&mut [f64]; 3],
 ) {
     let layout = terms.local.layout;
-    for table in tables.iter().filter(|t| t.has_outlet) {
-        let axis = table.face.axis;
-        for m2 in layout.halo..table.extents[1] - layout.halo {
-            for m1 in layout.halo..table.extents[0] - layout.halo {
-                if table.kinds[axis][m2 * table.extents[0] + m1] != Kind::Free {
+    for face_data in boundary_data.iter().filter(|t| t.has_outlet) {
+        let axis = face_data.face.axis;
+        for m2 in layout.halo..face_data.extents[1] - layout.halo {
+            for m1 in layout.halo..face_data.extents[0] - layout.halo {
+                if face_data.kinds[axis][m2 * face_data.extents[0] + m1] != Kind::Free {
                     continue;
                 }
-                let inside = table.inside(layout, m1, m2);
-                let b = table.boundary(layout, inside);
+                let inside = face_data.inside(layout, m1, m2);
+                let b = face_data.boundary(layout, inside);
                 let face = (terms.face)(axis, b);
-                let (advection, viscous, damping) = face_balance(table, terms, [m1, m2], face.void_fraction);
-                let step = table.face.outward() as isize * layout.strides()[axis] as isize;
+                let (advection, viscous, damping) =
+                    face_balance(face_data, terms, [m1, m2], face.void_fraction);
+                let step = face_data.face.outward() as isize * layout.strides()[axis] as isize;
                 let e = terms.local.entry(if step > 0 { layout.cells[axis] - 1 } else { 0 });
                 let rise = terms.pressure[(inside as isize + step) as usize] - terms.pressure[inside];
-                let gradient = table.face.outward() * rise * terms.local.axes[axis].inverse_width[e];
+                let gradient = face_data.face.outward() * rise * terms.local.axes[axis].inverse_width[e];
                 let old = advective[axis][b];
                 advective[axis][b] = advection;
                 let force = viscous + face.source
@@ -62,19 +63,24 @@ pub(crate) fn advance_outlets(
                     - terms.weights[1] * old
                     - face.gradient * gradient * terms.inverse_density
                     - face.friction * terms.velocity[axis][b];
-                increments[axis][b] = force / (face.capacity + damping);
+                increments[axis][b] = force / (face.diagonal + damping);
             }
         }
     }
 }
 
 /// Advective and viscous term of one outlet face and the diagonal of the viscous one.
-fn face_balance(table: &FaceTable, terms: &OutletTerms<'_>, m: [usize; 2], eps: f64) -> (f64, f64, f64) {
-    let (local, layout, axis) = (terms.local, terms.local.layout, table.face.axis);
+fn face_balance(
+    face_data: &BoundaryData,
+    terms: &OutletTerms<'_>,
+    m: [usize; 2],
+    eps: f64,
+) -> (f64, f64, f64) {
+    let (local, layout, axis) = (terms.local, terms.local.layout, face_data.face.axis);
     let (u, q, strides) = (terms.velocity[axis], terms.flux[axis], layout.strides());
-    let inside = table.inside(layout, m[0], m[1]);
-    let b = table.boundary(layout, inside);
-    let outward = table.face.outward();
+    let inside = face_data.inside(layout, m[0], m[1]);
+    let b = face_data.boundary(layout, inside);
+    let outward = face_data.face.outward();
     let inner = (b as isize - outward as isize * strides[axis] as isize) as usize;
     let e = local.entry(if outward > 0.0 { layout.cells[axis] - 1 } else { 0 });
     let inverse = local.axes[axis].inverse_width[e];
@@ -85,7 +91,7 @@ fn face_balance(table: &FaceTable, terms: &OutletTerms<'_>, m: [usize; 2], eps: 
     let nu = terms.viscosity * eps;
     let mut viscous = -nu * (u[b] - u[inner]) * inverse * inverse;
     let mut damping = nu * inverse * inverse;
-    for (t, place) in table.tangents.into_iter().zip(m).filter(|(t, _)| local.active[*t]) {
+    for (t, place) in face_data.tangents.into_iter().zip(m).filter(|(t, _)| local.active[*t]) {
         let (s, axes) = (strides[t], &local.axes[t]);
         let flux = |face: usize, at: usize| terms.flux[t][face] * 0.5 * (u[at] + u[at + s]);
         advection += (flux(inside, b) - flux(inside - s, b - s)) * axes.inverse_width[place];

@@ -1,13 +1,14 @@
 //! One factor of the implicit diffusion as a tridiagonal system, and its elimination along lines side by side.
 
 use super::Porosity;
-use crate::boundary::{FaceTable, Kind};
+use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
+use crate::tridiagonal::Panel;
 use crate::{Faces, Side};
 
 /// Coefficients of (m − ½ ν ∇·ε∇) δ = r.
 #[derive(Clone, Copy)]
-pub(crate) struct Capacity<'a> {
+pub(crate) struct MomentumDiagonal<'a> {
     /// 1/m on the faces (s): 1/(ε/Δt + β/ρ); none where m = 1/Δt.
     pub inverse: Option<&'a Faces>,
     /// Time step Δt (s).
@@ -18,7 +19,7 @@ pub(crate) struct Capacity<'a> {
     pub viscosity: f64,
 }
 
-impl Capacity<'_> {
+impl MomentumDiagonal<'_> {
     /// 1/m of a face (s).
     pub fn inverse_at(&self, component: usize, p: usize) -> f64 {
         self.inverse.map_or(self.dt, |faces| faces.component(component)[p])
@@ -30,20 +31,12 @@ const LINES: usize = 64;
 /// Rows along x solved side by side, through transposed buffers.
 const ROWS: usize = 16;
 
-/// Lines side by side: unknown i of line l at start + i stride + l.
-#[derive(Clone, Copy)]
-pub(super) struct Panel {
-    pub start: usize,
-    pub stride: usize,
-    pub lines: usize,
-}
-
 /// The arrays of a panel; conductances begin with those of the lower side one stride before the first unknown.
 pub(super) struct Arrays<'a> {
     pub data: &'a mut [f64],
     pub conductance: &'a [f64],
     pub inverse: Option<&'a [f64]>,
-    /// Answers to unit values before and after the lines; empty if they stand alone.
+    /// Influence vectors for unit values before and after the lines; empty if they stand alone.
     pub before: &'a mut [f64],
     pub after: &'a mut [f64],
 }
@@ -54,7 +47,7 @@ pub(super) struct Scratch {
     carried: Vec<f64>,
     low: Vec<f64>,
     pivot: Vec<f64>,
-    capacity: Vec<f64>,
+    diagonal: Vec<f64>,
 }
 
 /// The factor of one component and axis: row i is diagonal x − low x₋ − high x₊.
@@ -62,7 +55,7 @@ pub(super) struct System<'a> {
     pub local: &'a Local,
     pub component: usize,
     pub axis: usize,
-    pub capacity: Capacity<'a>,
+    pub diagonal: MomentumDiagonal<'a>,
 }
 
 /// What the conductances l, h below and above make of a row: low = l + a h, high = h + b l (or none at the ends of the
@@ -111,13 +104,13 @@ impl System<'_> {
     /// Sets ½ ν ε/distance at the upper side of every unknown and at the lower one of the first.
     pub fn set_conductance(&self, conductance: &mut [f64]) {
         let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
-        let (m, half) = (&self.local.axes[axis], 0.5 * self.capacity.viscosity);
+        let (m, half) = (&self.local.axes[axis], 0.5 * self.diagonal.viscosity);
         // Own stresses act in the cell above the face.
         let (inverse, shift) = match self.component == axis {
             true => (&m.inverse_width[1..], layout.strides()[axis]),
             false => (&m.inverse_distance[..], 0),
         };
-        let eps = self.capacity.void_fraction.map(|eps| match self.component == axis {
+        let eps = self.diagonal.void_fraction.map(|eps| match self.component == axis {
             true => eps.centres,
             false => eps.edges[3 - self.component - axis],
         });
@@ -143,14 +136,14 @@ impl System<'_> {
     }
 
     /// Beyond the box there is no neighbour unless it is imposed.
-    pub fn close_ends(&self, tables: &[FaceTable], conductance: &mut [f64]) {
+    pub fn close_ends(&self, boundary_data: &[BoundaryData], conductance: &mut [f64]) {
         let (layout, stride) = (self.local.layout, self.local.layout.strides()[self.axis]);
-        for table in tables.iter().filter(|t| t.face.axis == self.axis) {
-            for m2 in layout.halo..table.extents[1] - layout.halo {
-                for m1 in layout.halo..table.extents[0] - layout.halo {
-                    let inside = table.inside(layout, m1, m2);
-                    let upper = if table.face.side == Side::High { inside } else { inside - stride };
-                    if table.kinds[self.component][m2 * table.extents[0] + m1] != Kind::Fixed {
+        for face_data in boundary_data.iter().filter(|t| t.face.axis == self.axis) {
+            for m2 in layout.halo..face_data.extents[1] - layout.halo {
+                for m1 in layout.halo..face_data.extents[0] - layout.halo {
+                    let inside = face_data.inside(layout, m1, m2);
+                    let upper = if face_data.face.side == Side::High { inside } else { inside - stride };
+                    if face_data.kinds[self.component][m2 * face_data.extents[0] + m1] != Kind::Fixed {
                         conductance[upper] = 0.0;
                     }
                 }
@@ -161,23 +154,24 @@ impl System<'_> {
     /// Solves the own part of the lines of a panel.
     pub fn eliminate(&self, panel: Panel, arrays: &mut Arrays<'_>, scratch: &mut Scratch) {
         let (n, Panel { start, stride, lines }) = (self.len(), panel);
-        scratch.resize(n * lines, lines, self.capacity.dt);
+        scratch.resize(n * lines, lines, self.diagonal.dt);
         for i in 0..n {
             let p = start + i * stride;
             self.set_row(i, arrays, [p, stride, lines], scratch);
             let (low, pivot) = (&scratch.low[..lines], &scratch.pivot[..lines]);
-            advance(arrays.data, [p, stride, lines], [low, pivot], i > 0);
+            panel.forward(arrays.data, i, |l| [low[l], pivot[l]]);
             if !arrays.before.is_empty() {
                 let high = &scratch.carried[i * lines..][..lines];
-                start_answers(arrays, [p, lines], [low, pivot, high], [i == 0, i + 1 == n]);
-                advance_answers(arrays, [p, stride, lines], [low, pivot], i > 0);
+                start_influence(arrays, [p, lines], [low, pivot, high], [i == 0, i + 1 == n]);
+                panel.forward(arrays.before, i, |l| [low[l], pivot[l]]);
+                panel.forward(arrays.after, i, |l| [low[l], pivot[l]]);
             }
         }
         for i in (0..n.saturating_sub(1)).rev() {
             let carried = &scratch.carried[i * lines..][..lines];
             for list in [&mut *arrays.data, &mut *arrays.before, &mut *arrays.after] {
                 if !list.is_empty() {
-                    retreat(list, [start + i * stride, stride, lines], carried);
+                    panel.backward(list, i, |l| carried[l]);
                 }
             }
         }
@@ -187,7 +181,7 @@ impl System<'_> {
     fn set_row(&self, i: usize, arrays: &Arrays<'_>, [p, stride, lines]: [usize; 3], scratch: &mut Scratch) {
         let below = &arrays.conductance[p - stride..][..lines];
         let above = &arrays.conductance[p..][..lines];
-        let inverse = arrays.inverse.map_or(&scratch.capacity[..lines], |inverse| &inverse[p..p + lines]);
+        let inverse = arrays.inverse.map_or(&scratch.diagonal[..lines], |inverse| &inverse[p..p + lines]);
         let (RowKind { low: a, high: b, diagonal: c }, width) = (self.kind(i), self.inverse_width(i));
         let (done, carried) = scratch.carried.split_at_mut(i * lines);
         let (carried, low) = (&mut carried[..lines], &mut scratch.low[..lines]);
@@ -237,7 +231,7 @@ impl System<'_> {
 }
 
 impl Arrays<'_> {
-    /// Notes the first and last values of all lines and of their answers.
+    /// Notes the first and last values of all lines and of their influence vectors.
     pub fn note_ends(&self, panel: Panel, n: usize, ends: &mut Vec<f64>) {
         for first in panel.start..panel.start + panel.lines {
             let last = first + (n - 1) * panel.stride;
@@ -251,32 +245,14 @@ impl Scratch {
     fn resize(&mut self, all: usize, lines: usize, dt: f64) {
         self.carried.resize(all, 0.0);
         [&mut self.low, &mut self.pivot].into_iter().for_each(|list| list.resize(lines, 0.0));
-        self.capacity.clear();
-        self.capacity.resize(lines, dt);
+        self.diagonal.clear();
+        self.diagonal.resize(lines, dt);
     }
 }
 
-/// x = (x + low x₋) pivot for the row at p.
-fn advance(x: &mut [f64], [p, stride, lines]: [usize; 3], [low, pivot]: [&[f64]; 2], has_previous: bool) {
-    let (done, ahead) = x.split_at_mut(p);
-    let current = &mut ahead[..lines];
-    if has_previous {
-        let previous = &done[p - stride..][..lines];
-        current.iter_mut().zip(low).zip(previous).for_each(|((x, low), before)| *x += low * before);
-    }
-    current.iter_mut().zip(pivot).for_each(|(x, pivot)| *x *= pivot);
-}
-
-/// x += carried x₊ for the row at p.
-fn retreat(x: &mut [f64], [p, stride, lines]: [usize; 3], carried: &[f64]) {
-    let (current, ahead) = x.split_at_mut(p + stride);
-    let current = current[p..][..lines].iter_mut().zip(carried);
-    current.zip(&ahead[..lines]).for_each(|((x, carried), next)| *x += carried * next);
-}
-
-/// Right-hand sides of the answers to unit values: −low before the first unknown, −high after the last. The coefficient
+/// Right-hand sides of the influence vectors of unit values: −low before the first unknown, −high after the last. The coefficient
 /// above is the carried one over the pivot.
-fn start_answers(
+fn start_influence(
     arrays: &mut Arrays<'_>,
     [p, lines]: [usize; 2],
     [low, pivot, carried]: [&[f64]; 3],
@@ -288,9 +264,4 @@ fn start_answers(
     for ((w, pivot), carried) in after.iter_mut().zip(pivot).zip(carried) {
         *w = if is_last { -carried / pivot } else { 0.0 };
     }
-}
-
-fn advance_answers(arrays: &mut Arrays<'_>, row: [usize; 3], factors: [&[f64]; 2], has_previous: bool) {
-    advance(arrays.before, row, factors, has_previous);
-    advance(arrays.after, row, factors, has_previous);
 }

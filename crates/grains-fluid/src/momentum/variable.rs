@@ -1,10 +1,10 @@
 //! The implicit factors where void fraction, drag or kinds of boundary differ from place to place.
 
-use super::system::{Arrays, Capacity, Panel, Scratch, System};
-use crate::Ownership;
-use crate::boundary::FaceTable;
+use super::system::{Arrays, MomentumDiagonal, Scratch, System};
+use crate::CellPartition;
+use crate::boundary::BoundaryData;
 use crate::metrics::Local;
-use crate::reduced::{RowGather, Segment, values_around};
+use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
 use grains_domain::Transport;
 
 /// Transposed copies of rows along x, with one unknown more at the beginning.
@@ -20,7 +20,7 @@ struct Transposed {
 /// Solver of the factors, one component and axis at a time.
 #[derive(Clone)]
 pub(crate) struct VariableLines {
-    gathers: [RowGather; 3],
+    gathers: [RowAllGather; 3],
     coupled: [bool; 3],
     /// ½ ν ε / distance at the upper side of every unknown.
     conductance: Vec<f64>,
@@ -32,15 +32,15 @@ pub(crate) struct VariableLines {
 }
 
 impl VariableLines {
-    pub fn new(local: &Local, ownership: &Ownership, periodic: [bool; 3]) -> Self {
-        let coupled = std::array::from_fn(|a| ownership.is_split(a) || periodic[a]);
-        let answers = if coupled.contains(&true) { local.layout.len() } else { 0 };
+    pub fn new(local: &Local, partition: &CellPartition, periodic: [bool; 3]) -> Self {
+        let coupled = std::array::from_fn(|a| partition.is_split(a) || periodic[a]);
+        let influence = if coupled.contains(&true) { local.layout.len() } else { 0 };
         Self {
-            gathers: std::array::from_fn(|a| RowGather::new(&ownership.row(a), ownership.coordinates[a])),
+            gathers: std::array::from_fn(|a| RowAllGather::new(&partition.row(a), partition.coordinates[a])),
             coupled,
             conductance: vec![0.0; local.layout.len()],
-            before: vec![0.0; answers],
-            after: vec![0.0; answers],
+            before: vec![0.0; influence],
+            after: vec![0.0; influence],
             ends: Vec::new(),
             scratch: Scratch::default(),
             rows: Transposed::default(),
@@ -51,19 +51,19 @@ impl VariableLines {
     pub fn solve(
         &mut self,
         local: &Local,
-        tables: &[FaceTable],
+        boundary_data: &[BoundaryData],
         [component, axis]: [usize; 2],
-        capacity: Capacity<'_>,
+        diagonal: MomentumDiagonal<'_>,
         data: &mut [f64],
         transport: &dyn Transport,
     ) {
-        let system = System { local, component, axis, capacity };
+        let system = System { local, component, axis, diagonal };
         if local.unknowns(component).contains(&0) {
             return;
         }
         system.set_conductance(&mut self.conductance);
         if component != axis {
-            system.close_ends(tables, &mut self.conductance);
+            system.close_ends(boundary_data, &mut self.conductance);
         }
         self.ends.clear();
         if axis == 0 {
@@ -80,7 +80,7 @@ impl VariableLines {
     /// Lines along y or z, which lie side by side in the arrays.
     fn eliminate_columns(&mut self, system: &System<'_>, data: &mut [f64]) {
         let is_coupled = self.coupled[system.axis];
-        let inverse = system.capacity.inverse.map(|faces| faces.component(system.component));
+        let inverse = system.diagonal.inverse.map(|faces| faces.component(system.component));
         system.for_panels(|panel| {
             let mut arrays = Arrays {
                 data,
@@ -99,7 +99,7 @@ impl VariableLines {
     /// Lines along x, transposed some at a time.
     fn eliminate_rows(&mut self, system: &System<'_>, data: &mut [f64]) {
         let (n, is_coupled) = (system.len(), self.coupled[0]);
-        let inverse = system.capacity.inverse.map(|faces| faces.component(system.component));
+        let inverse = system.diagonal.inverse.map(|faces| faces.component(system.component));
         system.for_row_groups(|starts| {
             let lines = starts.clone().count();
             let panel = Panel { start: lines, stride: lines, lines };
@@ -170,13 +170,13 @@ fn gather(from: &[f64], row: &mut [f64], lines: usize) {
 
 impl Transposed {
     fn resize(&mut self, size: usize, is_coupled: bool) {
-        let answers = if is_coupled { size } else { 0 };
+        let influence = if is_coupled { size } else { 0 };
         for (list, size) in [
             (&mut self.data, size),
             (&mut self.conductance, size),
             (&mut self.inverse, size),
-            (&mut self.before, answers),
-            (&mut self.after, answers),
+            (&mut self.before, influence),
+            (&mut self.after, influence),
         ] {
             list.resize(size, 0.0);
         }

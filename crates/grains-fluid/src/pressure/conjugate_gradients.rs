@@ -25,14 +25,15 @@ pub enum Preconditioner {
 pub struct ConjugateGradients {
     problem: PressureProblem,
     tolerance: f64,
-    most: usize,
+    max_iterations: usize,
     engine: Engine,
     halo: Halo,
     /// All with a halo of one cell, zero beyond the box.
     residual: Field<Centre>,
     correction: Field<Centre>,
     direction: Field<Centre>,
-    image: Field<Centre>,
+    /// The operator applied to the search direction, A d.
+    applied: Field<Centre>,
 }
 
 /// The operator and an approximate inverse of it.
@@ -86,9 +87,14 @@ fn own_rows(field: &Field<Centre>) -> impl Iterator<Item = std::ops::Range<usize
 }
 
 impl ConjugateGradients {
-    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `most` iterations,
+    /// Solver that stops when the residual is below `tolerance` times the right-hand side, within `max_iterations`,
     /// with the preconditioner that suits the grid.
-    pub fn new(problem: &PressureProblem, tolerance: f64, most: usize, transport: &dyn Transport) -> Self {
+    pub fn new(
+        problem: &PressureProblem,
+        tolerance: f64,
+        max_iterations: usize,
+        transport: &dyn Transport,
+    ) -> Self {
         let is_even = |a: usize| {
             let axis = problem.grid.axis(a);
             let widths = || (0..axis.cells() as isize).map(|i| axis.width(i));
@@ -96,36 +102,36 @@ impl ConjugateGradients {
         };
         let suitable =
             if (0..3).all(is_even) { Preconditioner::Multigrid } else { Preconditioner::PlaneMeans };
-        Self::preconditioned(problem, [tolerance, most as f64], suitable, transport)
+        Self::preconditioned(problem, [tolerance, max_iterations as f64], suitable, transport)
     }
 
     /// Solver with a given preconditioner; `limits` are the tolerance and the number of iterations, see
     /// [`ConjugateGradients::new`].
     pub fn preconditioned(
         problem: &PressureProblem,
-        [tolerance, most]: [f64; 2],
+        [tolerance, max_iterations]: [f64; 2],
         preconditioner: Preconditioner,
         transport: &dyn Transport,
     ) -> Self {
-        let layout = Layout { cells: problem.ownership.cells(), halo: 1 };
+        let layout = Layout { cells: problem.partition.cells(), halo: 1 };
         let field = || Field::new(layout);
         let engine = match preconditioner {
             Preconditioner::Multigrid => Engine::Multigrid(Multigrid::new(problem)),
             Preconditioner::PlaneMeans => Engine::PlaneMeans {
-                operator: Box::new(PressureOperator::on(&problem.grid, &problem.ownership, 1)),
+                operator: Box::new(PressureOperator::on(&problem.grid, &problem.partition, 1)),
                 solver: Box::new(FastSolver::new(problem, transport)),
             },
         };
         Self {
             problem: problem.clone(),
             tolerance,
-            most: most as usize,
+            max_iterations: max_iterations as usize,
             engine,
-            halo: Halo::new(&problem.grid, &problem.ownership, layout),
+            halo: Halo::new(&problem.grid, &problem.partition, layout),
             residual: field(),
             correction: field(),
             direction: field(),
-            image: field(),
+            applied: field(),
         }
     }
 
@@ -135,12 +141,12 @@ impl ConjugateGradients {
             self.direction.data_mut()[own].copy_from_slice(&guess.data()[given]);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
-        self.engine.operator().apply(&self.direction, &mut self.image);
+        self.engine.operator().apply(&self.direction, &mut self.applied);
         let mut norms = [0.0, 0.0];
         for (own, given) in own_rows(&self.residual).zip(own_rows(rhs)) {
-            let (f, image) = (&rhs.data()[given], &self.image.data()[own.clone()]);
+            let (f, applied) = (&rhs.data()[given], &self.applied.data()[own.clone()]);
             let r = &mut self.residual.data_mut()[own];
-            r.iter_mut().zip(f).zip(image).for_each(|((r, f), a)| *r = a - f);
+            r.iter_mut().zip(f).zip(applied).for_each(|((r, f), a)| *r = a - f);
             norms[0] += dot(r, r);
             norms[1] += dot(f, f);
         }
@@ -171,14 +177,14 @@ impl ConjugateGradients {
         for_volumes(self.engine.operator(), pressure, |p, _| *p -= mean);
     }
 
-    /// d = z + β d; returns −d · A d over all ranks, A d being the image.
-    fn turn(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
+    /// d = z + β d; returns −d · A d over all ranks.
+    fn new_direction(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
         for own in own_rows(&self.direction) {
             let z = &self.correction.data()[own.clone()];
             self.direction.data_mut()[own].iter_mut().zip(z).for_each(|(d, z)| *d = z + beta * *d);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
-        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.image)];
+        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.applied)];
         transport.sum(&mut curvature);
         curvature[0]
     }
@@ -189,9 +195,9 @@ impl ConjugateGradients {
         for (own, given) in own_rows(&self.direction).zip(own_rows(pressure)) {
             let direction = &self.direction.data()[own.clone()];
             pressure.data_mut()[given].iter_mut().zip(direction).for_each(|(x, d)| *x += alpha * d);
-            let image = &self.image.data()[own.clone()];
+            let applied = &self.applied.data()[own.clone()];
             let r = &mut self.residual.data_mut()[own];
-            r.iter_mut().zip(image).for_each(|(r, a)| *r += alpha * a);
+            r.iter_mut().zip(applied).for_each(|(r, a)| *r += alpha * a);
             sum[0] += dot(r, r);
         }
         transport.sum(&mut sum);
@@ -216,14 +222,14 @@ impl ConjugateGradients {
                 let why = "the right-hand side or the guess is no number";
                 return Err(self.failed(iterations, residual, why));
             }
-            if iterations == self.most {
+            if iterations == self.max_iterations {
                 let why = "raise the limit of iterations, or look for cells with extreme coefficients";
                 return Err(self.failed(iterations, residual / scale, why));
             }
             let next = self.engine.precondition(&mut self.residual, &mut self.correction, transport);
             let beta = if iterations == 0 { 0.0 } else { next / rho };
             rho = next;
-            let curvature = self.turn(beta, transport);
+            let curvature = self.new_direction(beta, transport);
             if curvature <= 0.0 || rho <= 0.0 {
                 return Err(self.failed(iterations, residual / scale, "the operator is not definite"));
             }

@@ -1,7 +1,7 @@
 //! Direct solver by transforms along two axes and tridiagonal lines along the third.
 
-use super::lines::{LineProfile, ModeLines};
-use super::redistribution::Redistribution;
+use super::modal_tridiagonal::{LineProfile, ModalTridiagonal};
+use super::pencil_transpose::PencilTranspose;
 use super::transform::Transform;
 use super::{PressureProblem, PressureSolver, SolveReport};
 use crate::{Centre, Faces, Field, Layout, SolveError};
@@ -22,8 +22,8 @@ pub struct FastSolver {
     problem: PressureProblem,
     axis: usize,
     transforms: Vec<(usize, Transform)>,
-    redistributions: Vec<Option<Redistribution>>,
-    lines: ModeLines,
+    transposes: Vec<Option<PencilTranspose>>,
+    lines: ModalTridiagonal,
     profile: LineProfile,
     block: Vec<f64>,
     columns: Vec<f64>,
@@ -38,9 +38,9 @@ impl FastSolver {
             .filter(|&a| a != axis)
             .map(|a| (a, Transform::new(problem.grid.axis(a), problem.imposed[a])))
             .collect();
-        let redistributions = transforms
+        let transposes = transforms
             .iter()
-            .map(|&(a, _)| problem.ownership.is_split(a).then(|| Redistribution::new(&problem.ownership, a)))
+            .map(|&(a, _)| problem.partition.is_split(a).then(|| PencilTranspose::new(&problem.partition, a)))
             .collect();
         let eigenvalues = [&transforms[0].1.eigenvalues[..], &transforms[1].1.eigenvalues[..]];
         let n = problem.grid.axis(axis).cells();
@@ -53,12 +53,12 @@ impl FastSolver {
         }
         let mut solver = Self {
             axis,
-            lines: ModeLines::new(problem, axis, eigenvalues),
+            lines: ModalTridiagonal::new(problem, axis, eigenvalues),
             scale: transforms.iter().map(|t| t.1.scale).product(),
             transforms,
-            redistributions,
+            transposes,
             profile: LineProfile { across: [vec![1.0; n], vec![1.0; n]], along },
-            block: vec![0.0; problem.ownership.cells().iter().product()],
+            block: vec![0.0; problem.partition.cells().iter().product()],
             columns: Vec::new(),
             problem: problem.clone(),
         };
@@ -118,7 +118,7 @@ impl FastSolver {
     fn transform_plane(&mut self, plane: &mut [f64], [nx, ny]: [usize; 2], way: Way) {
         let columns = &mut self.columns;
         for (t, (axis, transform)) in self.transforms.iter_mut().enumerate() {
-            match (self.redistributions[t].is_some(), *axis) {
+            match (self.transposes[t].is_some(), *axis) {
                 (false, 0) => plane.chunks_exact_mut(nx).for_each(|row| way.apply(transform, row)),
                 (false, 1) => transform_columns(plane, [nx, ny], transform, columns, way),
                 _ => {}
@@ -129,7 +129,7 @@ impl FastSolver {
     /// Transforms along z, and along axes that several ranks share.
     fn transform_shared(&mut self, block: &mut [f64], layout: Layout, way: Way, transport: &dyn Transport) {
         let [nx, ny, nz] = layout.cells;
-        for ((axis, transform), shared) in self.transforms.iter_mut().zip(&mut self.redistributions) {
+        for ((axis, transform), shared) in self.transforms.iter_mut().zip(&mut self.transposes) {
             match shared {
                 Some(shared) => shared.for_lines(block, transport, |line| way.apply(transform, line)),
                 None if *axis == 2 => {
@@ -142,8 +142,8 @@ impl FastSolver {
 
     /// Takes from the constant mode what no pressure could balance (rounding).
     fn balance_constant(&mut self, block: &mut [f64], transport: &dyn Transport) {
-        let (axis, first) = (self.problem.grid.axis(self.axis), self.problem.ownership.first()[self.axis]);
-        let n = self.problem.ownership.cells()[self.axis];
+        let (axis, first) = (self.problem.grid.axis(self.axis), self.problem.partition.first()[self.axis]);
+        let n = self.problem.partition.cells()[self.axis];
         let line = self.lines.constant_line().map(|l| self.lines.line(l));
         let cells = |(start, stride): (usize, usize)| (0..n).map(move |i| (i, start + i * stride));
         let mut sum = [line.map_or(0.0, |line| cells(line).map(|(_, p)| block[p]).sum())];
@@ -156,8 +156,8 @@ impl FastSolver {
 
     /// Makes the mean of the solution zero.
     fn centre_constant(&mut self, block: &mut [f64], transport: &dyn Transport) {
-        let (axis, first) = (self.problem.grid.axis(self.axis), self.problem.ownership.first()[self.axis]);
-        let n = self.problem.ownership.cells()[self.axis];
+        let (axis, first) = (self.problem.grid.axis(self.axis), self.problem.partition.first()[self.axis]);
+        let n = self.problem.partition.cells()[self.axis];
         let line = self.lines.constant_line().map(|l| self.lines.line(l));
         let cells = |(start, stride): (usize, usize)| (0..n).map(move |i| (i, start + i * stride));
         let weighted =
@@ -243,7 +243,7 @@ fn line_axis(problem: &PressureProblem) -> usize {
     let cost = |a: usize| {
         let axis = problem.grid.axis(a);
         let slow = if Transform::is_fast(axis, problem.imposed[a]) { 0 } else { axis.cells() };
-        (problem.grid.is_active(a), slow, problem.ownership.ranks[a], a)
+        (problem.grid.is_active(a), slow, problem.partition.ranks[a], a)
     };
     (0..3).max_by_key(|&a| cost(a)).unwrap_or(2)
 }
@@ -297,7 +297,7 @@ impl PlaneMeans {
 
 /// Own faces that carry flow, with their slot: plane along the axis, then of the two axes across it.
 fn for_faces(problem: &PressureProblem, axis: usize, coefficients: &Faces, mut job: impl FnMut(usize, f64)) {
-    let (layout, first) = (coefficients.layout(), problem.ownership.first());
+    let (layout, first) = (coefficients.layout(), problem.partition.first());
     let n = problem.grid.axis(axis).cells();
     let mut other = 0;
     for a in 0..3 {

@@ -2,10 +2,10 @@
 
 mod conjugate_gradients;
 mod fast;
-mod lines;
+mod modal_tridiagonal;
 mod multigrid;
 mod operator;
-mod redistribution;
+mod pencil_transpose;
 mod transform;
 
 pub use conjugate_gradients::{ConjugateGradients, Preconditioner};
@@ -13,7 +13,7 @@ pub use fast::FastSolver;
 pub use operator::PressureOperator;
 
 use crate::boundary::{Condition, open_faces};
-use crate::{Boundaries, Centre, Faces, Field, Grid, Ownership, Side, SolveError};
+use crate::{Boundaries, CellPartition, Centre, Faces, Field, Grid, Side, SolveError};
 use grains_domain::Transport;
 
 /// How a pressure equation was solved.
@@ -31,7 +31,7 @@ pub struct PressureProblem {
     /// Global grid.
     pub grid: Grid,
     /// Cells of the ranks.
-    pub ownership: Ownership,
+    pub partition: CellPartition,
     /// Width of the halo of the fields (cells).
     pub halo: usize,
     /// Per axis, whether p = 0 is imposed somewhere on the lower and upper face of the box.
@@ -40,13 +40,13 @@ pub struct PressureProblem {
 
 impl PressureProblem {
     /// The problem of a flow: pressure is imposed at outlets.
-    pub fn new(grid: &Grid, ownership: &Ownership, halo: usize, boundaries: &Boundaries) -> Self {
+    pub fn new(grid: &Grid, partition: &CellPartition, halo: usize, boundaries: &Boundaries) -> Self {
         let mut imposed = [[false; 2]; 3];
         for face in open_faces(grid) {
             imposed[face.axis][usize::from(face.side == Side::High)] =
                 boundaries.on(face).any(|c| matches!(c, Condition::Outlet { .. }));
         }
-        Self { grid: grid.clone(), ownership: ownership.clone(), halo, imposed }
+        Self { grid: grid.clone(), partition: partition.clone(), halo, imposed }
     }
 
     /// Whether the pressure is determined only up to a constant.

@@ -2,7 +2,7 @@
 
 use super::PressureProblem;
 use crate::metrics::Local;
-use crate::{Centre, Faces, Field, Grid, Layout, Ownership};
+use crate::{CellPartition, Centre, Faces, Field, Grid, Layout};
 
 /// Σ_faces c A (p_neighbour − p)/d of every cell.
 #[derive(Clone, Debug)]
@@ -34,12 +34,12 @@ impl Neighbours<'_> {
 impl PressureOperator {
     /// Operator with coefficients zero.
     pub fn new(problem: &PressureProblem) -> Self {
-        Self::on(&problem.grid, &problem.ownership, problem.halo)
+        Self::on(&problem.grid, &problem.partition, problem.halo)
     }
 
     /// Operator with coefficients zero for fields with a halo of so many cells.
-    pub(crate) fn on(grid: &Grid, ownership: &Ownership, halo: usize) -> Self {
-        let local = Local::new(grid, ownership, halo);
+    pub(crate) fn on(grid: &Grid, partition: &CellPartition, halo: usize) -> Self {
+        let local = Local::new(grid, partition, halo);
         let layout = local.layout;
         Self { local, conductances: Faces::new(layout), diagonal: Field::new(layout) }
     }

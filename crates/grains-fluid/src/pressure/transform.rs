@@ -126,9 +126,9 @@ impl Transform {
         let values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
         self.eigenvalues = values.iter().map(|l| l.min(0.0)).collect();
         let singular = axis.is_periodic() || imposed == [false; 2];
-        if singular && let Some(least) = (0..n).max_by(|&a, &b| values[a].total_cmp(&values[b])) {
+        if singular && let Some(smallest) = (0..n).max_by(|&a, &b| values[a].total_cmp(&values[b])) {
             // The constant's eigenvalue is zero but for rounding; exactly zero tells the null space.
-            self.eigenvalues[least] = 0.0;
+            self.eigenvalues[smallest] = 0.0;
         }
         self.vectors = (0..n * n).map(|at| eigen.eigenvectors[(at / n, at % n)] / root(at / n)).collect();
     }

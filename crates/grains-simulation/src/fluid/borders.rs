@@ -8,7 +8,7 @@ use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::Ownership;
+use grains_fluid::CellPartition;
 use grains_output::{GridArray, GridBlock};
 use std::convert::Infallible;
 use std::time::Instant;
@@ -41,15 +41,15 @@ impl FluidPhase {
     ) -> Result<Self, RunError> {
         self.moves = dem.report.moves;
         let setup = &self.flow.setup;
-        let now = Ownership::new(&setup.grid, &dem.decomposition)
+        let now = CellPartition::new(&setup.grid, &dem.decomposition)
             .map_err(|e| RunError::case(case.about("fluid", e.to_string())))?;
-        if now == setup.ownership {
+        if now == setup.partition {
             return Ok(self);
         }
         let begun = Instant::now();
         self.settle_passages(transport)?;
         let setup = &self.flow.setup;
-        let (cells, before) = (setup.grid.cells(), setup.ownership.clone());
+        let (cells, before) = (setup.grid.cells(), setup.partition.clone());
         let (arrays, clocks) = (self.arrays(), self.clocks());
         // Nothing is held twice: the old fields go before the new ones come.
         let Self { flow, exchange, report, sampled, steps, iterations, seconds, rule, .. } = self;
@@ -80,7 +80,7 @@ impl FluidPhase {
 fn exchanged(
     arrays: Vec<GridArray>,
     cells: [usize; 3],
-    (before, now): (&Ownership, &Ownership),
+    (before, now): (&CellPartition, &CellPartition),
     transport: &impl Transport,
 ) -> Vec<GridArray> {
     let to = sharing(before, now);
@@ -107,7 +107,7 @@ fn exchanged(
 }
 
 /// Places of the ranks that now own cells which were this rank's.
-fn sharing(before: &Ownership, now: &Ownership) -> impl Iterator<Item = [usize; 3]> {
+fn sharing(before: &CellPartition, now: &CellPartition) -> impl Iterator<Item = [usize; 3]> {
     let [xs, ys, zs] = [0, 1, 2].map(|a| {
         let column = before.coordinates[a];
         let own = before.starts[a][column]..before.starts[a][column + 1];
@@ -135,11 +135,11 @@ mod tests {
     use super::{common, exchanged, sharing};
     use crate::fluid::restart::block;
     use grains_domain::SerialTransport;
-    use grains_fluid::Ownership;
+    use grains_fluid::CellPartition;
     use grains_output::{GridArray, GridBlock};
 
-    fn ownership(starts: [Vec<usize>; 3], coordinates: [usize; 3]) -> Ownership {
-        Ownership { ranks: starts.each_ref().map(|s| s.len() - 1), coordinates, starts }
+    fn partition(starts: [Vec<usize>; 3], coordinates: [usize; 3]) -> CellPartition {
+        CellPartition { ranks: starts.each_ref().map(|s| s.len() - 1), coordinates, starts }
     }
 
     /// A value that tells the place.
@@ -163,7 +163,7 @@ mod tests {
             let mut found = std::collections::BTreeSet::new();
             for from in 0..6 {
                 let own = [from % 2, 0, from / 2];
-                let (old, new) = (ownership(before.clone(), own), ownership(now.clone(), own));
+                let (old, new) = (partition(before.clone(), own), partition(now.clone(), own));
                 let mine = block(all, cells, &old, own);
                 for place in sharing(&old, &new) {
                     let theirs = block(all, cells, &new, place);
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn a_rank_alone_keeps_what_it_has() {
         let all = [3, 4, 2];
-        let alone = ownership(all.map(|n| vec![0, n]), [0; 3]);
+        let alone = partition(all.map(|n| vec![0, n]), [0; 3]);
         let block = block(all, all, &alone, [0; 3]);
         let values: Vec<f64> = places(&block).into_iter().map(value).collect();
         let array = GridArray { name: "pressure", unit: "Pa", width: 1, block, values };

@@ -4,21 +4,23 @@ use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, Model, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
-use grains_fluid::{Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, Ownership, SolidFlux};
+use grains_fluid::{
+    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, SolidFlux,
+};
 use grains_geometry::Vec3;
 use std::ops::Range;
 
 /// Width of the halo (cells) that a kernel needs on this grid, for particles of at most `diameter` (m) that may be
-/// `wander` (m) outside their rank's subdomain.
+/// `drift` (m) outside their rank's subdomain.
 ///
 /// Subdomains end in cells, not between them: another half cell; and the kernel leaves out the lowest layer, whose lower
 /// faces no array holds.
-pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [f64; 3]) -> usize {
-    let of_axis = |cell: f64| kernel.halo(diameter, wander + 0.5 * cell, cell) + 1;
+pub fn halo_width(kernel: &Kernel, diameter: f64, drift: f64, smallest_cells: [f64; 3]) -> usize {
+    let of_axis = |cell: f64| kernel.halo(diameter, drift + 0.5 * cell, cell) + 1;
     smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
 }
 
@@ -28,11 +30,11 @@ pub fn halo_width(kernel: &Kernel, diameter: f64, wander: f64, smallest_cells: [
 /// The kernel, with the cells it covers.
 pub fn check_kernel(
     coupling: &Coupling,
-    (grid, ownership, halo): (&Grid, &Ownership, usize),
+    (grid, partition, halo): (&Grid, &CellPartition, usize),
     diameter: f64,
 ) -> Result<(), CouplingError> {
-    let layout = Layout { cells: ownership.cells(), halo };
-    coupling.kernel.check(&kernel_grid(grid, ownership, layout)?.0.axes, diameter)
+    let layout = Layout { cells: partition.cells(), halo };
+    coupling.kernel.check(&kernel_grid(grid, partition, layout)?.0.axes, diameter)
 }
 
 /// The exchange between the particles and the fluid of one rank.
@@ -88,24 +90,24 @@ impl Exchange {
     /// Nodes that do not ascend.
     pub fn new(
         coupling: Coupling,
-        (grid, ownership, halo): (&Grid, &Ownership, usize),
+        (grid, partition, halo): (&Grid, &CellPartition, usize),
     ) -> Result<Self, CouplingError> {
-        let layout = Layout { cells: ownership.cells(), halo };
-        let (kernel_grid, own) = kernel_grid(grid, ownership, layout)?;
+        let layout = Layout { cells: partition.cells(), halo };
+        let (kernel_grid, own) = kernel_grid(grid, partition, layout)?;
         Ok(Self {
             coupling,
             account: Account::default(),
             kernel_grid,
             own,
-            halo: Halo::new(grid, ownership, layout),
+            halo: Halo::new(grid, partition, layout),
             coefficient: Faces::new(layout),
             explicit: Faces::new(layout),
             gradient: Faces::new(layout),
-            per_volume: inverse_volumes(grid, ownership, layout),
-            volumes: volumes(grid, ownership, layout),
+            per_volume: inverse_volumes(grid, partition, layout),
+            volumes: volumes(grid, partition, layout),
             passed: Field::new(layout),
             has_passed: Ok(false),
-            ends: std::array::from_fn(|a| ownership.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
+            ends: std::array::from_fn(|a| partition.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
             box_volume: grid.volume(),
         })
@@ -131,7 +133,7 @@ impl Exchange {
             self.has_passed = added.map(|()| true);
         }
         for (_, cargo) in &left {
-            self.account.ledger.given -= DragLink::read(cargo).owed;
+            self.account.ledger.given -= DragLink::read(cargo).unpaid;
         }
     }
 
@@ -186,7 +188,7 @@ impl Exchange {
         agree(transport, deposited)?;
         self.halo.add(&mut [data], transport);
         let checked =
-            void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.least_void_fraction, data);
+            void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.min_void_fraction, data);
         agree(transport, checked)?;
         self.halo.fill(&mut [data], transport);
         self.account.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
@@ -255,8 +257,8 @@ impl Exchange {
             void_fraction: mixture.void_fraction.data(),
             pressure_gradient: self.gradient.components(),
         };
-        let lent = self.coupling.lend(particles, (&self.kernel_grid, &fluid), dt);
-        agree(transport, lent)
+        let outcome = self.coupling.set_fluid_velocities(particles, (&self.kernel_grid, &fluid), dt);
+        agree(transport, outcome)
     }
 
     /// Books the impulse the fluid has lost, and finds the pressure gradient at the boundaries of the domain that balances the
@@ -326,9 +328,9 @@ impl Exchange {
         for axis in (0..3).filter(|_| mass > 0.0) {
             let drag = sums[5 + axis] * dt;
             flux.mean[axis] = sums[axis] / self.box_volume;
-            flux.follow[axis] = drag / (mass + drag) * share / (1.0 - share);
-            if self.coupling.model == Model::A {
-                flux.yielding[axis] = dt * volume / (mass + drag);
+            flux.drag_response[axis] = drag / (mass + drag) * share / (1.0 - share);
+            if self.coupling.model == MixtureModel::A {
+                flux.gradient_response[axis] = dt * volume / (mass + drag);
             }
         }
         flux
@@ -387,16 +389,16 @@ fn scaled(to: &mut [f64], from: &[f64], by: &[f64]) {
 /// of the halo, so that face 0 of an axis is the upper face of a cell of the arrays.
 fn kernel_grid(
     grid: &Grid,
-    ownership: &Ownership,
+    partition: &CellPartition,
     layout: Layout,
 ) -> Result<(KernelGrid, [Range<usize>; 3]), CouplingError> {
-    let (h, first, strides) = (layout.halo, ownership.first(), layout.strides());
+    let (h, first, strides) = (layout.halo, partition.first(), layout.strides());
     let mut starts = [0; 3];
     let mut axes = Vec::new();
     for a in 0..3 {
         let (axis, n) = (grid.axis(a), layout.cells[a]);
         let ends =
-            ownership.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
+            partition.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
         starts[a] = if ends[0] == End::Boundary { h } else { 1 };
         let last = if ends[1] == End::Boundary { n + h } else { n + 2 * h };
         let node = |place: usize| axis.node(first[a] as isize + place as isize - h as isize);
@@ -445,8 +447,8 @@ fn boundary_faces(layout: Layout, axis: usize, ends: [bool; 2]) -> impl Iterator
 }
 
 /// Volumes of the own cells (m³).
-fn volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Field<Centre> {
-    let (mut volumes, first) = (Field::new(layout), ownership.first());
+fn volumes(grid: &Grid, partition: &CellPartition, layout: Layout) -> Field<Centre> {
+    let (mut volumes, first) = (Field::new(layout), partition.first());
     for k in 0..layout.cells[2] {
         for j in 0..layout.cells[1] {
             for i in 0..layout.cells[0] {
@@ -459,9 +461,9 @@ fn volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Field<Centre> 
 }
 
 /// 1/V_f (1/m³) of the own faces: half of the cell on either side.
-fn inverse_volumes(grid: &Grid, ownership: &Ownership, layout: Layout) -> Faces {
+fn inverse_volumes(grid: &Grid, partition: &CellPartition, layout: Layout) -> Faces {
     let mut inverse = Faces::new(layout);
-    let first = ownership.first();
+    let first = partition.first();
     for component in 0..3 {
         for k in 0..layout.cells[2] {
             for j in 0..layout.cells[1] {

@@ -1,7 +1,7 @@
 //! The fluid of a run: its steps between those of the particles, and what is written of it.
 //!
 //! ```text
-//! particle step s = the fluid's time?  void fraction and drag → fluid step of n particle steps → velocity lent
+//! particle step s = the fluid's time?  void fraction and drag → fluid step of n particle steps → fluid velocity set
 //! every particle step                  contact forces + drag, pressure gradient, buoyancy → advance
 //! ```
 //!
@@ -10,7 +10,7 @@
 //!
 //! ```text
 //! every particle step                  contact forces + force and torque of the flow, buoyancy → advance
-//! particle step s = end of the span    bodies placed → fluid step of n particle steps → fluid and bodies follow each other
+//! particle step s = end of the span    bodies placed → fluid step of n particle steps → rigid-body velocity imposed
 //! ```
 //!
 //! Where particles are, borders between ranks move to the work, which is that of the cells too: cells then change hands as
@@ -126,7 +126,7 @@ impl FluidPhase {
             dem.particles.carry();
         }
         let setup = &flow.setup;
-        let halo = Halo::new(&setup.grid, &setup.ownership, flow.layout());
+        let halo = Halo::new(&setup.grid, &setup.partition, flow.layout());
         let has_particles = exchange.is_some() || resolved.is_some();
         dem.other_work.nodes = std::array::from_fn(|a| setup.grid.axis(a).nodes().to_vec());
         let work_of_particle = match &resolved {
@@ -226,7 +226,12 @@ impl FluidPhase {
     ///
     /// # Errors
     /// A state that cannot be trusted any longer.
-    pub fn act(&mut self, dem: &mut Dem, event: u64, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn before_particle_step(
+        &mut self,
+        dem: &mut Dem,
+        event: u64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
         if dem.step >= self.next_step {
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
@@ -248,7 +253,7 @@ impl FluidPhase {
     ///
     /// # Errors
     /// A state that cannot be trusted any longer.
-    pub fn catch_up(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
+    pub fn after_particle_step(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
         if self.is_alone() || dem.step < self.next_step {
             return Ok(());
         }
@@ -277,7 +282,7 @@ impl FluidPhase {
             exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
         }
         if let Some(resolved) = &mut self.resolved {
-            resolved.follow(dem, &mut self.flow, dt, transport)?;
+            resolved.impose_rigid_velocity(dem, &mut self.flow, dt, transport)?;
         }
         self.seconds[0] += stepped - exchanged;
         self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
@@ -307,7 +312,7 @@ pub fn shared_nodes(case: &Case) -> Result<Option<[Vec<f64>; 3]>, String> {
     Ok(Some(std::array::from_fn(|a| grid.axis(a).nodes().to_vec())))
 }
 
-/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `wander`
+/// Width (m) that a subdomain needs along each axis for the halo of the fluid; 0 without one. Particles may be `drift`
 /// (m) outside theirs.
 ///
 /// # Errors
@@ -316,12 +321,12 @@ pub fn least_widths(
     case: &Case,
     catalogue: &Catalogue,
     kinds: &[KindRange],
-    wander: f64,
+    drift: f64,
 ) -> Result<[f64; 3], String> {
     let Some(fluid) = &case.fluid else { return Ok([0.0; 3]) };
     let grid = setup::grid(case, fluid)?;
     let halo = match coupling(case, fluid, catalogue)? {
-        Some(coupling) => halo(case, fluid, (&coupling, kinds), wander)?,
+        Some(coupling) => halo(case, fluid, (&coupling, kinds), drift)?,
         None => plain_halo(fluid),
     };
     // Cuts fall anywhere in a cell; those of a fluid alone share them by number, so that a mean one counts.
@@ -346,12 +351,12 @@ fn halo(
     case: &Case,
     fluid: &CaseFluid,
     (coupling, kinds): (&Coupling, &[KindRange]),
-    wander: f64,
+    drift: f64,
 ) -> Result<usize, String> {
     let diameter = setup::largest_diameter(coupling, kinds);
     let grid = setup::grid(case, fluid)?;
     let narrowest = [0, 1, 2].map(|a| setup::cell_widths(&grid, a).fold(f64::INFINITY, f64::min));
-    Ok(halo_width(&coupling.kernel, diameter, wander, narrowest))
+    Ok(halo_width(&coupling.kernel, diameter, drift, narrowest))
 }
 
 /// Longest step of the fluid (s) about bodies that its grid resolves, if it does.
@@ -384,15 +389,15 @@ impl Parts {
         let halo = halo(case, fluid, (&coupling, kinds), dem.skin.most * dem.largest_radius)?;
         let setup = setup::flow_setup(case, fluid, decomposition, halo)?;
         let diameter = setup::largest_diameter(&coupling, kinds);
-        check_kernel(&coupling, (&setup.grid, &setup.ownership, halo), diameter)
+        check_kernel(&coupling, (&setup.grid, &setup.partition, halo), diameter)
             .map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?;
         Ok(Self { setup, coupling: Some(coupling) })
     }
 
     fn exchange(&self) -> Result<Option<Exchange>, CouplingError> {
         let Some(coupling) = &self.coupling else { return Ok(None) };
-        let FlowSetup { grid, ownership, halo, .. } = &self.setup;
-        Exchange::new(coupling.clone(), (grid, ownership, *halo)).map(Some)
+        let FlowSetup { grid, partition, halo, .. } = &self.setup;
+        Exchange::new(coupling.clone(), (grid, partition, *halo)).map(Some)
     }
 }
 

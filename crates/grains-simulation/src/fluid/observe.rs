@@ -248,10 +248,12 @@ impl FluidPhase {
             let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
             rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
             // Inside bodies theirs, not what continues the flow.
-            if let Some(beyond) = self.flow.immersed.as_ref().and_then(|bodies| bodies.beyond.as_ref()) {
-                let (beyond, stride) = (beyond.component(axis), layout.strides()[axis]);
+            if let Some(extrapolated) =
+                self.flow.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref())
+            {
+                let (extrapolated, stride) = (extrapolated.component(axis), layout.strides()[axis]);
                 let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
-                rows.for_each(|p| field.data_mut()[p] -= 0.5 * (beyond[p] + beyond[p - stride]));
+                rows.for_each(|p| field.data_mut()[p] -= 0.5 * (extrapolated[p] + extrapolated[p - stride]));
             }
             fields.push(field);
         }

@@ -2,18 +2,12 @@
 
 use crate::error::{RunError, agreed};
 use crate::population::KindRange;
-use grains_case::{
-    Case, Extrapolation as CaseExtrapolation, Interpolation as CaseInterpolation, Resolved as CaseResolved,
-    ResolvedMethod as CaseMethod,
-};
+use grains_case::{Case, Resolved as CaseResolved, ResolvedMethod as CaseMethod};
 use grains_comm::MpiTransport;
 use grains_contact::Lubrication;
 use grains_dem::{Catalogue, Dem};
 use grains_fluid::{Centre, Field, Flow};
-use grains_resolved::{
-    Extrapolation, FollowError, Forcing, Interpolation, Method, MultiplierMethod, Resolved, Surroundings,
-    bodies,
-};
+use grains_resolved::{ConstraintError, Forcing, Method, MultiplierMethod, Resolved, Surroundings, bodies};
 use std::f64::consts::PI;
 
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
@@ -45,19 +39,9 @@ impl ResolvedBodies {
     /// A grid that bodies cannot be resolved on.
     pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
         let method = match given.method {
-            CaseMethod::Direct => Method::Direct {
-                extrapolation: match given.extrapolation(&case.inserts) {
-                    CaseExtrapolation::Cubic => Extrapolation::Cubic,
-                    CaseExtrapolation::Quadratic => Extrapolation::Quadratic,
-                    CaseExtrapolation::Linear => Extrapolation::Linear,
-                    CaseExtrapolation::Rigid => Extrapolation::Rigid,
-                },
-            },
+            CaseMethod::Direct => Method::Direct { extrapolation: given.extrapolation(&case.inserts) },
             CaseMethod::Multiplier => Method::Multiplier(MultiplierMethod {
-                interpolation: match given.interpolation {
-                    CaseInterpolation::Quadratic => Interpolation::Quadratic,
-                    CaseInterpolation::Multilinear => Interpolation::Multilinear,
-                },
+                interpolation: given.interpolation,
                 spacing: given.point_spacing,
                 tolerance: given.tolerance,
                 iterations: given.iterations as usize,
@@ -87,11 +71,11 @@ impl ResolvedBodies {
         self.surroundings.add_loads(dem);
     }
 
-    /// Makes fluid and particles follow each other after a step of the fluid `dt` (s); collective.
+    /// Imposes the rigid-body velocity of the particles on the fluid after a step of the fluid `dt` (s); collective.
     ///
     /// # Errors
     /// Multipliers that were not found.
-    pub fn follow(
+    pub fn impose_rigid_velocity(
         &mut self,
         dem: &mut Dem,
         flow: &mut Flow,
@@ -99,8 +83,8 @@ impl ResolvedBodies {
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         let motions = (!self.is_fixed).then(|| self.surroundings.motions(dem, dt));
-        let actions = self.bodies.follow(motions.as_deref(), flow, dt, transport);
-        let failed = |e: FollowError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+        let actions = self.bodies.impose_rigid_velocity(motions.as_deref(), flow, dt, transport);
+        let failed = |e: ConstraintError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
         let actions = agreed(transport, actions.map_err(failed))?;
         if motions.is_some() {
             self.surroundings.correct(dem, &self.bodies.bodies, &actions, dt);

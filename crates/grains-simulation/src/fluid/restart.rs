@@ -4,10 +4,10 @@ use super::FluidPhase;
 use super::exchange::Exchange;
 use crate::error::RunError;
 use grains_comm::MpiTransport;
-use grains_coupling::owed;
+use grains_coupling::unpaid_impulse;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::{Field, Flow, Layout, Ownership};
+use grains_fluid::{CellPartition, Field, Flow, Layout};
 use grains_geometry::Vec3;
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 
@@ -132,8 +132,8 @@ impl FluidPhase {
         }
         if let Some(Exchange { account, .. }) = &mut self.exchange {
             account.least_void_fraction = last.least_void_fraction;
-            // What is owed was given before.
-            account.ledger.given = owed(&dem.particles);
+            // What is unpaid was given before.
+            account.ledger.given = unpaid_impulse(&dem.particles);
             if is_first {
                 account.rise = last.rise;
                 account.ledger.given += Vec3::from(last.imbalance);
@@ -169,8 +169,8 @@ impl FluidPhase {
         }
         for (immersed, a) in flow.immersed.iter().flat_map(|immersed| [0, 1, 2].map(|a| (immersed, a))) {
             add(FORCE[a], "N/m3", faces(flow, a), immersed.force.component(a));
-            if let Some(beyond) = &immersed.beyond {
-                add(BEYOND[a], "m/s", faces(flow, a), beyond.component(a));
+            if let Some(extrapolated) = &immersed.extrapolated {
+                add(BEYOND[a], "m/s", faces(flow, a), extrapolated.component(a));
             }
         }
         add("pressure", "Pa", cells(flow), flow.state.pressure.data());
@@ -244,8 +244,8 @@ impl FluidPhase {
         if let Some(immersed) = &mut self.flow.immersed {
             for a in 0..3 {
                 take(FORCE[a], faces_of[a], immersed.force.component_mut(a))?;
-                if let Some(beyond) = &mut immersed.beyond {
-                    take(BEYOND[a], faces_of[a], beyond.component_mut(a))?;
+                if let Some(extrapolated) = &mut immersed.extrapolated {
+                    take(BEYOND[a], faces_of[a], extrapolated.component_mut(a))?;
                 }
             }
         }
@@ -287,31 +287,31 @@ impl FluidPhase {
 
 /// The own cells in the global array, and the first of them in the local one.
 fn cells(flow: &Flow) -> (GridBlock, [isize; 3]) {
-    let (all, ownership) = (flow.setup.grid.cells(), &flow.setup.ownership);
-    (block(all, all, ownership, ownership.coordinates), [0; 3])
+    let (all, partition) = (flow.setup.grid.cells(), &flow.setup.partition);
+    (block(all, all, partition, partition.coordinates), [0; 3])
 }
 
 /// The own faces normal to an axis: the upper ones of the own cells, and on a boundary of the domain the lowest one; where
 /// the axis is not periodic, face k of the global array is the lower one of cell k.
 fn faces(flow: &Flow, axis: usize) -> (GridBlock, [isize; 3]) {
-    let (cells, ownership) = (flow.setup.grid.cells(), &flow.setup.ownership);
+    let (cells, partition) = (flow.setup.grid.cells(), &flow.setup.partition);
     let (mut all, mut from) = (cells, [0; 3]);
     if !flow.setup.grid.axis(axis).is_periodic() {
         all[axis] += 1;
-        from[axis] = if ownership.coordinates[axis] == 0 { -1 } else { 0 };
+        from[axis] = if partition.coordinates[axis] == 0 { -1 } else { 0 };
     }
-    (block(all, cells, ownership, ownership.coordinates), from)
+    (block(all, cells, partition, partition.coordinates), from)
 }
 
 /// What a rank has of an array of `all` places: its cells, or its faces normal to the axis along which there is one place more.
 pub(super) fn block(
     all: [usize; 3],
     cells: [usize; 3],
-    ownership: &Ownership,
+    partition: &CellPartition,
     coordinates: [usize; 3],
 ) -> GridBlock {
     let range = |a: usize| {
-        let (starts, column) = (&ownership.starts[a], coordinates[a]);
+        let (starts, column) = (&partition.starts[a], coordinates[a]);
         let of_faces = usize::from(all[a] > cells[a]);
         let first = starts[column] + if column == 0 { 0 } else { of_faces };
         first..starts[column + 1] + of_faces

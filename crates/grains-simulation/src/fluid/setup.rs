@@ -2,17 +2,16 @@
 
 use crate::population::KindRange;
 use grains_case::{
-    BoundaryKind, Case, Coupling as CaseCoupling, Diffusion as CaseDiffusion, Drag, Drive as CaseDrive,
-    Expression, Face, Fluid as CaseFluid, Formula, FormulaError, Kernel as CaseKernel,
-    MixtureModel as CaseModel, PressureMethod, Resolved as CaseResolved,
+    BoundaryKind, Case, Drive as CaseDrive, Expression, Face, Fluid as CaseFluid, Formula, FormulaError,
+    PressureMethod, Resolved as CaseResolved,
 };
 use grains_comm::MpiTransport;
-use grains_coupling::{Coupling, DragLaw, Fluid, Kernel, Model};
+use grains_coupling::{Coupling, Fluid};
 use grains_dem::Catalogue;
 use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, ConjugateGradients, Diffusion, Drive, FastSolver, Flow,
-    FlowSetup, Grid, MixtureModel, Ownership, Patch, PressureSolver, Profile, Side,
+    Advection, Axis, Boundaries, BoxFace, CellPartition, Condition, ConjugateGradients, Drive, FastSolver,
+    Flow, FlowSetup, Grid, Patch, PressureSolver, Profile, Side,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
@@ -57,31 +56,20 @@ pub fn flow_setup(
 ) -> Result<FlowSetup, String> {
     let grid = grid(case, fluid)?;
     let about = |e: grains_fluid::SetupError| case.about("fluid", e.to_string());
-    let ownership = Ownership::new(&grid, decomposition).map_err(about)?;
+    let partition = CellPartition::new(&grid, decomposition).map_err(about)?;
     let is_mixture = fluid.coupling.is_some() && !case.inserts.is_empty();
-    let advection = match fluid.advection {
-        Some(grains_case::Advection::Central) => Advection::Central,
-        Some(grains_case::Advection::VanLeer) => Advection::VanLeer,
-        None if is_mixture => Advection::VanLeer,
-        None => Advection::Central,
-    };
+    let usual_advection = if is_mixture { Advection::VanLeer } else { Advection::Central };
     let setup = FlowSetup {
         boundaries: boundaries(case, fluid, &grid)?,
-        ownership,
+        partition,
         grid,
         halo,
         density: fluid.density,
         viscosity: fluid.viscosity,
-        advection,
-        diffusion: match fluid.diffusion {
-            CaseDiffusion::Implicit => Diffusion::CrankNicolson,
-            CaseDiffusion::Explicit => Diffusion::Explicit,
-        },
+        advection: fluid.advection.unwrap_or(usual_advection),
+        diffusion: fluid.diffusion,
         drive: drive(fluid),
-        mixture: fluid.coupling.as_ref().filter(|_| is_mixture).map(|c| match c.model {
-            CaseModel::A => MixtureModel::A,
-            CaseModel::B => MixtureModel::B,
-        }),
+        mixture: fluid.coupling.as_ref().filter(|_| is_mixture).map(|c| c.model),
     };
     setup.check().map_err(about)?;
     Ok(setup)
@@ -166,26 +154,12 @@ pub fn pressure_solver(
             let options = Options::parse(&given.options).map_err(|e| e.to_string())?;
             let options = options.with_command_line(petsc.iter().cloned());
             let settings =
-                Settings { tolerance: given.tolerance, most_iterations: iterations, ..Settings::default() };
+                Settings { tolerance: given.tolerance, max_iterations: iterations, ..Settings::default() };
             let communicator = transport.communicator();
             let solver =
                 PetscSolver::new(&problem, communicator, &options, &settings, Preconditioning::Multigrid);
             Ok(Box::new(solver.map_err(|e| e.to_string())?))
         }
-    }
-}
-
-/// The law of a case.
-pub fn drag_law(coupling: &CaseCoupling) -> DragLaw {
-    match coupling.drag {
-        Drag::Beetstra => DragLaw::Beetstra,
-        Drag::Ergun => DragLaw::Ergun,
-        Drag::WenYu => DragLaw::WenYu,
-        Drag::Gidaspow => DragLaw::Gidaspow,
-        Drag::DiFelice => DragLaw::DiFelice,
-        Drag::SchillerNaumann => DragLaw::SchillerNaumann,
-        Drag::HoelzerSommerfeld => DragLaw::HoelzerSommerfeld,
-        Drag::Ganser => DragLaw::Ganser,
     }
 }
 
@@ -195,21 +169,11 @@ pub fn drag_law(coupling: &CaseCoupling) -> DragLaw {
 /// A kernel that does not fit, or a shape that cannot be measured.
 pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result<Option<Coupling>, String> {
     let Some(given) = &fluid.coupling else { return Ok(None) };
-    let kernel = match given.kernel {
-        CaseKernel::Cube => Kernel::Cube,
-        CaseKernel::Smooth { half_width } => {
-            Kernel::smooth(half_width).map_err(|e| case.about("fluid.coupling.kernel", e.to_string()))?
-        }
-    };
-    let model = match given.model {
-        CaseModel::A => Model::A,
-        CaseModel::B => Model::B,
-    };
     let medium = Fluid { density: fluid.density, viscosity: fluid.viscosity };
     let mut coupling =
-        Coupling::new(kernel, drag_law(given), model, medium, Vec3::from(case.gravity), catalogue)
+        Coupling::new(given.kernel, given.drag, given.model, medium, Vec3::from(case.gravity), catalogue)
             .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
-    coupling.least_void_fraction = given.least_void_fraction;
+    coupling.min_void_fraction = given.least_void_fraction;
     Ok(Some(coupling))
 }
 

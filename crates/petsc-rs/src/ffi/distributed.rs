@@ -1,4 +1,4 @@
-//! PETSc's structured grid (DMDA) with the ownership of the caller.
+//! PETSc's structured grid (DMDA) with the partition of the caller.
 
 use super::bindings as c;
 use super::session::Session;

@@ -63,12 +63,12 @@ impl Krylov {
         session: &Rc<Session>,
         prefix: &str,
         tolerance: f64,
-        most_iterations: usize,
+        max_iterations: usize,
     ) -> Result<Self, PetscError> {
         let mut krylov = Self { raw: null_mut(), session: Rc::clone(session), shell: null_mut() };
         let prefix = c_text(prefix)?;
         // The residual may grow on the way: no limit on that; and no absolute tolerance.
-        let (absolute, growth, limit) = (0.0, 1e30, most_iterations.min(i32::MAX as usize) as i32);
+        let (absolute, growth, limit) = (0.0, 1e30, max_iterations.min(i32::MAX as usize) as i32);
         let norm = c::KSPNormType::KSP_NORM_UNPRECONDITIONED;
         // SAFETY: texts outlive their calls and are copied.
         unsafe {
@@ -124,13 +124,12 @@ impl Krylov {
         Ok(())
     }
 
-    /// A V-cycle on `operators`, coarsest first and without the finest; `transfers[l]` leads from level l to
-    /// l + 1. A symmetric Gauss-Seidel sweep before and after each coarse correction; singular values on the
+    /// A V-cycle on as many grids as `transfers` lead to; `transfers[l]` leads from level l to l + 1, the coarsest first. A symmetric Gauss-Seidel sweep before and after each coarse correction; singular values on the
     /// coarsest level.
-    pub fn set_multigrid(&mut self, operators: &[&Matrix], transfers: &[&Matrix]) -> Result<(), PetscError> {
+    pub fn set_multigrid(&mut self, transfers: &[&Matrix]) -> Result<(), PetscError> {
         self.set_preconditioner(c"mg")?;
         let (pc, session) = (self.preconditioner()?, &self.session);
-        let levels = operators.len() as i32 + 1;
+        let levels = transfers.len() as i32 + 1;
         // SAFETY: levels are numbered from the coarsest; PETSc takes references to the matrices.
         unsafe {
             session.check("PCMGSetLevels", c::PCMGSetLevels(pc, levels, null_mut()))?;
@@ -141,9 +140,8 @@ impl Krylov {
             for level in 1..levels {
                 set_smoother(session, self.smoother(pc, level)?)?;
             }
-            set_coarse_solver(session, self.smoother(pc, 0)?)?;
+            set_coarse_solver(session, self.smoother(pc, 0)?)
         }
-        self.set_level_operators(operators)
     }
 
     /// Tells the levels of a multigrid that their matrices are new, coarsest first and without the finest.
@@ -171,6 +169,15 @@ impl Krylov {
     pub fn set_from_options(&mut self) -> Result<(), PetscError> {
         // SAFETY: the solver exists.
         self.session.check("KSPSetFromOptions", unsafe { c::KSPSetFromOptions(self.raw) })
+    }
+
+    /// Whether PETSc's multigrid makes the operators of its coarse grids itself, by its option `-pc_mg_galerkin`.
+    pub fn is_galerkin(&self) -> Result<bool, PetscError> {
+        let mut kind = c::PCMGGalerkinType::PC_MG_GALERKIN_NONE;
+        // SAFETY: a multigrid, as the caller has found out; PETSc writes one number.
+        let code = unsafe { c::PCMGGetGalerkin(self.preconditioner()?, &mut kind) };
+        self.session.check("PCMGGetGalerkin", code)?;
+        Ok(kind != c::PCMGGalerkinType::PC_MG_GALERKIN_NONE)
     }
 
     /// Name of the preconditioner in force.

@@ -30,4 +30,4 @@ pub use krylov::Function;
 pub(crate) use krylov::{Krylov, Outcome, Stop};
 pub(crate) use matrix::{Matrix, Rows};
 pub(crate) use session::{Session, version};
-pub use vector::{ReadGuard, Vector, WriteGuard};
+pub(crate) use vector::Vector;

@@ -40,16 +40,6 @@ impl Vector {
         self.raw
     }
 
-    /// Number of owned cells.
-    pub fn len(&self) -> usize {
-        self.length
-    }
-
-    /// Whether this rank owns no cells.
-    pub fn is_empty(&self) -> bool {
-        self.length == 0
-    }
-
     /// The owned cells, to read.
     pub fn read(&self) -> Result<ReadGuard<'_>, PetscError> {
         let mut pointer = std::ptr::null();

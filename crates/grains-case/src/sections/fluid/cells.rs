@@ -4,6 +4,7 @@ use super::{BoundaryKind, Fluid};
 use crate::check::Checker;
 use crate::diagnostic::rounded;
 use crate::sections::domain::{Domain, Face};
+use grains_fluid::clustered;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -14,10 +15,10 @@ const LONGEST: f64 = 100.0;
 const THINNEST: f64 = 1e-3;
 
 impl Fluid {
-    /// Node k of n + 1 along an axis (m): x = L/2 (1 + tanh(s ξ)/tanh(s)), ξ from −1 to 1.
+    /// Node k of n + 1 along an axis (m).
     fn node(&self, domain: &Domain, axis: usize, k: u64) -> f64 {
         let (share, s) = (k as f64 / self.cells[axis] as f64, self.refinement[axis]);
-        let share = if s > 0.0 { 0.5 * (1.0 + (s * (2.0 * share - 1.0)).tanh() / s.tanh()) } else { share };
+        let share = if s > 0.0 { clustered(share, s) } else { share };
         domain.lower[axis] + share * domain.extents()[axis]
     }
 

@@ -1,65 +1,19 @@
 //! `[fluid.coupling]`: how particles and fluid act on each other.
 
+use grains_coupling::{DragLaw, Kernel};
+use grains_fluid::MixtureModel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Context;
 use crate::check::Checker;
 
-/// A drag law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Drag {
-    /// Beetstra et al. (2007).
-    Beetstra,
-    /// Ergun (1952).
-    Ergun,
-    /// Wen and Yu (1966).
-    WenYu,
-    /// Ergun up to a void fraction of 0.8, Wen and Yu beyond.
-    Gidaspow,
-    /// Di Felice (1994).
-    DiFelice,
-    /// Schiller and Naumann (1933): a lone sphere.
-    SchillerNaumann,
-    /// Hölzer and Sommerfeld (2008): any shape, as it lies in the flow.
-    HoelzerSommerfeld,
-    /// Ganser (1993): any shape, as it lies in the flow.
-    Ganser,
-}
-
-/// Who carries the pressure gradient.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum MixtureModel {
-    /// Both phases.
-    #[default]
-    A,
-    /// The fluid alone; drag is divided by the void fraction.
-    B,
-}
-
-/// How a particle is spread over the cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Kernel {
-    /// A cube of the particle's volume, cut by the cells: for cells of three diameters and more.
-    #[default]
-    Cube,
-    /// A smooth blob whose width does not depend on the cells.
-    Smooth {
-        /// Half width (diameters of the sphere of the particle's volume).
-        #[serde(default = "usual_half_width")]
-        #[schemars(extend("minimum" = 0.5, "maximum" = 20))]
-        half_width: f64,
-    },
-}
-
 /// How particles and fluid act on each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Coupling {
     /// Drag law.
-    pub drag: Drag,
+    pub drag: DragLaw,
     /// Model of the pressure gradient: "A" or "B".
     #[serde(default)]
     pub model: MixtureModel,
@@ -75,11 +29,6 @@ pub struct Coupling {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 1))]
     pub particle_steps: Option<u64>,
-}
-
-/// Smooths like a cell of three diameters: ½ · 3 · √(7/3).
-fn usual_half_width() -> f64 {
-    2.291_287_847_477_92
 }
 
 fn least_void_fraction() -> f64 {

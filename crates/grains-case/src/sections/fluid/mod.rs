@@ -9,43 +9,23 @@ mod output;
 mod pressure;
 mod resolved;
 
+use grains_fluid::{Advection, Diffusion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use boundary::{Boundary, BoundaryKind, OnFace};
 pub(crate) use cells::check_thickness;
-pub use coupling::{Coupling, Drag, Kernel, MixtureModel};
+pub use coupling::Coupling;
 pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
 pub use output::{Axis, FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
-pub use resolved::{Extrapolation, Interpolation, Method as ResolvedMethod, Motion as BodyMotion, Resolved};
+pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
 
 use crate::check::Checker;
 use crate::sections::domain::Domain;
 use crate::sections::insert::Insert;
-
-/// Scheme of the advective terms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Advection {
-    /// Central differences, second order.
-    Central,
-    /// Bounded by the limiter of van Leer, for cells that do not resolve the flow.
-    VanLeer,
-}
-
-/// Treatment of the viscous terms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Diffusion {
-    /// Crank–Nicolson: no limit of the time step.
-    #[default]
-    Implicit,
-    /// Adams–Bashforth.
-    Explicit,
-}
 
 /// Fields at the start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,5 +1,6 @@
 //! `[fluid.resolved]`: particles that the grid resolves.
 
+use grains_resolved::{Extrapolation, Interpolation, MAX_DIFFUSION_NUMBER};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +15,6 @@ use crate::sections::time::{Time, TimeStep};
 /// Most that widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
 /// further than the halo reaches.
 const MOST_STRETCHED: f64 = 2.0;
-
-/// Largest ν Δt/Δx² at which the forces of particles settle, with cubics and with multipliers: beyond it they alternate from
-/// step to step.
-const LARGEST_DIFFUSION_NUMBER: f64 = 2.0;
 
 /// What particles do in the flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -39,21 +36,6 @@ impl From<Motion> for ParticleMotion {
     }
 }
 
-/// How velocities just inside a particle follow those in the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Extrapolation {
-    /// Along a cubic through the surface and three points in the fluid: third order, where boundary layers are several cells
-    /// thick; the default where all particles are fixed.
-    Cubic,
-    /// Along a parabola through the surface and two points: steadier; the default where some move.
-    Quadratic,
-    /// Along a straight line through the surface and one point.
-    Linear,
-    /// Not at all: they are those of the particle.
-    Rigid,
-}
-
 /// How particles and fluid get one velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -63,17 +45,6 @@ pub enum Method {
     Direct,
     /// Multipliers at points inside and on the surface are solved for by conjugate gradients (DLM/FD).
     Multiplier,
-}
-
-/// How velocities are found at surface points of multipliers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Interpolation {
-    /// By parabolas that reach outwards: 27 velocities.
-    #[default]
-    Quadratic,
-    /// From the eight velocities around.
-    Multilinear,
 }
 
 /// What films of fluid between spheres, and between spheres and walls, do that the grid does not resolve.
@@ -144,7 +115,7 @@ impl Resolved {
             (Method::Direct, Extrapolation::Quadratic | Extrapolation::Linear | Extrapolation::Rigid) => {
                 f64::INFINITY
             }
-            (Method::Direct, Extrapolation::Cubic) | (Method::Multiplier, _) => LARGEST_DIFFUSION_NUMBER,
+            (Method::Direct, Extrapolation::Cubic) | (Method::Multiplier, _) => MAX_DIFFUSION_NUMBER,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::transfer::Transfer;
 use crate::pressure::operator::{PressureOperator, dot};
-use crate::{Centre, Field, Grid, Halo, Ownership};
+use crate::{CellPartition, Centre, Field, Grid, Halo};
 use grains_domain::Transport;
 
 /// Damping of the Jacobi steps.
@@ -13,7 +13,7 @@ const DAMPING: f64 = 0.85;
 /// The operator is taken with its sign turned: positive definite.
 pub(crate) struct Level {
     pub grid: Grid,
-    pub ownership: Ownership,
+    pub partition: CellPartition,
     pub operator: PressureOperator,
     pub halo: Halo,
     pub rhs: Field<Centre>,
@@ -26,14 +26,14 @@ pub(crate) struct Level {
 }
 
 impl Level {
-    pub fn new(grid: Grid, ownership: Ownership) -> Self {
-        let operator = PressureOperator::on(&grid, &ownership, 1);
+    pub fn new(grid: Grid, partition: CellPartition) -> Self {
+        let operator = PressureOperator::on(&grid, &partition, 1);
         let layout = operator.layout();
         let field = || Field::new(layout);
         Self {
-            halo: Halo::new(&grid, &ownership, layout),
+            halo: Halo::new(&grid, &partition, layout),
             grid,
-            ownership,
+            partition,
             operator,
             rhs: field(),
             solution: field(),
@@ -56,7 +56,12 @@ impl Level {
     }
 
     /// A Jacobi step from zero; what remains of the right-hand side becomes that of the coarse level.
-    pub fn descend(&mut self, transfer: &mut Transfer, coarse: &mut Level, transport: &dyn Transport) {
+    pub fn restriction_leg(
+        &mut self,
+        transfer: &mut Transfer,
+        coarse: &mut Level,
+        transport: &dyn Transport,
+    ) {
         let n = self.operator.layout().cells[0];
         for start in self.operator.layout().rows() {
             let own = start..start + n;
@@ -81,7 +86,12 @@ impl Level {
     }
 
     /// Adds the correction of the coarse level, and a Jacobi step; returns Σ rhs · solution of the own cells.
-    pub fn ascend(&mut self, transfer: &mut Transfer, coarse: &mut Level, transport: &dyn Transport) -> f64 {
+    pub fn prolongation_leg(
+        &mut self,
+        transfer: &mut Transfer,
+        coarse: &mut Level,
+        transport: &dyn Transport,
+    ) -> f64 {
         coarse.halo.fill(&mut [coarse.solution.data_mut()], transport);
         transfer.prolong(&coarse.solution, &mut self.before);
         self.halo.fill(&mut [self.before.data_mut()], transport);

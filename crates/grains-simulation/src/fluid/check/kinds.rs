@@ -100,7 +100,7 @@ pub fn kinds(
 
 /// Those of a body that lies any way, if the law looks at it.
 fn shape_factors(catalogue: &Catalogue, kind: Kind, law: DragLaw) -> Result<ShapeFactors, String> {
-    if !law.minds_shape() {
+    if !law.depends_on_shape() {
         return Ok(ShapeFactors::SPHERE);
     }
     let profile = ShapeProfile::new(catalogue.shape(kind)).map_err(|error| error.to_string())?;

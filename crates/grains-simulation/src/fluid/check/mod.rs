@@ -5,7 +5,6 @@ mod kinds;
 mod resolved;
 
 use super::longest_step::{LongestStep, longest_step};
-use super::setup::drag_law;
 use crate::cost;
 use crate::population::Population;
 use crate::timestep;
@@ -46,7 +45,7 @@ pub fn explain(case: &Case, catalogue: &Catalogue, population: &Population) -> R
         return Ok(lines);
     };
     lines.push(format!("coupling       {}", describe(coupling)));
-    let kinds = kinds(case, catalogue, fluid, drag_law(coupling), population.kinds())?;
+    let kinds = kinds(case, catalogue, fluid, coupling.drag, population.kinds())?;
     lines.extend(kinds.iter().flat_map(Settling::lines));
     lines.extend(pressure_drop(case, catalogue, fluid, population));
     let (limit, line) = step_limit(case, fluid, &longest, SETTLED);
@@ -126,7 +125,7 @@ fn describe(coupling: &Coupling) -> String {
         Kernel::Cube => "embedded cubes".into(),
         Kernel::Smooth { half_width } => format!("a smooth kernel of half width {half_width:.3} diameters"),
     };
-    format!("drag by {:?}; {model}; {kernel}", drag_law(coupling))
+    format!("drag by {:?}; {model}; {kernel}", coupling.drag)
 }
 
 fn cells(case: &Case, fluid: &Fluid) -> String {

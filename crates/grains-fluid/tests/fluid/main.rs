@@ -1,0 +1,11 @@
+//! The flow on one rank and on several, against exact solutions.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+mod flows;
+mod halo;
+mod mixture;
+mod patches;
+mod poisson;
+mod ranks;

@@ -1,0 +1,113 @@
+//! The same flow on any number of ranks.
+
+use crate::common::{difference, joined, on_ranks, partition, piece};
+use grains_domain::Transport;
+use grains_fluid::{
+    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,
+    Profile, Side,
+};
+
+/// Velocity components and pressure after some steps.
+fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
+    let results = on_ranks(ranks.iter().product(), |transport| {
+        let own = partition(&setup.grid, ranks, transport.rank());
+        let mut flow = Flow::new(FlowSetup { partition: own, ..setup.clone() }, &transport).unwrap();
+        let wave =
+            |x: f64, y: f64, z: f64| 0.3 * (6.0 * x + 1.0).sin() * (5.0 * y).cos() * (4.0 * z + 0.5).sin();
+        flow.initialise(|[x, y, z]| [wave(x, y, z), wave(y, z, x), wave(z, x, y)], |[x, ..]| x, &transport);
+        for step in 0..steps {
+            add_particles(&mut flow, step as f64 * 0.1);
+            flow.step(0.01, &transport).unwrap();
+        }
+        let (state, layout, first) = (&flow.state, flow.layout(), flow.first_cell());
+        let [u, v, w] = state.velocity.components();
+        [u, v, w, state.pressure.data()].map(|data| piece(data, layout, first))
+    });
+    (0..4).map(|field| joined(results.iter().map(|r| r[field].clone()).collect())).collect()
+}
+
+/// A cloud of particles whose density drifts.
+fn add_particles(flow: &mut Flow, phase: f64) {
+    let (layout, first) = (flow.layout(), flow.first_cell());
+    let Some(mixture) = &mut flow.mixture else { return };
+    let [nx, ny, nz] = layout.cells.map(|n| n as isize);
+    for k in 0..nz {
+        for j in 0..ny {
+            for i in 0..nx {
+                let at = [i, j, k];
+                let [x, y, z] = std::array::from_fn(|a| (at[a] + first[a] as isize) as f64);
+                let wave = (0.8 * x + phase).sin() * (0.6 * y).cos() * (0.7 * z).cos();
+                mixture.void_fraction.set(i, j, k, 0.7 + 0.2 * wave);
+                mixture.drag.x.set(i, j, k, 30.0 * (1.0 + wave));
+                mixture.drag.z.set(i, j, k, 20.0 * (1.0 - wave));
+                mixture.source.y.set(i, j, k, 5.0 * wave);
+            }
+        }
+    }
+}
+
+fn compare(setup: &FlowSetup, rank_grids: &[[usize; 3]]) {
+    let serial = run(setup, [1; 3], 6);
+    let size = serial[0].iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    assert!(size > 0.05 && size < 10.0, "the flow must flow: {size}");
+    for &ranks in rank_grids {
+        let split = run(setup, ranks, 6);
+        for (name, (a, b)) in ["u", "v", "w", "p"].iter().zip(serial.iter().zip(&split)) {
+            let error = difference(a, b);
+            assert!(error < 1e-10, "{ranks:?} {name}: {error:.2e}");
+        }
+    }
+}
+
+const GRIDS: [[usize; 3]; 7] = [[2, 1, 1], [1, 2, 1], [1, 1, 2], [2, 2, 1], [1, 2, 2], [4, 1, 1], [2, 2, 2]];
+
+#[test]
+fn a_closed_box_with_a_lid() {
+    let lid = Condition::Wall { velocity: [1.0, 0.0, 0.3] };
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [12, 10, 8], [false; 3]).unwrap();
+    let boundaries = Boundaries::default().with(1, Side::High, lid);
+    compare(&FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.02) }, &GRIDS);
+}
+
+#[test]
+fn a_periodic_stretched_channel_with_a_flow_rate() {
+    let grid = Grid::new([
+        Axis::uniform(0.0, 1.0, 12, true),
+        Axis::uniform(0.0, 1.0, 8, true),
+        Axis::clustered(0.0, 1.0, 10, 1.1),
+    ])
+    .unwrap();
+    let drive = [Drive::MeanVelocity(0.5), Drive::PressureGradient(0.4), Drive::None];
+    compare(&FlowSetup { drive, ..FlowSetup::new(grid, 1.0, 0.02) }, &GRIDS);
+}
+
+/// Inlet patch below, outlet above, walls with a moving one.
+fn bed(mixture: Option<MixtureModel>) -> FlowSetup {
+    let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 1.5], [8, 8, 12], [false, true, false]).unwrap();
+    let inlet = Condition::Inlet { profile: Profile::Uniform([0.0, 0.1, 0.6]) };
+    let patch = Patch {
+        face: BoxFace { axis: 2, side: Side::Low },
+        lower: [0.25, 0.0, 0.0],
+        upper: [0.75, 1.0, 0.0],
+        condition: inlet,
+    };
+    let boundaries = Boundaries::default()
+        .with(2, Side::High, Condition::Outlet { pressure: 1.0 })
+        .with(0, Side::Low, Condition::Wall { velocity: [0.0, 0.2, 0.0] })
+        .with_patch(patch);
+    FlowSetup { boundaries, mixture, advection: Advection::VanLeer, ..FlowSetup::new(grid, 1.2, 0.02) }
+}
+
+#[test]
+fn a_bed_with_an_inlet_patch_and_an_outlet() {
+    compare(&bed(None), &GRIDS);
+}
+
+#[test]
+fn a_bed_with_particles() {
+    for model in [MixtureModel::A, MixtureModel::B] {
+        let mut setup = bed(Some(model));
+        setup.advection = Advection::Central;
+        compare(&setup, &[[2, 1, 1], [1, 2, 1], [1, 1, 2], [2, 1, 2]]);
+    }
+}

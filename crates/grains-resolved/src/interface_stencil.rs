@@ -1,0 +1,313 @@
+//! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
+
+use crate::subgrid::Stencil;
+use crate::{RigidBody, Subgrid};
+use grains_geometry::{Mat3, Shape, Vec3, WayOut};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How much further from the velocity of the surface an extrapolated one may be than that of any sample (-).
+const MAX_EXTRAPOLATION: f64 = 1.5;
+/// Smallest cosine between the normal and that of the surface opposite, reversed.
+const FACING: f64 = 0.3;
+
+/// Largest S of an extrapolated velocity (-): with it forces settle wherever ν Δt/Δx² is at most [`MAX_DIFFUSION_NUMBER`].
+///
+/// Forces that alternate from step to step obey f = κ (L_ii − W L_oi) f, κ = ν Δt/Δx², with L the sum of differences from the
+/// neighbours, i the velocities inside, o those in the fluid, and W the weights of the extrapolation.
+/// They die out where κ λ < 1 for the largest eigenvalue λ of L_ii − W L_oi.
+/// Into a body with a flat side they decay by 1/S per cell, S = −Σ W_io n_o with n_o neighbours of o inside, which gives
+/// λ = S + 1/S − 2 for S > 1, and less than 0 otherwise: at most ½ for S = 2.
+/// Straight lines and parabolas stay below 0 in any pose.
+const MAX_RESPONSE: f64 = 2.0;
+/// Samples whose velocities may lie beside the body: further ones lie beyond the neighbours that S counts.
+const NEAR: usize = 2;
+/// What rounding may make of S, which is 2 at depths of 0.4 cells: all ranks take one polynomial (-).
+const ROUNDING: f64 = 1e-9;
+/// Largest ν Δt/Δx² with cubics (-).
+pub const MAX_DIFFUSION_NUMBER: f64 = 2.0;
+
+/// How velocities just inside a particle follow those in the fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Extrapolation {
+    /// Along a cubic through the surface and three points in the fluid: third order, where boundary layers are several cells
+    /// thick; the default where all particles are fixed.
+    Cubic,
+    /// Along a parabola through the surface and two points: steadier; the default where some move.
+    Quadratic,
+    /// Along a straight line through the surface and one point.
+    Linear,
+    /// Not at all: they are those of the particle.
+    Rigid,
+}
+
+/// How a polynomial is chosen.
+#[derive(Clone, Copy)]
+pub(crate) struct Rule {
+    /// Number of points in the fluid.
+    samples: usize,
+    /// Their distance, in those of the planes between which a cell fits (-).
+    spacing: f64,
+    /// What the weights may sum to in magnitude, times the number of extrapolated velocities about one in the fluid (-).
+    max_weight: f64,
+    /// What may come of velocities that are extrapolated themselves: loops among close bodies must not feed themselves (-).
+    max_feedback: f64,
+    /// S: what the velocities beside extrapolated ones may weigh, times the number of these (-).
+    max_response: f64,
+}
+
+impl Extrapolation {
+    /// How its polynomials are chosen; none if velocities are those of the body.
+    ///
+    /// Far or few samples are less exact; near and many of them amplify what the grid does not resolve.
+    pub(crate) fn rule(self) -> Option<Rule> {
+        let rule = |samples, spacing, max_weight, max_feedback, max_response| {
+            Some(Rule { samples, spacing, max_weight, max_feedback, max_response })
+        };
+        match self {
+            Self::Rigid => None,
+            Self::Linear => rule(1, 1.0, 5.0, 0.25, f64::INFINITY),
+            Self::Quadratic => rule(2, 1.0, 5.0, 0.25, f64::INFINITY),
+            Self::Cubic => rule(3, 0.8, 12.0, 0.5, MAX_RESPONSE),
+        }
+    }
+}
+
+impl Rule {
+    /// The same for the velocity at a place.
+    ///
+    /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are extrapolated.
+    pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
+        let hidden = |place: usize| around(subgrid, place).filter(|&p| is_hidden(p)).count();
+        let max = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
+        Self { max_weight: self.max_weight / max.unwrap_or(1).max(1) as f64, ..self }
+    }
+}
+
+/// Places next to one along the axes on which the flow varies.
+fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
+    let (strides, active) = (subgrid.layout.strides(), subgrid.active);
+    (0..3).filter(move |&a| active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
+}
+
+/// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
+#[derive(Clone, Debug)]
+pub(crate) struct InterfaceStencil {
+    /// From the centre of the body to the surface (m).
+    pub foot: Vec3,
+    /// b_k (-), and x_k in the fluid; of those that there are not, b_k is 0.
+    fluid: [(f64, Stencil); 3],
+    /// The surface opposite, if the profile ends there.
+    pub opposite: Option<Opposite>,
+}
+
+/// A point of the surface on the other side of a passage.
+#[derive(Clone, Debug)]
+pub(crate) struct Opposite {
+    /// Place of its body in the list.
+    pub body: u32,
+    /// From the centre of that body (m).
+    pub foot: Vec3,
+    /// Weight of its velocity (-).
+    pub weight: f64,
+}
+
+/// A value that the profile along a normal takes.
+#[derive(Clone, Copy)]
+enum Sample {
+    /// Of the flow, interpolated, so far away (m).
+    Flow(f64, Stencil),
+    /// Of the surface of a body opposite, so far away (m).
+    Opposite(f64, u32),
+}
+
+/// The profiles along the normal at a point of a surface.
+pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
+    pub subgrid: &'a Subgrid,
+    pub component: usize,
+    pub bodies: &'a [RigidBody],
+    pub shapes: &'a [Shape],
+    /// The body that holds a place.
+    pub holder: H,
+    /// The centre of the body (m).
+    pub center: Vec3,
+    /// The point of the surface (m).
+    pub start: Vec3,
+    /// The way to it.
+    pub way: WayOut,
+    /// How it is chosen.
+    pub rule: Rule,
+}
+
+impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
+    /// The extrapolation to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
+    /// none where there is nothing to extrapolate.
+    ///
+    /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
+    /// there are fewer points.
+    pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
+        let Rule { samples, spacing, .. } = self.rule;
+        let step = spacing * pitch(&self.way.direction, self.subgrid);
+        let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
+        let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
+        let across = || {
+            let (width, body) = flow.iter().find_map(|sample| self.opposite(sample))?;
+            let end = Sample::Opposite(width, body);
+            let before =
+                flow.iter().enumerate().take(samples - 1).take_while(|(n, _)| (*n + 1) as f64 * step < width);
+            let mut samples: Vec<Sample> = before.map(|(_, sample)| *sample).collect();
+            samples.push(end);
+            self.fit(&samples).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
+        };
+        let fewer = || (1..samples).rev().find_map(|n| self.fit(flow.get(..n)?));
+        whole().or_else(|| if samples > 1 { across() } else { None }).or_else(fewer)
+    }
+
+    /// The flow at a distance (m) from the surface.
+    fn flow(&self, distance: f64) -> Option<Sample> {
+        let point = self.start + self.way.direction * distance;
+        Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
+    }
+
+    /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
+    /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
+    fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
+        let unit = pitch(&self.way.direction, self.subgrid);
+        let mut values = Mat3::identity();
+        let (mut wanted, mut hidden, mut response) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
+        for (n, sample) in samples.iter().enumerate() {
+            wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
+            values[(n, n)] = 0.0;
+            let powers = match sample {
+                Sample::Opposite(width, _) => [1, 2, 3].map(|k| (width / unit).powi(k)),
+                Sample::Flow(distance, stencil) => {
+                    let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
+                    hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
+                    if n < NEAR && self.rule.max_response.is_finite() {
+                        response[n] = self.response(stencil);
+                    }
+                    self.powers(distance / unit, stencil, unit)
+                }
+            };
+            (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
+        }
+        let weights = values.lu().solve(&wanted)?;
+        if weights.abs().dot(&hidden) > self.rule.max_feedback
+            || weights.abs().sum() > self.rule.max_weight
+            || -weights.dot(&response) > self.rule.max_response + ROUNDING
+        {
+            return None;
+        }
+        let first = samples.iter().find_map(|sample| match sample {
+            Sample::Flow(_, stencil) => Some(*stencil),
+            Sample::Opposite(..) => None,
+        })?;
+        let foot = self.start - self.center;
+        let mut interface = InterfaceStencil { foot, fluid: [(0.0, first); 3], opposite: None };
+        for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
+            match *sample {
+                Sample::Flow(_, stencil) => interface.fluid[n] = (weight, stencil),
+                Sample::Opposite(width, body) => {
+                    let foot = self.start + self.way.direction * width - self.bodies[body as usize].center;
+                    interface.opposite = Some(Opposite { body, foot, weight });
+                }
+            }
+        }
+        Some(interface)
+    }
+
+    /// Mean over the fluid's corners of a stencil of the number of their neighbours inside bodies.
+    fn response(&self, stencil: &Stencil) -> f64 {
+        let strides = self.subgrid.layout.strides();
+        let holds = |place: usize| (self.holder)(place).is_some();
+        let of_corner = |(place, weight): (usize, f64)| match holds(place) {
+            true => 0.0,
+            false => weight * around(self.subgrid, place).filter(|&p| holds(p)).count() as f64,
+        };
+        stencil.corners(strides).map(of_corner).sum()
+    }
+
+    /// What multilinear interpolation makes of y, y², y³ at y, the distance along the normal in a unit (m): their means over
+    /// corners whose coordinates are independent of each other.
+    fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> [f64; 3] {
+        let (mut variance, mut third) = (0.0, 0.0);
+        for a in (0..3).filter(|&a| self.subgrid.active[a]) {
+            let (t, step) = (stencil.fractions[a], self.way.direction[a] * self.subgrid.spacing[a] / unit);
+            let spread = t * (1.0 - t) * step * step;
+            variance += spread;
+            third += spread * (1.0 - 2.0 * t) * step;
+        }
+        [y, y * y + variance, y * y * y + 3.0 * y * variance + third]
+    }
+
+    /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and its body.
+    ///
+    /// It is the tangent plane where the way out of a corner of the sample's cell ends: of the corner that counts most.
+    fn opposite(&self, sample: &Sample) -> Option<(f64, u32)> {
+        let Sample::Flow(_, stencil) = *sample else { return None };
+        let flat = (0..3).find(|&a| !self.subgrid.active[a]);
+        let mut best: Option<(f64, f64, u32)> = None;
+        for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
+            if best.is_some_and(|(max, _, _)| max >= weight) {
+                continue;
+            }
+            let Some(number) = (self.holder)(place) else { continue };
+            let body = &self.bodies[number as usize];
+            let corner = self.subgrid.position(self.component, place);
+            let local = body.rotation.tr_mul(&(corner - body.center)) / body.scale;
+            let across = flat.map(|a| body.rotation.row(a).transpose());
+            let Some(way) = self.shapes[body.shape as usize].way_out(&local, across.as_ref()) else {
+                continue;
+            };
+            let outward = body.rotation * way.direction;
+            let facing = -outward.dot(&self.way.direction);
+            let end = corner + outward * (way.distance * body.scale);
+            let width = (self.start - end).dot(&outward) / facing;
+            if facing > FACING && width > 0.0 {
+                best = Some((weight, width, number));
+            }
+        }
+        best.map(|(_, width, number)| (width, number))
+    }
+}
+
+impl InterfaceStencil {
+    /// The velocity (m/s) inside, of that of the surface, of the surface opposite with its weight, and of the fluid.
+    ///
+    /// It differs from that of the surface by little more than a sample does: boundary layers thinner than a cell are not
+    /// extrapolated to the other side with several times their velocity.
+    #[inline]
+    pub fn extrapolated(
+        &self,
+        surface: f64,
+        opposite: Option<(f64, f64)>,
+        velocity: &[f64],
+        strides: [usize; 3],
+    ) -> f64 {
+        let (mut sum, mut max) = (0.0, 0.0_f64);
+        let mut add = |weight: f64, sample: f64| {
+            let relative = sample - surface;
+            sum += weight * relative;
+            max = max.max(relative.abs());
+        };
+        for (weight, stencil) in self.fluid.iter().filter(|(weight, _)| *weight != 0.0) {
+            add(*weight, stencil.mean(strides, |place| velocity[place]));
+        }
+        opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
+        surface + sum.clamp(-MAX_EXTRAPOLATION * max, MAX_EXTRAPOLATION * max)
+    }
+}
+
+/// Distance (m) of two parallel planes between which a cell fits.
+pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
+    (0..3).filter(|&a| subgrid.active[a]).map(|a| normal[a].abs() * subgrid.spacing[a]).sum()
+}
+
+#[cfg(test)]
+impl InterfaceStencil {
+    /// What velocities in the fluid add to the extrapolated one.
+    pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
+        self.fluid.iter().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
+    }
+}

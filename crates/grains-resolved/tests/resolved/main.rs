@@ -1,0 +1,9 @@
+//! Resolved bodies: fixed, free and of prescribed motion, and the points on their surfaces.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+mod fixed;
+mod free;
+mod points;
+mod prescribed;
