@@ -12,7 +12,7 @@ use super::layers::{FlowFile, Layer, between};
 use super::picture::{Curve, Picture};
 use super::region::{Axis, Crop, Region};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Snapshot, Stock};
+use super::snapshots::{Snapshot, StoredRun};
 use super::sums::exact_sums;
 use super::{Common, resolved_fluid};
 use grains_case::Case;
@@ -190,22 +190,22 @@ pub fn measure(
 /// # Errors
 /// A run of another kind, options that do not fit, or a file that cannot be read.
 pub fn of_run(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &ControlVolume,
     (what, transport): (&str, &MpiTransport),
 ) -> Result<Vec<Bed>, RunError> {
-    resolved_fluid(stock, what)?;
-    let file = FlowFile::open(stock, what, transport)?;
-    let shapes = &stock.catalogue.shapes;
+    resolved_fluid(run, what)?;
+    let file = FlowFile::open(run, what, transport)?;
+    let shapes = &run.catalogue.shapes;
     let areas: Vec<f64> = shapes.iter().map(Shape::area).collect();
     let bed = |&state: &usize| {
-        let mut snapshot = stock.read(transport, state, &[], what)?;
+        let mut snapshot = run.read(transport, state, &[], what)?;
         let (step, time) = file.nearest(snapshot.time);
         snapshot.time = time;
         let layers = |axis: usize| file.layers(step, axis, transport);
-        measure(&stock.case, (&snapshot, shapes, &areas), options, layers, transport)
-            .map_err(|error| error.of(&stock.path))
+        measure(&run.case, (&snapshot, shapes, &areas), options, layers, transport)
+            .map_err(|error| error.of(&run.path))
     };
     states.iter().map(bed).collect()
 }
@@ -242,7 +242,7 @@ impl Bed {
 /// # Errors
 /// A run of another kind, options that do not fit, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -266,7 +266,7 @@ pub fn analyse(
     let mut report = Report::default();
     let mut curves = [const { Vec::new() }; 3];
     let mut name = "z";
-    for bed in of_run(stock, states, &options.volume, ("bed", transport))? {
+    for bed in of_run(run, states, &options.volume, ("bed", transport))? {
         name = ["x", "y", "z"][bed.axis];
         report.lines.push(format!(
             "t = {}: void fraction {:.5}, dp/H = {:.5e} Pa/m, u = {:.5e} m/s, d = 6V/A = {:.5e} m, sphericity {:.4}, Re = {:.3e}: alpha = {:.2}, tortuosity {:.4}; {name} from {:.6} to {:.6} m",

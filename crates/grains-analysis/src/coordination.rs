@@ -5,7 +5,7 @@ use super::fit::mean_and_deviation;
 use super::picture::{Curve, Picture, Style};
 use super::region::{Region, RegionOptions};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Extra, Snapshot, Stock};
+use super::snapshots::{Extra, Snapshot, StoredRun};
 use super::sums::counts;
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -52,9 +52,9 @@ pub fn measure(
 ) -> Found {
     let inside: Vec<usize> = (0..snapshot.len()).filter(|&i| is_inside(i)).collect();
     let contacts = |i: usize| snapshot.coordination[i];
-    let mut most = [inside.iter().map(|&i| contacts(i) as f64).fold(0.0, f64::max)];
-    transport.max(&mut most);
-    let histogram = counts(transport, most[0] as usize + 1, inside.iter().map(|&i| contacts(i) as usize));
+    let mut max = [inside.iter().map(|&i| contacts(i) as f64).fold(0.0, f64::max)];
+    transport.max(&mut max);
+    let histogram = counts(transport, max[0] as usize + 1, inside.iter().map(|&i| contacts(i) as usize));
     let is_rattler = |i: usize| contacts(i) + snapshot.wall_contacts[i] < rattler_below;
     let mut sums = [0_u64; 5];
     for &i in &inside {
@@ -80,7 +80,7 @@ pub fn measure(
 /// # Errors
 /// Options that do not fit, fields that were not stored, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -99,11 +99,9 @@ pub fn analyse(
     );
     let mut histogram: Vec<u64> = Vec::new();
     for &state in states {
-        let snapshot = stock.read(transport, state, &[Extra::Contacts], "coordination")?;
-        let mut region = Region::chosen(&stock.case, snapshot.time, &options.region)?;
-        if let Some(crop) = options.region.crop {
-            region = region.cropped(&snapshot, &stock.catalogue.shapes, crop, transport)?;
-        }
+        let snapshot = run.read(transport, state, &[Extra::Contacts], "coordination")?;
+        let region =
+            Region::of_state(&run.case, (&snapshot, &run.catalogue.shapes), &options.region, transport)?;
         let is_everywhere = options.region.is_empty();
         let is_inside = |i: usize| is_everywhere || region.contains(&snapshot.position[i]);
         let found = measure(&snapshot, is_inside, options.rattlers, transport);
@@ -140,7 +138,7 @@ pub fn analyse(
             Curve::line("all particles", table.points(0, 2)),
             Curve::line("without rattlers", table.points(0, 4)),
         ];
-        let title = format!("Coordination up to {}", seconds(stock.time(states[states.len() - 1])));
+        let title = format!("Coordination up to {}", seconds(run.time(states[states.len() - 1])));
         report.pictures.push(Picture::new("coordination", title, ["time (s)", "coordination (-)"], curves));
     }
     report.tables.extend([table, shares]);

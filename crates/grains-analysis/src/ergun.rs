@@ -9,7 +9,7 @@ use super::bed::{self, Bed, ControlVolume};
 use super::fit::{least_squares, mean_and_sample_deviation, standard_uncertainties};
 use super::picture::{Curve, Picture};
 use super::report::{Report, Table};
-use super::snapshots::Stock;
+use super::snapshots::StoredRun;
 use grains_comm::{Job, MpiTransport};
 use grains_simulation::RunError;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub struct Options {
 /// Fewest runs that β is fitted to.
 const FEWEST_RUNS: usize = 3;
 /// Least ratio of their largest Re' to the smallest.
-const LEAST_RATIO: f64 = 2.0;
+const MIN_RATIO: f64 = 2.0;
 
 /// The coefficients of Ergun's equation.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,10 +48,10 @@ pub struct Coefficients {
 /// The coefficients that fit points (Re', f).
 pub fn fitted(points: &[[f64; 2]]) -> Coefficients {
     let extreme = |of: fn(f64, f64) -> f64, start: f64| points.iter().map(|p| p[0]).fold(start, of);
-    let [least, most] = [extreme(f64::min, f64::INFINITY), extreme(f64::max, 0.0)];
+    let [min, max] = [extreme(f64::min, f64::INFINITY), extreme(f64::max, 0.0)];
     let reason = match least_squares(points) {
         _ if points.len() < FEWEST_RUNS => format!("that takes {FEWEST_RUNS} runs or more"),
-        Some(line) if most >= LEAST_RATIO * least => {
+        Some(line) if max >= MIN_RATIO * min => {
             let [of_alpha, of_beta] = standard_uncertainties(points, &line);
             let rest: f64 = points.iter().map(|p| (p[1] - line.intercept - line.slope * p[0]).powi(2)).sum();
             return Coefficients {
@@ -60,7 +60,7 @@ pub fn fitted(points: &[[f64; 2]]) -> Coefficients {
                 deviation: (rest / (points.len() as f64 - 2.0)).sqrt(),
             };
         }
-        _ => format!("the largest Re' {most:.3e} is less than twice the smallest, {least:.3e}"),
+        _ => format!("the largest Re' {max:.3e} is less than twice the smallest, {min:.3e}"),
     };
     let f: Vec<f64> = points.iter().map(|p| p[1]).collect();
     let [mean, deviation] = mean_and_sample_deviation(&f);
@@ -92,14 +92,14 @@ impl Coefficients {
 
 /// The bed of the last of the chosen states of a run, and where it comes from.
 fn last_bed(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     volume: &ControlVolume,
     transport: &MpiTransport,
 ) -> Result<Vec<(String, Bed)>, RunError> {
     let last = &states[states.len().saturating_sub(1)..];
-    let beds = bed::of_run(stock, last, volume, ("ergun", transport))?;
-    Ok(beds.into_iter().map(|bed| (stock.path.display().to_string(), bed)).collect())
+    let beds = bed::of_run(run, last, volume, ("ergun", transport))?;
+    Ok(beds.into_iter().map(|bed| (run.path.display().to_string(), bed)).collect())
 }
 
 /// The last of the chosen states of each run, and the coefficients that fit them.
@@ -107,16 +107,16 @@ fn last_bed(
 /// # Errors
 /// A run that cannot be opened or is of another kind, or options that do not fit.
 pub fn analyse(
-    (first, states): (&Stock, &[usize]),
+    (first, states): (&StoredRun, &[usize]),
     options: &Options,
     job: &Job,
 ) -> Result<Report, RunError> {
     let transport = job.transport();
     let mut beds = last_bed(first, states, &options.volume, transport)?;
     for run in &options.others {
-        let stock = Stock::open(run, options.common.case.as_deref(), job)?;
-        let states = stock.select(options.common.time)?;
-        beds.extend(last_bed(&stock, &states, &options.volume, transport)?);
+        let run = StoredRun::open(run, options.common.case.as_deref(), job)?;
+        let states = run.select(options.common.time)?;
+        beds.extend(last_bed(&run, &states, &options.volume, transport)?);
     }
     Ok(report(&beds))
 }
@@ -153,8 +153,8 @@ fn report(beds: &[(String, Bed)]) -> Report {
     );
     let beta = found.beta.as_ref().map_or([f64::NAN; 2], |beta| *beta);
     fit.push([&[beds.len() as f64], &found.alpha[..], &beta, &[found.deviation]].concat());
-    let most = points.iter().map(|p| p[0]).fold(0.0, f64::max);
-    let line = [0.0, most].map(|reynolds| [reynolds, found.at(reynolds)]).to_vec();
+    let max = points.iter().map(|p| p[0]).fold(0.0, f64::max);
+    let line = [0.0, max].map(|reynolds| [reynolds, found.at(reynolds)]).to_vec();
     let curves = vec![Curve::line("alpha + beta Re'", line), Curve::dots("runs", points)];
     report.pictures.push(Picture::new(
         "ergun",

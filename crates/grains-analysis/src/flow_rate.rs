@@ -5,7 +5,7 @@ use super::fit::{least_squares, standard_uncertainties};
 use super::picture::{Curve, Picture};
 use super::report::{Report, Table, seconds};
 use super::series::TimeSeries;
-use super::snapshots::Stock;
+use super::snapshots::StoredRun;
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
 use grains_simulation::{RunError, agreed};
@@ -62,8 +62,8 @@ pub fn measure(times: &[f64], passed: &[f64], window: f64) -> Rate {
 ///
 /// # Errors
 /// A case without the plane, or a series that cannot be read.
-pub fn analyse(stock: &Stock, options: &Options, transport: &MpiTransport) -> Result<Report, RunError> {
-    let planes: Vec<&str> = stock.case.flow_planes.iter().map(|plane| plane.name.as_str()).collect();
+pub fn analyse(run: &StoredRun, options: &Options, transport: &MpiTransport) -> Result<Report, RunError> {
+    let planes: Vec<&str> = run.case.flow_planes.iter().map(|plane| plane.name.as_str()).collect();
     let chosen: Vec<&str> = match &options.plane {
         None => planes.clone(),
         Some(name) => planes.iter().copied().filter(|plane| plane == name).collect(),
@@ -72,11 +72,11 @@ pub fn analyse(stock: &Stock, options: &Options, transport: &MpiTransport) -> Re
         let there = if planes.is_empty() { "none".to_string() } else { planes.join(", ") };
         return Err(RunError::case(format!(
             "{}: no such flow plane, the case has {there}: add a [[flow_plane]] to the case and run it again, or choose one with --plane",
-            stock.path.display()
+            run.path.display()
         )));
     }
     let report = match transport.rank() {
-        0 => TimeSeries::read(stock).and_then(|series| report(&series, &chosen, options.window)),
+        0 => TimeSeries::read(run).and_then(|series| report(&series, &chosen, options.window)),
         _ => Ok(Report::default()),
     };
     agreed(transport, report)

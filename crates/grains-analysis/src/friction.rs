@@ -11,7 +11,7 @@ use super::picture::{Curve, Picture};
 use super::region::Axis;
 use super::report::{Report, Table, seconds};
 use super::series::TimeSeries;
-use super::snapshots::Stock;
+use super::snapshots::StoredRun;
 use super::{Common, resolved_fluid};
 use grains_case::Fluid;
 use grains_comm::MpiTransport;
@@ -98,17 +98,17 @@ pub fn measure(
 /// # Errors
 /// A run of other kind, or files that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let fluid = resolved_fluid(stock, "friction")?;
+    let fluid = resolved_fluid(run, "friction")?;
     let last = states.last().copied().unwrap_or_default();
-    let particles = stock.read(transport, last, &[], "friction")?.total(transport);
-    let volume = stock.case.domain.extents().iter().product();
+    let particles = run.read(transport, last, &[], "friction")?.total(transport);
+    let volume = run.case.domain.extents().iter().product();
     let rows = match transport.rank() {
-        0 => TimeSeries::read(stock)
+        0 => TimeSeries::read(run)
             .and_then(|series| measure(&series, (fluid, options.axis), (particles, volume))),
         _ => Ok(Vec::new()),
     };

@@ -5,7 +5,7 @@ use super::coarse_grid::{CoarseGrid, edge};
 use super::picture::{Curve, Picture};
 use super::region::{Region, RegionOptions};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Extra, Snapshot, Stock};
+use super::snapshots::{Extra, Snapshot, StoredRun};
 use super::sums::{counts, exact_sums};
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -27,7 +27,7 @@ pub struct Options {
     pub cell: Option<f64>,
     /// Particles a cell must hold to count.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..)))]
-    pub least: u64,
+    pub min: u64,
 }
 
 /// A cell with particles.
@@ -47,7 +47,7 @@ pub struct Cell {
 pub fn measure(
     region: &Region,
     edge: f64,
-    least: u64,
+    min: u64,
     snapshot: &Snapshot,
     transport: &impl Transport,
 ) -> Vec<Cell> {
@@ -69,7 +69,7 @@ pub fn measure(
         let temperature = spread[c] / (3.0 * count[c] as f64);
         Cell { middle: grid.middle(c), count: count[c], velocity: mean(c), temperature }
     };
-    (0..slots).filter(|&c| count[c] >= least).map(cell).collect()
+    (0..slots).filter(|&c| count[c] >= min).map(cell).collect()
 }
 
 /// Mean over some cells, each with the weight of its particles; NaN without cells.
@@ -92,7 +92,7 @@ fn by_layer(cells: &[Cell], axis: usize) -> Vec<[f64; 2]> {
 /// # Errors
 /// Options that do not fit, fields that were not stored, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -126,15 +126,12 @@ pub fn analyse(
     );
     let (mut report, mut curves, mut axis) = (Report::default(), Vec::new(), 2);
     for &state in states {
-        let snapshot = stock.read(transport, state, &[Extra::Velocity], "granular-temperature")?;
-        let shapes = &stock.catalogue.shapes;
-        let mut region = Region::chosen(&stock.case, snapshot.time, &options.region)?;
-        if let Some(crop) = options.region.crop {
-            region = region.cropped(&snapshot, shapes, crop, transport)?;
-        }
+        let snapshot = run.read(transport, state, &[Extra::Velocity], "granular-temperature")?;
+        let shapes = &run.catalogue.shapes;
+        let region = Region::of_state(&run.case, (&snapshot, shapes), &options.region, transport)?;
         axis = region.axis;
         let edge = edge(options.cell, &region, (&snapshot, shapes), transport)?;
-        let cells = measure(&region, edge, options.least, &snapshot, transport);
+        let cells = measure(&region, edge, options.min, &snapshot, transport);
         let temperature = weighted(cells.iter(), |c| c.temperature);
         let flow = weighted(cells.iter(), |c| c.velocity.norm_squared() / 3.0);
         let count: u64 = cells.iter().map(|c| c.count).sum();

@@ -1,6 +1,6 @@
 //! The fields of a flow that the grid resolves, summed over layers of cells.
 
-use super::snapshots::Stock;
+use super::snapshots::StoredRun;
 use super::sums::exact_sums;
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -22,8 +22,8 @@ impl FlowFile {
     ///
     /// # Errors
     /// No such file, or one that lacks a field, naming the key that stores it.
-    pub fn open(stock: &Stock, what: &str, transport: &MpiTransport) -> Result<Self, RunError> {
-        let path = stock.path.with_file_name("fluid.vtkhdf");
+    pub fn open(run: &StoredRun, what: &str, transport: &MpiTransport) -> Result<Self, RunError> {
+        let path = run.path.with_file_name("fluid.vtkhdf");
         let name = path.display();
         // Rank 0 looks: on a network file system the ranks may see different files for a while.
         if !transport.any(transport.rank() == 0 && path.exists()) {

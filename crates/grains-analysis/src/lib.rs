@@ -18,7 +18,8 @@ pub mod orientation;
 mod picture;
 mod pixels;
 pub mod profiles;
-pub mod ranking;
+pub mod radial_distribution;
+mod ranking;
 pub mod region;
 mod report;
 pub mod run_out;
@@ -32,7 +33,7 @@ use grains_comm::Job;
 use grains_domain::Transport;
 use grains_simulation::{RunError, agreed};
 use region::Axis;
-use snapshots::Stock;
+use snapshots::StoredRun;
 pub use snapshots::Times;
 use std::path::PathBuf;
 
@@ -75,6 +76,8 @@ pub enum Analysis {
     Drum(drum::Options),
     /// Granular temperature in the cells of a coarse grid.
     GranularTemperature(granular_temperature::Options),
+    /// Radial distribution function of the centres.
+    RadialDistribution(radial_distribution::Options),
     /// Mixing index of Lacey and segregation in height of kinds of particles.
     Mixing(mixing::Options),
     /// Number and mass per time through flow planes, from the time series.
@@ -98,6 +101,7 @@ impl Analysis {
             Self::RunOut(options) => &options.common,
             Self::Drum(options) => &options.common,
             Self::GranularTemperature(options) => &options.common,
+            Self::RadialDistribution(options) => &options.common,
             Self::Mixing(options) => &options.common,
             Self::FlowRate(options) => &options.common,
             Self::Friction(options) => &options.common,
@@ -124,36 +128,39 @@ pub struct Findings {
 /// Options that do not fit the run, fields it did not store, or files that cannot be read or written.
 pub fn analyse(analysis: &Analysis, program: &str, job: &Job) -> Result<Findings, RunError> {
     let (common, transport) = (analysis.common(), job.transport());
-    let stock = Stock::open(&common.run, common.case.as_deref(), job)?;
-    let states = stock.select(common.time)?;
+    let run = StoredRun::open(&common.run, common.case.as_deref(), job)?;
+    let states = run.select(common.time)?;
     let report = match analysis {
-        Analysis::VoidFraction(options) => void_fraction::analyse(&stock, &states, options, transport),
-        Analysis::Ranking(options) => ranking::analyse(&stock, &states, options, transport),
-        Analysis::Profiles(options) => profiles::analyse(&stock, &states, options, transport),
-        Analysis::Coordination(options) => coordination::analyse(&stock, &states, options, transport),
-        Analysis::Orientation(options) => orientation::analyse(&stock, &states, options, transport),
-        Analysis::RunOut(options) => run_out::analyse(&stock, &states, options, transport),
-        Analysis::Drum(options) => drum::analyse(&stock, &states, options, transport),
+        Analysis::VoidFraction(options) => void_fraction::analyse(&run, &states, options, transport),
+        Analysis::Ranking(options) => ranking::analyse(&run, &states, options, transport),
+        Analysis::Profiles(options) => profiles::analyse(&run, &states, options, transport),
+        Analysis::Coordination(options) => coordination::analyse(&run, &states, options, transport),
+        Analysis::Orientation(options) => orientation::analyse(&run, &states, options, transport),
+        Analysis::RunOut(options) => run_out::analyse(&run, &states, options, transport),
+        Analysis::Drum(options) => drum::analyse(&run, &states, options, transport),
         Analysis::GranularTemperature(options) => {
-            granular_temperature::analyse(&stock, &states, options, transport)
+            granular_temperature::analyse(&run, &states, options, transport)
         }
-        Analysis::Mixing(options) => mixing::analyse(&stock, &states, options, transport),
-        Analysis::FlowRate(options) => flow_rate::analyse(&stock, options, transport),
-        Analysis::Friction(options) => friction::analyse(&stock, &states, options, transport),
-        Analysis::Bed(options) => bed::analyse(&stock, &states, options, transport),
-        Analysis::Ergun(options) => ergun::analyse((&stock, &states), options, job),
+        Analysis::RadialDistribution(options) => {
+            radial_distribution::analyse(&run, &states, options, transport)
+        }
+        Analysis::Mixing(options) => mixing::analyse(&run, &states, options, transport),
+        Analysis::FlowRate(options) => flow_rate::analyse(&run, options, transport),
+        Analysis::Friction(options) => friction::analyse(&run, &states, options, transport),
+        Analysis::Bed(options) => bed::analyse(&run, &states, options, transport),
+        Analysis::Ergun(options) => ergun::analyse((&run, &states), options, job),
     }?;
-    let directory = stock.path.parent().map_or_else(PathBuf::new, PathBuf::from);
+    let directory = run.path.parent().map_or_else(PathBuf::new, PathBuf::from);
     let folder = common.output.clone().unwrap_or_else(|| directory.join("analysis"));
     let times = match (states.first(), states.last()) {
         (Some(&first), Some(&last)) if first != last => {
-            format!("{} states from {} s to {} s", states.len(), stock.time(first), stock.time(last))
+            format!("{} states from {} s to {} s", states.len(), run.time(first), run.time(last))
         }
-        (Some(&first), _) => format!("{} s", stock.time(first)),
+        (Some(&first), _) => format!("{} s", run.time(first)),
         _ => String::new(),
     };
     let written = match transport.rank() {
-        0 => report.write(&folder, program, &stock.path, &times),
+        0 => report.write(&folder, program, &run.path, &times),
         _ => Ok(()),
     };
     agreed(transport, written)?;
@@ -170,11 +177,11 @@ fn axis_name(case: &Case, axis: Option<Axis>) -> &'static str {
 ///
 /// # Errors
 /// A run of another kind.
-fn resolved_fluid<'a>(stock: &'a Stock, what: &str) -> Result<&'a Fluid, RunError> {
-    stock.case.fluid.as_ref().filter(|_| stock.case.holds_particles()).ok_or_else(|| {
+fn resolved_fluid<'a>(run: &'a StoredRun, what: &str) -> Result<&'a Fluid, RunError> {
+    run.case.fluid.as_ref().filter(|_| run.case.holds_particles()).ok_or_else(|| {
         RunError::case(format!(
             "{}: the case has no flow past particles that stay where they are, which `analyse {what}` needs: give a run of one with `fluid.resolved` and its `motion` \"fixed\"",
-            stock.path.display()
+            run.path.display()
         ))
     })
 }

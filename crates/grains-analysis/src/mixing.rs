@@ -16,7 +16,7 @@ use super::coarse_grid::{CoarseGrid, edge};
 use super::picture::{Curve, Picture};
 use super::region::{Region, RegionOptions, mean_diameter};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Extra, Snapshot, Stock};
+use super::snapshots::{Extra, Snapshot, StoredRun};
 use super::sums::{counts, exact_sums};
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -132,8 +132,8 @@ pub fn measure(
 }
 
 /// What the kinds are called, and what makes them.
-fn kinds(stock: &Stock, options: &Options) -> (By, Vec<String>) {
-    let case = &stock.case;
+fn kinds(run: &StoredRun, options: &Options) -> (By, Vec<String>) {
+    let case = &run.case;
     let used = |is_used: &dyn Fn(usize) -> bool, number: usize| (0..number).filter(|&k| is_used(k)).count();
     let of_insert = |pick: &dyn Fn(usize, usize) -> bool| {
         case.inserts.iter().any(|insert| insert.particles.iter().any(|p| pick(p.shape, p.material)))
@@ -158,12 +158,12 @@ fn kinds(stock: &Stock, options: &Options) -> (By, Vec<String>) {
 /// # Errors
 /// Options that do not fit, fields that were not stored, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let (by, names) = kinds(stock, options);
+    let (by, names) = kinds(run, options);
     let mut table = Table::new(
         "mixing",
         "Of each kind its share by number, Lacey's mixing index (0 separate, 1 random), and its mean height less that of all particles; over cells that hold enough particles.",
@@ -174,13 +174,10 @@ pub fn analyse(
         table.columns.extend(of_kind.map(|(what, unit)| (format!("{name}_{what}"), unit)));
     }
     let extras: &[Extra] = if by == By::Material { &[Extra::Material] } else { &[] };
-    let (mut report, shapes) = (Report::default(), &stock.catalogue.shapes);
+    let (mut report, shapes) = (Report::default(), &run.catalogue.shapes);
     for &state in states {
-        let snapshot = stock.read(transport, state, extras, "mixing")?;
-        let mut region = Region::chosen(&stock.case, snapshot.time, &options.region)?;
-        if let Some(crop) = options.region.crop {
-            region = region.cropped(&snapshot, shapes, crop, transport)?;
-        }
+        let snapshot = run.read(transport, state, extras, "mixing")?;
+        let region = Region::of_state(&run.case, (&snapshot, shapes), &options.region, transport)?;
         let edge = edge(options.cell, &region, (&snapshot, shapes), transport)?;
         let parting = options
             .diameter
@@ -193,7 +190,7 @@ pub fn analyse(
         if transport.any((0..snapshot.len()).any(|i| kind(i) >= names.len())) {
             return Err(RunError::case(format!(
                 "{}: names a material the case lacks: give the case of this run",
-                stock.path.display()
+                run.path.display()
             )));
         }
         let found = measure((&region, edge, options.min), (names.len(), kind), &snapshot, transport);

@@ -4,7 +4,7 @@ use super::Common;
 use super::picture::{Curve, Picture, Style};
 use super::region::{Region, RegionOptions};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Snapshot, Stock};
+use super::snapshots::{Snapshot, StoredRun};
 use super::sums::{counts, exact_sums};
 use grains_case::Case;
 use grains_comm::MpiTransport;
@@ -157,12 +157,12 @@ fn axes_of(
 /// # Errors
 /// Options that do not fit, only spheres, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let (case, shapes) = (&stock.case, &stock.catalogue.shapes);
+    let (case, shapes) = (&run.case, &run.catalogue.shapes);
     check(case, shapes, options)?;
     let names = [
         ("time", "s"),
@@ -191,11 +191,8 @@ pub fn analyse(
     let bins = options.bins as usize;
     let width = 90.0 / bins as f64;
     for &state in states {
-        let snapshot = stock.read(transport, state, &[], "orientation")?;
-        let mut region = Region::chosen(case, snapshot.time, &options.region)?;
-        if let Some(crop) = options.region.crop {
-            region = region.cropped(&snapshot, shapes, crop, transport)?;
-        }
+        let snapshot = run.read(transport, state, &[], "orientation")?;
+        let region = Region::of_state(case, (&snapshot, shapes), &options.region, transport)?;
         let axes = axes_of(case, shapes, &snapshot, (&region, options));
         let found = measure(&axes, &down(case), bins, transport);
         let (time, q, e, d) = (snapshot.time, found.tensor, found.eigenvalues, found.director);
@@ -225,7 +222,7 @@ pub fn analyse(
         Curve::line("without order", column(3)),
     ];
     let title =
-        format!("Angle of the body axis to gravity, t = {}", seconds(stock.time(states[states.len() - 1])));
+        format!("Angle of the body axis to gravity, t = {}", seconds(run.time(states[states.len() - 1])));
     let axes = ["angle (degrees)", "density (1/degree)"];
     report.pictures.push(Picture::new("orientation-angles", title, axes, curves));
     report.tables.extend([table, angles]);

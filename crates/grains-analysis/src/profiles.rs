@@ -4,7 +4,7 @@ use super::Common;
 use super::picture::{Curve, Picture};
 use super::region::{Region, RegionOptions, vertical};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Extra, Snapshot, Stock};
+use super::snapshots::{Extra, Snapshot, StoredRun};
 use super::sums::{counts, exact_sums};
 use super::void_fraction::{Center, rings};
 use grains_comm::MpiTransport;
@@ -202,7 +202,7 @@ const COLUMNS: [(&str, &str); 9] = [
 /// # Errors
 /// Options that do not fit, fields that were not stored, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -215,12 +215,9 @@ pub fn analyse(
     let (mut report, mut curves) = (Report::default(), [vec![], vec![], vec![], vec![]]);
     let bins = options.bins as usize;
     for &state in states {
-        let snapshot = stock.read(transport, state, &[Extra::Velocity], "profiles")?;
-        let particles = (&snapshot, &stock.catalogue.shapes[..]);
-        let mut region = Region::chosen(&stock.case, snapshot.time, &options.region)?;
-        if let Some(crop) = options.region.crop {
-            region = region.cropped(&snapshot, particles.1, crop, transport)?;
-        }
+        let snapshot = run.read(transport, state, &[Extra::Velocity], "profiles")?;
+        let particles = (&snapshot, &run.catalogue.shapes[..]);
+        let region = Region::of_state(&run.case, (&snapshot, particles.1), &options.region, transport)?;
         let rings = rings(&region, options.radial.of(&region), bins);
         let kinds = [Bins::Layers(bins), Bins::Rings(rings.center, rings.edges)];
         for (k, kind) in kinds.iter().enumerate() {
@@ -244,7 +241,7 @@ pub fn analyse(
             }
         }
     }
-    let axis = options.region.axis.map_or_else(|| vertical(&stock.case), |a| a as usize);
+    let axis = options.region.axis.map_or_else(|| vertical(&run.case), |a| a as usize);
     let along = format!("{} (m)", ["x", "y", "z"][axis]);
     let velocity = format!("mean velocity along {} (m/s)", ["x", "y", "z"][axis]);
     let about = "distance from the axis (m)";

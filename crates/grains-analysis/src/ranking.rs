@@ -10,7 +10,7 @@ use super::fit::{Fit, least_squares};
 use super::picture::{Curve, Picture};
 use super::region::{Crop, Region, RegionOptions};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Snapshot, Stock};
+use super::snapshots::{Snapshot, StoredRun};
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -30,7 +30,7 @@ pub struct Options {
 }
 
 /// Rows of the table; longer plots are thinned out.
-const MOST_ROWS: usize = 10_000;
+const MAX_ROWS: usize = 10_000;
 
 /// Void fraction of a state.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ pub fn measure(
 /// # Errors
 /// Options that do not fit, too few particles, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -111,10 +111,10 @@ pub fn analyse(
     );
     let mut report = Report::default();
     for &state in states {
-        let snapshot = stock.read(transport, state, &[], "ranking")?;
-        let shapes = &stock.catalogue.shapes;
+        let snapshot = run.read(transport, state, &[], "ranking")?;
+        let shapes = &run.catalogue.shapes;
         let time = snapshot.time;
-        let found = measure(&stock.case, (&snapshot, shapes), &options.region, transport)?;
+        let found = measure(&run.case, (&snapshot, shapes), &options.region, transport)?;
         let Some(Found { region, void_fraction, volume, fit, points }) = found else {
             report.lines.push(format!("t = {}: fewer than two heights in the bed", seconds(time)));
             continue;
@@ -131,7 +131,7 @@ pub fn analyse(
             region.lower[axis],
             region.upper[axis],
         ]);
-        let stride = points.len().div_ceil(MOST_ROWS);
+        let stride = points.len().div_ceil(MAX_ROWS);
         let line = |x: f64| fit.intercept + fit.slope * x;
         points.iter().step_by(stride).for_each(|p| plot.push(vec![time, p[0], p[1], line(p[0])]));
         report.lines.push(format!(

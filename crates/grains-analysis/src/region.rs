@@ -200,6 +200,23 @@ impl Region {
         Ok(region)
     }
 
+    /// The region of a state: what the options say, cut to the bed in it if they crop.
+    ///
+    /// # Errors
+    /// Options that do not fit the domain or the bed.
+    pub fn of_state(
+        case: &Case,
+        (snapshot, shapes): (&Snapshot, &[Shape]),
+        options: &RegionOptions,
+        transport: &impl Transport,
+    ) -> Result<Self, RunError> {
+        let region = Self::chosen(case, snapshot.time, options)?;
+        match options.crop {
+            Some(crop) => region.cropped(snapshot, shapes, crop, transport),
+            None => Ok(region),
+        }
+    }
+
     fn check(&self, case: &Case) -> Result<(), RunError> {
         let slack = case.domain.extents().map(|extent| 1e-9 * extent);
         for a in 0..3 {

@@ -10,7 +10,7 @@ use super::Common;
 use super::picture::{Curve, Picture};
 use super::region::{Region, RegionOptions, mean_diameter, vertical};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Snapshot, Stock};
+use super::snapshots::{Snapshot, StoredRun};
 use super::sums::exact_sums;
 use grains_case::Case;
 use grains_comm::MpiTransport;
@@ -222,7 +222,7 @@ fn channel(
 /// # Errors
 /// Options that do not fit, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -231,13 +231,13 @@ pub fn analyse(
     let [mut fronts, mut profiles, mut layers] = tables();
     let (mut report, mut heights) = (Report::default(), Vec::new());
     for &state in states {
-        let snapshot = stock.read(transport, state, &[], "run-out")?;
-        let particles = (&snapshot, &stock.catalogue.shapes[..]);
+        let snapshot = run.read(transport, state, &[], "run-out")?;
+        let particles = (&snapshot, &run.catalogue.shapes[..]);
         if snapshot.total(transport) == 0 {
             report.lines.push(format!("t = {}: no particles", seconds(snapshot.time)));
             continue;
         }
-        let channel = channel(&stock.case, particles, options, transport)?;
+        let channel = channel(&run.case, particles, options, transport)?;
         let found = measure(&channel, particles, transport);
         let (time, height) = (snapshot.time, found.height());
         let run_outs = found.lengths.map(|length| (length - scale) / scale);

@@ -1,6 +1,6 @@
 //! The time series of a run, read back.
 
-use super::snapshots::Stock;
+use super::snapshots::StoredRun;
 use grains_simulation::RunError;
 use std::path::PathBuf;
 
@@ -17,8 +17,8 @@ impl TimeSeries {
     ///
     /// # Errors
     /// None there, or one that is damaged.
-    pub fn read(stock: &Stock) -> Result<Self, RunError> {
-        let path = stock.path.with_file_name("series.csv");
+    pub fn read(run: &StoredRun) -> Result<Self, RunError> {
+        let path = run.path.with_file_name("series.csv");
         match std::fs::read_to_string(&path) {
             Ok(text) => Self::parse(path, &text),
             Err(error) => Err(RunError::files(format!(

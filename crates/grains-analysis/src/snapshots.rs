@@ -164,7 +164,7 @@ enum Stored {
 }
 
 /// The stored states of a run and the case they belong to.
-pub struct Stock {
+pub struct StoredRun {
     /// The file.
     pub path: PathBuf,
     /// The case.
@@ -175,7 +175,7 @@ pub struct Stock {
     stored: Stored,
 }
 
-impl Stock {
+impl StoredRun {
     /// Opens a run: its output directory, its `particles.vtkhdf`, or a checkpoint; the case is the one stored
     /// with the states unless another file is given.
     ///
@@ -192,7 +192,7 @@ impl Stock {
             Some(file) => grains_simulation::load(file, job)?,
             None => {
                 let label = format!("{} (the case stored in it)", path.display());
-                let parsed = Case::parse(text.unwrap_or(""), &label, Path::new(""));
+                let parsed = Case::parse_stored(text.unwrap_or(""), &label, Path::new(""));
                 let remedy = "paths in it are relative to where the run was started: analyse from there, or give the case with --case FILE";
                 agreed(transport, parsed.map_err(|e| RunError::case(format!("{e}\n{remedy}"))))?
             }

@@ -4,7 +4,7 @@ use super::picture::{Curve, Picture};
 use super::pixels::{Counted, Grid, Rings, count};
 use super::region::{Crop, Region, RegionOptions, across};
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Snapshot, Stock};
+use super::snapshots::{Snapshot, StoredRun};
 use super::{Common, axis_name};
 use grains_case::Case;
 use grains_comm::MpiTransport;
@@ -164,7 +164,7 @@ pub fn measure(
 /// # Errors
 /// Options that do not fit, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
@@ -187,9 +187,9 @@ pub fn analyse(
     let mut report = Report::default();
     let (mut along, mut about) = (Vec::new(), Vec::new());
     for &state in states {
-        let snapshot = stock.read(transport, state, &[], "void-fraction")?;
-        let shapes = &stock.catalogue.shapes;
-        let found = measure(&stock.case, (&snapshot, shapes), options, transport)?;
+        let snapshot = run.read(transport, state, &[], "void-fraction")?;
+        let shapes = &run.catalogue.shapes;
+        let found = measure(&run.case, (&snapshot, shapes), options, transport)?;
         let (axis, time) = (found.region.axis, snapshot.time);
         let ends = [found.region.lower[axis], found.region.upper[axis]];
         mean.push(vec![time, found.mean, found.error, ends[0], ends[1], found.cells.1 as f64]);
@@ -208,7 +208,7 @@ pub fn analyse(
         along.push(Curve::line(seconds(time), found.axial));
         about.push(Curve::line(seconds(time), found.radial));
     }
-    let axis = axis_name(&stock.case, options.region.axis);
+    let axis = axis_name(&run.case, options.region.axis);
     let label = format!("{axis} (m)");
     let title = format!("Void fraction along {axis}");
     report.pictures.push(Picture::few("void-fraction-axial", title, [&label, "void fraction (-)"], along));

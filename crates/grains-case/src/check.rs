@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, closest, unknown};
-use crate::sections::domain::Domain;
 use crate::source::Source;
 use crate::vector::unit;
 
@@ -94,14 +93,6 @@ impl<'s> Checker<'s> {
     pub(crate) fn ordered_times(&mut self, path: &str, start: (&str, f64), end: f64) {
         if start.1 >= end {
             self.error(path, format!("must be after {} = {} s", start.0, start.1));
-        }
-    }
-
-    /// A point (m) that must lie in the domain.
-    pub(crate) fn inside(&mut self, path: &str, point: [f64; 3], domain: &Domain) {
-        if domain.is_upright() && !domain.contains(point) {
-            let (lower, upper) = (domain.lower, domain.upper);
-            self.error(path, format!("outside the domain {lower:?} to {upper:?} m"));
         }
     }
 

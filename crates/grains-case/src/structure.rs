@@ -10,10 +10,11 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::case::RawCase;
 use crate::check::Checker;
 use crate::diagnostic::{closest, unknown};
 use crate::editor_schema::for_editors;
+use crate::raw::RawCase;
+use crate::renamed;
 use crate::values;
 
 /// JSON schema (draft 2020-12) of the case file, generated from the types; for editors and manuals.
@@ -157,6 +158,10 @@ impl<'a> Reader<'a, '_, '_> {
                 self.alternatives(&Layers { schemas: vec![self.target(only)], ..self.layers_of(only) });
         }
         let span = value.span();
+        if let Some(new) = value.get_ref().as_str().and_then(|old| renamed::word(path, old)) {
+            self.error(&span, path, true, format!("renamed to \"{new}\""));
+            return None;
+        }
         if alternatives.iter().any(|schema| self.kind_of(schema).is_some()) {
             let DeValue::Table(table) = value.get_ref() else {
                 let message = explain("must be a table that begins { kind = ... }".into(), &doc);
@@ -251,12 +256,16 @@ impl<'a> Reader<'a, '_, '_> {
         let mut is_complete = !layers.is_kind_unknown;
         let mut meant: Vec<&str> = Vec::new();
         for (key, value) in table.iter() {
+            let new_name = renamed::key(path, key.get_ref());
             let path = join(path, key.get_ref());
             if let Some(schema) = layers.property(key.get_ref()) {
                 match self.read(schema, value, &path, "") {
                     Some(value) => drop(tree.insert(key.get_ref().to_string(), value)),
                     None => is_complete = false,
                 }
+            } else if let Some(new_name) = new_name {
+                self.error(&key.span(), &path, false, format!("renamed to `{new_name}`"));
+                is_complete &= path.contains('.');
             } else if !(layers.is_kind_unknown && is_foreign(layers, key.get_ref())) {
                 meant.extend(closest(key.get_ref(), layers.keys()));
                 let message = unknown_key(layers, key.get_ref(), table);

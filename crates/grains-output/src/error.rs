@@ -89,12 +89,8 @@ impl Shared {
 
     /// The outcome all ranks agree on; `what` failed if it is an error.
     pub fn all<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
-        let outcome = outcome.map_err(|error| {
-            let reason =
-                if what.contains("written") { unwritable(&self.path, Durability::Synced) } else { None };
-            FileError::new(&self.path, format!("{what}: {}", reason.unwrap_or_else(|| brief(&error))))
-        });
-        agree(&self.communicator, outcome)
+        let error = |error| FileError::new(&self.path, format!("{what}: {}", brief(&error)));
+        agree(&self.communicator, outcome.map_err(error))
     }
 
     /// The verdict all ranks come to; a problem of any is one of all.
@@ -103,8 +99,17 @@ impl Shared {
     }
 
     /// The outcome of a write all ranks agree on.
-    pub fn written(&self, outcome: hdf5::Result<()>) -> Result<(), FileError> {
-        self.all("cannot be written", outcome)
+    pub fn written<T>(&self, outcome: hdf5::Result<T>) -> Result<T, FileError> {
+        self.written_or("cannot be written", outcome)
+    }
+
+    /// The same, where `what` failed if it is an error. The operating system says better than HDF5 why.
+    pub fn written_or<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
+        let error = |error| {
+            let reason = unwritable(&self.path, Durability::Synced).unwrap_or_else(|| brief(&error));
+            FileError::new(&self.path, format!("{what}: {reason}"))
+        };
+        agree(&self.communicator, outcome.map_err(error))
     }
 
     /// Refuses to begin a write on a disk that is full already: HDF5 hangs if it cannot write its own

@@ -102,11 +102,11 @@ impl<L: Layout> Temporal<L> {
         let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).create(path);
         let file = shared.all("cannot be created", file)?;
         let begun = (|| {
-            let arrays = shared.all("cannot be written", layout.create(&file, compress, ranks))?;
+            let arrays = shared.written(layout.create(&file, compress, ranks))?;
             shared.written(layout.begin(&shared, &file))?;
             shared.written(write_metadata(&file, GROUP, metadata))?;
             let digests = Digests::create(&file, &layout.arrays(), metadata);
-            let digests = shared.all("cannot be written", digests)?;
+            let digests = shared.written(digests)?;
             shared.written(file.flush())?;
             Ok((arrays, digests))
         })();

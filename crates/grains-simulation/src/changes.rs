@@ -80,7 +80,9 @@ pub fn known(case: &str, inputs: &str) -> Result<Table, String> {
 }
 
 fn tree(case: &str) -> Result<Table, String> {
-    case.parse::<Table>().map_err(|e| e.to_string())
+    let mut tree = case.parse::<Table>().map_err(|e| e.to_string())?;
+    grains_case::with_names_of_today(&mut tree);
+    Ok(tree)
 }
 
 fn for_each_input(value: &mut Value, found: &mut impl FnMut(&mut String)) {

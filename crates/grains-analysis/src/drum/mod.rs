@@ -9,7 +9,7 @@ use super::fit::mean_and_deviation;
 use super::picture::{Curve, Picture};
 use super::region::mean_diameter;
 use super::report::{Report, Table, seconds};
-use super::snapshots::{Extra, Snapshot, Stock};
+use super::snapshots::{Extra, Snapshot, StoredRun};
 use super::sums::exact_sums;
 use geometry::{Drum, DrumOptions};
 use grains_comm::MpiTransport;
@@ -107,17 +107,17 @@ pub fn measure(
 /// # Errors
 /// No drum to be found in the case, fields that were not stored, or a file that cannot be read.
 pub fn analyse(
-    stock: &Stock,
+    run: &StoredRun,
     states: &[usize],
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let drum = Drum::chosen(&stock.case, &options.drum)?;
+    let drum = Drum::chosen(&run.case, &options.drum)?;
     let (mut table, mut grain) = (table(), 0.0);
     for &state in states {
         let wanted = [Extra::Material, Extra::Velocity, Extra::AngularVelocity];
-        let snapshot = stock.read(transport, state, &wanted, "drum")?;
-        let found = measure(&drum, (&snapshot, &stock.catalogue), transport);
+        let snapshot = run.read(transport, state, &wanted, "drum")?;
+        let found = measure(&drum, (&snapshot, &run.catalogue), transport);
         let [moving, turning] = found.energies;
         grain = f64::max(grain, found.grain);
         let of_surface = match found.surface {
@@ -140,7 +140,7 @@ pub fn analyse(
             picture("drum-angle", "Angle of the free surface", "angle (degrees)", 4),
         ];
     } else {
-        report.pictures = vec![cross_section(stock, states[0], &drum, &table, transport)?];
+        report.pictures = vec![cross_section(run, states[0], &drum, &table, transport)?];
     }
     report.tables.push(table);
     Ok(report)
@@ -204,7 +204,7 @@ fn summary(drum: &Drum, table: &Table, grain: f64) -> Vec<String> {
 
 /// Centres in the cross-section with the fitted surface.
 fn cross_section(
-    stock: &Stock,
+    run: &StoredRun,
     state: usize,
     drum: &Drum,
     table: &Table,
@@ -212,7 +212,7 @@ fn cross_section(
 ) -> Result<Picture, RunError> {
     const MOST: usize = 3000;
     let wanted = [Extra::Material, Extra::Velocity, Extra::AngularVelocity];
-    let snapshot = stock.read(transport, state, &wanted, "drum")?;
+    let snapshot = run.read(transport, state, &wanted, "drum")?;
     // Every stride-th of all, counted over the ranks.
     let (mut first, mut total) = ([snapshot.len() as u64], [snapshot.len() as u64]);
     transport.counts_before(&mut first);
@@ -226,7 +226,7 @@ fn cross_section(
         (0..=180).map(|k| f64::from(k) / 180.0 * TAU).map(|a| [drum.radius * a.cos(), drum.radius * a.sin()]);
     let mut curves = vec![Curve::line("drum", rim.collect()), Curve::dots("centres", centres)];
     let angle = table.rows[0][4];
-    let found = measure(drum, (&snapshot, &stock.catalogue), transport);
+    let found = measure(drum, (&snapshot, &run.catalogue), transport);
     if let Some(Surface { angle, height, .. }) = found.surface {
         let (sin, cos) = angle.sin_cos();
         let half = (drum.radius * drum.radius - height * height).max(0.0).sqrt();

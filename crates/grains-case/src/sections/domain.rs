@@ -106,6 +106,13 @@ impl Domain {
         [0, 1, 2].map(|a| self.upper[a] - self.lower[a])
     }
 
+    /// Reports a point (m) that must lie in the domain and does not.
+    pub(crate) fn must_hold(&self, checker: &mut Checker, path: &str, point: [f64; 3]) {
+        if self.is_upright() && !self.contains(point) {
+            checker.error(path, format!("outside the domain {:?} to {:?} m", self.lower, self.upper));
+        }
+    }
+
     /// Whether a point (m) lies in the box, faces included.
     pub fn contains(&self, point: [f64; 3]) -> bool {
         (0..3).all(|a| self.lower[a] <= point[a] && point[a] <= self.upper[a])

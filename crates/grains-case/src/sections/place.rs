@@ -118,8 +118,8 @@ impl Place {
         match self {
             Self::Lattice { lower, upper, .. } => {
                 checker.ordered_corners(path, *lower, *upper);
-                checker.inside(&format!("{path}.lower"), *lower, domain);
-                checker.inside(&format!("{path}.upper"), *upper, domain);
+                domain.must_hold(checker, &format!("{path}.lower"), *lower);
+                domain.must_hold(checker, &format!("{path}.upper"), *upper);
             }
             Self::Window { window, .. } => window.check(&format!("{path}.window"), domain, checker),
             Self::File { path: file } => {
@@ -142,12 +142,12 @@ impl Window {
                         );
                     }
                 }
-                checker.inside(&format!("{path}.lower"), *lower, domain);
-                checker.inside(&format!("{path}.upper"), *upper, domain);
+                domain.must_hold(checker, &format!("{path}.lower"), *lower);
+                domain.must_hold(checker, &format!("{path}.upper"), *upper);
             }
             Self::Disc { center, normal, radius } => {
                 *normal = checker.direction(&format!("{path}.normal"), *normal);
-                checker.inside(&format!("{path}.center"), *center, domain);
+                domain.must_hold(checker, &format!("{path}.center"), *center);
                 let reach = normal.map(|n| *radius * (1.0 - n * n).max(0.0).sqrt());
                 let beyond = (0..3).any(|a| {
                     center[a] - reach[a] < domain.lower[a] || center[a] + reach[a] > domain.upper[a]
@@ -159,7 +159,7 @@ impl Window {
                     );
                 }
             }
-            Self::Point { at } => checker.inside(&format!("{path}.at"), *at, domain),
+            Self::Point { at } => domain.must_hold(checker, &format!("{path}.at"), *at),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Arrays on Cartesian grids in a checkpoint: ranks write blocks and may read others.
 
-use super::write::{FAILED, create};
+use super::dataset::{FAILED, create};
 use super::{GRIDS, checksum, entry};
 use crate::collective::{Participants, read_part, write_part};
 use crate::error::{FileError, Shared};
@@ -74,10 +74,10 @@ pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> R
     let own = checksum_of_block(block, width, values);
     communicator.all_reduce_into(&own, &mut sum, SystemOperation::sum());
     let shape = shape(block.all, width);
-    let dataset = shared.all(FAILED, create::<f64>(group, name, &shape, sum))?;
-    shared.all(FAILED, unit(&dataset, array.unit))?;
+    let dataset = shared.written_or(FAILED, create::<f64>(group, name, &shape, sum))?;
+    shared.written_or(FAILED, unit(&dataset, array.unit))?;
     let who = Participants::writing(communicator.size(), false);
-    shared.all(FAILED, write_part(&dataset, &block.part(&[], width), values, who))?;
+    shared.written_or(FAILED, write_part(&dataset, &block.part(&[], width), values, who))?;
     Ok(entry(GRIDS, name, "f64", &shape, sum))
 }
 

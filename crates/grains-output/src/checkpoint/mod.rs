@@ -11,6 +11,7 @@
 //! theirs, and the way the rows or blocks lie on ranks does not matter. HDF5's own structures carry checksums too in
 //! the format chosen here (version 1.10).
 
+mod dataset;
 mod folder;
 mod grid;
 mod read;

@@ -1,5 +1,6 @@
 //! Writing a checkpoint.
 
+use super::dataset::{FAILED, create};
 use super::folder::{abandon_later, file_name};
 use super::grid::write_grid;
 use super::{Array, FORMAT, GRIDS, GridArray, STATE, Values, checksum_of_text, contents_checksum, entry};
@@ -7,14 +8,11 @@ use crate::collective::{Participants, write_rows};
 use crate::error::{FileError, Shared};
 use crate::growing::unit;
 use crate::metadata::{GROUP, Metadata};
-use hdf5::dataset::FillTime;
-use hdf5::{Dataset, File, Group, H5Type};
+use hdf5::{File, Group};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
-
-pub(super) const FAILED: &str = "the checkpoint cannot be written (earlier ones are intact)";
 
 /// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
 ///
@@ -68,9 +66,9 @@ fn write(
     shared.has_room()?;
     let raw = shared.communicator.as_raw();
     let file = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
-    let file = shared.all(FAILED, file)?;
+    let file = shared.written_or(FAILED, file)?;
     match fill(shared, &file, arrays, grids, metadata) {
-        Ok(()) => shared.all(FAILED, file.close()),
+        Ok(()) => shared.written_or(FAILED, file.close()),
         Err(error) => {
             // Closing would write again, fail on some ranks and leave the others waiting.
             std::mem::forget(file);
@@ -86,8 +84,8 @@ fn fill(
     grids: &[GridArray],
     metadata: &Metadata,
 ) -> Result<(), FileError> {
-    let texts = shared.all(FAILED, file.create_group(GROUP))?;
-    let state = shared.all(FAILED, file.create_group(STATE))?;
+    let texts = shared.written_or(FAILED, file.create_group(GROUP))?;
+    let state = shared.written_or(FAILED, file.create_group(STATE))?;
     let mut contents = Vec::new();
     for (name, value) in metadata {
         contents.push(write_text(shared, &texts, name, value)?);
@@ -96,7 +94,7 @@ fn fill(
         contents.push(write_array(shared, &state, array)?);
     }
     if !grids.is_empty() {
-        let group = shared.all(FAILED, file.create_group(GRIDS))?;
+        let group = shared.written_or(FAILED, file.create_group(GRIDS))?;
         for array in grids {
             contents.push(write_grid(shared, &group, array)?);
         }
@@ -105,18 +103,18 @@ fn fill(
         file.new_attr::<i64>().create("format").and_then(|a| a.write_scalar(&FORMAT)).and_then(|()| {
             file.new_attr::<u64>().create("contents")?.write_scalar(&contents_checksum(contents))
         });
-    shared.all(FAILED, sealed)?;
+    shared.written_or(FAILED, sealed)?;
     shared.has_room()?;
-    shared.all(FAILED, file.flush())
+    shared.written_or(FAILED, file.flush())
 }
 
 fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<String, FileError> {
     let bytes = value.as_bytes();
     let dataset = create::<u8>(group, name, &[bytes.len()], checksum_of_text(bytes));
-    let dataset = shared.all(FAILED, dataset)?;
+    let dataset = shared.written_or(FAILED, dataset)?;
     let written =
         if shared.is_first() { write_rows(&dataset, 0, 1, bytes, Participants::ThisRank) } else { Ok(()) };
-    shared.all(FAILED, written)?;
+    shared.written_or(FAILED, written)?;
     Ok(entry(GROUP, name, "text", &[bytes.len(), 1], checksum_of_text(bytes)))
 }
 
@@ -142,25 +140,13 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
         Values::Real(_) => create::<f64>(group, array.name, stored, checksum),
         Values::Integer(_) => create::<i64>(group, array.name, stored, checksum),
     };
-    let dataset = shared.all(FAILED, created)?;
-    shared.all(FAILED, unit(&dataset, array.unit))?;
+    let dataset = shared.written_or(FAILED, created)?;
+    shared.written_or(FAILED, unit(&dataset, array.unit))?;
     let who = Participants::writing(communicator.size(), false);
     let (kind, written) = match &array.values {
         Values::Real(v) => ("f64", write_rows(&dataset, first, width, v, who)),
         Values::Integer(v) => ("i64", write_rows(&dataset, first, width, v, who)),
     };
-    shared.all(FAILED, written)?;
+    shared.written_or(FAILED, written)?;
     Ok(entry(STATE, array.name, kind, shape, checksum))
-}
-
-/// Creates a dataset with its checksum.
-pub(super) fn create<T: H5Type>(
-    group: &Group,
-    name: &str,
-    shape: &[usize],
-    checksum: u64,
-) -> hdf5::Result<Dataset> {
-    let dataset = group.new_dataset::<T>().fill_time(FillTime::Never).shape(shape).create(name)?;
-    dataset.new_attr::<u64>().create("checksum")?.write_scalar(&checksum)?;
-    Ok(dataset)
 }

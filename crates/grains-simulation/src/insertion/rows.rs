@@ -148,7 +148,7 @@ fn of_snapshot(path: &Path, share: (usize, usize)) -> Result<ParticleColumns, St
     };
     let text = file.text("case").unwrap_or_default();
     let base = path.parent().unwrap_or(Path::new(""));
-    let source = Case::parse(text, &path.display().to_string(), base).map_err(|e| e.to_string())?;
+    let source = Case::parse_stored(text, &path.display().to_string(), base).map_err(|e| e.to_string())?;
     let has = |name: &str| file.fields().iter().any(|field| field == name);
     let real = |name: &str| file.real(last, name).map_err(|e| e.to_string());
     let vectors = |name: &str| if has(name) { real(name).map(|v| Some(rows(&v))) } else { Ok(None) };

@@ -75,8 +75,8 @@ impl Profile {
     fn check(&self, path: &str, domain: &Domain, checker: &mut Checker) {
         match &self.kind {
             ProfileKind::Line { from, to, .. } => {
-                checker.inside(&format!("{path}.from"), *from, domain);
-                checker.inside(&format!("{path}.to"), *to, domain);
+                domain.must_hold(checker, &format!("{path}.from"), *from);
+                domain.must_hold(checker, &format!("{path}.to"), *to);
                 if from == to {
                     checker.error(&format!("{path}.to"), "the same point as `from`; a line needs two".into());
                 }
