@@ -519,9 +519,9 @@ const ODDITIES: &[Oddity] = &[
     (
         "a step beyond the Courant number",
         "duct.toml",
-        &[("courant = 0.7", "courant = 0.2")],
+        &[("cfl = 0.7", "cfl = 0.2")],
         "time.dt",
-        "beyond fluid.courant",
+        "beyond fluid.cfl",
     ),
     (
         "a mixture that falls for ever",

@@ -151,21 +151,20 @@ fn beads_settle_in_a_periodic_box_at_zero_flux_of_the_mixture() {
 /// one step of the particles is too long already the run says which key must change.
 #[test]
 fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
-    let home = folder("fluid_courant");
+    let home = folder("fluid_cfl");
     let with_steps = replaced(&case("bed.toml"), "model = \"A\", ", "model = \"A\", particle_steps = 300, ");
     let output = run_case(2, &home, &with_steps, &[]).succeeded();
-    let told =
-        output.stderr.matches("(fluid.coupling.particle_steps) would pass fluid.courant = 0.25").count();
+    let told = output.stderr.matches("(fluid.coupling.particle_steps) would pass fluid.cfl = 0.25").count();
     assert_eq!(told, 1, "{}", output.stderr);
     // By the velocity at the beginning of a step; at its end that may be a little faster.
-    let largest = series(&home.join("results")).column("fluid_courant").into_iter().fold(0.0, f64::max);
+    let largest = series(&home.join("results")).column("fluid_cfl").into_iter().fold(0.0, f64::max);
     assert!(largest > 0.1 && largest < 0.3, "CFL number {largest}");
     let home = folder("fluid_courant_refused");
     let too_long =
         replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncourant = 1e-3\n");
     let output = run_case(2, &home, &too_long, &[]);
     let message = output.only_error(3);
-    for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.courant = 0.001 allows", "take time.dt = "] {
+    for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.cfl = 0.001 allows", "take time.dt = "] {
         assert!(message.contains(words), "`{words}`: {message}");
     }
     // What it says does it.
@@ -493,7 +492,7 @@ fn a_fluidised_bed_is_the_same_on_any_ranks_and_across_restarts() {
         "{}",
         largest("momentum_imbalance")
     );
-    assert!(largest("least_void_fraction") <= 1.0 && largest("pressure_drop") > 1.0);
+    assert!(largest("min_void_fraction") <= 1.0 && largest("pressure_drop") > 1.0);
     // Rounding grows with every collision.
     for ranks in [2, 4] {
         let found = series(&result(&ranks.to_string(), ranks));
@@ -760,7 +759,7 @@ series = 0.05
     for _ in 0..200 {
         speed = 1500.0 * 9.81 * 1e-6 / (18.0 * 1e-3 * (1.0 + 0.15 * (1000.0 * speed).powf(0.687)));
     }
-    let found = *series(&home.join("results")).column("largest_speed").last().unwrap();
+    let found = *series(&home.join("results")).column("max_speed").last().unwrap();
     assert!((found / speed - 1.0).abs() < 5e-3, "{found} against {speed} m/s");
 }
 
@@ -776,9 +775,9 @@ fn what_cannot_be_computed_is_refused_with_one_message() {
     let outlet = "[[fluid.boundary]]\nface = \"+z\"\nkind = \"outlet\"\n";
     let closed = refused("fluid_closed", "duct.toml", (outlet, ""), 2);
     assert!(closed.contains("outlet"), "{closed}");
-    let narrow = ("kernel = { kind = \"smooth\", half_width = 1.5 }", "least_void_fraction = 0.7");
+    let narrow = ("kernel = { kind = \"smooth\", half_width = 1.5 }", "min_void_fraction = 0.7");
     let jammed = refused("fluid_jammed", "bed.toml", narrow, 3);
-    assert!(jammed.contains("void fraction") && jammed.contains("least_void_fraction"), "{jammed}");
+    assert!(jammed.contains("void fraction") && jammed.contains("min_void_fraction"), "{jammed}");
     let petsc = "[fluid.pressure]\nmethod = \"petsc\"\noptions = \"-ksp_tpye cg\"\n\n[fluid.output]\n";
     let option = refused("fluid_option", "duct.toml", ("[fluid.output]\n", petsc), 2);
     assert!(option.contains("ksp_tpye"), "{option}");

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 /// Columns that a fluid's iterations or rounding make, which are others on other ranks.
-const ROUNDING: [&str; 4] = ["iterations", "divergence", "imbalance", "cores_met"];
+const ROUNDING: [&str; 4] = ["iterations", "divergence", "imbalance", "deep_penetrations"];
 
 /// Asserts that the files of two runs hold the same steps, and values that are the same but for the sums over ranks and the
 /// tolerance of the fluid's solvers, `share` of the largest of a column.
@@ -277,7 +277,7 @@ fn a_drum_whose_speed_changes_goes_on_from_where_it_is() {
     let slower = home.join("slower");
     assert!((lifter(&slower) - (12.0 * 0.08 - 6.0 * 0.08)).abs() < 1e-9, "{}", lifter(&slower));
     // No particle is thrown by a wall that jumps.
-    let speed = |folder: &Path| series(folder).column("largest_speed").into_iter().fold(0.0, f64::max);
+    let speed = |folder: &Path| series(folder).column("max_speed").into_iter().fold(0.0, f64::max);
     assert!(speed(&slower) < 1.5 * speed(&home.join("results")), "{}", speed(&slower));
     // From there it is continued like any run: the places of its walls are in its checkpoints.
     let own = home.join("own");

@@ -39,7 +39,7 @@ def spheres(layers, rings, sphere):
 
 
 # Name: keys of the shape, sharing of forces, contacts of faces.
-BODIES = {"true": (TRUE, "mean", "point"), "true, spread": (TRUE, "mean", "spread")}
+BODIES = {"true": (TRUE, "mean", "point"), "true, spread": (TRUE, "mean", "patch")}
 for slices in (2, 5, 10, 30):
     BODIES[f"{slices} slices, model A"] = (sliced(slices), "sum", "point")
     BODIES[f"{slices} slices, model B"] = (sliced(slices), "mean", "point")

@@ -66,7 +66,7 @@ def main():
         print(
             f"{shape}: settle at {found[early, 1].mean():.3f} U_c from t = 1 to 3; mean height {found[0, 2]:.2f} to"
             f" {found[-1, 2]:.2f}, highest centre at the end {found[-1, 3]:.2f}; largest overlap"
-            f" {max(float(r['largest_overlap']) for r in series):.4f} of the radius; t = {found[-1, 0]:g}"
+            f" {max(float(r['max_overlap']) for r in series):.4f} of the radius; t = {found[-1, 0]:g}"
         )
         with h5py.File(run / "fluid.vtkhdf") as file:
             times = file["VTKHDF/Steps/Values"][:]

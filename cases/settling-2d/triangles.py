@@ -71,7 +71,7 @@ def main():
         print(f"settle at {speeds[early].mean():.3f} U_c from t = 1 to 5; mean height {heights[0]:.2f} to {heights[-1]:.2f},")
         print(f"highest centre {tops[-1]:.2f}, mean speed {speeds[-1]:.1e} at t = {times[-1]:g}")
         series = sweep.table(folder / "run/series.csv")
-        print(f"largest overlap {max(float(row['largest_overlap']) for row in series):.4f} of the inscribed radius")
+        print(f"largest overlap {max(float(row['max_overlap']) for row in series):.4f} of the inscribed radius")
         figure, axes = plt.subplots(1, 5, figsize=(13, 6), layout="constrained", width_ratios=[1, 1, 1, 1, 1.4])
         for axis, time in zip(axes, (0, times[-1] / 6, times[-1] / 3, times[-1])):
             step = np.abs(times - time).argmin()

@@ -20,7 +20,7 @@ def energies(case, folder):
     sweep.run(re.sub(r'directory = "[^"]*"', f'directory = "{folder / "run"}"', case), folder)
     rows = sweep.table(folder / "run/series.csv")
     energy = [float(r["kinetic_translation"]) + float(r["kinetic_rotation"]) for r in rows]
-    return [float(r["time"]) for r in rows], [e / energy[0] for e in energy], [float(r["largest_speed"]) for r in rows]
+    return [float(r["time"]) for r in rows], [e / energy[0] for e in energy], [float(r["max_speed"]) for r in rows]
 
 
 def main():

@@ -132,14 +132,14 @@ pub fn last_step(folder: &Path) -> u64 {
 
 /// Asserts that two series are equal: counts, times and maxima in every bit, sums over the particles,
 /// which are taken rank by rank, to 1e-12 of the largest value of the column (or of the three of a vector).
-/// `cores_met` counts the work of the ranks, of which two may share a pair.
+/// `deep_penetrations` counts the work of the ranks, of which two may share a pair.
 pub fn assert_same_series(wanted: &Series, found: &Series) {
     const SUMS: [&str; 4] = ["kinetic_", "potential", "momentum_", "_mass"];
     assert_eq!(wanted.columns, found.columns);
     let steps = |series: &Series| series.column("step");
     assert_eq!(steps(wanted), steps(found), "steps of the series");
     let is_load = |name: &str| name.ends_with(['x', 'y', 'z']);
-    for name in wanted.columns.iter().filter(|name| *name != "cores_met") {
+    for name in wanted.columns.iter().filter(|name| *name != "deep_penetrations") {
         let (a, b) = (wanted.column(name), found.column(name));
         let is_sum = SUMS.iter().any(|s| name.contains(s)) || is_load(name);
         let largest = |name: &str| wanted.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));

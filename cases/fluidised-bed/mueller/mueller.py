@@ -63,7 +63,7 @@ def main():
         mean = lambda key: sum(w * float(r[key]) for w, r in zip(weight, late)) / sum(weight)
         drop, base = mean("pressure_drop"), -mean("distributor_fz") / 4.4e-4
         print(f"{run.parent.name}: pressure drop {drop:.2f} Pa ({100 * (drop / WEIGHT - 1):+.2f} % of the weight), "
-              f"on the distributor {base:.2f} Pa, least void fraction {min(float(r['least_void_fraction']) for r in late):.3f}")
+              f"on the distributor {base:.2f} Pa, least void fraction {min(float(r['min_void_fraction']) for r in late):.3f}")
         for axis, (height, key, label) in zip(axes, PANELS):
             rows = sweep.table(run / f"profile-height-{height}-mm-mean.csv")
             axis.plot([1e3 * float(r["x"]) for r in rows], [float(r[key]) for r in rows], label=run.parent.name)

@@ -189,7 +189,7 @@ fn a_bed_takes_its_defaults_from_the_particles() {
     assert!(case.warnings.is_empty(), "{:?}", case.warnings);
     let fluid = case.fluid.expect("fluid");
     assert_eq!((fluid.advection, fluid.output.interval), (Some(Advection::VanLeer), Some(0.1)));
-    assert_eq!(fluid.longest_step, None, "it does not follow the end of the run");
+    assert_eq!(fluid.max_dt, None, "it does not follow the end of the run");
     let coupling = fluid.coupling.expect("coupling");
     assert_eq!((coupling.drag, coupling.model), (DragLaw::Beetstra, MixtureModel::B));
     assert_eq!((coupling.kernel, coupling.particle_steps), (Kernel::Smooth { half_width: 2.0 }, Some(10)));

@@ -50,12 +50,9 @@ fn a_key_that_is_none_is_found() {
     for none in ["fluid.cfl", "fluid.dt", "fluid.coupling.least_void", "time.steps", "wall.motion.speed"] {
         assert!(!is_key(none), "{none}");
     }
-    for key in [
-        "fluid.courant",
-        "fluid.coupling.kernel.half_width",
-        "wall.motion.frequency",
-        "insert.place.window.kind",
-    ] {
+    for key in
+        ["fluid.cfl", "fluid.coupling.kernel.half_width", "wall.motion.frequency", "insert.place.window.kind"]
+    {
         assert!(is_key(key), "{key}");
     }
     let text = "// \"fluid.cfl\"\nlet a = \"lower fluid.cfl, or wall[{i}].motion.{key} of fluid.vtkhdf\"; 'x' \"[[fluid.boundary]] dt = 3\"";
@@ -139,7 +136,7 @@ fn is_of_word(c: char) -> bool {
     c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'
 }
 
-/// Words such as `fluid.courant` or `wall[{i}].motion.{key}`, without what is in brackets.
+/// Words such as `fluid.cfl` or `wall[{i}].motion.{key}`, without what is in brackets.
 fn dotted(literal: &str) -> Vec<Word> {
     let plain = without_brackets(literal);
     let mut words = Vec::new();

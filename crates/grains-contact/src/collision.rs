@@ -38,7 +38,7 @@ impl CollisionEstimate {
     }
 
     /// Largest overlap (m) at an impact speed (m/s).
-    pub fn largest_overlap(&self, impact_speed: f64) -> f64 {
+    pub fn max_overlap(&self, impact_speed: f64) -> f64 {
         self.overlap_per_speed * impact_speed
     }
 }
@@ -66,7 +66,7 @@ mod tests {
                 (c.damping_rate, gamma),
                 (c.contact_time, tc),
                 (c.time_of_largest_overlap, tmax),
-                (c.largest_overlap(v0), dmax),
+                (c.max_overlap(v0), dmax),
             ] {
                 assert!((got / want - 1.0).abs() < 2e-6, "{got} instead of {want}");
             }

@@ -69,7 +69,7 @@ pub enum CouplingError {
     },
     /// A cell with less room for the fluid than the laws allow.
     #[error(
-        "the void fraction of the cell at {place} is {void_fraction:.4}, below the limit {limit}: the cells are too small for the kernel, or particles overlap; take larger cells, a wider kernel (fluid.coupling.kernel.half_width) or a lower limit (fluid.coupling.least_void_fraction)"
+        "the void fraction of the cell at {place} is {void_fraction:.4}, below the limit {limit}: the cells are too small for the kernel, or particles overlap; take larger cells, a wider kernel (fluid.coupling.kernel.half_width) or a lower limit (fluid.coupling.min_void_fraction)"
     )]
     Jammed {
         /// Void fraction (-).

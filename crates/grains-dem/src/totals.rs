@@ -23,7 +23,7 @@ pub struct Totals {
     /// Angular momentum about the origin (kg m²/s), of the images in the box where axes are periodic.
     pub angular_momentum: Vec3,
     /// Largest speed (m/s).
-    pub largest_speed: f64,
+    pub max_speed: f64,
 }
 
 impl Totals {
@@ -50,7 +50,7 @@ impl Totals {
             totals.potential -= m * gravity.dot(&position);
             totals.momentum += v * m;
             totals.angular_momentum += position.cross(&v) * m + spin;
-            totals.largest_speed = totals.largest_speed.max(v.norm());
+            totals.max_speed = totals.max_speed.max(v.norm());
         }
         totals
     }
@@ -74,7 +74,7 @@ impl Totals {
         ]
     }
 
-    pub(crate) fn from_sums(s: [f64; 11], largest_speed: f64) -> Self {
+    pub(crate) fn from_sums(s: [f64; 11], max_speed: f64) -> Self {
         Self {
             particles: s[0] as u64,
             mass: s[1],
@@ -83,7 +83,7 @@ impl Totals {
             potential: s[4],
             momentum: Vec3::new(s[5], s[6], s[7]),
             angular_momentum: Vec3::new(s[8], s[9], s[10]),
-            largest_speed,
+            max_speed,
         }
     }
 }

@@ -62,7 +62,7 @@ fn quiet_steps_allocate_nothing(is_hard: bool) {
         if step > 3000 && dem.report.rebuilds == rebuilds {
             assert_eq!(allocated, 0, "step {step}, hard {is_hard}");
             quiet += 1;
-            contacts += usize::from(dem.report.largest_overlap > 0.0);
+            contacts += usize::from(dem.report.max_overlap > 0.0);
         }
     }
     assert!(

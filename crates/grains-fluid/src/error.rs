@@ -155,7 +155,7 @@ pub enum StepError {
     },
     /// A velocity that is no number.
     #[error(
-        "fluid step {step}: the velocity is no longer finite (CFL {cfl:.2} at the last check): the time step {dt:.3e} s is too large; lower fluid.courant or fluid.longest_step"
+        "fluid step {step}: the velocity is no longer finite (CFL {cfl:.2} at the last check): the time step {dt:.3e} s is too large; lower fluid.cfl or fluid.max_dt"
     )]
     NotFinite {
         /// Number of the step.

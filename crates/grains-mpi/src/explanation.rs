@@ -134,7 +134,7 @@ fn contact_points(particles: &ParticleReport) {
     let faces = match particles.faces {
         None => return,
         Some(FaceContact::Point) => "faces touch in one point (contact_points.faces = \"point\")",
-        Some(FaceContact::MultiPoint) => "faces and lines touch all over (contact_points.faces = \"spread\")",
+        Some(FaceContact::MultiPoint) => "faces and lines touch all over (contact_points.faces = \"patch\")",
     };
     let composites = match particles.composites {
         None => "",
@@ -199,7 +199,7 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
         "T_c/dt"
     );
     for e in &particles.step.encounters {
-        let deepest = e.collision.largest_overlap(speed);
+        let deepest = e.collision.max_overlap(speed);
         say!(
             "  {:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
             pair(e),

@@ -56,9 +56,9 @@ fn line(progress: &Progress, simulation: &Simulation) -> String {
                 "  particles {:>8}  contacts {:>8}  overlap {:>6.3} %  kinetic {:.3e} J  max speed {:.2} m/s  {rate:>7.1} steps/s",
                 totals.particles,
                 totals.contacts,
-                100.0 * totals.largest_overlap,
+                100.0 * totals.max_overlap,
                 totals.kinetic_energy,
-                totals.largest_speed
+                totals.max_speed
             );
             (step, text)
         }

@@ -75,9 +75,9 @@ pub struct Row {
     /// Kinetic energy (J).
     pub kinetic_energy: f64,
     /// Largest speed (m/s).
-    pub largest_speed: f64,
+    pub max_speed: f64,
     /// Largest overlap over inscribed radius (-).
-    pub largest_overlap: f64,
+    pub max_overlap: f64,
     /// Net count and mass (kg) through each flow plane.
     pub crossings: Vec<(i64, f64)>,
 }
@@ -364,14 +364,14 @@ impl Files {
         let mut counts =
             [count(&neighbours), count(&walls), report.deep_penetrations, ledger.inserted, ledger.left];
         transport.sum_counts(&mut counts);
-        let mut overlap = [report.largest_overlap];
+        let mut overlap = [report.max_overlap];
         transport.max(&mut overlap);
         let Totals { momentum: p, angular_momentum: l, .. } = totals;
         let mut values = vec![dem.time(), totals.particles as f64, counts[3] as f64, counts[4] as f64];
         values.extend([0.5 * counts[0] as f64, counts[1] as f64]);
         values.extend([totals.kinetic_translation, totals.kinetic_rotation, totals.potential, p.x, p.y, p.z]);
         values.extend([l.x, l.y, l.z]);
-        values.extend([overlap[0], totals.largest_speed, counts[2] as f64]);
+        values.extend([overlap[0], totals.max_speed, counts[2] as f64]);
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
         for load in &loads {
             values.extend(load.force.iter().chain(load.torque.iter()));
@@ -389,8 +389,8 @@ impl Files {
             particles: totals.particles,
             contacts: counts[0] / 2,
             kinetic_energy: totals.kinetic_translation + totals.kinetic_rotation,
-            largest_speed: totals.largest_speed,
-            largest_overlap: overlap[0],
+            max_speed: totals.max_speed,
+            max_overlap: overlap[0],
             crossings,
         })
     }
@@ -438,9 +438,9 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         ("angular_momentum_x", "kg m2/s"),
         ("angular_momentum_y", "kg m2/s"),
         ("angular_momentum_z", "kg m2/s"),
-        ("largest_overlap", "-"),
-        ("largest_speed", "m/s"),
-        ("cores_met", "-"),
+        ("max_overlap", "-"),
+        ("max_speed", "m/s"),
+        ("deep_penetrations", "-"),
     ];
     const OF_PLANE: [(&str, &str); 2] = [("count", "-"), ("mass", "kg")];
     const OF_WALL: [(&str, &str); 6] =

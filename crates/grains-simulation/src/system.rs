@@ -164,7 +164,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     let densities = case.materials.iter().map(|m| m.density.unwrap_or(f64::NAN)).collect();
     let faces = match case.contact_points.faces {
         Faces::Point => FaceContact::Point,
-        Faces::Spread => FaceContact::MultiPoint,
+        Faces::Patch => FaceContact::MultiPoint,
     };
     let sharing = match case.contact_points.composite {
         Composite::Mean => Sharing::Mean,

@@ -237,7 +237,7 @@ pub fn of_fluid(case: &Case) -> TimeStepChoice {
     let times = [Some(out.particles), Some(out.series), Some(out.checkpoint), fluid];
     let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
     // Halved, so that outputs stay whole numbers of ticks, until the fluid's longest step has many.
-    let longest = case.fluid.as_ref().map_or(f64::INFINITY, |f| crate::fluid::longest_step(case, f).step);
+    let longest = case.fluid.as_ref().map_or(f64::INFINITY, |f| crate::fluid::max_dt(case, f).step);
     let halvings = (MIN_PER_STEP * shortest / (TICKS * longest)).log2().ceil().max(0.0);
     let (dt, reason) = match case.time.dt {
         TimeStep::Seconds(given) => (given, TimeStepReason::FluidStep),

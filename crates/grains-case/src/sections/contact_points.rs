@@ -11,7 +11,7 @@ pub enum Faces {
     #[default]
     Point,
     /// They touch at the corners of their common face or line, which share the force.
-    Spread,
+    Patch,
 }
 
 /// What the contacts of one composite particle with one other body do together; each plane, tube or mesh of
@@ -30,7 +30,7 @@ pub enum Composite {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactPoints {
-    /// "point" or "spread": what faces, edges and lines do that touch.
+    /// "point" or "patch": what faces, edges and lines do that touch.
     #[serde(default)]
     pub faces: Faces,
     /// "mean" or "sum": what the contacts of the parts of a composite do together.

@@ -68,7 +68,7 @@ impl PassStatistics {
     }
 
     /// Largest overlap over radius (-).
-    pub(crate) fn largest_overlap(&self) -> f64 {
+    pub(crate) fn max_overlap(&self) -> f64 {
         self.deepest
     }
 }

@@ -102,8 +102,8 @@ impl Dem {
     }
 
     fn note(&mut self, statistics: PassStatistics) {
-        self.report.largest_overlap = statistics.largest_overlap();
-        self.report.worst_overlap = self.report.worst_overlap.max(self.report.largest_overlap);
+        self.report.max_overlap = statistics.max_overlap();
+        self.report.worst_overlap = self.report.worst_overlap.max(self.report.max_overlap);
         self.report.deep_penetrations += statistics.deep_penetrations;
         self.error = self.error.take().or(statistics.error);
     }

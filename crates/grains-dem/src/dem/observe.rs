@@ -43,7 +43,7 @@ impl Dem {
             &self.setup.parameters.gravity,
             &self.setup.global,
         );
-        let (mut sums, mut speed) = (own.sums(), [own.largest_speed]);
+        let (mut sums, mut speed) = (own.sums(), [own.max_speed]);
         transport.sum(&mut sums);
         transport.max(&mut speed);
         Totals::from_sums(sums, speed[0])

@@ -140,7 +140,7 @@ impl Dem {
         for wall in self.setup.walls.iter().filter(|w| now < w.until) {
             let wait = (wall.motion.moves_next(now) - now) / dt;
             if wait <= horizon {
-                speed = speed.max(wall.motion.largest_speed(corner));
+                speed = speed.max(wall.motion.max_speed(corner));
             } else {
                 pause = pause.min(wait);
             }

@@ -16,7 +16,7 @@ pub enum Failure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepReport {
     /// Largest overlap over inscribed radius (-).
-    pub largest_overlap: f64,
+    pub max_overlap: f64,
     /// Largest of these since the start (-).
     pub worst_overlap: f64,
     /// Contacts since the start that the penetration routine had to resolve.

@@ -222,7 +222,7 @@ impl Motion {
     }
 
     /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin, while it moves.
-    pub fn largest_speed(&self, reach: f64) -> f64 {
+    pub fn max_speed(&self, reach: f64) -> f64 {
         match *self {
             Motion::Fixed => 0.0,
             Motion::Translation { velocity, .. } => velocity.norm(),
@@ -326,7 +326,7 @@ mod tests {
             let state = motion.at(1.0);
             assert!((state.velocity_at(&place(1.0)) - slope).norm() < 1e-7 * (1.0 + slope.norm()));
             assert!((state.to_wall(&place(1.0)) - p).norm() < 1e-14);
-            assert!(slope.norm() <= motion.largest_speed(2.0) + 1e-9);
+            assert!(slope.norm() <= motion.max_speed(2.0) + 1e-9);
         }
     }
 }

@@ -242,10 +242,10 @@ fn beds_come_to_rest() {
             }
         }
         let report = dem.report;
-        println!("{name}: {history:?}, overlap {:.1e}", report.largest_overlap);
+        println!("{name}: {history:?}, overlap {:.1e}", report.max_overlap);
         let quiet = history.iter().filter(|&&share| share < 1e-6).count();
         assert!(quiet >= 8, "{name} comes to rest: {history:?}");
         assert!(history.iter().all(|&share| share < 1e-5), "{name}: no growth: {history:?}");
-        assert!(report.largest_overlap < 1e-3 && report.resting_collisions > 100_000, "{report:?}");
+        assert!(report.max_overlap < 1e-3 && report.resting_collisions > 100_000, "{report:?}");
     }
 }

@@ -50,10 +50,10 @@ fn a_film_at_a_wall_takes_the_speed_it_should_before_and_after_the_impact() {
         for _ in 0..40_000 {
             let velocity = dem.particles.bodies[0].velocity.z;
             dem.step(&SerialTransport).unwrap();
-            if dem.report.largest_overlap == 0.0 && !touched {
+            if dem.report.max_overlap == 0.0 && !touched {
                 before = -velocity;
             }
-            touched |= dem.report.largest_overlap > 0.0;
+            touched |= dem.report.max_overlap > 0.0;
             if touched && dem.particles.bodies[0].position.z > start.z {
                 break;
             }
@@ -73,7 +73,7 @@ fn a_thick_film_stops_two_spheres_before_they_touch() {
     let mut dem = scene(viscosity, &[(middle - lift, Vec3::z() * 0.5), (middle + lift, -Vec3::z() * 0.5)]);
     for _ in 0..20_000 {
         dem.step(&SerialTransport).unwrap();
-        assert_eq!(dem.report.largest_overlap, 0.0);
+        assert_eq!(dem.report.max_overlap, 0.0);
     }
     let [low, high] =
         [0, 1].map(|i| &dem.particles.bodies[dem.particles.ids.iter().position(|&id| id == i).unwrap()]);

@@ -144,8 +144,8 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
         let (mut steps, mut is_touching) = (0_u32, true);
         while is_touching || steps == 0 {
             dem.step(&SerialTransport).unwrap();
-            is_touching = dem.report.largest_overlap > 0.0 || steps == 0;
-            steps += u32::from(dem.report.largest_overlap > 0.0);
+            is_touching = dem.report.max_overlap > 0.0 || steps == 0;
+            steps += u32::from(dem.report.max_overlap > 0.0);
         }
         let after = dem.particles.bodies[index(&dem, 2)].velocity.z;
         let wanted = speed + restitution * (1.0 + speed);
@@ -182,7 +182,7 @@ fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
     }
     assert!(hits > 1000, "{hits} hits on fixed bodies");
     // Until the last contact has ended part of it is elastic.
-    while dem.report.largest_overlap > 0.0 {
+    while dem.report.max_overlap > 0.0 {
         dem.step(&SerialTransport).unwrap();
     }
     assert!((energy(&dem) / before - 1.0).abs() < 5e-3, "{before:e} J, then {:e} J", energy(&dem));

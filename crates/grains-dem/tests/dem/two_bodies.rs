@@ -44,7 +44,7 @@ fn collide(mut dem: Dem, speed: f64) -> [f64; 3] {
     loop {
         dem.refresh(&transport).unwrap();
         dem.add_forces(&transport);
-        let overlap = dem.report.largest_overlap * RADIUS;
+        let overlap = dem.report.max_overlap * RADIUS;
         deepest = deepest.max(overlap);
         if overlap > 0.0 {
             steps += 1;
@@ -95,7 +95,7 @@ fn pair_and_wall_collisions_match_the_closed_forms() {
                 dem_of(setup, &[particle(0, 0, a, Vec3::z() * 0.5), particle(1, 0, b, -Vec3::z() * 0.5)])
             };
             let [restitution, duration, depth] = collide(dem, 1.0);
-            let wanted = [law.restitution, collision.contact_time, collision.largest_overlap(1.0)];
+            let wanted = [law.restitution, collision.contact_time, collision.max_overlap(1.0)];
             for (got, want) in [restitution, duration, depth].iter().zip(wanted) {
                 assert!(
                     (got / want - 1.0).abs() < 5e-3,
@@ -172,7 +172,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
             for _ in 0..300 {
                 dem.refresh(&transport).unwrap();
                 dem.add_forces(&transport);
-                touched |= dem.report.largest_overlap > 0.0;
+                touched |= dem.report.max_overlap > 0.0;
                 let p = &dem.particles;
                 let (mut moment, mut scale) = (Vec3::zeros(), 0.0);
                 for i in 0..p.owned {

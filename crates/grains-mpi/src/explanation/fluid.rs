@@ -56,12 +56,12 @@ fn step(case: &Case, fluid: &Fluid, found: &FluidReport) -> String {
 /// What limits the step of the fluid, by its key.
 fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
     match limit {
-        FluidStepLimit::Given => "fluid.longest_step".into(),
+        FluidStepLimit::Given => "fluid.max_dt".into(),
         FluidStepLimit::Imposed { speed } => {
-            format!("fluid.courant = {} at the {speed:.4} m/s imposed", fluid.courant)
+            format!("fluid.cfl = {} at the {speed:.4} m/s imposed", fluid.cfl)
         }
-        FluidStepLimit::Drive => "fluid.courant from rest by fluid.drive".into(),
-        FluidStepLimit::Gravity => "fluid.courant from rest by gravity".into(),
+        FluidStepLimit::Drive => "fluid.cfl from rest by fluid.drive".into(),
+        FluidStepLimit::Gravity => "fluid.cfl from rest by gravity".into(),
         FluidStepLimit::Crossing => {
             format!("particles cross a cell at time.impact_speed = {} m/s", case.time.impact_speed)
         }

@@ -72,14 +72,14 @@ pub struct Account {
     /// What drag has moved from one to the other.
     pub ledger: MomentumLedger,
     /// Min. void fraction of the last step (-).
-    pub least_void_fraction: f64,
+    pub min_void_fraction: f64,
     /// Part of the mean rise of the pressure over the half cells at the lower and upper boundary (Pa).
     pub rise: [[f64; 2]; 3],
 }
 
 impl Default for Account {
     fn default() -> Self {
-        Self { ledger: MomentumLedger::default(), least_void_fraction: 1.0, rise: [[0.0; 2]; 3] }
+        Self { ledger: MomentumLedger::default(), min_void_fraction: 1.0, rise: [[0.0; 2]; 3] }
     }
 }
 
@@ -191,7 +191,7 @@ impl Exchange {
             void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.min_void_fraction, data);
         agree(transport, checked)?;
         self.halo.fill(&mut [data], transport);
-        self.account.least_void_fraction = void_fraction.own().fold(1.0, f64::min);
+        self.account.min_void_fraction = void_fraction.own().fold(1.0, f64::min);
         Ok(())
     }
 

@@ -25,7 +25,7 @@ pub mod check;
 mod exchange;
 mod files;
 mod imposed;
-mod longest_step;
+mod max_dt;
 mod observe;
 mod profile;
 mod resolved;
@@ -45,7 +45,7 @@ use grains_dem::{Catalogue, Dem, DemSetup};
 use grains_domain::Decomposition;
 use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
 pub use imposed::fastest;
-pub use longest_step::{FluidStepLimit, longest_step};
+pub use max_dt::{FluidStepLimit, max_dt};
 pub use observe::{FluidProgress, Sums, columns};
 use profile::Sampler;
 use resolved::ResolvedBodies;
@@ -366,7 +366,7 @@ pub fn longest_step_of_bodies(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref()?;
     let resolved = fluid.resolved.as_ref()?;
     let by_diffusion = setup::diffusion_step(fluid, resolved, setup::narrowest(case, fluid));
-    Some(fluid.longest_step.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
+    Some(fluid.max_dt.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
 }
 
 /// What a phase is made of.

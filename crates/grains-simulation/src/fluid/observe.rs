@@ -16,7 +16,7 @@ use grains_resolved::FlowLink;
 /// bodies, where velocities are imposed after the projection, the divergence is not zero.
 const COLUMNS: [(&str, &str); 16] = [
     ("fluid_dt", "s"),
-    ("fluid_courant", "-"),
+    ("fluid_cfl", "-"),
     ("fluid_kinetic", "J"),
     ("fluid_divergence", "1/s"),
     ("pressure_drop", "Pa"),
@@ -24,7 +24,7 @@ const COLUMNS: [(&str, &str); 16] = [
     ("drive_y", "Pa/m"),
     ("drive_z", "Pa/m"),
     ("pressure_iterations", "-"),
-    ("least_void_fraction", "-"),
+    ("min_void_fraction", "-"),
     ("solid_volume", "m3"),
     ("momentum_imbalance", "N s"),
     ("superficial_x", "m/s"),
@@ -201,7 +201,7 @@ impl FluidPhase {
         if let Some(exchange) = &self.exchange {
             let own = &dem.particles.bodies[..dem.particles.owned];
             solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
-            least[0] = -exchange.account.least_void_fraction;
+            least[0] = -exchange.account.min_void_fraction;
             imbalance = exchange.imbalance(&dem.particles, transport).norm();
             drop += exchange.drop_at_boundaries(along, transport);
         }

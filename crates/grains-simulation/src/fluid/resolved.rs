@@ -20,7 +20,7 @@ pub fn lubrication(case: &Case) -> Option<Lubrication> {
     let given = fluid.resolved.as_ref()?.lubrication?;
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(&case.domain, a)[1]);
     let range = given.range * widths.fold(0.0, f64::max);
-    Some(Lubrication { viscosity: fluid.viscosity, range, min_gap: given.least_gap })
+    Some(Lubrication { viscosity: fluid.viscosity, range, min_gap: given.min_gap })
 }
 
 /// The particles of one rank as bodies in the fluid.

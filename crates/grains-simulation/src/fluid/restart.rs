@@ -66,7 +66,7 @@ impl Clocks {
 struct LastStep {
     dt: f64,
     iterations: [u64; 2],
-    least_void_fraction: f64,
+    min_void_fraction: f64,
     /// Of all ranks together.
     rise: [[f64; 2]; 3],
     /// Of all ranks together (N s).
@@ -76,7 +76,7 @@ struct LastStep {
 
 impl LastStep {
     fn text(&self) -> String {
-        let reals = [self.dt, self.least_void_fraction].into_iter();
+        let reals = [self.dt, self.min_void_fraction].into_iter();
         let reals = reals.chain(self.rise.as_flattened().iter().copied()).chain(self.imbalance);
         let counts = self.iterations.into_iter().chain(self.sampled).map(|n| n.to_string());
         reals.map(|x| format!("{:x}", x.to_bits())).chain(counts).collect::<Vec<_>>().join(" ")
@@ -89,7 +89,7 @@ impl LastStep {
         let count = |k: usize| words.get(k)?.parse::<u64>().ok();
         Some(Self {
             dt: reals[0],
-            least_void_fraction: reals[1],
+            min_void_fraction: reals[1],
             rise: std::array::from_fn(|a| [reals[2 + 2 * a], reals[3 + 2 * a]]),
             imbalance: std::array::from_fn(|a| reals[8 + a]),
             iterations: [count(11)?, count(12)?],
@@ -110,13 +110,13 @@ impl FluidPhase {
         let mut rise = account.map_or([[0.0; 2]; 3], |account| account.rise);
         transport.sum(rise.as_flattened_mut());
         let imbalance = self.exchange.as_ref().map(|exchange| exchange.imbalance(&dem.particles, transport));
-        let mut least = [-account.map_or(1.0, |account| account.least_void_fraction)];
+        let mut least = [-account.map_or(1.0, |account| account.min_void_fraction)];
         transport.max(&mut least);
         let multipliers = self.resolved.as_ref().map_or(0, |resolved| resolved.bodies.iterations());
         LastStep {
             dt: self.report.dt,
             iterations: [self.report.solve.iterations, multipliers].map(|n| n as u64),
-            least_void_fraction: -least[0],
+            min_void_fraction: -least[0],
             rise,
             imbalance: imbalance.map_or([0.0; 3], Into::into),
             sampled: self.sampled,
@@ -131,7 +131,7 @@ impl FluidPhase {
             resolved.bodies.resume_iterations(last.iterations[1] as usize);
         }
         if let Some(Exchange { account, .. }) = &mut self.exchange {
-            account.least_void_fraction = last.least_void_fraction;
+            account.min_void_fraction = last.min_void_fraction;
             // What is unpaid was given before.
             account.ledger.given = unpaid_impulse(&dem.particles);
             if is_first {

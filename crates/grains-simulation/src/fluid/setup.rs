@@ -183,7 +183,7 @@ pub fn coupling(case: &Case, fluid: &CaseFluid, catalogue: &Catalogue) -> Result
     let mut coupling =
         Coupling::new(given.kernel, given.drag, given.model, medium, Vec3::from(case.gravity), catalogue)
             .map_err(|e| case.about("fluid.coupling", e.to_string()))?;
-    coupling.min_void_fraction = given.least_void_fraction;
+    coupling.min_void_fraction = given.min_void_fraction;
     Ok(Some(coupling))
 }
 

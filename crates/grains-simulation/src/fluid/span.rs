@@ -1,6 +1,6 @@
 //! How many steps of the particles a step of the fluid takes: as many as its limits allow, never more.
 
-use super::longest_step::longest_step;
+use super::max_dt::max_dt;
 use crate::error::RunError;
 use grains_case::{Case, Fluid, TimeStep};
 use grains_comm::MpiTransport;
@@ -34,9 +34,9 @@ impl SpanRule {
             _ => None,
         };
         let given = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
-        let longest_given = fluid.longest_step.unwrap_or(f64::INFINITY);
-        let longest = if given.is_some() { longest_given } else { longest_step(case, fluid).step };
-        let limits = FlowLimits { cfl: fluid.courant, growth: f64::INFINITY, ..FlowLimits::new(longest) };
+        let longest_given = fluid.max_dt.unwrap_or(f64::INFINITY);
+        let longest = if given.is_some() { longest_given } else { max_dt(case, fluid).step };
+        let limits = FlowLimits { cfl: fluid.cfl, growth: f64::INFINITY, ..FlowLimits::new(longest) };
         let key = match case.time.dt {
             TimeStep::Seconds(_) => "time.dt".into(),
             TimeStep::Auto => "time.dt = \"auto\"".into(),
@@ -81,7 +81,7 @@ impl SpanRule {
             if transport.rank() == 0 {
                 log::warn!(
                     "t = {:.6e} s: {given} particle steps (fluid.coupling.particle_steps) would pass \
-                     fluid.courant = {}: the fluid takes {span} now, and as many as that allows from here on",
+                     fluid.cfl = {}: the fluid takes {span} now, and as many as that allows from here on",
                     dem.time(),
                     self.limits.cfl
                 );
@@ -95,14 +95,14 @@ impl SpanRule {
         let dt = dem.setup.parameters.dt;
         let message = if stable > self.longest_given {
             format!(
-                "longer than fluid.longest_step = {:.3e} s; raise that, or take time.dt of at most it",
+                "longer than fluid.max_dt = {:.3e} s; raise that, or take time.dt of at most it",
                 self.longest_given
             )
         } else {
             let max = stable.min(self.longest_given);
             format!(
-                "longer than the {max:.3e} s that fluid.courant = {} allows in the fastest flow, which would be {:.3} in one such step; \
-                 take time.dt = {:.1e}, half of it, or raise fluid.courant, up to 1",
+                "longer than the {max:.3e} s that fluid.cfl = {} allows in the fastest flow, which would be {:.3} in one such step; \
+                 take time.dt = {:.1e}, half of it, or raise fluid.cfl, up to 1",
                 self.limits.cfl,
                 self.limits.cfl * dt / max,
                 0.5 * max

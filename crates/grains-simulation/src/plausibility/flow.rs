@@ -112,13 +112,13 @@ pub(super) fn cfl_exceeded(s: &Setting) -> Vec<Remark> {
     let Some(fluid) = &s.case.fluid else { return Vec::new() };
     let is_alone = s.case.inserts.is_empty() || s.case.holds_particles();
     let fastest = fastest(s.case, fluid);
-    let (limit, dt) = (fluid.courant / fastest.rate, s.steps[0]);
+    let (limit, dt) = (fluid.cfl / fastest.rate, s.steps[0]);
     if dt > (1.0 + 1e-9) * limit && (!is_alone || s.case.time.dt != TimeStep::Auto) {
         let message = format!(
-            "a step of {dt:.3e} s has CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the run ends where the flow gets so fast; take {limit:.2e} or less, or raise fluid.courant, up to 1",
+            "a step of {dt:.3e} s has CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.cfl = {}: the run ends where the flow gets so fast; take {limit:.2e} or less, or raise fluid.cfl, up to 1",
             fastest.rate * dt,
             fastest.speed,
-            fluid.courant
+            fluid.cfl
         );
         return vec![("time.dt".into(), message)];
     }
@@ -126,11 +126,11 @@ pub(super) fn cfl_exceeded(s: &Setting) -> Vec<Remark> {
     match given {
         Some(count) if count as f64 * dt > (1.0 + 1e-9) * limit => {
             let message = format!(
-                "{:.3e} s have CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.courant = {}: the fluid takes fewer particle steps there; {} would do, or raise fluid.courant, up to 1",
+                "{:.3e} s have CFL number {:.3} at the {:.4} m/s imposed, beyond fluid.cfl = {}: the fluid takes fewer particle steps there; {} would do, or raise fluid.cfl, up to 1",
                 count as f64 * dt,
                 fastest.rate * dt * count as f64,
                 fastest.speed,
-                fluid.courant,
+                fluid.cfl,
                 (limit / dt) as u64
             );
             vec![("fluid.coupling.particle_steps".into(), message)]

@@ -21,9 +21,9 @@ pub struct Coupling {
     #[serde(default)]
     pub kernel: Kernel,
     /// Void fraction of a cell below which the run ends (-).
-    #[serde(default = "least_void_fraction")]
+    #[serde(default = "min_void_fraction")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
-    pub least_void_fraction: f64,
+    pub min_void_fraction: f64,
     /// Particle steps per step of the fluid (-), fewer where the Courant number would be passed; as many as it allows if
     /// absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -31,7 +31,7 @@ pub struct Coupling {
     pub particle_steps: Option<u64>,
 }
 
-fn least_void_fraction() -> f64 {
+fn min_void_fraction() -> f64 {
     0.2
 }
 

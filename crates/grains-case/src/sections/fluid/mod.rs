@@ -65,12 +65,12 @@ pub struct Fluid {
     /// Largest Courant number of a step (-).
     #[serde(default = "quarter")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub courant: f64,
+    pub cfl: f64,
     /// Longest step (s), where the Courant number allows more; if absent what the flow asks for that can come about: by what is
     /// imposed on it, its drive, its viscosity over the domain, and gravity and impact speed of particles (see `check`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub longest_step: Option<f64>,
+    pub max_dt: Option<f64>,
     /// Boundary conditions; later ones hold where several do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<Boundary>,

@@ -59,7 +59,7 @@ pub struct Lubrication {
     /// over a₁ a₂/(a₁ + a₂) (-).
     #[serde(default = "usual_gap")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub least_gap: f64,
+    pub min_gap: f64,
 }
 
 fn usual_gap() -> f64 {

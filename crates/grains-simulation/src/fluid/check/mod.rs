@@ -4,7 +4,7 @@ mod kinds;
 mod resolved;
 
 use super::imposed::fastest;
-use super::longest_step::{FluidStepLimit, longest_step};
+use super::max_dt::{FluidStepLimit, max_dt};
 use super::setup::narrowest;
 use crate::cost;
 use crate::insertion::Insertions;
@@ -167,12 +167,12 @@ fn min_seconds(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref().filter(|fluid| fluid.coupling.is_none())?;
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
-        Some(_) => fluid.courant * narrowest(case, fluid) / case.time.impact_speed,
-        None => fluid.courant / fastest(case, fluid).rate,
+        Some(_) => fluid.cfl * narrowest(case, fluid) / case.time.impact_speed,
+        None => fluid.cfl / fastest(case, fluid).rate,
     };
     let step = match case.time.dt {
         TimeStep::Seconds(dt) if resolved.is_none() || case.holds_particles() => dt,
-        _ => longest_step(case, fluid).step.min(by_speed),
+        _ => max_dt(case, fluid).step.min(by_speed),
     };
     let cells = fluid.cells.iter().product::<u64>() as f64;
     Some(case.time.end / step * cells * COST[usize::from(resolved.is_some())])
@@ -232,8 +232,8 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
 
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
 fn limited_step(case: &Case, fluid: &Fluid, void_fraction: f64) -> FluidStep {
-    let (longest, fastest) = (longest_step(case, fluid), fastest(case, fluid));
-    let at_inlet = fluid.courant / fastest.rate;
+    let (longest, fastest) = (max_dt(case, fluid), fastest(case, fluid));
+    let at_inlet = fluid.cfl / fastest.rate;
     let between = void_fraction * at_inlet;
     let by_flow = FluidStepLimit::Imposed { speed: fastest.speed };
     let (max, limit) =

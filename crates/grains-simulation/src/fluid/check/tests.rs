@@ -36,8 +36,8 @@ const BED: &str = r#"
     viscosity = 10
     cells = [10, 5, 20]
     refinement = [0, 0, 0]
-    courant = 0.5
-    longest_step = 0.1
+    cfl = 0.5
+    max_dt = 0.1
     [[fluid.boundary]]
     face = "-z"
     kind = "inlet"

@@ -9,7 +9,7 @@ const SHARE_OF_DIFFUSION: f64 = 0.01;
 
 /// A longest step, and what limits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LongestStep {
+pub struct MaxStep {
     /// Step (s).
     pub step: f64,
     /// What limits it.
@@ -49,19 +49,19 @@ pub enum FluidStepLimit {
 /// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles.
-pub fn longest_step(case: &Case, fluid: &Fluid) -> LongestStep {
+pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
     let mut candidates = Vec::new();
-    let mut add = |step: f64, limit| candidates.push(LongestStep { step, limit });
+    let mut add = |step: f64, limit| candidates.push(MaxStep { step, limit });
     if let Some(resolved) = &fluid.resolved {
         let step = diffusion_step(fluid, resolved, narrowest(case, fluid));
         add(step, FluidStepLimit::Diffusion);
     }
-    if let Some(given) = fluid.longest_step {
+    if let Some(given) = fluid.max_dt {
         add(given, FluidStepLimit::Given);
     } else {
         let imposed = fastest_at(case, fluid, &[0.0]);
-        add(fluid.courant / imposed.rate, FluidStepLimit::Imposed { speed: imposed.speed });
+        add(fluid.cfl / imposed.rate, FluidStepLimit::Imposed { speed: imposed.speed });
         if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
             add(from_rest(case, fluid, gradient.map(|g| g / fluid.density)), FluidStepLimit::Drive);
         }
@@ -78,7 +78,7 @@ pub fn longest_step(case: &Case, fluid: &Fluid) -> LongestStep {
             add(step, FluidStepLimit::Viscosity);
         }
     }
-    let first = LongestStep { step: f64::MAX, limit: FluidStepLimit::None };
+    let first = MaxStep { step: f64::MAX, limit: FluidStepLimit::None };
     candidates.into_iter().fold(first, |a, b| if b.step < a.step { b } else { a })
 }
 
@@ -86,12 +86,12 @@ pub fn longest_step(case: &Case, fluid: &Fluid) -> LongestStep {
 fn from_rest(case: &Case, fluid: &Fluid, acceleration: [f64; 3]) -> f64 {
     let rate: f64 =
         active_axes(fluid).map(|a| acceleration[a].abs() / fluid.cell_widths(&case.domain, a)[0]).sum();
-    (2.0 * fluid.courant / rate).sqrt()
+    (2.0 * fluid.cfl / rate).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::longest_step;
+    use super::max_dt;
     use crate::timestep::of_fluid;
     use grains_case::Case;
     use std::path::Path;
@@ -109,7 +109,7 @@ mod tests {
 
     const FLOWS: [&str; 5] = [
         "",
-        "longest_step = 2e-4",
+        "max_dt = 2e-4",
         "drive = { kind = \"pressure_gradient\", gradient = [-3, 0, 0] }",
         "drive = { kind = \"mean_flux\", velocity = [40, 0, 0], axes = [true, false, false] }",
         "initial = { velocity = [\"y*7\", 0, 0] }",
@@ -128,7 +128,7 @@ mod tests {
         for (flow, wanted) in FLOWS.into_iter().zip(wanted) {
             for end in [1e-3, 1.0, 1e4] {
                 let case = case(end, flow, [0.0; 4]);
-                let found = longest_step(&case, case.fluid.as_ref().unwrap());
+                let found = max_dt(&case, case.fluid.as_ref().unwrap());
                 assert!((found.step / wanted - 1.0).abs() < 1e-9, "{flow} {end}: {found:?}, {wanted}");
             }
         }
@@ -142,8 +142,7 @@ mod tests {
             for intervals in [[0.0; 4], [0.0, 0.5, 0.0, 0.0], [0.01, 1e-3, 2.0, 0.01]] {
                 for end in [2e-3, 2.0, 2e4] {
                     let case = case(end, flow, intervals);
-                    let (tick, longest) =
-                        (of_fluid(&case).dt, longest_step(&case, case.fluid.as_ref().unwrap()));
+                    let (tick, longest) = (of_fluid(&case).dt, max_dt(&case, case.fluid.as_ref().unwrap()));
                     assert!(
                         1024.0 * tick <= longest.step,
                         "{flow} {intervals:?} {end}: {tick} of {longest:?}"
