@@ -17,7 +17,7 @@ use crate::error::vector;
 use crate::forces::{LoadLattice, Tally};
 use crate::{Body, Catalogue, Load, Particles, StepError};
 use grains_contact::{Coefficients, Spread};
-use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
+use grains_geometry::{ContactPatch, GjkError, Simplex, Vec3};
 pub(crate) use list::{BodyList, BodyPair};
 use list::{Contacts, Found, Memories};
 pub(crate) use parts::{Meeting, PartContact, PlacedPart, Pose, spread, touch};
@@ -110,7 +110,7 @@ fn add_contacts(
         let bodies = [a, b].map(|i| &particles.bodies[i]);
         let touch = Touch::of(bodies, contact);
         let mut loads = touch.loads(&law, &mut memory.spring, lattice, dt);
-        if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
+        if let Some(&ContactPatch { moment, second, .. }) = found.footprint(item) {
             let (spin, spread) = (touch.spins[1] - touch.spins[0], Spread { moment, second });
             let torque = law.spread_torque(&touch.contact(), &spread, &spin, &mut memory.twist, dt);
             let torque = lattice.torque(&torque);

@@ -2,7 +2,7 @@
 
 use crate::skin::{Profile, Skin, pitch};
 use crate::{Extrapolation, RigidBody, Subgrid};
-use grains_geometry::{Shape, Vec3, WayOut};
+use grains_geometry::{ClosestSurface, Shape, Vec3};
 use std::ops::RangeInclusive;
 
 /// Marks of faces: outside all bodies; for an own face inside one, 1 plus the number of its node; for others [`HALO`] plus
@@ -35,7 +35,7 @@ pub(crate) struct Nodes {
     pub of: [Vec<Node>; 3],
     skins: [Vec<Skin>; 3],
     /// Scratch: the ways out that the skins of a component are made of.
-    ways: Vec<WayOut>,
+    ways: Vec<ClosestSurface>,
     marks: [Vec<u32>; 3],
 }
 
@@ -151,7 +151,7 @@ impl Nodes {
                         continue;
                     }
                     let local = body.rotation.tr_mul(&arm) / body.scale;
-                    let Some(way) = shape.way_out(&local, flat.as_ref()) else { continue };
+                    let Some(way) = shape.closest_surface(&local, flat.as_ref()) else { continue };
                     let is_own = [i, j, k].iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize);
                     if !is_own {
                         marks[place] = HALO | number as u32;
@@ -160,7 +160,7 @@ impl Nodes {
                     let distance = way.distance * body.scale;
                     let direction = body.rotation * way.direction;
                     let skin = if distance < pitch(&direction, subgrid) {
-                        ways.push(WayOut { distance, direction });
+                        ways.push(ClosestSurface { distance, direction });
                         ways.len() as u32 - 1
                     } else {
                         DEEP

@@ -4,7 +4,7 @@ use super::PartContact;
 use super::run::Run;
 use crate::dem::bytes;
 use crate::memory::ContactMemory;
-use grains_geometry::{Footprint, Vec3};
+use grains_geometry::{ContactPatch, Vec3};
 
 /// A pair of parts that may touch; `a` is the particle of lower id.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,7 @@ pub(crate) struct BodyList {
 pub(super) struct Contacts {
     pub(super) items: Vec<Found>,
     /// Where those of them touch that do not in a point.
-    footprints: Vec<Footprint>,
+    footprints: Vec<ContactPatch>,
 }
 
 /// A contact of a pair of a group.
@@ -80,7 +80,7 @@ impl Contacts {
 
     /// Adds a contact of the pair at `place` in its group.
     #[inline(always)]
-    pub(super) fn push(&mut self, place: usize, contact: PartContact, footprint: Option<Footprint>) {
+    pub(super) fn push(&mut self, place: usize, contact: PartContact, footprint: Option<ContactPatch>) {
         let footprint = footprint.map(|footprint| {
             self.footprints.push(footprint);
             self.footprints.len() as u32 - 1
@@ -90,7 +90,7 @@ impl Contacts {
 
     /// Where a contact is that is not a point.
     #[inline(always)]
-    pub(super) fn footprint(&self, found: &Found) -> Option<&Footprint> {
+    pub(super) fn footprint(&self, found: &Found) -> Option<&ContactPatch> {
         found.footprint.map(|k| &self.footprints[k as usize])
     }
 }

@@ -5,7 +5,7 @@ use crate::{Body, Catalogue, Particles};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
-    Core, DiscreteSurface, Footprint, GjkError, Mat3, Part, Placement, Shape, Simplex, Vec3,
+    ContactPatch, Core, DiscreteSurface, GjkError, Mat3, Part, Placement, Shape, Simplex, Vec3,
 };
 
 /// A part of a particle where it is now.
@@ -80,9 +80,9 @@ impl<'a> Pose<'a> {
     fn reach(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
         let of_core = if has_frame_of_particle(self.shape, part) {
-            part.core.reach(&direction)
+            part.core.support_value(&direction)
         } else {
-            direction.dot(&part.center) + part.core.reach(&part.rotation.tr_mul(&direction))
+            direction.dot(&part.center) + part.core.support_value(&part.rotation.tr_mul(&direction))
         };
         (of_core + part.crust) * self.scale
     }
@@ -170,17 +170,17 @@ impl<'a> PlacedPart<'a> {
         })
     }
 
-    /// Footprint on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
+    /// ContactPatch on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
     /// from the part's centre; the footprint's centre is on the core, in the frame `center` (m) is in.
     pub(crate) fn footprint(
         &self,
         center: &Vec3,
         normal: &Vec3,
         gap: impl Fn(&Vec3) -> f64,
-    ) -> Option<Footprint> {
+    ) -> Option<ContactPatch> {
         let local = |p: &Vec3| gap(&(self.rotation * p * self.scale)) / self.scale;
         let direction = self.rotation.tr_mul(normal);
-        let found = Footprint::on_surface(self.core, &direction, self.crust / self.scale, local)?;
+        let found = ContactPatch::on_surface(self.core, &direction, self.crust / self.scale, local)?;
         Some(found.moved(&self.rotation, self.scale, center))
     }
 
@@ -265,13 +265,13 @@ pub(crate) fn spread(
     placement: &Placement,
     other_crust: f64,
     contact: &mut PartContact,
-) -> Option<Footprint> {
+) -> Option<ContactPatch> {
     let crusts = part.crust + other_crust;
     let gap = (crusts - contact.overlap) / part.scale;
     let normal = part.rotation.tr_mul(&contact.normal);
-    let found = Footprint::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
+    let found = ContactPatch::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
     let mut footprint = found.moved(&part.rotation, part.scale, &Vec3::zeros());
-    let Footprint { normal, overlap, .. } = footprint;
+    let ContactPatch { normal, overlap, .. } = footprint;
     footprint.center += between_surfaces(part, other_crust, &normal);
     (contact.normal, contact.overlap, contact.point) = (normal, overlap, footprint.center);
     Some(footprint)

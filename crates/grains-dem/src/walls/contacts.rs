@@ -9,7 +9,7 @@ use crate::images;
 use crate::{Catalogue, DemSetup, Load, Particles, StepError};
 use grains_contact::{Coefficients, Contact, Spread};
 use grains_domain::GlobalBox;
-use grains_geometry::{Footprint, GjkError, Simplex, Vec3};
+use grains_geometry::{ContactPatch, GjkError, Simplex, Vec3};
 use std::ops::Range;
 
 /// A part of a particle and an element of a wall that may touch.
@@ -403,7 +403,7 @@ fn add_contact(
     let mut torque = lattice.torque(&arm.cross(&force));
     if let Some(footprint) = found.footprint {
         let (turn, spin) = (state.rotation, state.angular_velocity - body.angular_velocity);
-        let Footprint { moment, second, .. } = footprint.moved(&turn, 1.0, &Vec3::zeros());
+        let ContactPatch { moment, second, .. } = footprint.moved(&turn, 1.0, &Vec3::zeros());
         let spread = Spread { moment, second };
         torque += lattice.torque(&law.spread_torque(&contact, &spread, &spin, &mut pair.twist, scene.dt));
     }

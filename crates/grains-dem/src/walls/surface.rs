@@ -4,7 +4,7 @@ use super::open_tube::OpenTube;
 use crate::bodies::{Meeting, PlacedPart, spread, touch};
 use crate::catalogue::FaceContact;
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Footprint, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
+use grains_geometry::{ContactPatch, Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
 
 /// A piece of wall in the wall's frame.
@@ -55,19 +55,19 @@ pub(crate) struct SurfaceContact {
     /// Contact point (m).
     pub(crate) point: Vec3,
     /// Where the body touches if not in a point.
-    pub(crate) footprint: Option<Footprint>,
+    pub(crate) footprint: Option<ContactPatch>,
 }
 
 impl SurfaceContact {
     /// Contact of a body whose surface reaches `overlap` behind the wall at `deepest`.
     #[inline(always)]
-    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
+    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<ContactPatch>) -> Self {
         Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
     }
 
     /// The same contact spread over a footprint of the core, which is swept by a ball of radius `crust`.
-    fn spread(self, footprint: Option<Footprint>, crust: f64) -> Self {
-        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
+    fn spread(self, footprint: Option<ContactPatch>, crust: f64) -> Self {
+        let Some(ContactPatch { center, overlap, .. }) = footprint else { return self };
         Self::new(center + self.normal * crust, self.normal, overlap, footprint)
     }
 
