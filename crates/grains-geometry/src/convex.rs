@@ -94,8 +94,9 @@ pub(crate) trait Convex: Support {
     /// Radius of the smallest ball about the origin that holds the core (m).
     fn radius(&self) -> f64;
 
-    /// Largest distance from the origin of a frame in which the core is turned and moved (m), or somewhat more.
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64;
+    /// Largest distance of the core with a crust (m) from the origin of a frame in which it is turned and moved (m), or
+    /// somewhat more.
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64;
 
     /// Calls `visit` with the points whose hull the core is; with none of a curved core.
     fn for_each_vertex(&self, visit: impl FnMut(Vec3));

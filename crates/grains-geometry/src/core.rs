@@ -145,9 +145,10 @@ impl Core {
         with_convex!(self, convex => convex.for_each_vertex(visit));
     }
 
-    /// Largest distance of the core from the origin of a frame in which it is turned and moved (m), or somewhat more.
-    pub(crate) fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
-        with_convex!(self, convex => convex.largest_distance(rotation, center))
+    /// Largest distance of the core with a crust (m) from the origin of a frame in which it is turned and moved (m), or
+    /// somewhat more.
+    pub(crate) fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
+        with_convex!(self, convex => convex.largest_distance(crust, rotation, center))
     }
 
     /// From a point to the nearest point of the core (m), zero inside; `None` without a closed form.

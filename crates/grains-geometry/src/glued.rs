@@ -187,5 +187,5 @@ fn label(components: &[Component], k: usize) -> String {
 
 /// Largest distance of a point of the part from the origin of the frame it is placed in (m).
 fn largest_distance(part: &Part) -> f64 {
-    part.core.largest_distance(&part.rotation, &part.center) + part.crust
+    part.core.largest_distance(part.crust, &part.rotation, &part.center)
 }

@@ -253,7 +253,7 @@ pub struct Shape {
     pub name: String,
     /// Thickness of the crust in which contacts are sought (-), as a fraction of the inscribed radius.
     ///
-    /// The default is 0.02. Spheres have none: their contacts are computed in closed form.
+    /// The default is 0.02. Spheres and capsules have none: their contacts are those of centres and axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.5))]
     pub crust: Option<f64>,
@@ -498,6 +498,25 @@ mod tests {
         near(of([1.0; 3], [0.5, 0.5]), 1.0, 3.0_f64.powf(0.25));
         // A circular bar, x² + y² = m², m⁴ + z⁴ = 1.
         near(of([1.0; 3], [0.5, 1.0]), 1.0, 2.0_f64.powf(0.25));
+    }
+
+    #[test]
+    fn radii_of_capsules_and_cones_are_about_their_centres_of_mass() {
+        let of = |kind| Shape { name: String::new(), crust: None, kind };
+        let capsule = of(ShapeKind::Capsule { radius: 0.5, length: 3.0 });
+        assert_eq!((capsule.inscribed_radius(), capsule.bounding_radius()), (Some(0.5), Some(1.5)));
+        let cone = |bottom_radius, top_radius, height| {
+            let cone = of(ShapeKind::Cone { bottom_radius, top_radius, height });
+            (cone.inscribed_radius().unwrap_or(0.0), cone.bounding_radius().unwrap_or(0.0))
+        };
+        let near = |found: (f64, f64), inner: f64, outer: f64| {
+            assert!((found.0 - inner).abs() < 1e-15 && (found.1 - outer).abs() < 1e-15, "{found:?}");
+        };
+        // The centre of mass is a quarter of the height over the base, the side of a steep cone nearer.
+        near(cone(3.0, 0.0, 4.0), 1.0, 10.0_f64.sqrt());
+        near(cone(0.0, 3.0, 4.0), 1.0, 10.0_f64.sqrt());
+        near(cone(0.75, 0.0, 4.0), 0.5625 / (1.0_f64 + 0.1875 * 0.1875).sqrt(), 3.0);
+        near(cone(1.0, 1.0, 4.0), 1.0, 5.0_f64.sqrt());
     }
 
     #[test]

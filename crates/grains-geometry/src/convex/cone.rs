@@ -110,11 +110,11 @@ impl Convex for Cone {
         low.max(high)
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
         let from = rotation.tr_mul(center);
         let off_axis = from.xy().norm();
         let [low, high] = [0, 1].map(|k| (off_axis + self.radii[k]).hypot(from.z + self.heights[k]));
-        low.max(high)
+        low.max(high) + crust
     }
 
     fn for_each_vertex(&self, _visit: impl FnMut(Vec3)) {}

@@ -62,8 +62,8 @@ impl Convex for Cuboid {
         self.0.norm()
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
-        (rotation.tr_mul(center).abs() + self.0).norm()
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
+        (rotation.tr_mul(center).abs() + self.0).norm() + crust
     }
 
     fn for_each_vertex(&self, visit: impl FnMut(Vec3)) {

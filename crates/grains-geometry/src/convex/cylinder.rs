@@ -57,9 +57,9 @@ impl Convex for Cylinder {
         self.radius.hypot(self.half_height)
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
         let from_axis = rotation.tr_mul(center).abs();
-        (from_axis.xy().norm() + self.radius).hypot(from_axis.z + self.half_height)
+        (from_axis.xy().norm() + self.radius).hypot(from_axis.z + self.half_height) + crust
     }
 
     fn for_each_vertex(&self, _visit: impl FnMut(Vec3)) {}

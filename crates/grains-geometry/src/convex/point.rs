@@ -37,8 +37,8 @@ impl Convex for Point {
         0.0
     }
 
-    fn largest_distance(&self, _rotation: &Mat3, center: &Vec3) -> f64 {
-        center.norm()
+    fn largest_distance(&self, crust: f64, _rotation: &Mat3, center: &Vec3) -> f64 {
+        center.norm() + crust
     }
 
     fn for_each_vertex(&self, mut visit: impl FnMut(Vec3)) {

@@ -145,8 +145,8 @@ impl Convex for Polyhedron {
         self.radius
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
-        self.vertices.iter().map(|v| (rotation * v + center).norm()).fold(0.0, f64::max)
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
+        self.vertices.iter().map(|v| (rotation * v + center).norm()).fold(0.0, f64::max) + crust
     }
 
     fn for_each_vertex(&self, visit: impl FnMut(Vec3)) {

@@ -22,7 +22,7 @@ impl Segment {
     }
 
     /// From the nearest point of the segment to a point.
-    fn from_nearest(&self, point: &Vec3) -> Vec3 {
+    fn off_nearest(&self, point: &Vec3) -> Vec3 {
         Vec3::new(point.x, point.y, point.z - point.z.clamp(-self.half_length, self.half_length))
     }
 }
@@ -55,8 +55,9 @@ impl Convex for Segment {
         self.half_length
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
         [-1.0, 1.0].map(|side| (rotation * self.end(side) + center).norm()).into_iter().fold(0.0, f64::max)
+            + crust
     }
 
     fn for_each_vertex(&self, visit: impl FnMut(Vec3)) {
@@ -65,7 +66,7 @@ impl Convex for Segment {
 
     #[inline]
     fn offset_from(&self, point: &Vec3) -> Option<Vec3> {
-        Some(-self.from_nearest(point))
+        Some(-self.off_nearest(point))
     }
 
     fn contact_feature(&self, direction: &Vec3, found: &mut Feature) -> Option<()> {
@@ -78,7 +79,7 @@ impl Convex for Segment {
 
     #[inline]
     fn contains(&self, crust: f64, point: &Vec3) -> bool {
-        self.from_nearest(point).norm_squared() <= crust * crust
+        self.off_nearest(point).norm_squared() <= crust * crust
     }
 
     fn extents(&self, crust: f64, rotation: &Mat3) -> (Vec3, Vec3) {
@@ -110,7 +111,7 @@ impl Convex for Segment {
         across: Option<&Vec3>,
         mut visit: impl FnMut(f64, Vec3),
     ) {
-        let (from, axis) = (self.from_nearest(point), Vec3::z());
+        let (from, axis) = (self.off_nearest(point), Vec3::z());
         // On the axis all directions across it are alike.
         let free = across.unwrap_or(&axis);
         let is_on_axis = from.norm_squared() <= 0.0;

@@ -63,8 +63,8 @@ impl Convex for Superellipsoid {
         self.bounding_radius() - self.inset()
     }
 
-    fn largest_distance(&self, _rotation: &Mat3, center: &Vec3) -> f64 {
-        center.norm() + self.radius()
+    fn largest_distance(&self, _crust: f64, _rotation: &Mat3, center: &Vec3) -> f64 {
+        center.norm() + self.sharp().bounding_radius()
     }
 
     fn for_each_vertex(&self, _visit: impl FnMut(Vec3)) {}

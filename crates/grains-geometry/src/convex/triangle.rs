@@ -42,8 +42,8 @@ impl Convex for Triangle {
         radius_of(&self.0)
     }
 
-    fn largest_distance(&self, rotation: &Mat3, center: &Vec3) -> f64 {
-        radius_of(&self.0.map(|corner| rotation * corner + center))
+    fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
+        radius_of(&self.0.map(|corner| rotation * corner + center)) + crust
     }
 
     fn for_each_vertex(&self, visit: impl FnMut(Vec3)) {

@@ -115,16 +115,9 @@ impl Kind {
     }
 }
 
-pub const KINDS: [Kind; 8] = [
-    Kind::Point,
-    Kind::Box,
-    Kind::Cylinder,
-    Kind::Icosahedron,
-    Kind::Hull,
-    Kind::Triangle,
-    Kind::Segment,
-    Kind::Cone,
-];
+/// The kinds that random pairs are drawn from; capsules and cones have tests of their own.
+pub const KINDS: [Kind; 6] =
+    [Kind::Point, Kind::Box, Kind::Cylinder, Kind::Icosahedron, Kind::Hull, Kind::Triangle];
 
 pub fn icosahedron() -> Vec<Vec3> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());

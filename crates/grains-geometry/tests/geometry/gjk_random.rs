@@ -12,7 +12,7 @@ const PAIRS: usize = 1_000_000;
 fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, [Kind; 2], Pair)) {
     let mut random = Random(seed);
     for number in 0..pairs {
-        let kinds = [KINDS[number % 8], KINDS[number / 8 % 8]];
+        let kinds = [KINDS[number % 6], KINDS[number / 6 % 6]];
         let slenderness = if random.below(2) == 0 { 1.0 } else { 100.0 };
         let (aligned, size) = (random.below(2) == 0, random.log(1e-6, 1.0));
         let pair = Pair::random(&mut random, kinds, slenderness, aligned, size);
@@ -96,8 +96,7 @@ fn exchanging_the_cores_reverses_the_answer() {
         let back = -(pair.placement.matrix * m / scale);
         // The normal is good to the root of the gap over the least radius, here 1e-2 of the size; and
         // where v is short, rounding of the points turns it.
-        let of_gap = if kinds.contains(&Kind::Cone) { 3e-5 } else { 3e-6 };
-        let tolerance = of_gap + 3e-11 * pair.size / ab;
+        let tolerance = 3e-6 + 3e-11 * pair.size / ab;
         assert!(
             (n - back).norm() < tolerance,
             "{kinds:?}: normals {:e} apart at {:e}",

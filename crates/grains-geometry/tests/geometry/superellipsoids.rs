@@ -1,15 +1,11 @@
 //! Superellipsoids against closed forms, and their distances against certificates and an independent solution.
-use crate::gjk_common::{Kind, Pair, Random, place};
+use crate::gjk_common::{KINDS, Kind, Pair, Random, place};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
     Core, MassProperties, Placement, Rotation, Shape, ShapeError, Simplex, Superellipsoid, Vec3,
 };
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-
-/// The first partners of random superellipsoids; the others are superellipsoids.
-const PARTNERS: [Kind; 6] =
-    [Kind::Point, Kind::Box, Kind::Cylinder, Kind::Icosahedron, Kind::Hull, Kind::Triangle];
 
 /// Semi-axes, ε₁, ε₂, volume, moments of inertia of unit density, by quadrature.
 type Row = ([f64; 3], [f64; 2], f64, [f64; 3]);
@@ -208,7 +204,7 @@ fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usi
         let size = [1e-6, 1.0, 1e3][random.below(3)];
         let slenderness = if random.below(2) == 0 { 2.0 } else { 20.0 };
         let partner = number % 12;
-        let other = match PARTNERS.get(partner) {
+        let other = match KINDS.get(partner) {
             Some(kind) => crate::gjk_common::scaled(&random.core(*kind, slenderness), size),
             None => any(&mut random, size),
         };
@@ -231,11 +227,11 @@ fn random_pairs_are_certified_warm_and_cold() {
     for_all_pairs(4, 100_000, |random, partner, pair| {
         let mut simplex = Simplex::default();
         let gap = pair.certify(&pair.query(&mut simplex));
-        assert!(gap < 1e-9, "{:?}: gap {gap:e}", PARTNERS.get(partner));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
         let motion = random.log(1e-7, 1e-1);
         let moved = pair.moved(random, motion);
         let gap = moved.certify(&moved.query(&mut simplex));
-        assert!(gap < 1e-9, "{:?}: gap {gap:e}", PARTNERS.get(partner));
+        assert!(gap < 1e-9, "{:?}: gap {gap:e}", KINDS.get(partner));
         let (warm, cold) = (moved.distance(&mut simplex), moved.distance(&mut Simplex::default()));
         worst = worst.max((warm - cold).abs() / pair.size);
         assert!((warm - cold).abs() <= 1e-9 * pair.size, "{warm} {cold}");
@@ -275,7 +271,7 @@ fn cylinders_on_an_axis_are_certified() {
 #[test]
 fn distances_are_symmetric_and_turn_with_the_bodies() {
     for_all_pairs(5, 20_000, |_, partner, pair| {
-        if PARTNERS.get(partner) == Some(&Kind::Cylinder) {
+        if KINDS.get(partner) == Some(&Kind::Cylinder) {
             return;
         }
         let exchanged = pair.exchanged();
@@ -285,7 +281,7 @@ fn distances_are_symmetric_and_turn_with_the_bodies() {
         assert!(
             (ab - ba).abs() <= 1e-12 * pair.size,
             "{:?} {:e}",
-            PARTNERS.get(partner),
+            KINDS.get(partner),
             (ab - ba).abs() / pair.size
         );
     });
@@ -386,7 +382,7 @@ fn cores_that_meet_are_separated_by_the_least_translation() {
             for direction in [far, near] {
                 let depth = -pair.lower_bound(&direction);
                 let more = (p.depth - depth) / pair.size;
-                assert!(more < 1e-8, "{:?}: {more:e} less", PARTNERS.get(partner));
+                assert!(more < 1e-8, "{:?}: {more:e} less", KINDS.get(partner));
             }
         }
     });
@@ -416,11 +412,11 @@ fn cores_pushed_together_are_no_deeper_than_pushed() {
             met[partner] += 1;
             let p = penetration(&pushed.a, &pushed.b, &pushed.placement, &start).unwrap();
             let more = (p.depth - push) / pair.size;
-            assert!(more < 1e-10, "{:?} {:e}: {more:e} {pushed:?}", PARTNERS.get(partner), push / pair.size);
+            assert!(more < 1e-10, "{:?} {:e}: {more:e} {pushed:?}", KINDS.get(partner), push / pair.size);
             // Newton's method from the points of the last step finds what the polytope finds from nothing.
             let cold = penetration(&pushed.a, &pushed.b, &pushed.placement, &Simplex::default()).unwrap();
             let apart = (p.depth - cold.depth).abs() / pair.size;
-            assert!(apart < 1e-8, "{:?} {:e}: {apart:e} {pushed:?}", PARTNERS.get(partner), push / pair.size);
+            assert!(apart < 1e-8, "{:?} {:e}: {apart:e} {pushed:?}", KINDS.get(partner), push / pair.size);
         }
     });
     assert!(met.iter().all(|met| *met > 500), "{met:?}");
@@ -439,9 +435,9 @@ fn any_points_of_the_bodies_are_a_valid_start() {
         let cutoff = cold * (1.0 + 1e-3) + 1e-9 * pair.size;
         let answer = distance(&pair.a, &pair.b, &pair.placement, cutoff, &mut start).unwrap();
         match answer {
-            Separation::Beyond { .. } => panic!("{:?} is not beyond {cutoff}: {cold}", PARTNERS.get(partner)),
+            Separation::Beyond { .. } => panic!("{:?} is not beyond {cutoff}: {cold}", KINDS.get(partner)),
             Separation::Apart { distance, .. } => assert!((distance - cold).abs() <= 1e-9 * pair.size),
-            Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", PARTNERS.get(partner)),
+            Separation::Meeting => assert!(cold <= 1e-11 * pair.size, "{:?} {cold}", KINDS.get(partner)),
         }
         let near = 0.99 * cold;
         if near > 1e-9 * pair.size {
