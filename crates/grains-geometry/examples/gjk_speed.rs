@@ -55,7 +55,7 @@ fn superellipsoids() {
     let core = |semi_axes: [f64; 3], eps: [f64; 2]| {
         let body = Superellipsoid::new(Vec3::from(semi_axes), eps).expect("in range");
         let crust = 0.02 * body.inscribed_radius();
-        let core = if eps.iter().all(|e| *e <= 1.0) { body.less(crust) } else { body.rounded(crust) };
+        let core = if eps.iter().all(|e| *e <= 1.0) { body.eroded(crust) } else { body.rounded(crust) };
         Core::superellipsoid(core)
     };
     let ellipsoid = core([1.0, 0.5, 0.5], [1.0, 1.0]);

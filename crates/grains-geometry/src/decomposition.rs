@@ -4,10 +4,9 @@
 mod cache;
 mod pieces;
 
-use crate::area::area_of;
+use crate::error::check_length;
 use crate::glued::{Component, glue};
 use crate::report::{DecompositionReport, MassSource};
-use crate::shape::check_length;
 use crate::solid::solid_mass;
 use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3, read_mesh};
 use pieces::Pieces;
@@ -61,7 +60,7 @@ impl Shape {
             vertices: mesh.vertices.iter().map(|v| v * scale).collect(),
             triangles: mesh.triangles.clone(),
         };
-        let (mass, area) = (solid_mass(&scaled)?, area_of(&scaled));
+        let (mass, area) = (solid_mass(&scaled)?, scaled.area());
         // The decomposition has absolute tolerances, made for bodies of unit size.
         let (lower, upper) = scaled.extents();
         let (middle, size) = ((lower + upper) / 2.0, (upper - lower).max());

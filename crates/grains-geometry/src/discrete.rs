@@ -6,7 +6,7 @@
 //! mean of their unit normals, the overlap the largest extent of the sets along it. As in the source there
 //! is no contact unless both bodies have a vertex inside the other, so coarse surfaces meet late.
 
-use crate::core::Support;
+use crate::convex::Support;
 use crate::superellipsoid::Superellipsoid;
 use crate::{Placement, ShapeError, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

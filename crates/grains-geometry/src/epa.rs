@@ -7,8 +7,8 @@
 
 mod polytope;
 
-use crate::gjk::{GjkError, Separation, distance, nearest_weights, smooth_penetration};
-use crate::{Core, Placement, Rotation, Simplex, Vec3};
+use crate::gjk::{Separation, distance, nearest_weights, smooth_penetration};
+use crate::{Core, GjkError, Placement, Rotation, Simplex, Vec3};
 use polytope::{Polytope, Start, start};
 
 /// How far, and which way, one core has to move to leave the other.
@@ -79,20 +79,11 @@ impl<'a> Difference<'a> {
     }
 
     fn curved(&self) -> bool {
-        [self.a, self.b]
-            .into_iter()
-            .any(|core| matches!(core, Core::Cylinder { .. } | Core::Superellipsoid(_)))
+        self.a.is_curved() || self.b.is_curved()
     }
 
     fn failure(&self, gap: f64, iterations: usize) -> GjkError {
-        GjkError {
-            query: "penetration",
-            gap,
-            iterations,
-            a: Box::new(self.a.clone()),
-            b: Box::new(self.b.clone()),
-            placement: Box::new(*self.placement),
-        }
+        GjkError::new("penetration", (gap, iterations), (self.a, self.b, self.placement))
     }
 }
 

@@ -10,22 +10,21 @@
 //! the corner over a face or the edges that cross where the gap is least are found at once; and for
 //! cylinders and superellipsoids the features that touch are solved as equations by Newton's method, for
 //! support points alone would approach a curved surface slowly. Bodies that do not touch need no query while a plane still parts them:
-//! [`Core::reach`].
+//! [`Core::support_value`].
 
 mod curved;
 mod ellipsoids;
-mod facing;
-mod nearest;
+mod faces_and_edges;
+pub(crate) mod nearest;
 mod point;
 mod search;
 mod smooth;
 
 pub(crate) use smooth::penetration as smooth_penetration;
 
-use crate::core::{BoxCore, CylinderCore, PointCore, TriangleCore};
-use crate::{Core, Placement, Vec3};
+use crate::core::with_convex;
+use crate::{Core, GjkError, Placement, Vec3};
 use search::Query;
-use thiserror::Error;
 
 /// Pairs of points of the two cores that span the current simplex, kept from one step to the next.
 ///
@@ -64,27 +63,6 @@ pub enum Separation {
     Meeting,
 }
 
-/// A query that found no answer it could vouch for.
-#[derive(Debug, Error)]
-#[error(
-    "{query} of two cores did not converge: bounds differ by {gap:e} m after {iterations} iterations; \
-     A = {a:?}, B = {b:?}, {placement:?}; check the shapes for zero extent and the placement for NaN"
-)]
-pub struct GjkError {
-    /// What was asked: "distance" or "penetration".
-    pub query: &'static str,
-    /// Upper less lower bound of the distance when the query gave up (m).
-    pub gap: f64,
-    /// Iterations done.
-    pub iterations: usize,
-    /// First core.
-    pub a: Box<Core>,
-    /// Second core.
-    pub b: Box<Core>,
-    /// Placement of the second core in the frame of the first.
-    pub placement: Box<Placement>,
-}
-
 /// Iterations before the query gives up; ten is a usual number, a finely faceted hull may take forty.
 const MAX_ITERATIONS: usize = 200;
 /// Iterations without a smaller gap before the query gives up.
@@ -118,24 +96,8 @@ pub fn distance(
         return Ok(answer);
     }
     let query = Query { placement, cutoff };
-    let answer = match a {
-        Core::Point => query.with_first(&PointCore, b, simplex),
-        Core::Box(half) => query.with_first(&BoxCore(*half), b, simplex),
-        Core::Cylinder { radius, half_height } => {
-            query.with_first(&CylinderCore { radius: *radius, half_height: *half_height }, b, simplex)
-        }
-        Core::Polyhedron(hull) => query.with_first(hull.as_ref(), b, simplex),
-        Core::Triangle(corners) => query.with_first(&TriangleCore(*corners), b, simplex),
-        Core::Superellipsoid(body) => query.with_first(body.as_ref(), b, simplex),
-    };
-    answer.map_err(|stall| GjkError {
-        query: "distance",
-        gap: stall.gap,
-        iterations: stall.iterations,
-        a: Box::new(a.clone()),
-        b: Box::new(b.clone()),
-        placement: Box::new(*placement),
-    })
+    let answer = with_convex!(a, first => query.with_first(first, b, simplex));
+    answer.map_err(|stall| GjkError::new("distance", (stall.gap, stall.iterations), (a, b, placement)))
 }
 
 /// Barycentric weights of the point nearest the origin of at most four points; the centre's if the

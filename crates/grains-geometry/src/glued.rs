@@ -3,11 +3,12 @@
 mod contact;
 mod surface;
 
-use crate::mass::{principal_moments, union_mass};
+use crate::core::Crusted;
+use crate::error::crust_thickness;
+use crate::mass::union::{principal_moments, union_mass};
 use crate::report::{MassSource, ShapeReport};
 use crate::shapes::polyhedron_part_of;
-use crate::{ConvexHull, Core, MassProperties, Part, Rotation, Shape, ShapeError, Vec3};
-use crate::{Mat3, shape::crust_thickness};
+use crate::{ConvexHull, MassProperties, Mat3, Part, Rotation, Shape, ShapeError, Vec3};
 use contact::Contacts;
 use nalgebra::Rotation3;
 
@@ -55,7 +56,7 @@ impl Component {
 
     /// The body itself in the frame of the composite, if it is a polyhedron.
     fn hull(&self) -> Option<ConvexHull> {
-        if !matches!(self.shape.parts[0].core, Core::Box(_) | Core::Polyhedron(_)) {
+        if !self.shape.parts[0].core.is_solid_polyhedron() {
             return None;
         }
         let (rotation, position) = self.frame();
@@ -73,20 +74,17 @@ impl Component {
     }
 }
 
-/// The part of a convex body, in its body frame, under another crust (m); a sphere has no other.
+/// The part of a convex body, in its body frame, under another crust (m), if the crust can be chosen.
 fn crusted(shape: &Shape, crust: f64) -> Result<Part, ShapeError> {
     let part = &shape.parts[0];
-    let thinner = part.crust - crust;
-    let with_core = |core: Core| Part { bounding_radius: core.radius() + crust, core, crust, ..part.clone() };
-    Ok(match &part.core {
-        Core::Box(half) => with_core(Core::Box(half.add_scalar(thinner))),
-        Core::Cylinder { radius, half_height } => {
-            with_core(Core::Cylinder { radius: radius + thinner, half_height: half_height + thinner })
+    match part.core.with_crust(part.crust, crust) {
+        Crusted::Fixed => Ok(part.clone()),
+        Crusted::Core(core) => {
+            Ok(Part { bounding_radius: core.radius() + crust, core, crust, ..part.clone() })
         }
         // The surface of a polyhedron is its exact hull, the core its erosion.
-        Core::Polyhedron(_) => polyhedron_part_of(&ConvexHull::new(&shape.surface.vertices)?, crust)?,
-        _ => part.clone(),
-    })
+        Crusted::Eroded => Ok(polyhedron_part_of(&ConvexHull::new(&shape.surface.vertices)?, crust)?),
+    }
 }
 
 impl Shape {
@@ -151,7 +149,7 @@ pub(crate) fn glue(
         name: "glued".to_string(),
         volume: mass.volume,
         inertia,
-        bounding_radius: parts.iter().map(reach).fold(0.0, f64::max),
+        bounding_radius: parts.iter().map(largest_distance).fold(0.0, f64::max),
         inscribed_radius,
         surface,
         user_to_body,
@@ -164,7 +162,7 @@ pub(crate) fn glue(
 /// A composite of one: the body itself, in its own body frame.
 fn alone(only: &Component, crust: f64) -> Result<Shape, ShapeError> {
     let part = crusted(&only.shape, crust)?;
-    let bounding_radius = reach(&part);
+    let bounding_radius = largest_distance(&part);
     Ok(Shape { parts: vec![part], bounding_radius, user_to_body: only.frame(), ..only.shape.clone() })
 }
 
@@ -188,18 +186,6 @@ fn label(components: &[Component], k: usize) -> String {
 }
 
 /// Largest distance of a point of the part from the origin of the frame it is placed in (m).
-fn reach(part: &Part) -> f64 {
-    let from_part = part.rotation.tr_mul(&part.center).abs();
-    let core = match &part.core {
-        Core::Point => part.center.norm(),
-        Core::Box(half) => (from_part + half).norm(),
-        Core::Cylinder { radius, half_height } => {
-            (from_part.xy().norm() + radius).hypot(from_part.z + half_height)
-        }
-        Core::Polyhedron(hull) => {
-            hull.vertices().iter().map(|v| (part.rotation * v + part.center).norm()).fold(0.0, f64::max)
-        }
-        _ => return part.center.norm() + part.bounding_radius,
-    };
-    core + part.crust
+fn largest_distance(part: &Part) -> f64 {
+    part.core.largest_distance(part.crust, &part.rotation, &part.center)
 }

@@ -8,11 +8,14 @@
 
 mod area;
 pub mod bvh;
+mod closest_surface;
+pub mod contact_patch;
+mod convex;
 pub mod core;
 mod decomposition;
 pub mod discrete;
 pub mod epa;
-pub mod footprint;
+mod error;
 pub mod gjk;
 mod glued;
 pub mod hull;
@@ -20,6 +23,7 @@ pub mod mass;
 pub mod mesh;
 pub mod mesh_file;
 pub mod obb;
+pub mod placement;
 mod powers;
 mod report;
 pub mod shape;
@@ -27,7 +31,6 @@ mod shapes;
 mod solid;
 pub mod superellipsoid;
 pub mod surface;
-mod way_out;
 
 /// Vector of three f64.
 pub type Vec3 = nalgebra::Vector3<f64>;
@@ -37,22 +40,27 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
-pub use core::{Core, Placement, Polyhedron};
+pub use closest_surface::ClosestSurface;
+pub use contact_patch::ContactPatch;
+pub use convex::cone::Cone;
+pub use convex::polyhedron::Polyhedron;
+pub use core::Core;
 pub use decomposition::{DecompositionOptions, catches_panics};
 pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
-pub use footprint::Footprint;
-pub use gjk::{GjkError, Simplex};
+pub use error::{GjkError, ShapeError};
+pub use gjk::Simplex;
 pub use glued::Component;
 pub use hull::{ConvexHull, Face, HullError};
+pub use mass::union::MassReport;
 pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};
 pub use mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
 pub use mesh_file::{
     ImportedMesh, MeshFileError, ParseError, parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,
 };
-pub use report::{DecompositionReport, MassReport, MassSource, ShapeReport};
-pub use shape::{Part, Shape, ShapeError};
+pub use placement::Placement;
+pub use report::{DecompositionReport, MassSource, ShapeReport};
+pub use shape::{Part, Shape};
 pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use superellipsoid::Superellipsoid;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};
-pub use way_out::WayOut;

@@ -3,17 +3,13 @@
 mod chord;
 mod chords;
 mod clip;
+pub(crate) mod union;
 
-use crate::{ConvexHull, MassSource, Mat3, Part, Rotation, ShapeError, TriMesh, Vec3};
-pub(crate) use chord::sharp_corners;
+use crate::{Mat3, Rotation, TriMesh, Vec3};
 use std::f64::consts::PI;
 
 /// Off-diagonal inertia below this fraction of the trace is rounding.
 const DIAGONAL: f64 = 1e-12;
-/// Share by which the largest moment may exceed the sum of the others by rounding.
-const TRIANGLE: f64 = 1e-9;
-/// Error of volume and moments beyond which a union is refused.
-const LARGEST_ERROR: f64 = 2e-3;
 
 /// Mass properties of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,39 +75,6 @@ impl MassProperties {
         };
         MassProperties { volume, center, inertia: solids.iter().map(about_center).sum() }
     }
-}
-
-/// Of the union of convex bodies, whose size is about `size` (m): exact if all are polyhedra, whose hulls then are given,
-/// else by chords through the parts with sharp edges.
-///
-/// Errors: an estimated error beyond 0.2 %.
-pub(crate) fn union_mass(
-    hulls: Option<&[ConvexHull]>,
-    parts: &[Part],
-    size: f64,
-) -> Result<(MassProperties, MassSource), ShapeError> {
-    if let Some(mass) = hulls.and_then(|hulls| clip::union(hulls, size)) {
-        return Ok((mass, MassSource::Clipped));
-    }
-    let (mass, lines, error) = MassProperties::of_chords(parts);
-    if error <= LARGEST_ERROR {
-        return Ok((mass, MassSource::Chords { lines, error }));
-    }
-    Err(ShapeError::Unresolved { error, lines })
-}
-
-/// Principal axes and moments of a solid; refuses what no solid has: a volume or moment that is NaN, infinite or not
-/// positive, a moment that exceeds the sum of the others.
-pub(crate) fn principal_moments(mass: &MassProperties) -> Result<(Mat3, Vec3), ShapeError> {
-    let (axes, inertia) = principal_axes(&mass.inertia);
-    let mut sorted: [f64; 3] = inertia.into();
-    sorted.sort_by(f64::total_cmp);
-    let [x, y, z] = sorted;
-    let positive = [mass.volume, x, y, z].iter().all(|m| *m > 0.0 && m.is_finite());
-    if positive && z <= (x + y) * (1.0 + TRIANGLE) && mass.center.iter().all(|c| c.is_finite()) {
-        return Ok((axes, inertia));
-    }
-    Err(ShapeError::Mass { volume: mass.volume, x, y, z })
 }
 
 /// Principal axes of a symmetric tensor by Jacobi rotations: `(R, m)` with `R diag(m) Rᵀ = tensor`.

@@ -123,6 +123,12 @@ impl TriMesh {
         if self.vertices.is_empty() { 0.0 } else { (upper - lower).norm() }
     }
 
+    /// Area of the triangles (m²).
+    pub fn area(&self) -> f64 {
+        let twice = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a)).norm();
+        (0..self.triangles.len()).map(|t| 0.5 * twice(self.corners(t))).sum()
+    }
+
     /// Copy with every vertex x replaced by `scale * (rotation x) + translation`.
     pub fn transformed(&self, rotation: &Rotation, scale: f64, translation: &Vec3) -> Self {
         let vertices = self.vertices.iter().map(|v| rotation * v * scale + translation).collect();

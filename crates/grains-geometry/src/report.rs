@@ -1,7 +1,5 @@
 //! How a shape was made, for those who check a case.
 
-use crate::{MassProperties, Shape};
-
 /// Where volume, centre of mass and inertia come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MassSource {
@@ -14,7 +12,7 @@ pub enum MassSource {
     Parts,
     /// The sum over the pieces of polyhedra cut along each other's faces.
     Clipped,
-    /// Chords through the union ([`MassProperties::of_chords`]).
+    /// Chords through the union ([`MassProperties::of_chords`](crate::MassProperties::of_chords)).
     Chords {
         /// Lines per edge of the grid (-).
         lines: u32,
@@ -49,36 +47,4 @@ pub struct DecompositionReport {
     pub volume_error: f64,
     /// Whether the parts were found on disk, where an earlier decomposition had left them.
     pub cached: bool,
-}
-
-/// The rule of chords on the parts beside the mass properties a shape keeps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MassReport {
-    /// Where the mass properties of the shape come from.
-    pub source: MassSource,
-    /// Lines per edge of the grid of chords (-).
-    pub lines: u32,
-    /// Relative difference from the grid of half as many (-).
-    pub error: f64,
-    /// Volume by chords less that of the shape, over that of the shape (-).
-    pub volume_difference: f64,
-    /// Largest such difference of a principal moment of inertia (-).
-    pub inertia_difference: f64,
-}
-
-impl Shape {
-    /// Compares the mass properties with those of chords through the parts.
-    pub fn mass_report(&self) -> MassReport {
-        let (mass, lines, error) = MassProperties::of_chords(&self.parts);
-        let relative = |a: usize| mass.inertia[(a, a)] / self.inertia[a] - 1.0;
-        // NaN is the worst.
-        let worst = (0..3).map(relative).fold(0.0, |w: f64, r| if r.abs() <= w.abs() { w } else { r });
-        MassReport {
-            source: self.report.mass,
-            lines,
-            error,
-            volume_difference: mass.volume / self.volume - 1.0,
-            inertia_difference: worst,
-        }
-    }
 }

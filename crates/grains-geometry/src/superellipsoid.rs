@@ -9,9 +9,8 @@
 mod local;
 mod size;
 
-use crate::core::Support;
+use crate::error::check_length;
 use crate::powers::{natural, pow};
-use crate::shape::check_length;
 use crate::{ShapeError, Vec3};
 pub(crate) use local::Local;
 pub(crate) use size::tangents;
@@ -103,7 +102,7 @@ impl Superellipsoid {
     }
 
     /// The same body less an inset (m), which must not exceed [`Self::least_curvature_radius`].
-    pub fn less(&self, inset: f64) -> Self {
+    pub fn eroded(&self, inset: f64) -> Self {
         Self { inset, ..*self }
     }
 
@@ -249,39 +248,4 @@ fn plane_norm([u, v]: [f64; 2], p: f64) -> (f64, [f64; 2]) {
     let s = u * up + v * vp;
     let m = if p == 2.0 { s.sqrt() } else { pow([s], [1.0 / p])[0] };
     (m * largest, [up * m / s, vp * m / s])
-}
-
-impl Support for Superellipsoid {
-    const CURVED: bool = true;
-
-    #[inline]
-    fn farthest(&self, direction: &Vec3) -> Vec3 {
-        let (_, point) = self.dual(direction);
-        let length = direction.norm();
-        if self.inset > 0.0 && length > 0.0 {
-            return point - direction * (self.inset / length);
-        }
-        // A zero direction gets the end of the first axis.
-        if self.inset > 0.0 { point * self.shrinking() } else { point }
-    }
-
-    #[inline]
-    fn height(&self, direction: &Vec3) -> f64 {
-        let whole = if self.is_ellipsoid() {
-            direction.component_mul(&self.semi_axes).norm()
-        } else {
-            self.dual(direction).0
-        };
-        whole - self.inset * direction.norm()
-    }
-
-    #[inline(always)]
-    fn extent(&self) -> f64 {
-        self.semi_axes.amax()
-    }
-
-    #[inline(always)]
-    fn superellipsoid(&self) -> Option<&Superellipsoid> {
-        Some(self)
-    }
 }

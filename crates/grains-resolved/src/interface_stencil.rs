@@ -2,7 +2,7 @@
 
 use crate::subgrid::Stencil;
 use crate::{RigidBody, Subgrid};
-use grains_geometry::{Mat3, Shape, Vec3, WayOut};
+use grains_geometry::{ClosestSurface, Mat3, Shape, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -135,7 +135,7 @@ pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
     /// The point of the surface (m).
     pub start: Vec3,
     /// The way to it.
-    pub way: WayOut,
+    pub way: ClosestSurface,
     /// How it is chosen.
     pub rule: Rule,
 }
@@ -257,7 +257,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             let corner = self.subgrid.position(self.component, place);
             let local = body.rotation.tr_mul(&(corner - body.center)) / body.scale;
             let across = flat.map(|a| body.rotation.row(a).transpose());
-            let Some(way) = self.shapes[body.shape as usize].way_out(&local, across.as_ref()) else {
+            let Some(way) = self.shapes[body.shape as usize].closest_surface(&local, across.as_ref()) else {
                 continue;
             };
             let outward = body.rotation * way.direction;

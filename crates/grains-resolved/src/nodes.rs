@@ -2,7 +2,7 @@
 
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::{Extrapolation, RigidBody, Subgrid};
-use grains_geometry::{Shape, Vec3, WayOut};
+use grains_geometry::{ClosestSurface, Shape, Vec3};
 use std::ops::RangeInclusive;
 
 /// Marks of faces: outside all bodies; for an own face inside one, 1 plus the number of its node; for others [`HALO`] plus
@@ -35,7 +35,7 @@ pub(crate) struct Nodes {
     pub of: [Vec<Node>; 3],
     interfaces: [Vec<InterfaceStencil>; 3],
     /// Scratch: the ways out that the interfaces of a component are made of.
-    ways: Vec<WayOut>,
+    ways: Vec<ClosestSurface>,
     marks: [Vec<u32>; 3],
 }
 
@@ -124,8 +124,11 @@ impl Nodes {
         });
         let way_out = |arm: &Vec3| {
             let local = body.rotation.tr_mul(arm) / body.scale;
-            let way = shape.way_out(&local, flat.as_ref())?;
-            Some(WayOut { distance: way.distance * body.scale, direction: body.rotation * way.direction })
+            let way = shape.closest_surface(&local, flat.as_ref())?;
+            Some(ClosestSurface {
+                distance: way.distance * body.scale,
+                direction: body.rotation * way.direction,
+            })
         };
         let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
         for k in z {
@@ -149,7 +152,7 @@ impl Nodes {
         (component, index): (usize, [isize; 3]),
         (number, bodies): (usize, &[RigidBody]),
         arm: Vec3,
-        way_out: impl Fn(&Vec3) -> Option<WayOut>,
+        way_out: impl Fn(&Vec3) -> Option<ClosestSurface>,
         subgrid: &Subgrid,
     ) {
         let (nodes, marks, body) = (&mut self.of[component], &mut self.marks[component], &bodies[number]);

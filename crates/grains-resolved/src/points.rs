@@ -95,6 +95,7 @@ fn of_part(part: &Part, spacing: f64, across: Option<&Vec3>) -> Vec<Candidate> {
         Core::Cylinder { radius, half_height } => {
             cylinder(radius + part.crust, half_height + part.crust, spacing, across)
         }
+        Core::Segment { .. } | Core::Cone(_) => by_rays(part, spacing, across),
         Core::Polyhedron(hull) => polyhedron(&sharp_faces(hull, part.crust), spacing, across),
         Core::Triangle(_) => Vec::new(),
         Core::Superellipsoid(body) => superellipsoid(&body.sharp(), spacing, across),
@@ -295,16 +296,30 @@ fn outline(corners: &[Vec3], spacing: f64) -> Vec<Candidate> {
     points
 }
 
-/// Candidates all over the surface, of which thinning keeps an even few.
 fn superellipsoid(body: &Superellipsoid, spacing: f64, across: Option<&Vec3>) -> Vec<Candidate> {
-    let size = body.semi_axes().norm();
-    let on_surface = |direction: Vec3| {
+    covered(body.semi_axes().norm(), spacing, across, |direction| {
         let (gauge, gradient) = body.gauge(&direction);
-        Some(Candidate {
-            point: SurfacePoint { place: direction / gauge, normal: gradient.try_normalize(0.0)? },
-            feature: Feature::Face,
-        })
-    };
+        Some(SurfacePoint { place: direction / gauge, normal: gradient.try_normalize(0.0)? })
+    })
+}
+
+/// The body seen from the origin of its frame.
+fn by_rays(part: &Part, spacing: f64, across: Option<&Vec3>) -> Vec<Candidate> {
+    covered(part.half_extents.norm(), spacing, across, |direction| {
+        let (place, normal) = part.surface_along(&direction)?;
+        Some(SurfacePoint { place, normal })
+    })
+}
+
+/// Candidates all over the surface of a body of a size (m), of which thinning keeps an even few; `seen` is the point of
+/// the surface in a direction.
+fn covered(
+    size: f64,
+    spacing: f64,
+    across: Option<&Vec3>,
+    seen: impl Fn(Vec3) -> Option<SurfacePoint>,
+) -> Vec<Candidate> {
+    let on_surface = |direction: Vec3| Some(Candidate { point: seen(direction)?, feature: Feature::Face });
     match across {
         None => {
             let count = CANDIDATES * CANDIDATES * 4.0 * PI * (size / spacing).powi(2);

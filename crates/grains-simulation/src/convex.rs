@@ -9,6 +9,10 @@ pub fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
         ShapeKind::Sphere { radius } => Shape::sphere(*radius),
         ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
         ShapeKind::Cylinder { radius, height } => Shape::cylinder(*radius, *height, crust),
+        ShapeKind::Capsule { radius, length } => Shape::capsule(*radius, *length),
+        ShapeKind::Cone { bottom_radius, top_radius, height } => {
+            Shape::cone([*bottom_radius, *top_radius], *height, crust)
+        }
         ShapeKind::Regular { solid, circumradius } => Shape::regular(regular(*solid), *circumradius, crust),
         ShapeKind::Superellipsoid { semi_axes, eps, surface_vertices } => {
             let shape = Shape::superellipsoid(Vec3::from(*semi_axes), *eps, crust);

@@ -63,7 +63,12 @@ fn tessellated(surface: &Surface, global: &GlobalBox) -> TriMesh {
             let shape = match core {
                 Core::Box(half) => Shape::cuboid(half * 2.0, 1e-6),
                 Core::Cylinder { radius, half_height } => Shape::cylinder(*radius, 2.0 * half_height, 1e-6),
-                _ => return TriMesh::default(),
+                Core::Point
+                | Core::Segment { .. }
+                | Core::Cone(_)
+                | Core::Polyhedron(_)
+                | Core::Triangle(_)
+                | Core::Superellipsoid(_) => return TriMesh::default(),
             };
             let rotation = Rotation::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
             shape.map_or_else(|_| TriMesh::default(), |s| s.surface.transformed(&rotation, 1.0, center))

@@ -32,7 +32,7 @@ impl<'a> Bounded<'a> {
     fn new(part: &'a Part) -> Self {
         let mut bounded =
             Self { part, half_extents: part.half_extents * SLACK, radius: part.bounding_radius * SLACK };
-        if matches!(part.core, Core::Point | Core::Triangle(_)) {
+        if matches!(part.core, Core::Point | Core::Segment { .. } | Core::Triangle(_)) {
             return bounded;
         }
         let directions = directions(&part.core);

@@ -85,6 +85,28 @@ pub enum ShapeKind {
         #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
         height: f64,
     },
+    /// Capsule (spherocylinder) with its axis along z: a cylinder with half a sphere on either end.
+    Capsule {
+        /// Radius (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 0.5]))]
+        radius: f64,
+        /// Length from tip to tip (m), above the diameter.
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        length: f64,
+    },
+    /// Circular cone with its axis along z, or a frustum.
+    Cone {
+        /// Radius at the lower end (m).
+        #[schemars(extend("minimum" = 0, "x-plausible" = [1e-7, 0.5]))]
+        bottom_radius: f64,
+        /// Radius at the upper end (m), by default 0: an apex.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0))]
+        top_radius: f64,
+        /// Height (m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1]))]
+        height: f64,
+    },
     /// Regular polyhedron.
     Regular {
         /// Which of the five.
@@ -231,7 +253,7 @@ pub struct Shape {
     pub name: String,
     /// Thickness of the crust in which contacts are sought (-), as a fraction of the inscribed radius.
     ///
-    /// The default is 0.02. Spheres have none: their contacts are computed in closed form.
+    /// The default is 0.02. Spheres and capsules have none: their contacts are those of centres and axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.5))]
     pub crust: Option<f64>,
@@ -261,6 +283,13 @@ impl ShapeKind {
             Self::Sphere { radius } => Some(*radius),
             Self::Box { edges } => Some(0.5 * edges.iter().fold(f64::INFINITY, |m, e| m.min(*e))),
             Self::Cylinder { radius, height } => Some(radius.min(0.5 * height)),
+            Self::Capsule { radius, .. } => Some(*radius),
+            Self::Cone { bottom_radius, top_radius, height } => {
+                let [below, above] = cone_heights([*bottom_radius, *top_radius], *height);
+                let slope = (top_radius - bottom_radius) / height;
+                let side = (bottom_radius + slope * below) / norm([1.0, slope]);
+                Some(below.min(above).min(side))
+            }
             Self::Regular { solid, circumradius } => Some(circumradius * solid.inscribed_ratio()),
             Self::Superellipsoid { semi_axes, eps, .. } => Some(nested_radius(*semi_axes, *eps, -1.0)),
             Self::Hull { .. } | Self::HullFile { .. } => None,
@@ -275,6 +304,11 @@ impl ShapeKind {
             Self::Sphere { radius } => Some(*radius),
             Self::Box { edges } => Some(0.5 * norm(*edges)),
             Self::Cylinder { radius, height } => Some(norm([*radius, 0.5 * height])),
+            Self::Capsule { length, .. } => Some(0.5 * length),
+            Self::Cone { bottom_radius, top_radius, height } => {
+                let [below, above] = cone_heights([*bottom_radius, *top_radius], *height);
+                Some(norm([*bottom_radius, below]).max(norm([*top_radius, above])))
+            }
             Self::Regular { circumradius, .. } => Some(*circumradius),
             Self::Superellipsoid { semi_axes, eps, .. } => Some(nested_radius(*semi_axes, *eps, 1.0)),
             Self::Hull { .. } | Self::HullFile { .. } => None,
@@ -295,6 +329,9 @@ impl ShapeKind {
             Self::Regular { solid: Solid::Tetrahedron, circumradius } => {
                 Some(circumradius * (8.0_f64 / 3.0).sqrt())
             }
+            Self::Cone { bottom_radius, top_radius, height } => Some(
+                norm([bottom_radius + top_radius, *height]).max(2.0 * bottom_radius).max(2.0 * top_radius),
+            ),
             // Nor has a trilobe: its neck is opposite a lobe.
             Self::Lobes { diameter, length, .. } => Some(diameter.max(*length)),
             Self::Glued { parts } => Some(Self::glued_diameter(parts)),
@@ -307,9 +344,11 @@ impl ShapeKind {
         match self {
             Self::Sphere { .. }
             | Self::Cylinder { .. }
+            | Self::Capsule { .. }
             | Self::SphereCylinder { .. }
             | Self::SlicedCylinder { .. } => "radius",
             Self::Box { .. } => "edges",
+            Self::Cone { .. } => "bottom_radius",
             Self::Regular { .. } => "circumradius",
             Self::Superellipsoid { .. } => "semi_axes",
             Self::Hull { .. } => "vertices",
@@ -327,6 +366,14 @@ impl ShapeKind {
             Self::HullFile { path: file, .. } => {
                 *file = checker.file(&format!("{path}.path"), file, &["stl", "obj"]);
             }
+            Self::Capsule { radius, length } if *length <= 2.0 * *radius => checker.error(
+                &format!("{path}.length"),
+                format!("{length} is not above the diameter 2 radius = {}; give the length from tip to tip, or take a sphere", 2.0 * *radius),
+            ),
+            Self::Cone { bottom_radius, top_radius, .. } if bottom_radius.max(*top_radius) <= 0.0 => checker.error(
+                &format!("{path}.bottom_radius"),
+                "both radii are zero; give one of them".into(),
+            ),
             Self::Hull { vertices } if is_flat(vertices) => checker.error(
                 &format!("{path}.vertices"),
                 "all points lie in one plane, so the hull has no volume; add a point off the plane".into(),
@@ -349,11 +396,13 @@ impl Shape {
     }
 
     fn check(&mut self, path: &str, checker: &mut Checker) {
-        if let ShapeKind::Sphere { .. } | ShapeKind::SphereCylinder { .. } = self.kind {
+        if let ShapeKind::Sphere { .. } | ShapeKind::SphereCylinder { .. } | ShapeKind::Capsule { .. } =
+            self.kind
+        {
             if self.crust.is_some() {
                 checker.error(
                     &format!("{path}.crust"),
-                    "spheres have no crust, their contacts are computed in closed form; remove the key"
+                    "spheres and capsules have no crust, their contacts are those of centres and axes; remove the key"
                         .into(),
                 );
             }
@@ -389,6 +438,13 @@ fn nested_radius([a, b, c]: [f64; 3], [meridian, section]: [f64; 2], side: f64) 
         if is_inside { at_end * (1.0 + ratio.powf(s.abs())).powf(1.0 / s) } else { at_end }
     };
     extreme(extreme(a * a, b * b, section), c * c, meridian).sqrt()
+}
+
+/// Height of the centre of mass of a cone over its lower end and below its upper one (m).
+fn cone_heights([bottom, top]: [f64; 2], height: f64) -> [f64; 2] {
+    let squares = bottom * bottom + bottom * top + top * top;
+    let below = height / 4.0 * (bottom * bottom + 2.0 * bottom * top + 3.0 * top * top) / squares;
+    [below, height - below]
 }
 
 /// Whether points span no volume, relative to their extent.
@@ -442,6 +498,25 @@ mod tests {
         near(of([1.0; 3], [0.5, 0.5]), 1.0, 3.0_f64.powf(0.25));
         // A circular bar, x² + y² = m², m⁴ + z⁴ = 1.
         near(of([1.0; 3], [0.5, 1.0]), 1.0, 2.0_f64.powf(0.25));
+    }
+
+    #[test]
+    fn radii_of_capsules_and_cones_are_about_their_centres_of_mass() {
+        let of = |kind| Shape { name: String::new(), crust: None, kind };
+        let capsule = of(ShapeKind::Capsule { radius: 0.5, length: 3.0 });
+        assert_eq!((capsule.inscribed_radius(), capsule.bounding_radius()), (Some(0.5), Some(1.5)));
+        let cone = |bottom_radius, top_radius, height| {
+            let cone = of(ShapeKind::Cone { bottom_radius, top_radius, height });
+            (cone.inscribed_radius().unwrap_or(0.0), cone.bounding_radius().unwrap_or(0.0))
+        };
+        let near = |found: (f64, f64), inner: f64, outer: f64| {
+            assert!((found.0 - inner).abs() < 1e-15 && (found.1 - outer).abs() < 1e-15, "{found:?}");
+        };
+        // The centre of mass is a quarter of the height over the base, the side of a steep cone nearer.
+        near(cone(3.0, 0.0, 4.0), 1.0, 10.0_f64.sqrt());
+        near(cone(0.0, 3.0, 4.0), 1.0, 10.0_f64.sqrt());
+        near(cone(0.75, 0.0, 4.0), 0.5625 / (1.0_f64 + 0.1875 * 0.1875).sqrt(), 3.0);
+        near(cone(1.0, 1.0, 4.0), 1.0, 5.0_f64.sqrt());
     }
 
     #[test]

@@ -197,6 +197,10 @@ fn convex(shape: &Shape, part: &Part) -> Result<(f64, Mat3, Outline), CouplingEr
             let body = sharp::SuperellipsoidFacets::new(&core.sharp());
             (body.surface(), Outline::Table(Table::new(|d| body.projected_area(d))))
         }
+        Core::Segment { .. } | Core::Cone(_) => {
+            let facets = Facets::of_triangles(&sharp::SharpPart::of(part)?.mesh()?);
+            (facets.surface(), Outline::Table(Table::new(|d| facets.areas(d)[0])))
+        }
         Core::Polyhedron(_) | Core::Triangle(_) => {
             // The surface of a single polyhedron is its exact hull, and lies in the body frame.
             let facets = Facets::of_mesh(&shape.surface);

@@ -2,7 +2,7 @@
 
 use crate::CouplingError;
 use crate::shape_factors::facets::Facets;
-use grains_geometry::{ConvexHull, Core, Part, Superellipsoid, TriMesh, Vec3};
+use grains_geometry::{Cone, ConvexHull, Core, Part, Superellipsoid, TriMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Meridians and steps from pole to pole of surfaces drawn for round parts.
@@ -34,6 +34,8 @@ impl SharpPart {
             Core::Cylinder { radius, half_height } => {
                 Self::Core(Core::Cylinder { radius: radius + crust, half_height: half_height + crust })
             }
+            Core::Segment { half_length } => Self::Points(capsule(crust, *half_length)),
+            Core::Cone(cone) => Self::Points(cone_rims(&cone.grown(crust))),
             Core::Polyhedron(hull) => {
                 let core = ConvexHull { vertices: hull.vertices().to_vec(), faces: hull.faces().to_vec() };
                 let middle = core.vertices.iter().sum::<Vec3>() / core.vertices.len() as f64;
@@ -103,6 +105,38 @@ fn unusable(error: &impl std::fmt::Display) -> CouplingError {
 fn corners(half: &Vec3) -> Vec<Vec3> {
     let sign = |k: usize, bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
     (0..8).map(|k| half.component_mul(&Vec3::new(sign(k, 0), sign(k, 1), sign(k, 2)))).collect()
+}
+
+/// Points of a circle about z at a height (m), on a polygon of the circle's area.
+fn circle(radius: f64, z: f64) -> impl Iterator<Item = Vec3> {
+    let angle = TAU / f64::from(MERIDIANS);
+    let radius = radius * (angle / angle.sin()).sqrt();
+    (0..MERIDIANS).map(move |k| {
+        let (y, x) = (angle * f64::from(k)).sin_cos();
+        Vec3::new(radius * x, radius * y, z)
+    })
+}
+
+/// Points all over a capsule about z.
+fn capsule(radius: f64, half_length: f64) -> Vec<Vec3> {
+    let cap = |k: u32| (FRAC_PI_2 * f64::from(k) / f64::from(PARALLELS)).sin_cos();
+    let half = |side: f64| {
+        let rings = (0..PARALLELS)
+            .map(cap)
+            .flat_map(move |(sin, cos)| circle(radius * cos, side * (half_length + radius * sin)));
+        rings.chain([Vec3::z() * (side * (half_length + radius))])
+    };
+    half(-1.0).chain(half(1.0)).collect()
+}
+
+/// Points on the rims of a cone, and its apex.
+fn cone_rims(cone: &Cone) -> Vec<Vec3> {
+    let of_end = |k: usize| {
+        let (radius, z) = (cone.radii[k], cone.heights[k]);
+        let count = if radius > 0.0 { MERIDIANS as usize } else { 1 };
+        circle(radius, z).take(count)
+    };
+    of_end(0).chain(of_end(1)).collect()
 }
 
 /// The points without those that coincide with an earlier one.

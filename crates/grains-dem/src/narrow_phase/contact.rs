@@ -3,7 +3,7 @@
 use super::placed_part::{PlacedPart, Pose};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Footprint, GjkError, Placement, Simplex, Vec3};
+use grains_geometry::{ContactPatch, Core, GjkError, Placement, Simplex, Vec3};
 
 /// Gap up to which bodies are separated by the plane that lasts longest, that of the nearest points, relative to a body.
 const SLACK: f64 = 0.05;
@@ -95,13 +95,13 @@ pub(crate) fn contact_patch(
     placement: &Placement,
     other_crust: f64,
     contact: &mut PartContact,
-) -> Option<Footprint> {
+) -> Option<ContactPatch> {
     let crusts = part.crust + other_crust;
     let gap = (crusts - contact.overlap) / part.scale;
     let normal = part.rotation.tr_mul(&contact.normal);
-    let found = Footprint::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
+    let found = ContactPatch::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
     let mut footprint = found.moved(&part.rotation, part.scale, &Vec3::zeros());
-    let Footprint { normal, overlap, .. } = footprint;
+    let ContactPatch { normal, overlap, .. } = footprint;
     footprint.center += between_surfaces(part, other_crust, &normal);
     (contact.normal, contact.overlap, contact.point) = (normal, overlap, footprint.center);
     Some(footprint)

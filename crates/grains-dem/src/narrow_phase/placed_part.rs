@@ -2,7 +2,7 @@
 
 use crate::catalogue::Catalogue;
 use crate::particles::{Body, Particles};
-use grains_geometry::{Core, DiscreteSurface, Footprint, Mat3, Part, Placement, Shape, Vec3};
+use grains_geometry::{ContactPatch, Core, DiscreteSurface, Mat3, Part, Placement, Shape, Vec3};
 
 /// A part of a particle where it is now.
 #[derive(Clone, Copy, Debug)]
@@ -76,9 +76,9 @@ impl<'a> Pose<'a> {
     pub(super) fn support_value(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
         let of_core = if has_frame_of_particle(self.shape, part) {
-            part.core.reach(&direction)
+            part.core.support_value(&direction)
         } else {
-            direction.dot(&part.center) + part.core.reach(&part.rotation.tr_mul(&direction))
+            direction.dot(&part.center) + part.core.support_value(&part.rotation.tr_mul(&direction))
         };
         (of_core + part.crust) * self.scale
     }
@@ -121,17 +121,17 @@ impl<'a> PlacedPart<'a> {
         (point, if distance > 0.0 { off / distance } else { Vec3::zeros() }, distance)
     }
 
-    /// Footprint on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
+    /// ContactPatch on a wall deepest along `normal`, where `gap` is the distance (m) before it of a point given
     /// from the part's centre; the footprint's centre is on the core, in the frame `center` (m) is in.
     pub(crate) fn footprint(
         &self,
         center: &Vec3,
         normal: &Vec3,
         gap: impl Fn(&Vec3) -> f64,
-    ) -> Option<Footprint> {
+    ) -> Option<ContactPatch> {
         let local = |p: &Vec3| gap(&(self.rotation * p * self.scale)) / self.scale;
         let direction = self.rotation.tr_mul(normal);
-        let found = Footprint::on_surface(self.core, &direction, self.crust / self.scale, local)?;
+        let found = ContactPatch::on_surface(self.core, &direction, self.crust / self.scale, local)?;
         Some(found.moved(&self.rotation, self.scale, center))
     }
 

@@ -11,7 +11,7 @@ use crate::contacts::{ContactLoads, ContactPass, Overlapping};
 use crate::narrow_phase::Pose;
 use crate::particles::{Body, Particles};
 use grains_contact::{Coefficients, PatchMoments};
-use grains_geometry::{Footprint, Vec3};
+use grains_geometry::{ContactPatch, Vec3};
 use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
@@ -88,7 +88,7 @@ fn add_contacts(
         let history = histories.of(&mut group[*place]);
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
         let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
-        if let Some(&Footprint { moment, second, .. }) = found.footprint(item) {
+        if let Some(&ContactPatch { moment, second, .. }) = found.footprint(item) {
             let patch = PatchMoments { moment, second };
             loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);
         }

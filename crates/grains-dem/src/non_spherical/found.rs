@@ -1,14 +1,14 @@
 //! Contacts found in a group of pairs.
 
 use crate::narrow_phase::PartContact;
-use grains_geometry::Footprint;
+use grains_geometry::ContactPatch;
 
 /// Contacts of the pairs of two particles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     pub(super) items: Vec<Found>,
     /// Where those of them touch that do not in a point.
-    footprints: Vec<Footprint>,
+    footprints: Vec<ContactPatch>,
 }
 
 /// A contact of a pair of a group.
@@ -28,7 +28,7 @@ impl Contacts {
 
     /// Adds a contact of the pair at `place` in its group.
     #[inline(always)]
-    pub(super) fn push(&mut self, place: usize, contact: PartContact, footprint: Option<Footprint>) {
+    pub(super) fn push(&mut self, place: usize, contact: PartContact, footprint: Option<ContactPatch>) {
         let footprint = footprint.map(|footprint| {
             self.footprints.push(footprint);
             self.footprints.len() as u32 - 1
@@ -38,7 +38,7 @@ impl Contacts {
 
     /// Where a contact is that is not a point.
     #[inline(always)]
-    pub(super) fn footprint(&self, found: &Found) -> Option<&Footprint> {
+    pub(super) fn footprint(&self, found: &Found) -> Option<&ContactPatch> {
         found.footprint.map(|k| &self.footprints[k as usize])
     }
 }

@@ -9,7 +9,7 @@ use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_contact::{Coefficients, Encounter, PatchMoments};
-use grains_geometry::{Footprint, Vec3};
+use grains_geometry::{ContactPatch, Vec3};
 use std::ops::Range;
 
 /// The point in which a particle touches a wall.
@@ -104,7 +104,7 @@ fn add_contact(
     let (quanta, dt) = (&pass.quanta, pass.dt);
     let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
     if let Some(footprint) = found.footprint {
-        let Footprint { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
+        let ContactPatch { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
         let patch = PatchMoments { moment, second };
         loads.add_patch(&contact, law, (&patch, &mut pair.torsional_angle), quanta, dt);
     }

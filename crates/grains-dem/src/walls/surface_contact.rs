@@ -1,7 +1,7 @@
 //! The contact of a convex body with a surface of a wall.
 
 use crate::narrow_phase::PlacedPart;
-use grains_geometry::{DiscreteSurface, Footprint, Vec3};
+use grains_geometry::{ContactPatch, DiscreteSurface, Vec3};
 
 /// Contact of a convex body with a surface, in the wall's frame.
 #[derive(Clone, Copy, Debug)]
@@ -13,19 +13,19 @@ pub(crate) struct SurfaceContact {
     /// Contact point (m).
     pub(crate) point: Vec3,
     /// Where the body touches if not in a point.
-    pub(crate) footprint: Option<Footprint>,
+    pub(crate) footprint: Option<ContactPatch>,
 }
 
 impl SurfaceContact {
     /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
     #[inline(always)]
-    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<Footprint>) -> Self {
+    pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<ContactPatch>) -> Self {
         Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
     }
 
     /// The same contact over a patch of the core, which is swept by a ball of radius `crust`.
-    pub(super) fn over(self, footprint: Option<Footprint>, crust: f64) -> Self {
-        let Some(Footprint { center, overlap, .. }) = footprint else { return self };
+    pub(super) fn over(self, footprint: Option<ContactPatch>, crust: f64) -> Self {
+        let Some(ContactPatch { center, overlap, .. }) = footprint else { return self };
         Self::new(center + self.normal * crust, self.normal, overlap, footprint)
     }
 

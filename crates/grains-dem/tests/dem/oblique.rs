@@ -101,7 +101,8 @@ fn before(impact: &Impact, steps: f64, fraction: f64, meets: Meets) -> Dem {
         Meets::Corner => {
             let on_corner = Rotation::rotation_between(&Vec3::new(1.0, 0.8, 1.1), &-Vec3::z()).unwrap();
             let part = &setup.catalogue.shapes[1].parts[0];
-            let height = part.core.reach(&on_corner.inverse_transform_vector(&-Vec3::z())) + part.crust;
+            let height =
+                part.core.support_value(&on_corner.inverse_transform_vector(&-Vec3::z())) + part.crust;
             vec![NewParticle { kind: Kind { shape: 1, material: 0 }, orientation: on_corner, ..at(height) }]
         }
     };

@@ -7,7 +7,7 @@
 //! caller certifies the result by support points and carries on without it.
 
 use super::Simplex;
-use crate::core::{CylinderCore, NO_DIRECTION, Support};
+use crate::convex::{NO_DIRECTION, Rims, Support};
 use crate::{Placement, Vec3};
 
 /// Newton steps before giving up; a start 1e-4 off takes two.
@@ -104,8 +104,9 @@ struct Feature {
 impl Feature {
     #[inline(always)]
     fn of<S: Support>(core: &S, points: &[Vec3]) -> Option<Self> {
-        match core.cylinder() {
-            Some(cylinder) => Self::of_cylinder(cylinder, points),
+        match core.rims() {
+            Some(rims) => Self::of_cylinder(&rims, points),
+            None if S::CURVED => None,
             None => Self::of_vertices(points),
         }
     }
@@ -131,7 +132,7 @@ impl Feature {
     }
 
     #[inline(always)]
-    fn of_cylinder(cylinder: &CylinderCore, points: &[Vec3]) -> Option<Self> {
+    fn of_cylinder(cylinder: &Rims, points: &[Vec3]) -> Option<Self> {
         let (radius, height) = (cylinder.radius, cylinder.half_height);
         let first = points[0];
         let one_end = points.iter().all(|p| p.z == first.z);
@@ -279,15 +280,10 @@ pub(super) fn touch<A: Support, B: Support>(
     if (point_b - point_a - v).norm_squared() > CLOSURE * CLOSURE * w.norm_squared() {
         return None;
     }
-    let rim = |core: Option<&CylinderCore>, circle: &Circle| {
+    let rim = |core: Option<Rims>, circle: &Circle| {
         core.filter(|_| circle.idle == 0.0).map(|c| circle.angle.map(|x| x * c.radius))
     };
-    Some(Touch {
-        v,
-        point_a,
-        rim_a: rim(core_a.cylinder(), &a.circle),
-        rim_b: rim(core_b.cylinder(), &b.circle),
-    })
+    Some(Touch { v, point_a, rim_a: rim(core_a.rims(), &a.circle), rim_b: rim(core_b.rims(), &b.circle) })
 }
 
 /// Two linear freedoms fix the normal: each circle shows its farthest point.

@@ -8,7 +8,7 @@ use crate::Vec3;
 
 /// Nearest point and its barycentric weights; vertices that do not carry it have weight zero.
 #[derive(Clone, Copy)]
-pub(super) struct Nearest {
+pub(crate) struct Nearest {
     pub point: Vec3,
     pub weights: [f64; 4],
 }
@@ -62,7 +62,7 @@ fn on_segment(w0: &Vec3, w1: &Vec3) -> Nearest {
 }
 
 #[inline]
-pub(super) fn on_triangle(w0: &Vec3, w1: &Vec3, w2: &Vec3) -> Nearest {
+pub(crate) fn on_triangle(w0: &Vec3, w1: &Vec3, w2: &Vec3) -> Nearest {
     let (e1, e2) = (w1 - w0, w2 - w0);
     let inverse1 = 1.0 / e1.norm_squared();
     let slope = e1.dot(&e2) * inverse1;

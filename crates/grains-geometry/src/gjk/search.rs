@@ -4,7 +4,8 @@ use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use super::{ellipsoids, smooth};
-use crate::core::{BoxCore, CylinderCore, PointCore, Support, TriangleCore};
+use crate::convex::Support;
+use crate::core::with_convex;
 use crate::{Core, Placement, Superellipsoid, Vec3};
 
 /// What is asked of a pair of cores.
@@ -45,16 +46,7 @@ impl Query<'_> {
         b: &Core,
         simplex: &mut Simplex,
     ) -> Result<Separation, Stall> {
-        match b {
-            Core::Point => self.search(a, &PointCore, simplex),
-            Core::Box(half) => self.search(a, &BoxCore(*half), simplex),
-            Core::Cylinder { radius, half_height } => {
-                self.search(a, &CylinderCore { radius: *radius, half_height: *half_height }, simplex)
-            }
-            Core::Polyhedron(hull) => self.search(a, hull.as_ref(), simplex),
-            Core::Triangle(corners) => self.search(a, &TriangleCore(*corners), simplex),
-            Core::Superellipsoid(body) => self.search(a, body.as_ref(), simplex),
-        }
+        with_convex!(b, second => self.search(a, second, simplex))
     }
 
     /// Rounding may trap the search in a skinny simplex left by an earlier step: it then starts afresh.

@@ -1,7 +1,7 @@
 //! Crosses of square beams (Rakotonirina 2016, fig. 3.12).
 
+use crate::error::check_length;
 use crate::glued::{Component, glue};
-use crate::shape::check_length;
 use crate::{MassProperties, MassSource, Shape, ShapeError, Vec3};
 
 impl Shape {

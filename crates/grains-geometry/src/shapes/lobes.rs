@@ -1,7 +1,7 @@
 //! Lobed extrudates: trilobes, quadralobes and their kin (Rakotonirina 2016, ch. 4, section 2.4).
 
+use crate::error::check_length;
 use crate::glued::{Component, glue};
-use crate::shape::check_length;
 use crate::{MassProperties, MassSource, Rotation, Shape, ShapeError, Vec3};
 use std::f64::consts::PI;
 

@@ -1,5 +1,7 @@
 //! Constructors of the shapes.
 
+mod capsule;
+mod cone;
 mod cross;
 mod lobes;
 mod polyhedron;
@@ -14,4 +16,3 @@ pub use lobes::Lobes;
 pub(crate) use polyhedron::polyhedron_part_of;
 pub use regular::RegularSolid;
 pub use sphere_cylinder::SphereArrangement;
-pub(crate) use tessellation::cuboid_surface;

@@ -1,7 +1,8 @@
 //! Convex polyhedra.
 
-use crate::mass::{MassProperties, principal_moments};
-use crate::shape::{check_length, crust_thickness};
+use crate::error::{check_length, crust_thickness};
+use crate::mass::MassProperties;
+use crate::mass::union::principal_moments;
 use crate::{
     ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport,
     TriMesh, Vec3, read_mesh,

@@ -1,6 +1,6 @@
 //! The five regular solids.
 
-use crate::shape::check_length;
+use crate::error::check_length;
 use crate::{Shape, ShapeError, Vec3};
 
 /// A regular (Platonic) solid.

@@ -1,7 +1,8 @@
 //! Spheres, boxes and cylinders, whose mass properties have closed forms.
 
-use super::tessellation::{cuboid_surface, cylinder_surface, sphere_surface};
-use crate::shape::{check_length, crust_thickness};
+use super::tessellation::{cylinder_surface, sphere_surface};
+use crate::convex::cuboid::triangles as cuboid_surface;
+use crate::error::{check_length, crust_thickness};
 use crate::{Core, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, Vec3};
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Cylinders imitated by glued spheres (Kodam et al. 2010; Rakotonirina 2016, fig. 3.10).
 
+use crate::error::check_length;
 use crate::glued::{Component, glue};
-use crate::shape::check_length;
 use crate::{Shape, ShapeError, Vec3};
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Superellipsoids, whose mass properties are products of Beta functions.
 
 use super::round::centred_part;
-use crate::shape::crust_thickness;
+use crate::error::crust_thickness;
 use crate::superellipsoid::Superellipsoid;
 use crate::{Core, DiscreteSurface, Rotation, Shape, ShapeError, ShapeReport, Spacing, TriMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -29,7 +29,7 @@ impl Shape {
             body.rounded(crust)
         } else {
             crust = crust.min(0.5 * body.least_curvature_radius());
-            body.less(crust)
+            body.eroded(crust)
         };
         let core = Core::superellipsoid(core);
         let part = centred_part(core, crust, semi_axes, body.bounding_radius());

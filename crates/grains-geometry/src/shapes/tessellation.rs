@@ -32,16 +32,6 @@ pub(super) fn sphere_surface(radius: f64) -> TriMesh {
     TriMesh { vertices: vertices.iter().map(|v| v * radius).collect(), triangles }
 }
 
-/// The twelve triangles of a box.
-pub(crate) fn cuboid_surface(half: &Vec3) -> TriMesh {
-    let sign = |i: usize, bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
-    let vertices =
-        (0..8).map(|i| half.component_mul(&Vec3::new(sign(i, 1), sign(i, 2), sign(i, 4)))).collect();
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    TriMesh { vertices, triangles }
-}
-
 /// Prism inscribed in the cylinder about z.
 pub(super) fn cylinder_surface(radius: f64, height: f64) -> TriMesh {
     let n = CYLINDER_SIDES;
@@ -58,4 +48,31 @@ pub(super) fn cylinder_surface(radius: f64, height: f64) -> TriMesh {
         [[i, j, n + j], [i, n + j, n + i], [j, i, 2 * n], [n + i, n + j, 2 * n + 1]]
     };
     TriMesh { vertices, triangles: (0..n).flat_map(side).collect() }
+}
+
+/// Surface of revolution about z through an outline: distances from the axis and heights (m), from one point of the axis
+/// to another.
+pub(super) fn revolved(outline: &[[f64; 2]]) -> TriMesh {
+    let n = CYLINDER_SIDES;
+    let [inner @ .., last] = &outline[1..] else { return TriMesh::default() };
+    let ring = |&[radius, z]: &[f64; 2]| {
+        (0..n).map(move |i| {
+            let (sine, cosine) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+            Vec3::new(radius * cosine, radius * sine, z)
+        })
+    };
+    let mut vertices: Vec<Vec3> = inner.iter().flat_map(ring).collect();
+    let (low, rows) = (vertices.len() as u32, inner.len() as u32);
+    vertices.extend([outline[0], *last].map(|[_, z]| Vec3::new(0.0, 0.0, z)));
+    let mut triangles = Vec::new();
+    for i in 0..n {
+        let j = (i + 1) % n;
+        let top = (rows - 1) * n;
+        triangles.extend([[j, i, low], [top + i, top + j, low + 1]]);
+        for row in (0..top).step_by(n as usize) {
+            let (a, b, c, d) = (row + i, row + j, row + n + i, row + n + j);
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    TriMesh { vertices, triangles }
 }

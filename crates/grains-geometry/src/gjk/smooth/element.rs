@@ -1,7 +1,7 @@
 //! Vertices, edges and faces of polyhedral cores and rim, side and ends of cylinders, as they face a superellipsoid.
 
 use super::super::nearest::on_triangle;
-use crate::core::{CylinderCore, NO_DIRECTION, Support};
+use crate::convex::{NO_DIRECTION, Rims, Support};
 use crate::{Placement, Vec3};
 
 /// Cosine between points of a circle above which they mark one point of it, below which a disc.
@@ -27,8 +27,11 @@ impl Element {
     /// The element that points of the core mark; `None` if they mark none.
     #[inline(always)]
     pub(super) fn of<B: Support>(core: &B, points: &[Vec3], placement: &Placement) -> Option<Self> {
-        if let Some(cylinder) = core.cylinder() {
-            return Self::of_cylinder(cylinder, points, placement);
+        if let Some(cylinder) = core.rims() {
+            return Self::of_cylinder(&cylinder, points, placement);
+        }
+        if B::CURVED {
+            return None;
         }
         let (count, distinct) = distinct(points)?;
         let [p, q, r] = distinct.map(|point| placement.apply(&point));
@@ -39,7 +42,7 @@ impl Element {
         })
     }
 
-    fn of_cylinder(cylinder: &CylinderCore, points: &[Vec3], placement: &Placement) -> Option<Self> {
+    fn of_cylinder(cylinder: &Rims, points: &[Vec3], placement: &Placement) -> Option<Self> {
         let first = points[0];
         let limit = SAME_POINT * cylinder.radius * cylinder.radius;
         let one_end = points.iter().all(|p| p.z == first.z);
@@ -126,7 +129,7 @@ impl Element {
         len: usize,
         towards: &Vec3,
     ) -> Option<usize> {
-        let Some(cylinder) = core.cylinder() else {
+        let Some(cylinder) = core.rims() else {
             let (count, distinct) = distinct(&points[..len])?;
             points[..3].copy_from_slice(&distinct);
             return Some(count);

@@ -5,7 +5,7 @@ use super::super::{MEETING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use super::element::Element;
 use super::{MAX_STEPS, Matrix2, PATIENCE, apply, limit, solve};
 use crate::Vec3;
-use crate::core::Support;
+use crate::convex::Support;
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
 
 /// Distance of the superellipsoid `a`, less its inset, from the element of `b` that the simplex marks.

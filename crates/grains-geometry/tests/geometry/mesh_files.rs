@@ -1,13 +1,9 @@
 //! Mesh files, welding and the tree of boxes.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{
     Aabb, Bvh, MassProperties, MeshError, ParseError, RegularSolid, Shape, TriMesh, Vec3, WELD_TOLERANCE,
     parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,
 };
-use support::{Random, close};
 
 fn dodecahedron() -> TriMesh {
     Shape::regular(RegularSolid::Dodecahedron, 1.5e-3, 0.02).unwrap().surface

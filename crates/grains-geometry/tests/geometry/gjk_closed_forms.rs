@@ -1,8 +1,6 @@
 //! Distances known in closed form.
 
-mod gjk_common;
-
-use gjk_common::{Random, place};
+use crate::gjk_common::{Random, place};
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, Rotation, Simplex, Vec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};

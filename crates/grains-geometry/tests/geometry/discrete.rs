@@ -1,9 +1,5 @@
 //! Contacts found by surface vertices against the distance of the bodies and closed forms.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod gjk_common;
-
-use gjk_common::{Random, place};
+use crate::gjk_common::{Random, place};
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{DiscreteSurface, Placement, Rotation, Shape, Simplex, Spacing, Superellipsoid, Vec3};
 

@@ -11,7 +11,7 @@
 use super::search::Query;
 use super::{MEETING, Separation, Simplex};
 use crate::Vec3;
-use crate::core::{FacePlane, Support};
+use crate::convex::{FacePlane, Support};
 
 /// Corners of a face that edges are taken from; faces with more are left to the search.
 const MOST_CORNERS: usize = 8;
@@ -181,7 +181,7 @@ impl Query<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::core::BoxCore;
+    use crate::convex::cuboid::Cuboid;
     use crate::gjk::distance;
     use crate::{ConvexHull, Core, Placement, Rotation};
     use std::f64::consts::TAU;
@@ -264,7 +264,7 @@ mod tests {
             let matrix = rotation.to_rotation_matrix().into_inner() * scale;
             let translation = Vec3::new(unit() - 0.5, unit() - 0.5, 0.62 + 1.1 * scale + 0.3 * unit());
             let placement = Placement { matrix, translation };
-            let (a, b) = (BoxCore(half_a), BoxCore(half_b));
+            let (a, b) = (Cuboid(half_a), Cuboid(half_b));
             compare((&a, &b), (&box_a, &box_b), &placement, &mut boxes);
             compare((&a, &*solid), (&box_a, &hull.vertices), &placement, &mut mixed);
             compare((&*solid, &b), (&hull.vertices, &box_b), &placement, &mut mixed);

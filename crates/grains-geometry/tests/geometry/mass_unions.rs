@@ -1,13 +1,9 @@
 //! Mass properties of unions: pieces of polyhedra and chords against closed forms, each other and counted points.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{
     Component, MassProperties, MassSource, Mat3, RegularSolid, Rotation, Shape, ShapeError, Vec3,
 };
 use std::f64::consts::PI;
-use support::{Random, close};
 
 /// Mass properties of a composite in the frame its components were given in.
 fn in_user_frame(shape: &Shape) -> MassProperties {

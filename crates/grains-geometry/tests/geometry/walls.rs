@@ -1,11 +1,7 @@
 //! Contact of spheres with wall meshes: each place exactly once.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{Rotation, SMOOTH_ANGLE, TriMesh, TriangleContact, Vec3, WallMesh};
 use std::f64::consts::PI;
-use support::{Random, close};
 
 fn contacts(wall: &WallMesh, c: &Vec3, reach: f64) -> Vec<TriangleContact> {
     let mut ids = Vec::new();

@@ -1,6 +1,6 @@
-//! Contacts that are not points: face on face, edge or rim on face, side on side of two cylinders.
+//! Contact patches: face on face, edge or rim on face, side on side of two cylinders.
 //!
-//! The nearest points of two flush faces are any pair of them, so a single contact point wanders and
+//! The nearest points of two flush faces are any pair of them, so a single contact point drifts and
 //! bodies at rest spin and creep (thesis 3.3). Where the contact normal is that of a face, the face
 //! of the other body that looks at it is clipped to it; the corners of the common polygon share the
 //! contact in proportion to their overlaps,
@@ -12,6 +12,7 @@
 //! so that the contact is as stiff as a single point and nothing jumps when a corner touches or leaves.
 //! The normal forces at the corners, all parallel, are then known by c, δ and two moments.
 
+use crate::convex::feature::{CAPACITY, Feature};
 use crate::{Core, Mat3, Placement, Vec3};
 
 /// Cosine above which a contact normal counts as that of a face.
@@ -23,21 +24,9 @@ const SAME: f64 = 1e-10;
 const PARALLEL: f64 = 2e-3;
 /// The deepest corner must have the overlap of the nearest points to within this share of the crusts.
 const AGREEMENT: f64 = 0.1;
-/// Corners of a clipped polygon.
-const CAPACITY: usize = 24;
-/// Largest number of corners taken of a face.
-const SIDES: usize = 8;
-/// Corners that stand for the end of a cylinder of radius 1.
-const OCTAGON: [[f64; 2]; SIDES] = {
-    const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    [[1.0, 0.0], [H, H], [0.0, 1.0], [-H, H], [-1.0, 0.0], [-H, -H], [0.0, -1.0], [H, -H]]
-};
-/// Cosine to the axis above which a cylinder shows its end, below which its side.
-const END: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
 /// Where two bodies touch, as seen along the contact normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
+pub struct ContactPatch {
     /// Unit contact normal, that of a flush face without rounding (-).
     pub normal: Vec3,
     /// Weighted centre c of the corners (m).
@@ -48,127 +37,23 @@ pub struct Footprint {
     pub moment: Vec3,
     /// Second moment Σ w_i (r_i × n)(r_i × n)ᵀ with r_i = x_i − c (m²).
     pub second: Mat3,
-    /// Sum of the overlaps Σδ (m), the weight when footprints are joined.
+    /// Sum of the overlaps Σδ (m), the weight when contact patches are joined.
     pub weight: f64,
 }
 
-/// A loop of points; two points are a segment.
-struct Polygon {
-    points: [Vec3; CAPACITY],
-    len: usize,
-    /// Outward normal and its cosine to the direction asked for, if the feature is a face.
-    face: Option<(Vec3, f64)>,
+/// Brings a feature into the frame its body is placed in.
+fn place(feature: &mut Feature, placement: &Placement) {
+    let scale = placement.matrix.column(0).norm();
+    feature.transform(|point| placement.apply(point), |normal| placement.matrix * normal / scale);
 }
 
-impl Polygon {
-    fn empty() -> Self {
-        Self { points: [Vec3::zeros(); CAPACITY], len: 0, face: None }
-    }
-
-    /// Fills the loop anew; polygons are too large to be handed about.
-    fn set(&mut self, points: impl IntoIterator<Item = Vec3>, face: Option<(Vec3, f64)>) {
-        (self.len, self.face) = (0, face);
-        points.into_iter().for_each(|p| self.push(p));
-    }
-
-    fn push(&mut self, point: Vec3) {
-        if self.len < CAPACITY {
-            self.points[self.len] = point;
-            self.len += 1;
-        }
-    }
-
-    fn points(&self) -> &[Vec3] {
-        &self.points[..self.len]
-    }
-
-    /// Brings the feature into the frame its body is placed in.
-    fn place(&mut self, placement: &Placement) {
-        let scale = placement.matrix.column(0).norm();
-        for point in &mut self.points[..self.len] {
-            *point = placement.apply(point);
-        }
-        self.face = self.face.map(|(normal, cosine)| (placement.matrix * normal / scale, cosine));
-    }
-
-    /// How well the feature serves as the plane the other is clipped to.
-    fn alignment(&self) -> f64 {
-        self.face.map_or(-1.0, |(_, cosine)| cosine)
-    }
-
-    /// The normal of the face if a contact normal is the same but for the accuracy of the query.
-    fn normal_instead_of(&self, normal: &Vec3) -> Option<Vec3> {
-        self.face.map(|(outward, _)| outward).filter(|m| m.cross(normal).norm_squared() < SAME)
-    }
-
-    /// The part of the loop where `height` is not positive, into `kept` (Sutherland and Hodgman 1974).
-    fn clip(&self, height: impl Fn(&Vec3) -> f64, kept: &mut Self) {
-        kept.set([], self.face);
-        let Some(first) = self.points().first() else { return };
-        let mut next = height(first);
-        for (k, p) in self.points().iter().enumerate() {
-            let q = &self.points[if k + 1 < self.len { k + 1 } else { 0 }];
-            let above = next;
-            next = height(q);
-            if above <= 0.0 {
-                kept.push(*p);
-            }
-            if (above < 0.0 && next > 0.0) || (above > 0.0 && next < 0.0) {
-                kept.push(p + (q - p) * (above / (above - next)));
-            }
-        }
-    }
+/// The normal of a face if a contact normal is the same but for the accuracy of the query.
+fn normal_instead_of(feature: &Feature, normal: &Vec3) -> Option<Vec3> {
+    feature.normal().filter(|outward| outward.cross(normal).norm_squared() < SAME)
 }
 
-/// Finds the face, or for the side of a cylinder the line, of a core that looks most along a unit `direction`.
-fn feature(core: &Core, direction: &Vec3, found: &mut Polygon) -> Option<()> {
-    match core {
-        Core::Box(half) => {
-            let axis = direction.iamax();
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            let sign = 1.0_f64.copysign(direction[axis]);
-            let corner = |s: f64, t: f64| {
-                let mut p = Vec3::zeros();
-                (p[axis], p[u], p[v]) = (sign * half[axis], sign * s * half[u], t * half[v]);
-                p
-            };
-            let mut normal = Vec3::zeros();
-            normal[axis] = sign;
-            let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-            found.set(corners, Some((normal, direction[axis].abs())));
-        }
-        Core::Cylinder { radius, half_height } => {
-            let sign = 1.0_f64.copysign(direction.z);
-            if direction.z.abs() > END {
-                let corners =
-                    OCTAGON.map(|[x, y]| Vec3::new(radius * x, sign * radius * y, sign * half_height));
-                found.set(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs())));
-                return Some(());
-            }
-            let away = Vec3::new(direction.x, direction.y, 0.0).normalize() * *radius;
-            found.set([-1.0, 1.0].map(|s| away + Vec3::z() * (s * half_height)), None);
-        }
-        Core::Polyhedron(hull) => {
-            let faces = hull.faces().iter().map(|face| (face, face.normal.dot(direction)));
-            let (face, cosine) = faces.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
-            // Of a face with many corners every second or third will do.
-            let every = face.vertices.len().div_ceil(SIDES);
-            let corners = face.vertices.iter().step_by(every).map(|&v| hull.vertices()[v as usize]);
-            found.set(corners, Some((face.normal, cosine)));
-        }
-        Core::Triangle([a, b, c]) => {
-            let normal = (b - a).cross(&(c - a)).normalize();
-            let cosine = normal.dot(direction);
-            let corners = if cosine < 0.0 { [*a, *c, *b] } else { [*a, *b, *c] };
-            found.set(corners, Some((normal * 1.0_f64.copysign(cosine), cosine.abs())));
-        }
-        _ => return None,
-    }
-    Some(())
-}
-
-impl Footprint {
-    /// Footprint of two cores whose nearest points are `gap` (m) apart along the unit `normal` from A to B.
+impl ContactPatch {
+    /// ContactPatch of two cores whose nearest points are `gap` (m) apart along the unit `normal` from A to B.
     ///
     /// All in the frame of A, B being put there by `placement`; `crusts` (m) is the sum of the radii swept
     /// over the cores. `None` if the bodies touch in a point: the nearest points then are the contact.
@@ -182,53 +67,53 @@ impl Footprint {
         crusts: f64,
     ) -> Option<Self> {
         let scale = placement.matrix.column(0).norm();
-        let of_b = |n: &Vec3, found: &mut Polygon| {
-            feature(b, &(-placement.matrix.tr_mul(n) / scale), found)?;
-            found.place(placement);
+        let of_b = |n: &Vec3, found: &mut Feature| {
+            b.contact_feature(&(-placement.matrix.tr_mul(n) / scale), found)?;
+            place(found, placement);
             Some(())
         };
         let mut corners = Corners::new(crusts);
-        let (mut first, mut second, mut normal) = (Polygon::empty(), Polygon::empty(), *normal);
-        feature(a, &normal, &mut first)?;
+        let (mut first, mut second, mut normal) = (Feature::empty(), Feature::empty(), *normal);
+        a.contact_feature(&normal, &mut first)?;
         of_b(&normal, &mut second)?;
         if first.alignment().max(second.alignment()) < ALIGNED {
             corners.between_segments(&first, &second);
         } else if first.alignment() >= second.alignment() {
-            if let Some(outward) = first.normal_instead_of(&normal) {
+            if let Some(outward) = normal_instead_of(&first, &normal) {
                 normal = outward;
                 of_b(&normal, &mut second)?;
             }
             corners.clip(&mut second, &first);
         } else {
-            if let Some(outward) = second.normal_instead_of(&normal) {
+            if let Some(outward) = normal_instead_of(&second, &normal) {
                 normal = -outward;
-                feature(a, &normal, &mut first)?;
+                a.contact_feature(&normal, &mut first)?;
             }
             corners.clip(&mut first, &second);
         }
         corners.summary(&normal, crusts - gap)
     }
 
-    /// Footprint of a core on the half-space {x : normal·x ≥ offset} behind a plane, in the core's frame.
+    /// ContactPatch of a core on the half-space {x : normal·x ≥ offset} behind a plane, in the core's frame.
     ///
     /// `normal` points from the core into the wall; the centre lies on the core.
     pub fn on_plane(core: &Core, normal: &Vec3, offset: f64, crust: f64) -> Option<Self> {
         Self::on_surface(core, normal, crust, |p| offset - normal.dot(p))
     }
 
-    /// Footprint of a core on a surface, `gap` (m) being the distance of a point from it; deepest along `normal`.
+    /// ContactPatch of a core on a surface, `gap` (m) being the distance of a point from it; deepest along `normal`.
     pub fn on_surface(core: &Core, normal: &Vec3, crust: f64, gap: impl Fn(&Vec3) -> f64) -> Option<Self> {
-        let mut polygon = Polygon::empty();
-        feature(core, normal, &mut polygon)?;
+        let mut feature = Feature::empty();
+        core.contact_feature(normal, &mut feature)?;
         let mut corners = Corners::new(crust);
-        for point in polygon.points() {
+        for point in feature.points() {
             corners.add(*point, gap(point));
         }
         let deepest = gap(&core.support(normal));
         corners.summary(normal, crust - deepest)
     }
 
-    /// The footprint at `scale` times the size, turned and moved: x → rotation x scale + offset.
+    /// The contact patch at `scale` times the size, turned and moved: x → rotation x scale + offset.
     pub fn moved(&self, rotation: &Mat3, scale: f64, offset: &Vec3) -> Self {
         Self {
             normal: rotation * self.normal,
@@ -240,7 +125,7 @@ impl Footprint {
         }
     }
 
-    /// The two footprints, of one normal, as one.
+    /// The two contact patches, of one normal, as one.
     pub fn joined(&self, other: &Self) -> Self {
         let weight = self.weight + other.weight;
         let (s, t) = (self.weight / weight, other.weight / weight);
@@ -280,23 +165,24 @@ impl Corners {
     }
 
     /// Clips the incident feature to the prism over the reference face.
-    fn clip(&mut self, incident: &mut Polygon, reference: &Polygon) {
-        let Some((normal, _)) = reference.face else { return };
-        let mut spare = Polygon::empty();
+    fn clip(&mut self, incident: &mut Feature, reference: &Feature) {
+        let Some(normal) = reference.normal() else { return };
+        let mut spare = Feature::empty();
         let (mut whole, mut kept) = (incident, &mut spare);
-        for (k, p) in reference.points().iter().enumerate() {
-            let outward = (reference.points[(k + 1) % reference.len] - p).cross(&normal);
+        let corners = reference.points();
+        for (k, p) in corners.iter().enumerate() {
+            let outward = (corners[(k + 1) % corners.len()] - p).cross(&normal);
             whole.clip(|x| outward.dot(&(x - p)), kept);
             std::mem::swap(&mut whole, &mut kept);
         }
         for point in whole.points() {
-            let gap = normal.dot(&(point - reference.points[0]));
+            let gap = normal.dot(&(point - corners[0]));
             self.add(point - normal * (0.5 * gap), gap);
         }
     }
 
     /// The ends of the common stretch of two nearly parallel segments.
-    fn between_segments(&mut self, first: &Polygon, second: &Polygon) {
+    fn between_segments(&mut self, first: &Feature, second: &Feature) {
         let ([a, b], [c, d]) = (first.points(), second.points()) else { return };
         let (along, other) = (b - a, d - c);
         let (length, slope) = (along.norm_squared(), along.dot(&other));
@@ -316,7 +202,7 @@ impl Corners {
     }
 
     /// `None` unless several corners touch and the deepest has the overlap of the nearest points.
-    fn summary(&self, normal: &Vec3, overlap: f64) -> Option<Footprint> {
+    fn summary(&self, normal: &Vec3, overlap: f64) -> Option<ContactPatch> {
         let points = &self.points[..self.len];
         if points.len() < 2 || (self.deepest - overlap).abs() > AGREEMENT * self.crusts {
             return None;
@@ -332,7 +218,7 @@ impl Corners {
             moment += r * (w * overlap);
             second += lever * lever.transpose() * w;
         }
-        Some(Footprint { normal: *normal, center, overlap, moment, second, weight })
+        Some(ContactPatch { normal: *normal, center, overlap, moment, second, weight })
     }
 }
 
@@ -350,7 +236,7 @@ mod tests {
     fn a_cube_flush_on_a_larger_one_has_the_second_moments_of_its_corners() {
         let (small, large) = (Core::Box(Vec3::repeat(0.5)), Core::Box(Vec3::repeat(2.0)));
         let placement = at(Rotation::from_axis_angle(&Vec3::z_axis(), 0.3), Vec3::new(0.4, -0.2, 2.51));
-        let f = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), 0.01, 0.03).unwrap();
+        let f = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), 0.01, 0.03).unwrap();
         assert!((f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14 && (f.overlap - 0.02).abs() < 1e-15);
         assert!(f.moment.norm() < 1e-15);
         // Corners at (±1/2, ±1/2): x² and y² have the mean 1/4 in any turn about the normal.
@@ -364,10 +250,10 @@ mod tests {
         let tilt = 0.01;
         let placement = at(Rotation::from_axis_angle(&Vec3::y_axis(), tilt), Vec3::new(0.0, 0.0, 2.51));
         let lowest = 2.51 - 0.5 * (tilt.sin() + tilt.cos()) - 2.0;
-        let f = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), lowest, 0.03).unwrap();
+        let f = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), lowest, 0.03).unwrap();
         // Turned about y by a positive angle the edge at +x is lower.
         assert!(f.center.x > 0.05 && f.moment.x > 0.0 && f.moment.y.abs() < 1e-15);
-        let single = Footprint::of_cores(&large, &small, &placement, &Vec3::z(), lowest, lowest + 0.002);
+        let single = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), lowest, lowest + 0.002);
         assert!((single.unwrap().center.x - 0.5 * (tilt.cos() - tilt.sin())).abs() < 1e-3, "only the edge");
     }
 
@@ -375,30 +261,36 @@ mod tests {
     fn faces_that_overlap_in_part_share_the_common_polygon() {
         let cube = Core::Box(Vec3::repeat(0.5));
         let turned = Rotation::from_axis_angle(&Vec3::z_axis(), FRAC_PI_4);
-        let f =
-            Footprint::of_cores(&cube, &cube, &at(turned, Vec3::new(0.0, 0.0, 1.0)), &Vec3::z(), 0.0, 0.02);
+        let f = ContactPatch::of_cores(
+            &cube,
+            &cube,
+            &at(turned, Vec3::new(0.0, 0.0, 1.0)),
+            &Vec3::z(),
+            0.0,
+            0.02,
+        );
         // A regular octagon of inradius 1/2: r² = (1/2)²/cos²(22.5°).
         let r2 = 0.25 / (FRAC_PI_4 / 2.0).cos().powi(2);
         assert!((f.unwrap().second.trace() - r2).abs() < 1e-14);
         let shifted = at(Rotation::identity(), Vec3::new(0.8, 0.0, 1.0));
-        let f = Footprint::of_cores(&cube, &cube, &shifted, &Vec3::z(), 0.0, 0.02).unwrap();
+        let f = ContactPatch::of_cores(&cube, &cube, &shifted, &Vec3::z(), 0.0, 0.02).unwrap();
         assert!((f.center - Vec3::new(0.4, 0.0, 0.5)).norm() < 1e-15);
     }
 
     #[test]
     fn cylinders_rest_on_lines_and_ends_and_lie_side_by_side() {
         let rod = Core::Cylinder { radius: 0.5, half_height: 2.0 };
-        let side = Footprint::on_plane(&rod, &Vec3::x(), 0.5, 0.01).unwrap();
+        let side = ContactPatch::on_plane(&rod, &Vec3::x(), 0.5, 0.01).unwrap();
         assert!((side.center - Vec3::new(0.5, 0.0, 0.0)).norm() < 1e-15);
         assert!((side.second[(1, 1)] - 4.0).abs() < 1e-14 && side.second[(2, 2)].abs() < 1e-14);
-        let end = Footprint::on_plane(&rod, &-Vec3::z(), 2.0, 0.01).unwrap();
+        let end = ContactPatch::on_plane(&rod, &-Vec3::z(), 2.0, 0.01).unwrap();
         assert!((end.second.trace() - 0.25).abs() < 1e-14);
         let beside = at(Rotation::identity(), Vec3::new(0.0, 1.005, 1.0));
-        let line = Footprint::of_cores(&rod, &rod, &beside, &Vec3::y(), 0.005, 0.02).unwrap();
+        let line = ContactPatch::of_cores(&rod, &rod, &beside, &Vec3::y(), 0.005, 0.02).unwrap();
         assert!((line.center - Vec3::new(0.0, 0.5025, 0.5)).norm() < 1e-15);
         assert!((line.second[(0, 0)] - 2.25).abs() < 1e-14 && (line.overlap - 0.015).abs() < 1e-15);
         let crossed = at(Rotation::from_axis_angle(&Vec3::y_axis(), 1.0), Vec3::new(0.0, 1.005, 0.0));
-        assert!(Footprint::of_cores(&rod, &rod, &crossed, &Vec3::y(), 0.005, 0.02).is_none());
+        assert!(ContactPatch::of_cores(&rod, &rod, &crossed, &Vec3::y(), 0.005, 0.02).is_none());
     }
 
     #[test]
@@ -410,7 +302,7 @@ mod tests {
         let normal = -Vec3::z();
         let [f, g] = halves.map(|half| {
             let placement = at(Rotation::identity(), Vec3::zeros());
-            Footprint::of_cores(&cube, &half, &placement, &normal, 0.0, 0.02).unwrap()
+            ContactPatch::of_cores(&cube, &half, &placement, &normal, 0.0, 0.02).unwrap()
         });
         let joined = f.joined(&g);
         assert!(joined.center.x.abs() < 1e-14 && joined.center.y.abs() < 1e-14);

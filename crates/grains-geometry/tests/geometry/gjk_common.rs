@@ -1,8 +1,6 @@
 //! Random pairs of cores and the certificates of a query's answer.
-#![allow(dead_code, reason = "each test program uses its own part")]
-
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Placement, Rotation, Simplex, Vec3};
+use grains_geometry::{Cone, Core, Placement, Rotation, Simplex, Vec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The generator SplitMix64.
@@ -69,6 +67,14 @@ impl Random {
                 let e = self.extents(slenderness);
                 Core::Cylinder { radius: e.x, half_height: e.y }
             }
+            Kind::Segment => Core::Segment { half_length: self.extents(slenderness).x },
+            Kind::Cone => {
+                let e = self.extents(slenderness);
+                let share = [0.0, self.unit(), 1.0][self.below(3)];
+                let radii = if self.below(2) == 0 { [e.x, e.x * share] } else { [e.x * share, e.x] };
+                let middle = self.unit();
+                Core::Cone(Cone { heights: [-middle * e.y, (2.0 - middle) * e.y], radii })
+            }
             Kind::Icosahedron => Core::polyhedron(icosahedron()),
             Kind::Hull => {
                 let e = self.extents(slenderness);
@@ -94,13 +100,22 @@ impl Random {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Point,
+    Segment,
     Box,
     Cylinder,
+    Cone,
     Icosahedron,
     Hull,
     Triangle,
 }
 
+impl Kind {
+    pub fn is_curved(self) -> bool {
+        matches!(self, Self::Cylinder | Self::Cone)
+    }
+}
+
+/// The kinds that random pairs are drawn from; capsules and cones have tests of their own.
 pub const KINDS: [Kind; 6] =
     [Kind::Point, Kind::Box, Kind::Cylinder, Kind::Icosahedron, Kind::Hull, Kind::Triangle];
 
@@ -117,6 +132,10 @@ pub fn icosahedron() -> Vec<Vec3> {
 pub fn scaled(core: &Core, s: f64) -> Core {
     match core {
         Core::Point => Core::Point,
+        Core::Segment { half_length } => Core::Segment { half_length: half_length * s },
+        Core::Cone(Cone { heights, radii }) => {
+            Core::Cone(Cone { heights: heights.map(|z| z * s), radii: radii.map(|r| r * s) })
+        }
         Core::Box(half) => Core::Box(half * s),
         Core::Cylinder { radius, half_height } => {
             Core::Cylinder { radius: radius * s, half_height: half_height * s }
@@ -136,6 +155,12 @@ pub fn holds(core: &Core, point: &Vec3, slack: f64) -> bool {
     let inside_box = |half: &Vec3| point.iter().zip(half.iter()).all(|(x, h)| x.abs() <= h + slack);
     match core {
         Core::Point => point.norm() <= slack,
+        Core::Segment { half_length } => point.xy().norm() <= slack && point.z.abs() <= half_length + slack,
+        Core::Cone(Cone { heights: [low, high], radii: [bottom, top] }) => {
+            let slope = (top - bottom) / (high - low);
+            let side = point.xy().norm() - bottom - slope * (point.z - low);
+            low - slack <= point.z && point.z <= high + slack && side <= slack * 1.0_f64.hypot(slope)
+        }
         Core::Box(half) => inside_box(half),
         Core::Cylinder { radius, half_height } => {
             point.xy().norm() <= radius + slack && point.z.abs() <= half_height + slack
@@ -234,7 +259,7 @@ impl Pair {
 
     /// Gap (m) across planes of a normal of any length, by how far the cores reach.
     pub fn gap_across(&self, axis: &Vec3) -> f64 {
-        let reach = self.a.reach(axis) + self.b.reach(&-self.placement.matrix.tr_mul(axis));
+        let reach = self.a.support_value(axis) + self.b.support_value(&-self.placement.matrix.tr_mul(axis));
         (axis.dot(&self.placement.translation) - reach) / axis.norm()
     }
 

@@ -1,9 +1,5 @@
 //! Superellipsoids against closed forms, and their distances against certificates and an independent solution.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod gjk_common;
-
-use gjk_common::{KINDS, Kind, Pair, Random, place};
+use crate::gjk_common::{KINDS, Kind, Pair, Random, place};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
@@ -146,7 +142,7 @@ fn the_crust_takes_little_of_bodies_with_edges() {
         let whole = Core::superellipsoid(Superellipsoid::new(axes, eps).unwrap());
         let tips = (0..3).map(|k| Vec3::ith(k, 1.0));
         for n in tips.chain((0..2000).map(|_| random.direction())) {
-            let gap = 1.0 - (part.core.reach(&n) + part.crust) / whole.reach(&n);
+            let gap = 1.0 - (part.core.support_value(&n) + part.crust) / whole.support_value(&n);
             assert!(gap > -1e-8 && gap < bound, "{axes:?} {eps:?}: {gap:e} along {n:?}");
         }
     }
@@ -209,7 +205,7 @@ fn for_all_pairs(seed: u64, pairs: usize, mut check: impl FnMut(&mut Random, usi
         let slenderness = if random.below(2) == 0 { 2.0 } else { 20.0 };
         let partner = number % 12;
         let other = match KINDS.get(partner) {
-            Some(kind) => gjk_common::scaled(&random.core(*kind, slenderness), size),
+            Some(kind) => crate::gjk_common::scaled(&random.core(*kind, slenderness), size),
             None => any(&mut random, size),
         };
         let own = any(&mut random, size);

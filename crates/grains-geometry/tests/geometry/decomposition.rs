@@ -1,11 +1,7 @@
 //! Meshes cut into convex parts, and meshes that bound no solid.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{DecompositionOptions, MassProperties, MassSource, Shape, ShapeError, TriMesh, Vec3};
 use std::f64::consts::{PI, TAU};
-use support::{Random, close};
 
 fn options(max_parts: u32, resolution: u32) -> DecompositionOptions {
     DecompositionOptions { max_parts, resolution, cache: None }

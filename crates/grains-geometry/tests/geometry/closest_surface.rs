@@ -1,7 +1,5 @@
 //! The way from a point inside a body to its surface, against parry's projections and against the bodies themselves.
 
-#![allow(clippy::unwrap_used)]
-
 use grains_geometry::{Component, Lobes, RegularSolid, Rotation, Shape, Vec3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
@@ -22,7 +20,7 @@ fn assert_ways_end_on_the_surface(shape: &Shape) -> usize {
     let size = shape.bounding_radius;
     let mut inside = 0;
     for point in points(size, 4000) {
-        let way = shape.way_out(&point, None);
+        let way = shape.closest_surface(&point, None);
         assert_eq!(way.is_some(), shape.contains(&point), "{point:?}");
         let Some(way) = way else { continue };
         inside += 1;
@@ -62,7 +60,7 @@ fn shortest_ways_out_of_convex_bodies_are_those_of_parry() {
         assert!(assert_ways_end_on_the_surface(&shape) > 400, "{}", shape.name);
         let (to_user, shift) = shape.user_to_body;
         for point in points(0.8, 500) {
-            let Some(way) = shape.way_out(&point, None) else { continue };
+            let Some(way) = shape.closest_surface(&point, None) else { continue };
             let there = turned * (to_user * point + shift);
             let distance = other.distance_to_local_point(Vector::new(there.x, there.y, there.z), false);
             assert!((way.distance + distance).abs() < 1e-6, "{}: {way:?} against {distance}", shape.name);
@@ -76,7 +74,9 @@ fn ways_out_of_ellipsoids_are_nearly_the_shortest() {
     assert!(assert_ways_end_on_the_surface(&shape) > 400);
     let directions: Vec<Vec3> = points(1.0, 4000).filter_map(|d| d.try_normalize(0.1)).collect();
     for point in points(0.9, 300) {
-        let Some(way) = shape.way_out(&point, None).filter(|way| way.distance < 0.2) else { continue };
+        let Some(way) = shape.closest_surface(&point, None).filter(|way| way.distance < 0.2) else {
+            continue;
+        };
         let any = |d: &Vec3| {
             let (mut low, mut high) = (0.0, 3.0);
             for _ in 0..40 {
@@ -108,7 +108,7 @@ fn ways_out_of_composites_pass_through_all_parts() {
         rotation: Rotation::identity(),
     };
     let cube = Shape::glued(&[half(-0.25), half(0.25)], 1e-9).unwrap();
-    let way = cube.way_out(&Vec3::new(0.01, 0.3, 0.0), None).unwrap();
+    let way = cube.closest_surface(&Vec3::new(0.01, 0.3, 0.0), None).unwrap();
     assert!((way.distance - 0.2).abs() < 1e-9 && (way.direction - Vec3::y()).norm() < 1e-9, "{way:?}");
 }
 
@@ -116,7 +116,7 @@ fn ways_out_of_composites_pass_through_all_parts() {
 fn ways_across_an_axis_stay_in_the_section() {
     let shape = Shape::cylinder(0.5, 0.1, 0.02).unwrap();
     let point = Vec3::new(0.1, 0.0, 0.04);
-    assert!((shape.way_out(&point, None).unwrap().distance - 0.01).abs() < 1e-12);
-    let way = shape.way_out(&point, Some(&Vec3::z())).unwrap();
+    assert!((shape.closest_surface(&point, None).unwrap().distance - 0.01).abs() < 1e-12);
+    let way = shape.closest_surface(&point, Some(&Vec3::z())).unwrap();
     assert!((way.distance - 0.4).abs() < 1e-12 && (way.direction - Vec3::x()).norm() < 1e-12, "{way:?}");
 }

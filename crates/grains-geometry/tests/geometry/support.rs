@@ -1,6 +1,4 @@
 //! Helpers of the tests.
-#![allow(dead_code, reason = "each test uses some of them")]
-
 use grains_geometry::{Rotation, Vec3};
 
 /// Reproducible numbers (xorshift).

@@ -1,14 +1,10 @@
 //! Shapes against closed forms.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{
     ConvexHull, Core, HullError, MassProperties, RegularSolid, Rotation, Shape, ShapeError, Vec3,
     principal_axes,
 };
 use std::f64::consts::PI;
-use support::{Random, close};
 
 fn core_vertices(shape: &Shape) -> Vec<Vec3> {
     let part = &shape.parts[0];
@@ -482,7 +478,7 @@ fn no_point_of_a_body_is_farther_from_an_axis_than_the_farthest() {
             .map(|k| {
                 let (sin, cos) = (PI * k as f64 / 1800.0).sin_cos();
                 let direction = start * cos + axis.cross(&start) * sin;
-                center.dot(&direction) + core.reach(&direction)
+                center.dot(&direction) + core.support_value(&direction)
             })
             .fold(0.0, f64::max);
         assert!(

@@ -1,11 +1,7 @@
 //! Areas of surfaces against closed forms.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::close;
 use grains_geometry::{Component, DecompositionOptions, Lobes, RegularSolid, Rotation, Shape, Vec3};
 use std::f64::consts::{PI, TAU};
-use support::close;
 
 #[test]
 fn convex_bodies_have_the_areas_of_their_closed_forms() {

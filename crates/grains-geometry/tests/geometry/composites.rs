@@ -1,14 +1,10 @@
 //! Glued bodies against the wholes they make, closed forms and random points.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::{Random, close};
 use grains_geometry::{
     Component, ConvexHull, Core, Lobes, MassSource, RegularSolid, Rotation, Shape, ShapeError,
     SphereArrangement, Vec3,
 };
 use std::f64::consts::PI;
-use support::{Random, close};
 
 /// Radius and height of the cylinder of Kodam et al. (2010), and its density (m, kg/m³).
 const KODAM: (f64, f64, f64) = (4e-3, 5.3e-3, 1163.63);

@@ -1,8 +1,6 @@
 //! The separating axis test of boxes against their distance.
 
-mod gjk_common;
-
-use gjk_common::{Kind, Pair, Random};
+use crate::gjk_common::{Kind, Pair, Random};
 use grains_geometry::obb::boxes_apart;
 use grains_geometry::{Core, Simplex, Vec3};
 

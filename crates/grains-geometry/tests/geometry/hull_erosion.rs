@@ -1,12 +1,8 @@
 //! Erosion of a hundred thousand random hulls, with sharp tips, edges and near-parallel faces, against the support
 //! function of the half-spaces moved inwards, which linear programming bounds from both sides.
-#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
-
-mod support;
-
+use crate::support::Random;
 use grains_geometry::{ConvexHull, MassProperties, Mat3, Shape, Vec3};
 use std::f64::consts::TAU;
-use support::Random;
 
 const HULLS: usize = 100_000;
 

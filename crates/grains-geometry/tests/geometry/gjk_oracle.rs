@@ -1,9 +1,7 @@
 //! Distances and depths of bodies of 1e-6 to 1 m against those of parry, which gets them at unit size, as its
 //! tolerances are absolute.
 
-mod gjk_common;
-
-use gjk_common::{Kind, Pair, Random};
+use crate::gjk_common::{Kind, Pair, Random};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::Separation;
 use grains_geometry::{Core, Rotation, Simplex, Vec3};
@@ -26,7 +24,7 @@ fn vector(v: &Vec3) -> Vector {
 fn oracle(core: &Core) -> Option<(Box<dyn SupportMap>, Rotation)> {
     let none = Rotation::identity();
     Some(match core {
-        Core::Point | Core::Superellipsoid(_) => return None,
+        Core::Point | Core::Segment { .. } | Core::Cone(_) | Core::Superellipsoid(_) => return None,
         Core::Box(half) => (Box::new(Cuboid::new(vector(half))), none),
         Core::Cylinder { radius, half_height } => (
             Box::new(Cylinder::new(*half_height, *radius)),

@@ -1,0 +1,22 @@
+//! Tests of shapes and distances against closed forms, certificates and independent routes.
+#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
+mod area;
+mod capsules_and_cones;
+mod closest_surface;
+mod composites;
+mod decomposition;
+mod discrete;
+mod gjk_closed_forms;
+mod gjk_common;
+mod gjk_obb;
+mod gjk_oracle;
+mod gjk_penetration;
+mod gjk_random;
+mod hull_erosion;
+mod mass_unions;
+mod mesh_files;
+mod shapes;
+mod superellipsoids;
+mod support;
+mod walls;
