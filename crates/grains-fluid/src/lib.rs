@@ -46,7 +46,7 @@
 //!
 //! With particles: prepare 16 + 20 (void fraction on faces and edges, fluxes, diagonals, coefficients), multigrid set-up
 //! 12 + 5, predict 32 + 6, diffuse 36 + 18, add 6 + 3, source 7 + 1, correct 11 + 4, remember ε 1 + 1: 179; and per
-//! iteration of the pressure 26 + 8, a seventh more for the coarse grids. See the example `mixture_speed`.
+//! iteration of the pressure 26 + 8, a seventh more for the coarse grids. See `benches/mixture_speed.rs`.
 //!
 //! # Where to add things
 //!

@@ -84,7 +84,8 @@ const ROUNDING: f64 = 1e-15;
 ///
 /// # Errors
 /// [`GjkError`] if the bounds have not closed at the iteration cap; never a made-up distance.
-#[inline]
+// Release builds compile it into every loop over pairs; test builds, which have debug assertions, compile it once.
+#[cfg_attr(not(debug_assertions), inline)]
 pub fn distance(
     a: &Core,
     b: &Core,

@@ -1,6 +1,6 @@
 //! Time per cell and step of a fluid among particles, and the iterations of its pressure equation.
 //!
-//! `cargo run --release -p grains-fluid --example mixture_speed -- [tolerance ...] [part of a name ...]`
+//! `cargo bench -p grains-fluid --bench mixture_speed -- [tolerance ...] [part of a name ...]`
 
 use grains_domain::SerialTransport;
 use grains_fluid::{
@@ -148,7 +148,7 @@ fn measure(
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (tolerances, names): (Vec<String>, Vec<String>) =
-        std::env::args().skip(1).partition(|word| word.parse::<f64>().is_ok());
+        words().partition(|word| word.parse::<f64>().is_ok());
     let given: Vec<f64> = tolerances.iter().map(|word| word.parse()).collect::<Result<_, _>>()?;
     let tolerances = if given.is_empty() { vec![1e-6, 1e-8] } else { given };
     for (name, cells, void) in CASES {
@@ -162,4 +162,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     Ok(())
+}
+
+/// Words of the command line without that of `cargo bench`.
+fn words() -> impl Iterator<Item = String> {
+    std::env::args().skip(1).filter(|word| word != "--bench")
 }

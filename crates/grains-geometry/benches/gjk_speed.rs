@@ -1,6 +1,6 @@
 //! Nanoseconds of a warm distance query, ours and parry's, on the same moving pairs of unit size.
 //!
-//! Run with `cargo run --release -p grains-geometry --example gjk_speed`.
+//! Run with `cargo bench -p grains-geometry`.
 
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, Placement, Rotation, Simplex, Superellipsoid, Vec3};

@@ -1,12 +1,12 @@
 //! Time per cell and step of a three-dimensional lid-driven cavity: Reynolds 100, Courant number 0.25.
 //!
-//! `cargo run --release -p grains-fluid --example cavity_speed -- 64 128`
+//! `cargo bench -p grains-fluid --bench cavity_speed -- 64 128`
 
 use grains_domain::SerialTransport;
 use grains_fluid::{Boundaries, Condition, Diffusion, Flow, FlowSetup, Grid, MixtureModel, Phase, Side};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let sizes: Vec<usize> = std::env::args().skip(1).map(|n| n.parse()).collect::<Result<_, _>>()?;
+    let sizes: Vec<usize> = words().map(|n| n.parse()).collect::<Result<_, _>>()?;
     let sizes = if sizes.is_empty() { vec![32, 64, 128] } else { sizes };
     for n in sizes {
         measure(n, Diffusion::Implicit, None)?;
@@ -79,4 +79,9 @@ fn measure(
     }
     println!();
     Ok(())
+}
+
+/// Words of the command line without that of `cargo bench`.
+fn words() -> impl Iterator<Item = String> {
+    std::env::args().skip(1).filter(|word| word != "--bench")
 }
