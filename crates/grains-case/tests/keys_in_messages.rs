@@ -47,7 +47,7 @@ fn a_key_that_is_none_is_found() {
         let word: Word = word.split('.').map(str::to_owned).collect();
         leads_somewhere(&schema, vec![&schema], &word)
     };
-    for none in ["fluid.cfl", "fluid.dt", "fluid.coupling.least_void", "time.steps", "wall.motion.speed"] {
+    for none in ["fluid.courant", "fluid.dt", "fluid.coupling.min_void", "time.steps", "wall.motion.speed"] {
         assert!(!is_key(none), "{none}");
     }
     for key in

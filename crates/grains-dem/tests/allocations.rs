@@ -1,7 +1,6 @@
 //! A step that rebuilds no list allocates nothing.
 
 #![allow(clippy::unwrap_used)]
-#![allow(unsafe_code)] // an allocator that counts
 
 #[allow(dead_code)] // it uses a part
 #[path = "dem/common.rs"]
@@ -11,30 +10,10 @@ use common::{Scene, lattice, law, mixed_shapes, setup, wall};
 use grains_dem::{CollisionModel, HardModel, Motion, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::Vec3;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, Ordering};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
-
-// SAFETY: every call is handed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
+use grains_testing::CountingAllocator;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator::new();
 
 /// Tests of one program run side by side: what one allocates the other must not count.
 #[test]
@@ -55,9 +34,9 @@ fn quiet_steps_allocate_nothing(is_hard: bool) {
     let mut dem = Scene { setup, particles }.start([1; 3], 0);
     let (mut quiet, mut contacts) = (0, 0);
     for step in 0..6000 {
-        let (before, rebuilds) = (ALLOCATIONS.load(Ordering::Relaxed), dem.report.rebuilds);
+        let (before, rebuilds) = (ALLOCATOR.count(), dem.report.rebuilds);
         dem.step(&SerialTransport).unwrap();
-        let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        let allocated = ALLOCATOR.count() - before;
         // Scratch space has grown to its size after a while.
         if step > 3000 && dem.report.rebuilds == rebuilds {
             assert_eq!(allocated, 0, "step {step}, hard {is_hard}");

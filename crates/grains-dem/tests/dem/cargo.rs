@@ -1,7 +1,8 @@
 //! What a coupling lets particles carry stays with them on their way through ranks.
 
-use crate::common::{Scene, lattice, law, on_ranks, setup};
+use crate::common::{Scene, lattice, law, setup};
 use grains_geometry::{Shape, Vec3};
+use grains_testing::on_ranks;
 
 /// Grains that fly through a periodic box so that all of them change ranks and places in memory several times.
 #[test]

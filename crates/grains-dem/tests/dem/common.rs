@@ -1,4 +1,4 @@
-//! Ranks as threads, and granular systems for tests.
+//! Granular systems for tests.
 
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{
@@ -7,112 +7,7 @@ use grains_dem::{
 };
 use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{Lobes, RegularSolid, Rotation, Shape, Spacing, SphereArrangement, Vec3};
-use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex};
-
-type Mailboxes = HashMap<(usize, usize), VecDeque<Vec<f64>>>;
-
-/// A rank that is a thread of this process.
-#[derive(Clone)]
-pub struct ThreadTransport {
-    rank: usize,
-    size: usize,
-    post: Arc<(Mutex<Mailboxes>, Condvar)>,
-}
-
-impl ThreadTransport {
-    fn send(&self, to: usize, message: Vec<f64>) {
-        self.post.0.lock().unwrap().entry((self.rank, to)).or_default().push_back(message);
-        self.post.1.notify_all();
-    }
-
-    fn receive(&self, from: usize) -> Vec<f64> {
-        let mut boxes = self.post.0.lock().unwrap();
-        loop {
-            if let Some(message) = boxes.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front) {
-                return message;
-            }
-            boxes = self.post.1.wait(boxes).unwrap();
-        }
-    }
-
-    /// What all ranks send here, in rank order.
-    fn all_to_all(&self, sent: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        (0..self.size).for_each(|r| self.send(r, sent[r].clone()));
-        (0..self.size).map(|r| self.receive(r)).collect()
-    }
-}
-
-impl Transport for ThreadTransport {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-    fn size(&self) -> usize {
-        self.size
-    }
-    fn exchange(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
-        peers.iter().zip(sent).for_each(|(&p, m)| self.send(p, m.clone()));
-        for (&peer, buffer) in peers.iter().zip(received) {
-            let message = self.receive(peer);
-            assert_eq!(message.len(), buffer.len(), "rank {} expects another length from {peer}", self.rank);
-            *buffer = message;
-        }
-    }
-    fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
-        peers.iter().zip(sent).for_each(|(&p, m)| self.send(p, m.clone()));
-        peers.iter().zip(received).for_each(|(&p, buffer)| *buffer = self.receive(p));
-    }
-    fn exchange_sparse(&self, sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
-        let mut outgoing = vec![Vec::new(); self.size];
-        sent.into_iter().for_each(|(rank, message)| outgoing[rank].extend(message));
-        let received = self.all_to_all(&outgoing).into_iter().enumerate();
-        received.filter(|(_, message)| !message.is_empty()).collect()
-    }
-    fn highest(&self, level: u8) -> u8 {
-        self.gather(&[f64::from(level)]).iter().fold(0, |m, &l| m.max(l as u8))
-    }
-    fn max(&self, values: &mut [f64]) {
-        let all = self.gather(values);
-        for (k, v) in values.iter_mut().enumerate() {
-            *v = all.iter().skip(k).step_by(all.len() / self.size).fold(f64::NEG_INFINITY, |m, &x| m.max(x));
-        }
-    }
-    fn sum(&self, values: &mut [f64]) {
-        let (all, n) = (self.gather(values), values.len());
-        for (k, v) in values.iter_mut().enumerate() {
-            *v = all.iter().skip(k).step_by(n).sum();
-        }
-    }
-    fn sum_counts(&self, values: &mut [u64]) {
-        let mut numbers: Vec<f64> = values.iter().map(|&v| v as f64).collect();
-        self.sum(&mut numbers);
-        values.iter_mut().zip(numbers).for_each(|(v, n)| *v = n as u64);
-    }
-    fn counts_before(&self, values: &mut [u64]) {
-        let own: Vec<f64> = values.iter().map(|&v| v as f64).collect();
-        let before = &self.gather(&own)[..self.rank * own.len()];
-        for (k, v) in values.iter_mut().enumerate() {
-            *v = before.iter().skip(k).step_by(own.len()).sum::<f64>() as u64;
-        }
-    }
-    fn gather(&self, values: &[f64]) -> Vec<f64> {
-        self.all_to_all(&vec![values.to_vec(); self.size]).concat()
-    }
-}
-
-/// Runs `job` on `size` ranks and returns their results in rank order.
-pub fn on_ranks<R: Send>(size: usize, job: impl Fn(ThreadTransport) -> R + Sync) -> Vec<R> {
-    let post = Arc::new((Mutex::new(HashMap::new()), Condvar::new()));
-    std::thread::scope(|scope| {
-        let ranks: Vec<_> = (0..size)
-            .map(|rank| {
-                let (transport, job) = (ThreadTransport { rank, size, post: post.clone() }, &job);
-                scope.spawn(move || job(transport))
-            })
-            .collect();
-        ranks.into_iter().map(|r| r.join().unwrap()).collect()
-    })
-}
+use grains_testing::on_ranks;
 
 /// A particle's whole state, as bits.
 pub type Bits = Vec<u64>;

@@ -1,10 +1,11 @@
 //! The state does not depend on the number of ranks, the decomposition, or a restart: bit for bit.
 
-use crate::common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, on_ranks, setup, wall};
+use crate::common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{ImpulseScheme, Lubrication, Sharing};
 use grains_dem::{CollisionModel, ExchangeStrategy, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
+use grains_testing::on_ranks;
 use std::sync::Arc;
 
 const GRIDS: [[usize; 3]; 6] = [[2, 1, 1], [1, 3, 1], [2, 2, 1], [1, 1, 4], [2, 2, 2], [4, 1, 2]];

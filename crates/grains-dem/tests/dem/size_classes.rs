@@ -1,10 +1,11 @@
 //! Wide distributions of sizes: every contact is found, and the bits are the same on any ranks.
 
-use crate::common::{Scene, lattice, mixed_shapes, on_ranks, setup, wall};
+use crate::common::{Scene, lattice, mixed_shapes, setup, wall};
 use grains_contact::{ContactLaw, Lubrication, Tangential};
 use grains_dem::{CollisionModel, Dem, HardModel, Kind, Motion, NewParticle, Partner, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
+use grains_testing::on_ranks;
 
 /// Radius of the large spheres (m).
 const LARGE: f64 = 4e-3;
