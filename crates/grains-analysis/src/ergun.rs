@@ -31,7 +31,7 @@ pub struct Options {
 
 /// Fewest runs that β is fitted to.
 const FEWEST_RUNS: usize = 3;
-/// Least ratio of their largest Re' to the smallest.
+/// Smallest ratio of their largest to their smallest Re'.
 const MIN_RATIO: f64 = 2.0;
 
 /// The coefficients of Ergun's equation.

@@ -66,8 +66,8 @@ impl Picture {
 
     /// A picture of at most as many of the curves as can be told apart, the first and the last among them.
     pub fn few(name: &str, title: impl Into<String>, axes: [&str; 2], curves: Vec<Curve>) -> Self {
-        let (all, most) = (curves.len(), COLOURS.len());
-        let is_kept = |k: usize| all <= most || (0..most).any(|m| m * (all - 1) / (most - 1) == k);
+        let (all, max) = (curves.len(), COLOURS.len());
+        let is_kept = |k: usize| all <= max || (0..max).any(|m| m * (all - 1) / (max - 1) == k);
         let kept = curves.into_iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, curve)| curve);
         let mut picture = Self::new(name, title, axes, kept.collect());
         if let [only] = &mut picture.curves[..] {

@@ -203,10 +203,10 @@ fn distance(options: &Options, (region, case): (&Region, &Case), diameter: f64) 
         Some(_) => f64::INFINITY,
         None => 0.5 * (region.upper[a] - region.lower[a]),
     };
-    let most = space.longest().min(half(a)).min(half(b)).min(half(region.axis));
-    if distance.is_nan() || distance <= 0.0 || distance > most {
+    let max = space.longest().min(half(a)).min(half(b)).min(half(region.axis));
+    if distance.is_nan() || distance <= 0.0 || distance > max {
         return Err(RunError::case(format!(
-            "--distance: {distance} m must be positive and at most {most} m, half of the shortest side of the region; give a smaller one, or a larger region"
+            "--distance: {distance} m must be positive and at most {max} m, half of the shortest side of the region; give a smaller one, or a larger region"
         )));
     }
     Ok(distance)

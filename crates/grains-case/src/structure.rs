@@ -296,10 +296,10 @@ impl<'a> Reader<'a, '_, '_> {
         doc: &str,
     ) -> Option<toml::Value> {
         let limit = |keyword| layers.find(keyword).and_then(Json::as_u64).map(|n| n as usize);
-        let (least, most) = (limit("minItems").unwrap_or(0), limit("maxItems").unwrap_or(usize::MAX));
-        if list.len() < least || list.len() > most {
-            let word = if least == 1 { "entry" } else { "entries" };
-            let wanted = if least == most { "" } else { "at least " }.to_owned() + &format!("{least} {word}");
+        let (min, max) = (limit("minItems").unwrap_or(0), limit("maxItems").unwrap_or(usize::MAX));
+        if list.len() < min || list.len() > max {
+            let word = if min == 1 { "entry" } else { "entries" };
+            let wanted = if min == max { "" } else { "at least " }.to_owned() + &format!("{min} {word}");
             let message = explain(format!("must have {wanted}, not {}", list.len()), doc);
             self.error(span, path, true, message);
             return None;

@@ -25,11 +25,11 @@ impl Shape {
         for part in &self.parts {
             let turned = across.map(|axis| part.rotation.tr_mul(axis));
             part.for_each_normal(&part.rotation.tr_mul(&(point - part.center)), turned.as_ref(), |way| {
-                let least = best.map_or(f64::INFINITY, |best| best.distance);
-                if way.distance < least {
+                let min = best.map_or(f64::INFINITY, |best| best.distance);
+                if way.distance < min {
                     let direction = part.rotation * way.direction;
                     let distance = self.exit(point, &direction, way.distance);
-                    if distance < least {
+                    if distance < min {
                         best = Some(ClosestSurface { distance, direction });
                     }
                 }

@@ -138,8 +138,8 @@ pub(crate) const END: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Some unit vector normal to a unit vector.
 pub(crate) fn normal_to(axis: &Vec3) -> Vec3 {
-    let least = Vec3::ith(axis.iamin(), 1.0);
-    axis.cross(&least).normalize()
+    let crosswise = Vec3::ith(axis.iamin(), 1.0);
+    axis.cross(&crosswise).normalize()
 }
 
 /// Lowest and highest corner of the box around points (m).

@@ -14,7 +14,7 @@ use polytope::{Polytope, Start, start};
 /// How far, and which way, one core has to move to leave the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
-    /// Least translation that separates the cores (m); rounding may make it a trifle negative.
+    /// Smallest translation that separates the cores (m); rounding may make it a trifle negative.
     pub depth: f64,
     /// Unit vector from A to B: moving B by depth · normal separates the cores (-).
     pub normal: Vec3,
@@ -87,7 +87,7 @@ impl<'a> Difference<'a> {
     }
 }
 
-/// Least translation that separates core `a` from core `b`, put at `placement` in the frame of `a`.
+/// Smallest translation that separates core `a` from core `b`, put at `placement` in the frame of `a`.
 ///
 /// To be asked when [`distance`] answers `Meeting`; `simplex` is what that query left. Exact for
 /// polyhedral cores; for curved ones exact to first order in the direction, thus in depth to rounding.
@@ -182,7 +182,7 @@ fn flat(set: &Difference, normal: Vec3, simplex: &Simplex) -> Result<Penetration
     Ok(set.facing(normal, point_a))
 }
 
-/// Moves to the nearby least depth on a curved surface or beside a skinny face: B is moved out a little farther than it has to
+/// Moves to the nearby smallest depth on a curved surface or beside a skinny face: B is moved out a little farther than it has to
 /// be and the normal of the distance taken for the next direction.
 fn polish(set: &Difference, found: Penetration) -> Penetration {
     let mut best = set.facing(found.normal, found.point_a);

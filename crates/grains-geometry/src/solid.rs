@@ -72,12 +72,12 @@ pub(crate) fn solid_mass(mesh: &TriMesh) -> Result<MassProperties, SolidError> {
     let triangles = mesh.triangles.len();
     let mass = MassProperties::of_closed_mesh(mesh);
     let (volume, size) = (mass.volume, mesh.diagonal());
-    let least = FLAT * size.powi(3);
-    if volume < -least {
+    let flat = FLAT * size.powi(3);
+    if volume < -flat {
         return Err(SolidError::Inverted { triangles, volume });
     }
     // Not the opposite comparison: NaN is no volume either.
-    if volume.partial_cmp(&least) != Some(std::cmp::Ordering::Greater) {
+    if volume.partial_cmp(&flat) != Some(std::cmp::Ordering::Greater) {
         return Err(SolidError::Flat { triangles, volume, size });
     }
     // The second moments of a solid, tr J/2 − J, are positive along every axis; and its centre of mass

@@ -4,7 +4,7 @@
 //! (Srinivasan 2019, eq. 2.1: ε₂ shapes the x-y section, ε₁ the meridian). Its support function is the
 //! dual norm, with the conjugate exponents 2/(2 − ε): h(n) = ‖(‖(a₁n₁, a₂n₂)‖_{p'}, a₃n₃)‖_{q'}, and the
 //! support point its gradient. Less the inset r the body has the support function h(n) − r|n| and is
-//! convex up to the least radius of curvature; a ball of radius r swept over it gives the body back.
+//! convex up to the smallest radius of curvature; a ball of radius r swept over it gives the body back.
 
 mod local;
 mod size;

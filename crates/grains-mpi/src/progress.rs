@@ -137,7 +137,7 @@ fn particles(summary: &Summary, case: &Case) {
     );
     if summary.deep_penetrations > 0 {
         say!(
-            "warning: shrunken cores met {} times and were resolved by the penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
+            "warning: {} deep penetrations, overlaps beyond the crust, took the slower penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
             summary.deep_penetrations
         );
     }

@@ -210,14 +210,14 @@ fn cross_section(
     table: &Table,
     transport: &MpiTransport,
 ) -> Result<Picture, RunError> {
-    const MOST: usize = 3000;
+    const MAX: usize = 3000;
     let wanted = [Extra::Material, Extra::Velocity, Extra::AngularVelocity];
     let snapshot = run.read(transport, state, &wanted, "drum")?;
     // Every stride-th of all, counted over the ranks.
     let (mut first, mut total) = ([snapshot.len() as u64], [snapshot.len() as u64]);
     transport.counts_before(&mut first);
     transport.sum_counts(&mut total);
-    let stride = (total[0] as usize).div_ceil(MOST).max(1);
+    let stride = (total[0] as usize).div_ceil(MAX).max(1);
     let skipped = (first[0] as usize).next_multiple_of(stride) - first[0] as usize;
     let own = snapshot.position.iter().skip(skipped).step_by(stride);
     let all = transport.gather(&own.flat_map(|x| drum.place(x)).collect::<Vec<f64>>());

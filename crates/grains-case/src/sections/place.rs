@@ -90,7 +90,7 @@ pub fn default_spacing(bounding_radius: f64, noise: f64) -> f64 {
     2.002 * bounding_radius / (1.0 - 2.0 * noise)
 }
 
-/// Most places (-) along an axis: those of three axes can be numbered in 64 bits.
+/// Largest number of places (-) along an axis: those of three axes can be numbered in 64 bits.
 pub(crate) const MOST_PLACES: f64 = 2_097_151.0;
 
 /// Number of lattice cells (-) of an edge (m) that fit along each axis between two corners (m).

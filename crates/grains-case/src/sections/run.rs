@@ -24,11 +24,11 @@ pub(crate) fn check_flow_planes(
     domain: &Domain,
     checker: &mut Checker,
 ) -> Vec<FlowPlane> {
-    const MOST: usize = 32;
-    if planes.len() > MOST {
+    const MAX: usize = 32;
+    if planes.len() > MAX {
         checker.error(
-            &format!("flow_plane[{MOST}]"),
-            format!("at most {MOST} planes are counted; leave some out"),
+            &format!("flow_plane[{MAX}]"),
+            format!("at most {MAX} planes are counted; leave some out"),
         );
     }
     for (i, plane) in planes.iter_mut().enumerate() {

@@ -425,7 +425,7 @@ fn round() -> [f64; 2] {
     [1.0; 2]
 }
 
-/// Largest (`side` = 1) or least (-1) distance (m) of a superellipsoid's surface from its centre.
+/// Largest (`side` = 1) or smallest (-1) distance (m) of a superellipsoid's surface from its centre.
 ///
 /// The extreme of c X + d Y on X^(1/ε) + Y^(1/ε) = 1, X and Y squares, is (c^s + d^s)^(1/s) with s = 1/(1 − ε) if
 /// that has the sign of the side, else at an end.

@@ -103,7 +103,7 @@ pub(crate) fn read_clone(message: &[f64]) -> (u64, Body, Rotation) {
     (message[0] as u64, body, read_orientation(clone_update))
 }
 
-/// Most numbers that tell of a clone: position, velocity, angular velocity, orientation.
+/// Largest length of the record of a clone: position, velocity, angular velocity, orientation.
 pub(crate) const UPDATE_LENGTH: usize = 13;
 /// Those without orientation, of spheres.
 pub(crate) const SPHERE_UPDATE_LENGTH: usize = 9;

@@ -99,8 +99,8 @@ impl OpenTube {
 
     /// Some unit vector across the axis.
     fn across(&self) -> Vec3 {
-        let least = Vec3::ith(self.axis.iamin(), 1.0);
-        self.axis.cross(&least).normalize()
+        let crosswise = Vec3::ith(self.axis.iamin(), 1.0);
+        self.axis.cross(&crosswise).normalize()
     }
 
     /// Coordinate along the axis (m), unit vector away from it, and distance from it (m).

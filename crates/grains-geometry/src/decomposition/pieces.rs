@@ -151,9 +151,9 @@ fn voxel_corners(set: &VoxelSet, voxel: &Voxel) -> impl Iterator<Item = Vector> 
     (0..8).map(move |bits| middle + Vector::new(sign(bits, 0), sign(bits, 1), sign(bits, 2)))
 }
 
-/// Unites pieces, always the pair whose common hull adds the least volume: until there are no more
+/// Unites pieces, always the pair whose common hull adds the smallest volume: until there are no more
 /// than `most` and none is thin, and as long as it costs nearly nothing.
-fn unite(mut pieces: Vec<Piece>, most: usize, voxel: f64) -> Vec<Piece> {
+fn unite(mut pieces: Vec<Piece>, max: usize, voxel: f64) -> Vec<Piece> {
     let total: f64 = pieces.iter().map(|p| p.volume).sum();
     let mut unions: Vec<Union> = Vec::new();
     for j in 1..pieces.len() {
@@ -161,7 +161,7 @@ fn unite(mut pieces: Vec<Piece>, most: usize, voxel: f64) -> Vec<Piece> {
     }
     loop {
         let is_thin = |k: usize| pieces[k].inscribed < THIN * voxel;
-        let must = pieces.len() > most;
+        let must = pieces.len() > max;
         let candidate = |u: &&Union| must || u.cost <= FREE * total || is_thin(u.first) || is_thin(u.second);
         let Some(best) = unions.iter().filter(candidate).min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
             return pieces;

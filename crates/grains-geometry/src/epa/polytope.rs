@@ -69,13 +69,13 @@ impl Polytope {
         polytope
     }
 
-    /// Number of the first of the exposed faces of least distance.
+    /// Number of the first of the exposed faces of smallest distance.
     pub fn nearest_face(&self) -> Option<usize> {
         let mut best = None;
-        let mut least = f64::INFINITY;
+        let mut min = f64::INFINITY;
         for (number, face) in self.faces.iter().enumerate() {
-            if face.exposed && face.distance < least {
-                (best, least) = (Some(number), face.distance);
+            if face.exposed && face.distance < min {
+                (best, min) = (Some(number), face.distance);
             }
         }
         best

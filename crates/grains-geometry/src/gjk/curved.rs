@@ -2,7 +2,7 @@
 //!
 //! The points of the simplex tell the features: vertex, edge or face of a polyhedral core, rim, side
 //! or end of a cylinder. Each is a base point plus at most two linear freedoms plus, for rim and side,
-//! a circle. The linear freedoms are projected out; what is left is the least |v|² over the angles on
+//! a circle. The linear freedoms are projected out; what is left is the smallest |v|² over the angles on
 //! the circles, at most two, found by Newton's method. A wrong guess of the features does no harm: the
 //! caller certifies the result by support points and carries on without it.
 
@@ -296,7 +296,7 @@ fn face(a: &mut Circle, b: &mut Circle, center: &Vec3, normal: &Vec3) -> bool {
     true
 }
 
-/// Newton's method for the least ½|v|² over the angles; false if it leaves the neighbourhood.
+/// Newton's method for the smallest ½|v|² over the angles; false if it leaves the neighbourhood.
 ///
 /// `outside` is the projection P beside the freedoms. With v = P(center + b − a): ∂v/∂α = −P a', ∂v/∂β = P b', and a'' = −a, b'' = −b for circles.
 #[inline(always)]

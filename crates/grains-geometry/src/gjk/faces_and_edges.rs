@@ -5,7 +5,7 @@
 //! and the bound is attained.
 //!
 //! Else, seen along the direction from one core to the other, the edges of the two faces that look at each other cross; where
-//! their gap is least the points of two edges nearest each other are the answer, if no plane speaks against it. Bodies that
+//! their gap is smallest the points of two edges nearest each other are the answer, if no plane speaks against it. Bodies that
 //! rock on their faces change between all these from step to step.
 
 use super::search::Query;
@@ -98,7 +98,7 @@ impl Query<'_> {
     }
 
     /// The answer if the cores meet edge on edge, seen along `v`, about from A to B: of the edges about the two faces that
-    /// look at each other, those that cross where the gap is least.
+    /// look at each other, those that cross where the gap is smallest.
     #[inline(always)]
     pub(super) fn edge_on_edge<A: Support, B: Support>(
         &self,

@@ -16,7 +16,7 @@ pub(super) struct Query<'a> {
 
 /// The bounds did not close.
 pub(super) struct Stall {
-    /// Least difference of the bounds (m).
+    /// Smallest difference of the bounds (m).
     pub gap: f64,
     /// Iteration that reached it.
     pub iterations: usize,
@@ -220,7 +220,7 @@ impl Query<'_> {
         a.extent() + b.extent() * scale + t.x.abs() + t.y.abs() + t.z.abs()
     }
 
-    /// The pair of points of least v·(b − a).
+    /// The pair of points of smallest v·(b − a).
     #[inline(always)]
     fn support<A: Support, B: Support>(&self, a: &A, b: &B, v: &Vec3) -> Pair {
         let a = a.farthest(v);

@@ -35,7 +35,7 @@ const LONGEST_STEP: f64 = 0.5;
 /// Distance of the points across the normal, relative to the size, and sine of the angle of the normals, at
 /// which a penetration is settled; the depth is then exact to its square.
 const SETTLED: f64 = 1e-9;
-/// Curvature of two flat faces, times the size, taken for the least.
+/// Curvature of two flat faces, times the size, taken for the smallest.
 const LEAST_CURVATURE: f64 = 1e-13;
 
 type Matrix2 = [[f64; 2]; 2];
@@ -47,7 +47,7 @@ struct Pair<'a> {
     placement: &'a Placement,
     scale: f64,
     inverse_scale: f64,
-    /// Least curvature (1/m).
+    /// Smallest curvature (1/m).
     floor: f64,
     is_sharp: bool,
 }
@@ -89,7 +89,7 @@ pub(super) fn pair(
 /// How deep two superellipsoids less their insets are in each other: depth (m), normal from A to B, and the
 /// deepest point of A (m), in the frame of A.
 ///
-/// The nearest least depth to the points of the simplex, found by Newton's method like the distance; `None` if
+/// The nearest smallest depth to the points of the simplex, found by Newton's method like the distance; `None` if
 /// it fails or the bodies are deeper than half of the thinner one, where another direction may be shorter.
 pub(crate) fn penetration(
     a: &Superellipsoid,

@@ -37,18 +37,18 @@ enum Normals {
     OfBodies,
 }
 
-/// Radius of the largest ball about the centre: for each norm the least c X + d Y on X^(1/ε) + Y^(1/ε) = 1,
+/// Radius of the largest ball about the centre: for each norm the smallest c X + d Y on X^(1/ε) + Y^(1/ε) = 1,
 /// with squares for variables, is at an end for ε ≤ 1 and (c^s + d^s)^(1/s), s = 1/(1 − ε), beyond (m).
 pub(super) fn inscribed_radius(semi_axes: &Vec3, eps: [f64; 2]) -> f64 {
-    let least = |c: f64, d: f64, eps: f64| if eps <= 1.0 { c.min(d) } else { mean(c, d, 1.0 / (1.0 - eps)) };
-    extreme(semi_axes, eps, least)
+    let min = |c: f64, d: f64, eps: f64| if eps <= 1.0 { c.min(d) } else { mean(c, d, 1.0 / (1.0 - eps)) };
+    extreme(semi_axes, eps, min)
 }
 
 /// Radius of the smallest ball about the centre that holds the body: as [`inscribed_radius`] with the
 /// largest value, which is at an end for ε ≥ 1 (m).
 pub(super) fn bounding_radius(semi_axes: &Vec3, eps: [f64; 2]) -> f64 {
-    let most = |c: f64, d: f64, eps: f64| if eps >= 1.0 { c.max(d) } else { mean(c, d, 1.0 / (1.0 - eps)) };
-    extreme(semi_axes, eps, most)
+    let max = |c: f64, d: f64, eps: f64| if eps >= 1.0 { c.max(d) } else { mean(c, d, 1.0 / (1.0 - eps)) };
+    extreme(semi_axes, eps, max)
 }
 
 fn extreme(semi_axes: &Vec3, eps: [f64; 2], of: impl Fn(f64, f64, f64) -> f64) -> f64 {
@@ -90,9 +90,9 @@ impl Superellipsoid {
         if self.is_sharp() {
             return 0.0;
         }
-        let (least, most) = (self.semi_axes.min(), self.semi_axes.max());
+        let (min, max) = (self.semi_axes.min(), self.semi_axes.max());
         if self.eps == [1.0; 2] {
-            return least * least / most;
+            return min * min / max;
         }
         1.0 / largest_over_octant(|azimuth, latitude, _| self.largest_curvature(azimuth, latitude))
     }
@@ -108,7 +108,7 @@ impl Superellipsoid {
     /// A smaller superellipsoid which, swept by a ball of the given radius (m), stays within this one and touches it:
     /// bodies with edges have no inner parallel body of their own kind.
     ///
-    /// Of those of semi-axes (1 − t)(aᵢ − λ radius) and any exponents the one that leaves the least gap,
+    /// Of those of semi-axes (1 − t)(aᵢ − λ radius) and any exponents the one that leaves the smallest gap,
     /// relative to the body's extent in any direction: a larger ε keeps the tips in place while the faces
     /// between them move inwards.
     pub fn rounded(&self, radius: f64) -> Self {

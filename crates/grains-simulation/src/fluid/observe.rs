@@ -197,11 +197,11 @@ impl FluidPhase {
         let along = main_axis(case);
         let last = flow.setup.grid.axis(along).cells() - 1;
         let mut drop = flow.mean_pressure(along, 0, transport) - flow.mean_pressure(along, last, transport);
-        let (mut solid, mut least, mut imbalance) = ([0.0], [-1.0], 0.0);
+        let (mut solid, mut void_fraction, mut imbalance) = ([0.0], [-1.0], 0.0);
         if let Some(exchange) = &self.exchange {
             let own = &dem.particles.bodies[..dem.particles.owned];
             solid[0] = own.iter().map(|body| exchange.coupling.volume(body)).sum();
-            least[0] = -exchange.account.min_void_fraction;
+            void_fraction[0] = -exchange.account.min_void_fraction;
             imbalance = exchange.imbalance(&dem.particles, transport).norm();
             drop += exchange.drop_at_boundaries(along, transport);
         }
@@ -210,16 +210,16 @@ impl FluidPhase {
             let densities = &dem.setup.catalogue.densities;
             solid[0] = own.iter().map(|body| body.mass / densities[body.kind.material as usize]).sum();
             // Neither is measured of bodies that the grid resolves.
-            (least[0], imbalance) = (f64::NAN, f64::NAN);
+            (void_fraction[0], imbalance) = (f64::NAN, f64::NAN);
         }
         transport.sum(&mut solid);
         if self.resolved.is_none() {
-            transport.max(&mut least);
+            transport.max(&mut void_fraction);
         }
         let (energy, iterations) = (flow.kinetic_energy(transport), self.report.solve.iterations as f64);
         let mut row = vec![dt, rate * dt, energy, divergence, drop];
         row.extend(flow.state.force);
-        row.extend([iterations, -least[0], solid[0], imbalance]);
+        row.extend([iterations, -void_fraction[0], solid[0], imbalance]);
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
         if self.resolved.is_some() {

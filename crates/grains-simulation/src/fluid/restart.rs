@@ -110,13 +110,13 @@ impl FluidPhase {
         let mut rise = account.map_or([[0.0; 2]; 3], |account| account.rise);
         transport.sum(rise.as_flattened_mut());
         let imbalance = self.exchange.as_ref().map(|exchange| exchange.imbalance(&dem.particles, transport));
-        let mut least = [-account.map_or(1.0, |account| account.min_void_fraction)];
-        transport.max(&mut least);
+        let mut min = [-account.map_or(1.0, |account| account.min_void_fraction)];
+        transport.max(&mut min);
         let multipliers = self.resolved.as_ref().map_or(0, |resolved| resolved.bodies.iterations());
         LastStep {
             dt: self.report.dt,
             iterations: [self.report.solve.iterations, multipliers].map(|n| n as u64),
-            min_void_fraction: -least[0],
+            min_void_fraction: -min[0],
             rise,
             imbalance: imbalance.map_or([0.0; 3], Into::into),
             sampled: self.sampled,

@@ -12,9 +12,9 @@ use crate::sections::insert::Insert;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::time::{Time, TimeStep};
 
-/// Most that widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
+/// Largest factor by which widths of cells may differ along the axes: the fluid around particles is looked at along their normals, no
 /// further than the halo reaches.
-const MOST_STRETCHED: f64 = 2.0;
+const MAX_STRETCHING: f64 = 2.0;
 
 /// What particles do in the flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -90,7 +90,7 @@ pub struct Resolved {
     #[serde(default = "usual_tolerance")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: f64,
-    /// Most iterations of that solve (-); "multiplier" only.
+    /// Largest number of iterations of that solve (-); "multiplier" only.
     #[serde(default = "usual_iterations")]
     #[schemars(extend("minimum" = 1))]
     pub iterations: u64,
@@ -164,13 +164,13 @@ pub(crate) fn check_step(
     checker: &mut Checker,
 ) {
     let Some(resolved) = &fluid.resolved else { return };
-    let most = resolved.largest_diffusion_number(inserts);
+    let max = resolved.largest_diffusion_number(inserts);
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(domain, a)[0]);
     let width = widths.fold(f64::INFINITY, f64::min);
-    let longest = most * width * width * fluid.density / fluid.viscosity;
-    if resolved.diffusion_number > most {
+    let longest = max * width * width * fluid.density / fluid.viscosity;
+    if resolved.diffusion_number > max {
         let message = format!(
-            "the forces of particles alternate from step to step beyond {most}; take {most} or less, or {}",
+            "the forces of particles alternate from step to step beyond {max}; take {max} or less, or {}",
             resolved.steady_remedy()
         );
         checker.error("fluid.resolved.diffusion_number", message);
@@ -181,7 +181,7 @@ pub(crate) fn check_step(
         && dt > longest
     {
         let message = format!(
-            "the forces of particles alternate from step to step beyond {} s, nu dt/dx2 = {most}; lower it, take \"auto\", or {}",
+            "the forces of particles alternate from step to step beyond {} s, nu dt/dx2 = {max}; lower it, take \"auto\", or {}",
             rounded(longest),
             resolved.steady_remedy()
         );
@@ -224,15 +224,15 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], ch
         );
     }
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(context.domain, a)[1]);
-    let [least, most] = widths.fold([f64::INFINITY, 0.0], |[least, most], w| [w.min(least), w.max(most)]);
-    if most > MOST_STRETCHED * least {
+    let [min, max] = widths.fold([f64::INFINITY, 0.0], |[min, max], w| [w.min(min), w.max(max)]);
+    if max > MAX_STRETCHING * min {
         checker.error(
             "fluid.cells",
             format!(
-                "cells of {} to {} m, more than {MOST_STRETCHED} times as long as wide, do not resolve particles; take \
+                "cells of {} to {} m, more than {MAX_STRETCHING} times as long as wide, do not resolve particles; take \
                  about as many per metre along all axes",
-                rounded(least),
-                rounded(most)
+                rounded(min),
+                rounded(max)
             ),
         );
     }

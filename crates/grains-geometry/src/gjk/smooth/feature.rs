@@ -64,7 +64,7 @@ pub(crate) fn feature_first<A: Support>(
     })
 }
 
-/// The answer and the surface at its nearest point; `lowest` is the least n·x of the other core.
+/// The answer and the surface at its nearest point; `lowest` is the smallest n·x of the other core.
 #[inline(always)]
 fn nearest(
     body: &Superellipsoid,
