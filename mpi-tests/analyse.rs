@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 /// All analyses with options that use most of them.
-const ANALYSES: [&[&str]; 10] = [
+const ANALYSES: [&[&str]; 11] = [
     &["void-fraction", "results", "--cells", "3e5", "--radial", "axis", "--refine", "--crop", "1"],
     &["ranking", "results", "--crop", "0"],
     &["profiles", "results", "--time", "0.1:", "--bins", "7"],
@@ -21,6 +21,7 @@ const ANALYSES: [&[&str]; 10] = [
     &["granular-temperature", "results", "--time", "all", "--cell", "0.02"],
     &["mixing", "results", "--time", "0.1:", "--cell", "0.02", "--min", "3"],
     &["flow-rate", "results", "--window", "0.03"],
+    &["radial-distribution", "results", "--time", "0.1:", "--bins", "20"],
 ];
 
 /// The tables and pictures of a folder, by name.

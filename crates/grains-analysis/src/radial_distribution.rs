@@ -32,7 +32,7 @@ pub struct Options {
     #[cfg_attr(feature = "clap", command(flatten))]
     /// Where particles count.
     pub region: RegionOptions,
-    /// Largest distance (m); four mean diameters if absent.
+    /// Largest distance (m); four mean diameters if absent, in narrow regions a quarter of the width.
     #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
     pub distance: Option<f64>,
     /// Shells between centres that coincide and the largest distance.
@@ -196,7 +196,6 @@ pub fn measure(
 
 /// Largest distance (m) of the options, which must leave a centre in the region.
 fn distance(options: &Options, (region, case): (&Region, &Case), diameter: f64) -> Result<f64, RunError> {
-    let distance = options.distance.unwrap_or(4.0 * diameter);
     let space = Space::new(region, case);
     let [a, b] = across(region.axis);
     let half = |a: usize| match space.periods[a] {
@@ -204,6 +203,7 @@ fn distance(options: &Options, (region, case): (&Region, &Case), diameter: f64) 
         None => 0.5 * (region.upper[a] - region.lower[a]),
     };
     let max = space.longest().min(half(a)).min(half(b)).min(half(region.axis));
+    let distance = options.distance.unwrap_or((4.0 * diameter).min(0.5 * max));
     if distance.is_nan() || distance <= 0.0 || distance > max {
         return Err(RunError::case(format!(
             "--distance: {distance} m must be positive and at most {max} m, half of the shortest side of the region; give a smaller one, or a larger region"
