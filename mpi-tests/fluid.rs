@@ -150,7 +150,7 @@ fn beads_settle_in_a_periodic_box_at_zero_flux_of_the_mixture() {
 /// A step of the fluid is shorter than the particle steps given where the CFL number asks for it, and says so once; where
 /// one step of the particles is too long already the run says which key must change.
 #[test]
-fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
+fn the_cfl_number_is_kept_or_the_run_says_what_would_keep_it() {
     let home = folder("fluid_cfl");
     let with_steps = replaced(&case("bed.toml"), "model = \"A\", ", "model = \"A\", particle_steps = 300, ");
     let output = run_case(2, &home, &with_steps, &[]).succeeded();
@@ -159,9 +159,9 @@ fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
     // By the velocity at the beginning of a step; at its end that may be a little faster.
     let largest = series(&home.join("results")).column("fluid_cfl").into_iter().fold(0.0, f64::max);
     assert!(largest > 0.1 && largest < 0.3, "CFL number {largest}");
-    let home = folder("fluid_courant_refused");
+    let home = folder("fluid_cfl_refused");
     let too_long =
-        replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncourant = 1e-3\n");
+        replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncfl = 1e-3\n");
     let output = run_case(2, &home, &too_long, &[]);
     let message = output.only_error(3);
     for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.cfl = 0.001 allows", "take time.dt = "] {
@@ -169,7 +169,7 @@ fn the_courant_number_is_kept_or_the_run_says_what_would_keep_it() {
     }
     // What it says does it.
     let most = message.split("take time.dt = ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
-    let home = folder("fluid_courant_followed");
+    let home = folder("fluid_cfl_followed");
     let shorter = replaced(&too_long, "dt = 1e-5", &format!("dt = {most}"));
     let shorter =
         replaced(&shorter, "end = 0.03", "end = 1e-5").replace("checkpoint = 0.015", "checkpoint = 0");
