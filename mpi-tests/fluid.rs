@@ -160,8 +160,7 @@ fn the_cfl_number_is_kept_or_the_run_says_what_would_keep_it() {
     let largest = series(&home.join("results")).column("fluid_cfl").into_iter().fold(0.0, f64::max);
     assert!(largest > 0.1 && largest < 0.3, "CFL number {largest}");
     let home = folder("fluid_cfl_refused");
-    let too_long =
-        replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncfl = 1e-3\n");
+    let too_long = replaced(&case("bed.toml"), "cells = [12, 4, 16]\n", "cells = [12, 4, 16]\ncfl = 1e-3\n");
     let output = run_case(2, &home, &too_long, &[]);
     let message = output.only_error(3);
     for words in ["t = ", "time.dt is 1.000e-5 s", "fluid.cfl = 0.001 allows", "take time.dt = "] {

@@ -178,25 +178,14 @@ impl Files {
             CasePrecision::F64 => Precision::F64,
             CasePrecision::F32 => Precision::F32,
         };
-        let time = dem.time();
-        let open = |name: &str, wanted: bool, specs: &[FieldSpec], is_surface: bool| {
-            let path = directory.join(name);
-            if !wanted {
-                return Ok(None);
-            }
-            // A restart right at the beginning, or one that asks for a file the first run did not write.
-            let file = if is_own && transport.any(is_first && path.exists()) {
-                PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time).and_then(
-                    |file| {
-                        file.record_restart(&metadata)?;
-                        Ok(file)
-                    },
-                )
-            } else {
-                let format = (precision, case.output.compress);
-                PolyDataFile::create(&path, communicator, specs, is_surface, format, &metadata)
-            };
-            file.map(Some)
+        let opening = Opening {
+            directory: &directory,
+            format: (precision, case.output.compress),
+            metadata: &metadata,
+            restart: is_own.then_some((dem.step, dem.time())),
+        };
+        let open = |name: &str, is_wanted: bool, specs: &[FieldSpec], is_surface: bool| {
+            is_wanted.then(|| open_polydata(&opening, name, (specs, is_surface), transport)).transpose()
         };
         let particle_fields = particle_fields(case);
         let has_particles = case.output.particles > 0.0 && !case.inserts.is_empty();
@@ -204,32 +193,10 @@ impl Files {
         let has_walls = has_particles && !case.walls.is_empty();
         let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
         let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
-        let opening = Opening {
-            directory: &directory,
-            format: (precision, case.output.compress),
-            metadata: &metadata,
-            restart: is_own.then_some((dem.step, time)),
-        };
         let fluid_files =
             fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
-        let series = if is_first && case.output.series > 0.0 {
-            let path = directory.join("series.csv");
-            let all = columns(dem).into_iter().chain(fluid::columns(case));
-            let (columns, units): (Vec<String>, Vec<&str>) = all.unzip();
-            if is_own && path.exists() {
-                Series::resume(&path, &columns, dem.step).and_then(|mut series| {
-                    let changes = continued.map_or(String::new(), |continued| continued.changes.join("\n"));
-                    series.note(&[(format!("from step {}", dem.step), changes)])?;
-                    Ok(Some(series))
-                })
-            } else {
-                let mut comments = metadata.clone();
-                comments.push(("units".into(), units.join(",")));
-                Series::create(&path, &columns, &comments).map(Some)
-            }
-        } else {
-            Ok(None)
-        };
+        let is_written = is_first && case.output.series > 0.0;
+        let series = is_written.then(|| open_series(case, dem, &opening, continued)).transpose();
         let series = agree(communicator, series)?;
         let keep = case.output.keep_checkpoints as usize;
         Ok(Self {
@@ -417,6 +384,50 @@ impl Files {
         }
         Ok(())
     }
+}
+
+/// Opens a file of snapshots: the one there goes on after a restart, else a new one begins.
+fn open_polydata(
+    opening: &Opening,
+    name: &str,
+    (specs, is_surface): (&[FieldSpec], bool),
+    transport: &MpiTransport,
+) -> Result<PolyDataFile, FileError> {
+    let (path, communicator) = (opening.directory.join(name), transport.communicator());
+    // There is none after a restart right at the beginning, or where the first run did not write one.
+    let is_there = transport.any(transport.rank() == 0 && path.exists());
+    match opening.restart.filter(|_| is_there) {
+        Some((_, time)) => {
+            let (precision, _) = opening.format;
+            let file = PolyDataFile::resume(&path, communicator, specs, is_surface, precision, time)?;
+            file.record_restart(opening.metadata)?;
+            Ok(file)
+        }
+        None => {
+            PolyDataFile::create(&path, communicator, specs, is_surface, opening.format, opening.metadata)
+        }
+    }
+}
+
+/// Opens the time series: the one there goes on after a restart, else a new one begins.
+fn open_series(
+    case: &Case,
+    dem: &Dem,
+    opening: &Opening,
+    continued: Option<&Continued>,
+) -> Result<Series, FileError> {
+    let path = opening.directory.join("series.csv");
+    let (columns, units): (Vec<String>, Vec<&str>) =
+        columns(dem).into_iter().chain(fluid::columns(case)).unzip();
+    if opening.restart.is_some() && path.exists() {
+        let mut series = Series::resume(&path, &columns, dem.step)?;
+        let changes = continued.map_or(String::new(), |continued| continued.changes.join("\n"));
+        series.note(&[(format!("from step {}", dem.step), changes)])?;
+        return Ok(series);
+    }
+    let mut comments = opening.metadata.clone();
+    comments.push(("units".into(), units.join(",")));
+    Series::create(&path, &columns, &comments)
 }
 
 /// Columns of the time series and their units.

@@ -15,6 +15,7 @@ use grains_geometry::Vec3;
 use grains_output::{Array, CheckpointFile, Metadata, Values, from_rank, latest_valid};
 use grains_resolved::FlowLink;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -26,10 +27,10 @@ pub const HISTORY: &str = "changes";
 /// Arrays and texts of a checkpoint.
 pub type State = (Vec<Array>, Metadata);
 
-/// The state of this rank; what contacts remember is that before those of the present step are evaluated.
+/// The state of this rank; the contact history is that before those of the present step are evaluated.
 pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -> State {
     let crossings = dem.crossings(transport);
-    let (lengths, memory) = dem.packed_history();
+    let (lengths, history) = dem.packed_history();
     let mut records = Vec::new();
     for i in 0..dem.particles.owned {
         let mut record = dem.particles.record(i);
@@ -40,7 +41,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     let mut arrays = vec![
         array("particle", ParticleRecord::LENGTH, Values::Real(records)),
         array("memory_length", 1, Values::Integer(lengths.iter().map(|&l| i64::from(l)).collect())),
-        array("memory", 1, Values::Real(memory)),
+        array("memory", 1, Values::Real(history)),
     ];
     if dem.particles.is_carrying() {
         arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
@@ -95,7 +96,7 @@ pub struct Continued {
 ///
 /// The case may differ where the state has a meaning in it; all that differs is said. Walls, insertions, shapes, materials and
 /// flow planes are known by their names:
-/// - A wall of the same form keeps what its contacts remember. If its motion differs it stays where it is, and goes on from there
+/// - A wall of the same form keeps the history of its contacts. If its motion differs it stays where it is, and goes on from there
 ///   as the new motion does. One of another form or name is where the case says, and its contacts begin anew.
 /// - An insertion goes on after the particles it has inserted; one with a new name begins, now at the earliest.
 ///
@@ -110,40 +111,18 @@ pub fn restore(
 ) -> Result<Continued, RunError> {
     let is_first = transport.rank() == 0;
     let file = open(case, transport, checkpoint)?;
-    let numbers = |name: &str| -> Vec<i64> {
-        file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()
-    };
     let refuse = |why: String| RunError::case(format!("{} cannot be continued: {why}", file.path.display()));
     let [before, now] = known_cases(case, &file, transport).map_err(refuse)?;
     let changes = changes::changes(&before, &now);
-    let step = numbers("step").first().map_or(0, |&s| s as u64);
+    let step = numbers(&file, "step").first().map_or(0, |&s| s as u64);
     let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     place_walls(dem, &file, (&before, &now, &changes), &numbering);
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
-    dem.prescribe(insertions.guides(case));
-    for row in owned_rows(&file, dem, transport)? {
-        let mut record = row.record;
-        let kind = record.body.kind;
-        record.body.kind = numbering.kind(kind).unwrap_or(kind);
-        if ratio != 1.0 {
-            change_step(&mut record, dem, ratio);
-        }
-        let is_released = released.iter().any(|ids| ids.contains(&record.id));
-        if is_released {
-            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.parameters);
-        }
-        match numbering.keeps_walls() {
-            true => dem.restore(&record, &row.memory),
-            false => dem.restore(&record, &renumber_walls(&row.memory, |wall| numbering.wall(wall))),
-        }
-        if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
-            let is_resolved = fluid.as_ref().is_some_and(|fluid| fluid.resolved.is_some());
-            *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };
-        }
-    }
+    dem.prescribe(insertions.prescribed_motions(case));
+    restore_particles(&file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
     dem.announce_insertion();
     let has_fluid = before.contains_key("fluid");
     if let Some(fluid) = fluid {
@@ -154,23 +133,7 @@ pub fn restore(
         fluid.change_step(dem.step, ratio);
     }
     if is_first {
-        let ledger = numbers("ledger");
-        (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
-        dem.report.deep_penetrations = ledger.get(2).map_or(0, |&count| count as u64);
-        let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
-        let counts: Vec<(i64, f64)> = words
-            .chunks_exact(2)
-            .map(|w| (w[0].parse().unwrap_or(0), f64::from_bits(u64::from_str_radix(w[1], 16).unwrap_or(0))))
-            .collect();
-        // A plane that lies elsewhere counts anew.
-        let planes = changes::names(&before, "flow_plane");
-        let counted = |plane: &FlowPlane| {
-            let is_moved = changes.iter().any(|change| change.is_within(&["flow_plane", &plane.name]));
-            let old = planes.iter().position(|name| *name == plane.name).filter(|_| !is_moved);
-            old.and_then(|old| counts.get(old).copied()).unwrap_or_default()
-        };
-        let counts: Vec<(i64, f64)> = dem.setup.planes.iter().map(counted).collect();
-        dem.restore_crossings(&counts);
+        restore_ledger(&file, dem, (&before, &changes));
     }
     let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
     if ratio != 1.0 {
@@ -191,6 +154,63 @@ pub fn restore(
     told.iter().for_each(|change| history += &format!("from step {step}, t = {time:?} s: {change}\n"));
     let is_own = transport.any(is_first && lies_in(&file.path, &case.output.directory));
     Ok(Continued { changes: told, history, is_own, is_fluid_new: fluid.is_some() && !has_fluid })
+}
+
+/// Gives this rank the particles of a checkpoint that lie in its subdomain; `ratio` is the time step over that of the
+/// checkpoint.
+fn restore_particles(
+    file: &CheckpointFile,
+    (dem, fluid): (&mut Dem, Option<&FluidPhase>),
+    (numbering, released, ratio): (&Numbering, &[Range<u64>], f64),
+    transport: &MpiTransport,
+) -> Result<(), RunError> {
+    for row in owned_rows(file, dem, transport)? {
+        let mut record = row.record;
+        let kind = record.body.kind;
+        record.body.kind = numbering.kind(kind).unwrap_or(kind);
+        if ratio != 1.0 {
+            change_step(&mut record, dem, ratio);
+        }
+        let is_released = released.iter().any(|ids| ids.contains(&record.id));
+        if is_released {
+            record.half_velocity = half_step_back(record.body.velocity, &dem.setup.parameters);
+        }
+        match numbering.keeps_walls() {
+            true => dem.restore(&record, &row.history),
+            false => dem.restore(&record, &renumber_walls(&row.history, |wall| numbering.wall(wall))),
+        }
+        if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
+            let is_resolved = fluid.is_some_and(|fluid| fluid.resolved.is_some());
+            *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };
+        }
+    }
+    Ok(())
+}
+
+/// Gives the first rank what the checkpoint counted: particles inserted and left, and crossings of the flow planes.
+fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Table, &[Change])) {
+    let ledger = numbers(file, "ledger");
+    (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
+    dem.report.deep_penetrations = ledger.get(2).map_or(0, |&count| count as u64);
+    let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
+    let counts: Vec<(i64, f64)> = words
+        .chunks_exact(2)
+        .map(|w| (w[0].parse().unwrap_or(0), f64::from_bits(u64::from_str_radix(w[1], 16).unwrap_or(0))))
+        .collect();
+    // A plane that lies elsewhere counts anew.
+    let planes = changes::names(before, "flow_plane");
+    let counted = |plane: &FlowPlane| {
+        let is_moved = changes.iter().any(|change| change.is_within(&["flow_plane", &plane.name]));
+        let old = planes.iter().position(|name| *name == plane.name).filter(|_| !is_moved);
+        old.and_then(|old| counts.get(old).copied()).unwrap_or_default()
+    };
+    let counts: Vec<(i64, f64)> = dem.setup.planes.iter().map(counted).collect();
+    dem.restore_crossings(&counts);
+}
+
+/// The whole numbers of a text of a checkpoint.
+fn numbers(file: &CheckpointFile, name: &str) -> Vec<i64> {
+    file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()
 }
 
 /// Whether a file lies in a folder, by whatever paths both are named.
@@ -390,22 +410,21 @@ struct Row {
     record: ParticleRecord,
     /// What a coupling lets it carry.
     cargo: Option<Cargo>,
-    /// What its contacts remember.
-    memory: Vec<f64>,
+    /// The history of its contacts.
+    history: Vec<f64>,
 }
 
 /// The particles this rank owns.
 fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
     let records = file.real("particle")?;
     let lengths = file.integer("memory_length")?;
-    let remembered = lengths.iter().sum::<i64>() as usize;
-    let memory = file.next_rows("memory", remembered, transport.communicator())?;
+    let history = file.next_rows("memory", lengths.iter().sum::<i64>() as usize, transport.communicator())?;
     // Rows of the same particles lie on the same ranks in all arrays.
     let is_coupled = dem.particles.is_carrying() && file.has("cargo");
     let cargo = if is_coupled { file.real("cargo")? } else { &[] };
     let width = if is_coupled { CARGO_LENGTH } else { 0 };
     let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-    let mut rest = &memory[..];
+    let mut rest = &history[..];
     for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
         let (own, after) = rest.split_at(length as usize);
         rest = after;
@@ -423,11 +442,11 @@ fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Res
         while let Some((&length, after)) = rest.split_first() {
             let (row, after) = after.split_at(ParticleRecord::LENGTH);
             let (cargo, after) = after.split_at(width);
-            let (memory, after) = after.split_at(length as usize);
+            let (history, after) = after.split_at(length as usize);
             rows.push(Row {
                 record: ParticleRecord::read(row),
                 cargo: cargo.try_into().ok(),
-                memory: memory.to_vec(),
+                history: history.to_vec(),
             });
             rest = after;
         }

@@ -92,7 +92,7 @@ impl Simulation {
         let System { setup, step } = system;
         let transport = system::transport(case, &setup, job)?;
         let mut dem = system::dem(case, setup, transport.rank()).map_err(RunError::case)?;
-        dem.prescribe(insertions.guides(case));
+        dem.prescribe(insertions.prescribed_motions(case));
         if transport.rank() == 0 {
             step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);

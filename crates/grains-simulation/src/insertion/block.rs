@@ -110,7 +110,7 @@ impl Block {
     }
 
     /// What prescribes the motion of its particles, if anything does.
-    pub fn guide(&self) -> Option<PrescribedMotion> {
+    pub fn prescribed_motion(&self) -> Option<PrescribedMotion> {
         let (motion, about_centres) = match self.insert.motion.as_ref()? {
             ParticleMotion::Free => return None,
             ParticleMotion::Fixed => (Motion::Fixed, false),

@@ -145,11 +145,11 @@ impl Insertions {
     }
 
     /// What prescribes the motion of particles; nothing has to where none of a case moves.
-    pub fn guides(&self, case: &Case) -> Vec<PrescribedMotion> {
+    pub fn prescribed_motions(&self, case: &Case) -> Vec<PrescribedMotion> {
         if case.holds_particles() {
             Vec::new()
         } else {
-            self.blocks.iter().filter_map(Block::guide).collect()
+            self.blocks.iter().filter_map(Block::prescribed_motion).collect()
         }
     }
 
