@@ -65,12 +65,9 @@ impl Series {
             }
             kept += line.len();
         }
-        if header.as_deref() != Some(&columns.join(",")) {
-            let (found, wanted) = (header.unwrap_or_default(), columns.join(","));
-            let problem = format!(
-                "has the columns `{found}`, this run `{wanted}`: continue with the case it was begun with, or in another directory"
-            );
-            return Err(FileError::new(path, problem));
+        let found: Vec<&str> = header.as_deref().unwrap_or_default().split(',').collect();
+        if found != columns {
+            return Err(FileError::new(path, other_columns(&found, columns)));
         }
         let aside = path.with_extension("csv.tmp");
         let opened = std::fs::write(&aside, &text[..kept])
@@ -186,6 +183,17 @@ fn rows(path: &Path, beginning: &str, width: usize, values: &[f64]) -> Result<St
     Ok(text)
 }
 
+/// Why a series with the columns `found` cannot go on with others.
+fn other_columns(found: &[&str], wanted: &[String]) -> String {
+    let list =
+        |names: Vec<&str>| if names.is_empty() { "none".into() } else { format!("`{}`", names.join("`, `")) };
+    let old = list(found.iter().copied().filter(|name| !wanted.iter().any(|w| w == name)).collect());
+    let new = list(wanted.iter().map(String::as_str).filter(|name| !found.contains(name)).collect());
+    format!(
+        "has columns of another case or of an earlier version (only there: {old}; only in this run: {new}): continue with the case it was begun with, or in another output.directory"
+    )
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -213,7 +221,7 @@ mod tests {
             "# case: two\n# case: lines\nstep,time [s]\n0,0.0\n10,0.1\n20,0.2\n30,7.0\n50,8.0\n"
         );
         let other = ["step".to_string(), "time".to_string()];
-        assert!(Series::resume(&path, &other, 30).is_err_and(|e| e.to_string().contains("has the columns")));
+        assert!(Series::resume(&path, &other, 30).is_err_and(|e| e.to_string().contains("has columns of another case")));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 
