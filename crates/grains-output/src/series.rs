@@ -221,7 +221,10 @@ mod tests {
             "# case: two\n# case: lines\nstep,time [s]\n0,0.0\n10,0.1\n20,0.2\n30,7.0\n50,8.0\n"
         );
         let other = ["step".to_string(), "time".to_string()];
-        assert!(Series::resume(&path, &other, 30).is_err_and(|e| e.to_string().contains("has columns of another case")));
+        assert!(
+            Series::resume(&path, &other, 30)
+                .is_err_and(|e| e.to_string().contains("has columns of another case"))
+        );
         std::fs::remove_dir_all(&folder).unwrap();
     }
 
