@@ -232,5 +232,7 @@ pub fn knobbly_shapes(radius: f64) -> Vec<Shape> {
         Shape::superellipsoid(Vec3::new(1.0, 0.5, 0.5) * radius, [1.0, 1.0], 0.05).unwrap(),
         Shape::superellipsoid(Vec3::repeat(0.6 * radius), [0.25, 0.25], 0.05).unwrap(),
         vertices.with_surface_vertices(20, Spacing::Linear).unwrap(),
+        Shape::capsule(0.5 * radius, 1.8 * radius).unwrap(),
+        Shape::cone([0.7 * radius, 0.2 * radius], 1.3 * radius, 0.05).unwrap(),
     ]
 }
