@@ -9,7 +9,7 @@ mod polytope;
 
 use crate::gjk::{Separation, distance, nearest_weights, smooth_penetration};
 use crate::{Core, GjkError, Placement, Rotation, Simplex, Vec3};
-use polytope::{Polytope, Start, start};
+use polytope::{Face, Polytope, Start, start};
 
 /// How far, and which way, one core has to move to leave the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +30,16 @@ const TOLERANCE: f64 = 1e-14;
 const CURVED_TOLERANCE: f64 = 1e-10;
 /// Gap accepted when rounding in the normal of a skinny face has spoilt the surface.
 const SPOILT_TOLERANCE: f64 = 1e-7;
-/// Gap accepted when the polytope has all its vertices: bodies of revolution about one common axis
-/// have a circle of equal depths and no end.
-const CROWDED_TOLERANCE: f64 = 1e-3;
+/// Gap accepted when the polytope has all its vertices, before [`descend`]: bodies of revolution about one
+/// common axis have a circle of equal depths and no end, a point in the middle of a ball has a sphere of them.
+const CROWDED_TOLERANCE: f64 = 3e-2;
+/// Faces of a polytope with all its vertices whose normals begin a descent: those of smallest depth.
+const DESCENTS: usize = 16;
 /// Turns of B (rad) tried one after the other: edges parallel to rounding can spoil the surface, and a
 /// turn too small to matter, undone by [`polish`], takes them apart.
 const JOGGLES: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
+/// Directions tried by [`descend`].
+const MAX_TRIALS: usize = 400;
 /// Support points before the search ends.
 const MAX_VERTICES: usize = 600;
 /// Distance of the probes of [`polish`] from the surface, relative to the size of the pair.
@@ -148,13 +152,43 @@ fn expand(set: &Difference, vertices: [Vertex; 4]) -> Result<(Penetration, f64),
         if gap > accepted || gap.is_nan() {
             return Err(set.failure(gap, count));
         }
-        let corners = face.corners.map(|i| polytope.vertices[i]);
-        return Ok((exposed(corners, outward, outward.dot(&farthest.w)), gap));
+        let answer = |face: &Face| exposed(set, face.corners.map(|i| polytope.vertices[i]), face.normal);
+        if !crowded {
+            return Ok((answer(&face), gap));
+        }
+        let mut answers: Vec<Penetration> = polytope.exposed_faces().map(answer).collect();
+        answers.sort_by(|p, q| p.depth.total_cmp(&q.depth));
+        let descents = answers.into_iter().take(DESCENTS).map(|found| descend(set, found));
+        let found = descents.reduce(|best, next| if next.depth < best.depth { next } else { best });
+        return found.map(|found| (found, gap)).ok_or_else(|| set.failure(gap, count));
     }
 }
 
+/// Moves to the smallest depth nearby, by trials of directions ever nearer the best: one for a depth that hardly
+/// changes from direction to direction, where [`polish`] crawls.
+fn descend(set: &Difference, found: Penetration) -> Penetration {
+    let mut best = set.facing(found.normal, found.point_a);
+    let (mut reach, mut trials) = (0.1, 0);
+    while reach > 1e-9 && trials < MAX_TRIALS {
+        let aside = best.normal.cross(&Vec3::ith(best.normal.iamin(), 1.0)).normalize() * reach;
+        let above = best.normal.cross(&aside);
+        let mut moved = false;
+        for step in [aside, -aside, above, -above] {
+            let next = set.facing((best.normal + step).normalize(), best.point_a);
+            trials += 1;
+            if next.depth < best.depth {
+                (best, moved) = (next, true);
+                break;
+            }
+        }
+        reach *= if moved { 1.5 } else { 0.5 };
+    }
+    best
+}
+
 /// The answer for the face with `corners` and outward normal: A is on the far side of it from B.
-fn exposed(corners: [Vertex; 3], outward: Vec3, depth: f64) -> Penetration {
+fn exposed(set: &Difference, corners: [Vertex; 3], outward: Vec3) -> Penetration {
+    let depth = outward.dot(&set.support(&outward).w);
     let w = corners.map(|corner| corner.w);
     let weights = nearest_weights(&w);
     let point_a = corners.iter().zip(weights).map(|(corner, weight)| corner.a * weight).sum::<Vec3>();

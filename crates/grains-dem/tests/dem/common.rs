@@ -219,8 +219,8 @@ pub fn mixed_shapes(radius: f64) -> Vec<Shape> {
     ]
 }
 
-/// A trilobe, a cross, nine spheres, an ellipsoid, a block and a superellipsoid met by its vertices, of like
-/// size (m).
+/// A trilobe, a cross, nine spheres, an ellipsoid, a block, a superellipsoid met by its vertices, a capsule and a
+/// frustum, of like size (m).
 pub fn knobbly_shapes(radius: f64) -> Vec<Shape> {
     let lobes = Lobes::with_area_fraction(3, 0.6 * radius, 0.69).unwrap();
     let nine = SphereArrangement::touching(1, vec![1, 8], 0.8 * radius);

@@ -35,7 +35,7 @@ impl Random {
     }
 }
 
-/// Spheres, boxes, cylinders, hulls, lobes, crosses, glued spheres and superellipsoids.
+/// Spheres, boxes, cylinders, hulls, lobes, crosses, glued spheres, superellipsoids, capsules and cones.
 fn shapes() -> Vec<Shape> {
     let mut all = mixed_shapes(RADIUS);
     // Those met by their vertices only have no signed distance.
@@ -160,7 +160,7 @@ fn bodies_meet_open_tubes_where_points_of_the_sheet_are_in_them() {
         let crust = shape.parts.iter().map(|p| p.crust).fold(f64::INFINITY, f64::min);
         let depth = 0.5 * crust.min(0.1 * RADIUS);
         let mut found = 0;
-        for _ in 0..16 {
+        for _ in 0..24 {
             let tube = tube(&mut random, [0.8, 2.0, 4.0][found % 3] * RADIUS * 1.3);
             let rim = [-1.0, 1.0][found % 2] * (tube.half_length + 0.5 * RADIUS * (random.unit() - 0.5));
             let turn = Rotation::new(random.vector() * 3.0);
@@ -217,11 +217,11 @@ fn elastic_bodies_bounce_off_rims_with_the_energy_they_had() {
             let mut scene = scene(tube, shape.clone(), elastic, new);
             scene.setup.parameters.dt = 2.5e-7;
             let mut dem = scene.start([1; 3], 0);
-            dem.step(&SerialTransport).unwrap();
-            let before = energy(&dem, &shape);
-            if dem.wall_loads(&SerialTransport)[0].force != Vec3::zeros() {
+            let first = dem.step(&SerialTransport);
+            if first.is_err() || dem.wall_loads(&SerialTransport)[0].force != Vec3::zeros() {
                 continue; // it began in the wall
             }
+            let before = energy(&dem, &shape);
             let mut touched = false;
             for _ in 0..80_000 {
                 dem.step(&SerialTransport).unwrap();
@@ -275,7 +275,7 @@ fn a_ball_on_a_seat_is_held_all_around() {
 /// Spheres, hulls and composites rain over a shaken tube: the same bits on any ranks and skin and after a restart.
 #[test]
 fn a_rain_over_a_tube_is_the_same_on_any_ranks_skin_and_restart() {
-    for (shapes, steps) in [(mixed_shapes(1.4e-3), 1500), (knobbly_shapes(1.4e-3), 1500)] {
+    for (shapes, steps) in [(mixed_shapes(1.4e-3), 1500), (knobbly_shapes(1.4e-3), 1700)] {
         let kinds = shapes.len() as u16;
         let mut setup = setup([0.03, 0.03, 0.04], [true, true, false], shapes, law(true));
         setup.parameters.gravity = Vec3::new(2.0, 1.0, -60.0);

@@ -81,6 +81,11 @@ impl Polytope {
         best
     }
 
+    /// The faces of the surface that have a normal.
+    pub fn exposed_faces(&self) -> impl Iterator<Item = &Face> {
+        self.faces.iter().filter(|face| face.exposed && face.distance.is_finite())
+    }
+
     /// Replaces the faces that `vertex` is above, from `seen` on, by a fan around it.
     ///
     /// False if rounding has spoilt the surface: the hole not bounded by one ring, or a face turned.

@@ -3,7 +3,7 @@
 use crate::gjk_common::{KINDS, Kind, Pair, Random, place};
 use grains_geometry::epa::{Penetration, penetration};
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Placement, Rotation, Simplex, Vec3};
+use grains_geometry::{Core, Placement, Rotation, Simplex, Superellipsoid, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
 const PAIRS: usize = if cfg!(debug_assertions) { 20_000 } else { 200_000 };
@@ -140,4 +140,67 @@ fn flat_sets_have_no_depth() {
     assert!(d.abs() < 1e-15 && n.z.abs() == 1.0);
     let (d, n) = depth(Core::Point, Core::Point, Rotation::identity(), Vec3::zeros());
     assert!(d == 0.0 && n.norm() == 1.0);
+}
+
+/// Smallest depth over directions all around, the best of them improved by ever smaller changes.
+fn searched_depth(pair: &Pair) -> f64 {
+    const DIRECTIONS: usize = 4000;
+    let depth = |normal: &Vec3| -pair.lower_bound(normal);
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let mut found: Vec<(f64, Vec3)> = (0..DIRECTIONS)
+        .map(|i| {
+            let z = 1.0 - (2 * i + 1) as f64 / DIRECTIONS as f64;
+            let (s, c) = (golden * i as f64).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            let normal = Vec3::new(r * c, r * s, z);
+            (depth(&normal), normal)
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut random = Random(11);
+    let improved = found.into_iter().take(12).map(|(mut best, mut normal)| {
+        let mut reach = 0.05;
+        for _ in 0..2000 {
+            let next = (normal + random.direction() * reach).normalize();
+            let there = depth(&next);
+            if there < best {
+                (best, normal) = (there, next);
+            } else {
+                reach = (0.97 * reach).max(1e-10);
+            }
+        }
+        best
+    });
+    improved.fold(f64::INFINITY, f64::min)
+}
+
+/// Bodies of revolution about nearly one axis have a ring of nearly equal depths.
+#[test]
+fn bodies_of_revolution_about_nearly_one_axis_have_the_smallest_depth() {
+    let mut random = Random(5);
+    let (mut met, mut worst) = (0, 0.0_f64);
+    for number in 0..PAIRS / 50 {
+        let mut core = |which: usize| match which {
+            0 => random.core(Kind::Cylinder, 10.0),
+            1 => random.core(Kind::Cone, 10.0),
+            2 => {
+                let [a, c] = [0, 1].map(|_| random.log(0.2, 1.0));
+                let body = Superellipsoid::new(Vec3::new(a, a, c), [0.3 + random.unit(), 1.0]).unwrap();
+                Core::superellipsoid(body)
+            }
+            3 => Core::Point,
+            _ => random.core(Kind::Segment, 10.0),
+        };
+        let (a, b) = (core(number % 3), core(number / 3 % 5));
+        let tilt = Rotation::from_scaled_axis(random.direction() * random.log(1e-9, 0.1));
+        let offset = random.direction() * random.log(1e-9, 0.2);
+        let pair = Pair::new(a, b, place(&tilt, 1.0, offset));
+        let Some(p) = penetrate(&pair) else { continue };
+        met += 1;
+        let excess = (p.depth - searched_depth(&pair)) / pair.size;
+        worst = worst.max(excess);
+        assert!(excess < 1e-6, "{:?} {:?} {:?}: {excess:e} too deep", pair.a, pair.b, pair.placement);
+    }
+    assert!(met > PAIRS / 100, "{met}");
+    println!("{met} pairs, at most {worst:e} of their size too deep");
 }
