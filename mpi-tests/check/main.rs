@@ -1,0 +1,214 @@
+//! `grains-mpi check` explains a case before it runs, and `schema` describes the case files.
+
+#![allow(clippy::unwrap_used)]
+#[path = "../common/mod.rs"]
+mod common;
+mod oddities;
+mod resources;
+
+use common::{Output, case, folder, replaced, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn check(home: &Path, text: &str, arguments: &[&str]) -> Output {
+    fs::write(home.join("case.toml"), text).unwrap();
+    run(1, home, &[&["check", "case.toml"], arguments].concat())
+}
+
+fn cases() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")
+}
+
+/// Numbers of the row of a pair: e_n, m_ij, γ, T_c, largest overlap, its ratio, T_c/dt.
+fn row(text: &str, pair: &str) -> Vec<f64> {
+    let line = text.lines().find(|line| line.trim().starts_with(pair));
+    let line = line.unwrap_or_else(|| panic!("no row {pair}: {text}"));
+    line.trim()[pair.len()..].split_whitespace().map(|x| x.parse().unwrap()).collect()
+}
+
+/// Asserts damping rate (1/s), contact time (s) and largest overlap (m) of a pair to 1 %.
+fn assert_row(text: &str, pair: &str, wanted: [f64; 3]) {
+    let row = row(text, pair);
+    for (found, wanted) in [row[2], row[3], row[4]].into_iter().zip(wanted) {
+        assert!((found / wanted - 1.0).abs() < 0.01, "{pair}: {found} instead of {wanted}");
+    }
+}
+
+#[test]
+fn the_silo_has_the_contact_times_and_overlaps_of_the_thesis() {
+    let home = folder("check_silo");
+    let text = fs::read_to_string(cases().join("silo/discharge.toml")).unwrap();
+    let output = check(&home, &text, &["--ranks", "2"]).succeeded();
+    // Table 5.1 prints 1.87e3, 1.55e-4 and 1.92e-4.
+    assert_row(&output.stdout, "glass - glass", [1.866e3, 1.542e-4, 1.921e-4]);
+    // With the restitution as stated; the table's own numbers belong to 0.7144 (errata R16-9).
+    assert_row(&output.stdout, "glass - wall (wall)", [2.565e3, 1.864e-4, 2.127e-4]);
+    let obtained = text.replace("restitution = 0.62", "restitution = 0.7144");
+    let output = check(&home, &obtained, &["--ranks", "2"]).succeeded();
+    assert_row(&output.stdout, "glass - wall (wall)", [1.815e3, 1.853e-4, 2.256e-4]);
+    let row = row(&output.stdout, "glass - glass");
+    assert!((row[6] - row[3] / 1e-5).abs() < 0.01, "T_c/dt");
+    for word in [
+        "particles      14000",
+        "mass           4.816",
+        "decomposition  ",
+        "interaction range",
+        "memory         about",
+        "T_c/dt = 15.42",
+        "recommended",
+        "time needed    about",
+        "disk           about",
+    ] {
+        assert!(output.stdout.contains(word), "`{word}` is missing: {}", output.stdout);
+    }
+}
+
+#[test]
+fn table_5_4_of_the_thesis_is_reproduced() {
+    let home = folder("check_table_5_4");
+    let edits = [
+        ("radius = 5e-3", "radius = 1.5e-3"),
+        ("dt = 4e-5", "dt = 2e-6\nimpact_speed = 4.2"),
+        ("spacing = 0.011", "spacing = 0.004"),
+    ];
+    let text = edits.iter().fold(case("base.toml"), |text, (old, new)| replaced(&text, old, new));
+    let text = text.replace("normal_stiffness = 1e4", "normal_stiffness = 1e5");
+    let text = text.replace("restitution = 0.7", "restitution = 0.75");
+    let output = check(&home, &text, &[]).succeeded();
+    assert_row(&output.stdout, "glass - glass", [6.86e3, 4.194e-5, 4.876e-5]);
+    assert_row(&output.stdout, "glass - wall (wall)", [4.851e3, 5.931e-5, 6.895e-5]);
+}
+
+/// Off-centre hits of a needle are shorter than those of a ball, also of a ball that is lighter.
+#[test]
+fn a_needle_beside_a_lighter_ball_decides_the_time_step() {
+    let home = folder("check_needle");
+    let needle = "[[shape]]\nname = \"needle\"\nkind = \"box\"\nedges = [4e-3, 4e-3, 16e-3]\n\n[[insert]]";
+    let text = replaced(&case("base.toml"), "[[insert]]", needle);
+    let text = replaced(&replaced(&text, "radius = 5e-3", "radius = 3e-3"), "dt = 4e-5", "dt = \"auto\"");
+    let text = replaced(&replaced(&text, "count = 16", "count = 2"), "spacing = 0.011", "spacing = 0.02");
+    let step = |particles: &str| {
+        let text = replaced(&text, "[{ shape = \"ball\", material = \"glass\" }]", particles);
+        let output = check(&home, &text, &[]).succeeded();
+        let line = output.stdout.lines().find(|l| l.starts_with("time step")).unwrap().to_string();
+        line.split_whitespace().nth(2).unwrap().parse::<f64>().unwrap()
+    };
+    let (ball, needle) =
+        ("{ shape = \"ball\", material = \"glass\" }", "{ shape = \"needle\", material = \"glass\" }");
+    let alone = step(&format!("[{needle}]"));
+    assert_eq!(step(&format!("[{ball}, {needle}]")), alone);
+    assert!(alone < 0.8 * step(&format!("[{ball}]")));
+}
+
+#[test]
+fn coarse_time_steps_are_warned_of_and_then_refused() {
+    let home = folder("check_dt");
+    // T_c of the pair is 8.1e-4 s.
+    let with = |dt: &str| replaced(&case("base.toml"), "dt = 4e-5", dt);
+    let fine = check(&home, &with("dt = 4e-5"), &[]).succeeded();
+    assert!(!fine.stdout.contains("warning: "), "{}", fine.text());
+    let coarse = check(&home, &with("dt = 1e-4"), &[]).succeeded();
+    assert!(coarse.stdout.contains("case.toml:10:6: time.dt = 1e-4: "), "{}", coarse.text());
+    assert!(coarse.stdout.contains("below the usual 10"), "{}", coarse.text());
+    let refused = check(&home, &with("dt = 2e-4"), &[]);
+    assert!(refused.only_error(2).contains("below 5"), "{}", refused.text());
+    let accepted = check(&home, &with("dt = 2e-4\naccept_coarse_dt = true"), &[]).succeeded();
+    assert!(accepted.stdout.contains("time.dt = 2e-4: "), "{}", accepted.text());
+    let automatic = check(&home, &with("dt = \"auto\""), &[]).succeeded();
+    assert!(automatic.stdout.contains("(auto)"), "{}", automatic.text());
+    assert!(automatic.stdout.contains("over 20 steps"), "it says why: {}", automatic.text());
+    let steps = row(&automatic.stdout, "glass - glass")[6];
+    assert!((20.0..22.1).contains(&steps), "T_c/dt = {steps}");
+}
+
+#[test]
+fn an_impact_beyond_the_limit_of_overlap_is_foreseen() {
+    let home = folder("check_impact");
+    let text = replaced(&case("base.toml"), "dt = 4e-5", "dt = 4e-5\nimpact_speed = 20");
+    let output = check(&home, &text, &[]).succeeded();
+    assert!(output.stdout.contains("beyond limits.overlap"), "{}", output.text());
+    assert!(output.stdout.contains("raise normal_stiffness by"), "{}", output.text());
+}
+
+/// All case files below a folder.
+fn case_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            case_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_case_of_the_repository_is_right() {
+    let home = folder("check_cases");
+    let mut files = Vec::new();
+    case_files(&cases(), &mut files);
+    case_files(&cases().join("../mpi-tests/cases"), &mut files);
+    assert!(files.len() >= 6, "{files:?}");
+    for file in files {
+        let output = run(2, &home, &["check", file.to_str().unwrap()]).succeeded();
+        assert!(output.stderr.is_empty(), "{}: {}", file.display(), output.text());
+        println!("{}: ok", file.display());
+    }
+}
+
+#[test]
+fn the_schema_is_valid_and_knows_every_section() {
+    let home = folder("check_schema");
+    // On two ranks it is printed once.
+    let output = run(2, &home, &["schema"]).succeeded();
+    let schema: serde_json::Value = serde_json::from_str(&output.stdout).expect("the schema is JSON");
+    let sections = schema["properties"].as_object().unwrap();
+    for name in
+        ["domain", "time", "material", "contact", "shape", "insert", "wall", "fluid", "output", "stop"]
+    {
+        let section = &sections[name];
+        assert!(section.get("description").is_some() || section.get("$ref").is_some(), "{name}: {section}");
+    }
+    let needs =
+        |place: &serde_json::Value, name: &str| place["required"].as_array().unwrap().contains(&name.into());
+    for name in ["domain", "time"] {
+        assert!(needs(&schema, name), "{name} is required");
+    }
+    for name in ["material", "shape", "insert"] {
+        assert!(needs(&schema["then"], name), "{name} is required without a fluid");
+    }
+    assert!(needs(&schema["if"]["not"], "fluid"));
+}
+
+#[test]
+fn the_version_bears_the_git_hash() {
+    let output = run(2, &folder("check_version"), &["--version"]).succeeded();
+    let hash = output.stdout.trim().split("(git ").nth(1).unwrap_or_default().trim_end_matches(')');
+    assert_eq!(output.stdout.lines().count(), 1, "{}", output.text());
+    assert!(hash.len() >= 7 && hash.starts_with(|c: char| c.is_ascii_hexdigit()), "{}", output.text());
+}
+
+#[test]
+fn hard_collisions_are_explained_and_their_step_follows_the_way_of_an_impact() {
+    let home = folder("check_hard");
+    let plastic = "[[material]]\nname = \"plastic\"";
+    let hard = "[collisions]\nmodel = \"hard\"\nscheme = \"sequential\"\n\n[[material]]\nname = \"plastic\"";
+    let text = replaced(&case("drum.toml"), plastic, hard);
+    let text = text.replace("normal_stiffness = 3e3\n", "");
+    let auto = replaced(&text, "dt = 4e-5", "dt = \"auto\"\nimpact_speed = 0.5");
+    let output = check(&home, &auto, &[]).succeeded();
+    // 2 % of the inscribed radius of the dodecahedra, 0.7947 of 4 mm, at 0.5 m/s.
+    for word in [
+        "hard collisions: impulses, sequential scheme, 1 sweep(s) per step, restitution 0 below",
+        "plastic - steel (wall)",
+        "time step      1.2e-4 s (auto); 1.89 % of the smallest radius at impact_speed",
+    ] {
+        assert!(output.stdout.contains(word), "`{word}` is missing: {}", output.stdout);
+    }
+    let coarse = replaced(&text, "dt = 4e-5", "dt = 1e-3\nimpact_speed = 1");
+    let output = check(&home, &coarse, &[]);
+    assert!(output.only_error(2).contains("get 31.5 % of the smallest radius into each other in one step"));
+    let output = check(&home, &text.replace("model = \"hard\"\nscheme = \"sequential\"", ""), &[]);
+    assert!(output.only_error(2).contains("Only collisions.model = \"hard\" does without it"));
+}

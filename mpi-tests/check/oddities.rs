@@ -1,0 +1,240 @@
+//! Mistakes that are no errors: warned of once, by `check` and by the run.
+
+use super::check;
+use crate::common::{Output, case, folder, replaced, run};
+use std::fs;
+
+/// A mistake that is no error: the case it is made in, what is changed there, the key named, and words of the answer.
+type Oddity =
+    (&'static str, &'static str, &'static [(&'static str, &'static str)], &'static str, &'static str);
+
+const STL: &str =
+    "[[wall]]\nname = \"plate\"\nmaterial = \"wall\"\nkind = \"mesh\"\npath = \"../plate.stl\"\n";
+const BOX: &str = "kind = \"box\"\nlower = [0.005, 0.005, 0.005]\nupper = [0.075, 0.059, 0.059]";
+
+const COUNT: &str = "count = 16";
+
+const PULSE: &str = "kind = \"inlet\"\nvelocity = [0, 0, \"0.1 * (1 + sin(20 * t))\"]";
+
+const JET: &str = "kind = \"inlet\"\nvelocity = [0.05, 0, 0.3]";
+
+const INITIAL: &str =
+    "initial = { velocity = [0, \"0.05 * sin(2 * pi * z / 0.2) * x / 0.1\", 0.1], pressure = \"20 * z\" }";
+
+const SMOOTH: &str = "kernel = { kind = \"smooth\", half_width = 1.5 }";
+
+const ODDITIES: &[Oddity] = &[
+    (
+        "a mesh in micrometres",
+        "base.toml",
+        &[("[output]", "SCALED 1e4")],
+        "wall[1].scale",
+        "scale is metres per unit",
+    ),
+    (
+        "a mesh in kilometres",
+        "base.toml",
+        &[("[output]", "SCALED 1e-3")],
+        "wall[1].scale",
+        "times smaller than the domain",
+    ),
+    (
+        "a mesh beside the domain",
+        "base.toml",
+        &[("[output]", "MOVED")],
+        "wall[1].translate",
+        "no particle meets it",
+    ),
+    ("a wall after the end", "base.toml", &[(BOX, "FROM")], "wall[1].from", "never exists"),
+    (
+        "a wall that moves after the end",
+        "base.toml",
+        &[(BOX, "START")],
+        "wall[0].motion.start",
+        "never moves",
+    ),
+    (
+        "a flow plane outside",
+        "base.toml",
+        &[("[output]", "[[flow_plane]]\nname = \"low\"\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n\n[output]")],
+        "flow_plane[0].point",
+        "nothing is ever counted",
+    ),
+    (
+        "a stop at once",
+        "base.toml",
+        &[("[output]", "[stop]\nkinetic_energy_below = 1e-9\n\n[output]")],
+        "stop.kinetic_energy_below",
+        "stop.after",
+    ),
+    (
+        "a domain in millimetres",
+        "base.toml",
+        &[("upper = [0.08, 0.06, 0.06]", "upper = [80, 0.06, 0.06]")],
+        "domain.upper[0]",
+        "times the particles' region",
+    ),
+    (
+        "an outlet behind a wall",
+        "base.toml",
+        &[("[domain]\n", "[domain]\noutlets = [\"-z\"]\n")],
+        "domain.outlets[0]",
+        "wall \"box\" closes this face",
+    ),
+    (
+        "no floor",
+        "base.toml",
+        &[(BOX, "kind = \"plane\"\npoint = [0, 0, 0.06]\nnormal = [0, 0, -1]")],
+        "domain",
+        "at -z",
+    ),
+    (
+        "a bed without sides",
+        "base.toml",
+        &[
+            (BOX, "kind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]"),
+            ("radius = 5e-3", "radius = 2e-3"),
+            ("spacing = 0.011", "spacing = 0.005"),
+            (COUNT, "count = 200"),
+        ],
+        "domain",
+        "at -x, +x, -y, +y",
+    ),
+    (
+        "a slow impact",
+        "base.toml",
+        &[(COUNT, "count = 16\nvelocity = [0, 0, -3]"), ("dt = 4e-5", "dt = 4e-5\nimpact_speed = 0.1")],
+        "time.impact_speed",
+        "30.0 times",
+    ),
+    (
+        "a velocity in mm/s",
+        "base.toml",
+        &[(COUNT, "count = 16\nvelocity = [0, 0, -300]")],
+        "insert[0].velocity",
+        "radii per time step",
+    ),
+    (
+        "a wall in mm/s",
+        "base.toml",
+        &[(BOX, "FAST")],
+        "wall[0].motion.velocity",
+        "radii of the smallest particle",
+    ),
+    (
+        "an oscillation in kHz",
+        "base.toml",
+        &[(BOX, "SHAKEN")],
+        "wall[0].motion.frequency",
+        "5.0 time steps per period",
+    ),
+    ("a step in nanoseconds", "base.toml", &[("dt = 4e-5", "dt = 1e-9")], "time.dt", "shorter than \"auto\""),
+    (
+        "an inlet that sucks",
+        "duct.toml",
+        &[(PULSE, "kind = \"parabolic_inlet\"\nmean = -0.1")],
+        "fluid.boundary[0].mean",
+        "blows out of the domain",
+    ),
+    (
+        "an outlet alone",
+        "duct.toml",
+        &[(PULSE, "kind = \"wall\""), (JET, "kind = \"wall\""), (INITIAL, "")],
+        "fluid.boundary[2].kind",
+        "nothing lets fluid in",
+    ),
+    (
+        "cells of half a diameter",
+        "bed.toml",
+        &[("cells = [12, 4, 16]", "cells = [64, 16, 80]")],
+        "fluid.cells",
+        "0.50 diameters wide",
+    ),
+    (
+        "cubes in cells of two diameters",
+        "bed.toml",
+        &[(SMOOTH, "kernel = { kind = \"cube\" }")],
+        "fluid.coupling.kernel",
+        "here some are 2.00",
+    ),
+    (
+        "particle steps beyond the Courant number",
+        "bed.toml",
+        &[("half_width = 1.5 }", "half_width = 1.5 }, particle_steps = 1000")],
+        "fluid.coupling.particle_steps",
+        "would do",
+    ),
+    (
+        "a step beyond the Courant number",
+        "duct.toml",
+        &[("cfl = 0.7", "cfl = 0.2")],
+        "time.dt",
+        "beyond fluid.cfl",
+    ),
+    (
+        "a mixture that falls for ever",
+        "rain.toml",
+        &[
+            ("periodic = [true, true, false]\noutlets = [\"-z\"]", "periodic = [true, true, true]"),
+            ("[[fluid.boundary]]\nface = \"-z\"\nkind = \"inlet\"\nvelocity = [0, 0, 0.5]\n", ""),
+            ("[[fluid.boundary]]\nface = \"+z\"\nkind = \"outlet\"\n", ""),
+        ],
+        "gravity[2]",
+        "accelerate for ever",
+    ),
+    (
+        "an end of years",
+        "base.toml",
+        &[
+            ("end = 0.02", "end = 1e8"),
+            ("series = 0.001", "series = 1e6"),
+            ("particles = 0.01", "particles = 1e6"),
+            ("checkpoint = 0.01", "checkpoint = 1e6"),
+        ],
+        "time.end",
+        "take years",
+    ),
+];
+
+/// The text of a case with an oddity; words for longer passages are spelt out.
+fn odd(case_name: &str, edits: &[(&str, &str)]) -> String {
+    let plate = |more: &str| format!("{STL}{more}\n\n[output]");
+    let moved = |motion: &str| format!("{BOX}\nmotion = {{ {motion} }}");
+    edits.iter().fold(case(case_name), |text, &(old, new)| {
+        let new = match new.split_once(' ').unwrap_or((new, "")) {
+            ("SCALED", scale) => plate(&format!("scale = {scale}")),
+            ("MOVED", _) => plate("translate = [1, 0, 0]"),
+            ("FROM", _) => format!("{BOX}\n\n[[wall]]\nname = \"late\"\nmaterial = \"wall\"\nkind = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nfrom = 0.03"),
+            ("START", _) => moved("kind = \"translation\", velocity = [0, 0, 0.01], start = 1"),
+            ("FAST", _) => moved("kind = \"translation\", velocity = [0, 0, -200], start = 0.01"),
+            ("SHAKEN", _) => moved("kind = \"oscillation\", amplitude = [0, 0, 1e-6], frequency = 5e3"),
+            _ => new.to_string(),
+        };
+        replaced(&text, old, &new)
+    })
+}
+
+/// That there are none in good cases: [`every_case_of_the_repository_is_right`].
+#[test]
+fn every_oddity_is_warned_of_once_by_check_and_by_the_run() {
+    let home = folder("check_odd");
+    let corner = "solid plate\nfacet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 0.01 0\nvertex 0.01 0 0\nendloop\nendfacet\nendsolid plate\n";
+    fs::write(home.join("plate.stl"), corner).unwrap();
+    let warnings = |output: &Output| -> Vec<String> {
+        output.stderr.lines().filter(|line| line.starts_with("warning: ")).map(str::to_string).collect()
+    };
+    let mut wrong = Vec::new();
+    println!("| mistake | warning |\n|---|---|");
+    for (what, name, edits, key, words) in ODDITIES {
+        let home = home.join(what.replace(['/', ' '], "_"));
+        fs::create_dir(&home).unwrap();
+        let said = warnings(&check(&home, &odd(name, edits), &[]).succeeded());
+        let ran = warnings(&run(2, &home, &["case.toml", "--max-walltime", "0"]));
+        println!("| {what} | {} |", said.join("<br>").replace('|', "\\|"));
+        let is_right = matches!(&said[..], [one] if one.contains(&format!(" {key}")) && one.contains(words));
+        if !is_right || ran.iter().filter(|line| said.contains(line)).count() != said.len() {
+            wrong.push((what, said, ran));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
