@@ -1,4 +1,4 @@
-//! The fluid in the program: on any ranks, across restarts: alone, among particles, and what is refused.
+//! The fluid in the program, alone and with particles: on any ranks, across restarts, and what is refused.
 
 #![allow(clippy::unwrap_used)]
 mod averaged;

@@ -51,14 +51,31 @@ impl CsvShare {
         Self { header_line: 1, header, text: rows }
     }
 
+    /// Names of the columns.
+    pub(crate) fn columns(&self) -> Vec<&str> {
+        fields(&self.header)
+    }
+
+    /// Rows below the header, `lines_before` lines of the file before this share: their lines in the file, and their fields.
+    pub(crate) fn rows(&self, lines_before: usize) -> impl Iterator<Item = (usize, Vec<&str>)> {
+        let lines = self.text.lines().enumerate().map(move |(i, text)| (lines_before + i + 1, text.trim()));
+        let rows = lines.filter(|(line, text)| *line > self.header_line && is_row(text));
+        rows.map(|(line, text)| (line, fields(text)))
+    }
+
     /// Number of lines, empty ones and comments included.
     pub fn lines(&self) -> usize {
         self.text.lines().count()
     }
 }
 
+/// The fields of a line, without blanks and quotes.
+fn fields(line: &str) -> Vec<&str> {
+    line.split(',').map(|field| field.trim().trim_matches('"')).collect()
+}
+
 /// Whether a line, trimmed, holds something else than a comment.
-pub(crate) fn is_row(line: &str) -> bool {
+fn is_row(line: &str) -> bool {
     !line.is_empty() && !line.starts_with('#')
 }
 
@@ -111,5 +128,20 @@ mod tests {
         }
         let found = header(&mut Cursor::new("\u{feff}# beads\n\n x,y,z \n1,2,3\n")).unwrap();
         assert_eq!(found, (3, "x,y,z".to_owned()));
+    }
+
+    #[test]
+    fn rows_know_their_lines_among_blank_ones_and_comments() {
+        let text = "# beads\n\n x, \"y\" ,z\r\n1,2,3\n\n   \n  # more\n 4.25 ,\"5\",6\r\n\n7,8\n9,10,11";
+        let share = CsvShare::of_text(text);
+        assert_eq!(share.columns(), ["x", "y", "z"]);
+        let rows: Vec<(usize, Vec<&str>)> = share.rows(0).collect();
+        let wanted = [
+            (4, vec!["1", "2", "3"]),
+            (8, vec!["4.25", "5", "6"]),
+            (10, vec!["7", "8"]),
+            (11, vec!["9", "10", "11"]),
+        ];
+        assert_eq!(rows, wanted);
     }
 }

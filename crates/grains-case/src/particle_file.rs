@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::case::Case;
-use crate::csv_share::{CsvShare, is_row};
+use crate::csv_share::CsvShare;
 use crate::diagnostic::{CaseErrors, Diagnostic, unknown};
 use crate::fit::missing_contact;
 use crate::sections::insert::Insert;
@@ -66,20 +66,19 @@ impl ParticleColumns {
     /// As for [`Self::read_csv`]; a wrong header is an error of every share.
     pub fn parse_share(share: &CsvShare, lines_before: usize, file: &str) -> Result<Self, CaseErrors> {
         let mut remarks = Remarks::new(file);
-        let header: Vec<&str> = fields(&share.header).collect();
+        let header = share.columns();
         check_header(share.header_line, &header, &mut remarks);
         remarks.check()?;
-        let mut table = Table { header, rows: Vec::new() };
-        let lines = (share.text.lines().enumerate()).map(|(i, text)| (lines_before + i + 1, text.trim()));
-        for (line, text) in lines.filter(|(line, text)| *line > share.header_line && is_row(text)) {
-            let fields: Vec<&str> = fields(text).collect();
-            if fields.len() == table.header.len() {
-                table.rows.push((line, fields));
+        let (wants, mut rows) = (header.len(), Vec::new());
+        for (line, fields) in share.rows(lines_before) {
+            let has = fields.len();
+            if has == wants {
+                rows.push((line, fields));
             } else {
-                let (has, wants) = (fields.len(), table.header.len());
                 remarks.add(line, "", None, format!("{has} fields, but the header names {wants} columns"));
             }
         }
+        let table = Table { header, rows };
         let columns = table.columns(&mut remarks);
         remarks.check()?;
         Ok(columns)
@@ -306,11 +305,6 @@ impl<'a> Remarks<'a> {
     }
 }
 
-/// The fields of a line, without blanks and quotes.
-fn fields(line: &str) -> impl Iterator<Item = &str> {
-    line.split(',').map(|field| field.trim().trim_matches('"'))
-}
-
 fn check_header(line: usize, header: &[&str], remarks: &mut Remarks) {
     for (i, name) in header.iter().enumerate() {
         if !COLUMNS.contains(name) {
@@ -333,6 +327,7 @@ fn check_header(line: usize, header: &[&str], remarks: &mut Remarks) {
 /// The fields of a CSV file as text.
 struct Table<'t> {
     header: Vec<&'t str>,
+    /// Lines in the file, and fields.
     rows: Vec<(usize, Vec<&'t str>)>,
 }
 

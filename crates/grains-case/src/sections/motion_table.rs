@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::check::Checker;
-use crate::csv_share::{CsvShare, is_row};
+use crate::csv_share::CsvShare;
 use crate::diagnostic::unknown;
 use crate::vector::{norm, sub};
 
@@ -86,25 +86,23 @@ fn ascending(rows: &[TableRow]) -> Result<(), String> {
 fn read(file: &Path) -> Result<Vec<TableRow>, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read the file: {error}"))?;
     let share = CsvShare::of_text(&text);
-    let fields = |line: &str| line.split(',').map(|field| field.trim().to_string()).collect::<Vec<_>>();
-    let header = fields(&share.header);
-    if let Some(name) = header.iter().find(|name| !COLUMNS.contains(&name.as_str())) {
+    let header = share.columns();
+    if let Some(name) = header.iter().find(|name| !COLUMNS.contains(name)) {
         return Err(unknown("column", name, &COLUMNS));
     }
-    let place = |name: &str| header.iter().position(|known| known == name);
+    let place = |name: &str| header.iter().position(|known| *known == name);
     let places = COLUMNS.map(place);
     if places[0].is_none() {
         return Err("the file has no column time".into());
     }
     let mut rows = Vec::new();
-    for line in text.lines().skip(share.header_line).map(str::trim).filter(|line| is_row(line)) {
-        let fields = fields(line);
+    for (line, fields) in share.rows(0) {
         if fields.len() != header.len() {
-            return Err(format!("`{line}` has {} fields, the header {}", fields.len(), header.len()));
+            return Err(format!("line {line} has {} fields, the header {}", fields.len(), header.len()));
         }
-        let number = |field: &String| field.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = |field: &&str| field.parse::<f64>().ok().filter(|number| number.is_finite());
         let numbers: Option<Vec<f64>> = fields.iter().map(number).collect();
-        let numbers = numbers.ok_or_else(|| format!("`{line}` holds a field that is no number"))?;
+        let numbers = numbers.ok_or_else(|| format!("line {line} holds a field that is no number"))?;
         let [time, x, y, z, angle] = places.map(|place| place.map_or(0.0, |k| numbers[k]));
         rows.push(TableRow { time, displacement: [x, y, z], angle });
     }
