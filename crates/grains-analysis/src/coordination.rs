@@ -58,18 +58,18 @@ pub fn measure(
     let is_rattler = |i: usize| contacts(i) + snapshot.wall_contacts[i] < rattler_below;
     let mut sums = [0_u64; 5];
     for &i in &inside {
-        let held = u64::from(!is_rattler(i));
-        let terms = [1, 1 - held, contacts(i), held * contacts(i), snapshot.wall_contacts[i]];
+        let non_rattler = u64::from(!is_rattler(i));
+        let terms = [1, 1 - non_rattler, contacts(i), non_rattler * contacts(i), snapshot.wall_contacts[i]];
         sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
     }
     transport.sum_counts(&mut sums);
-    let [particles, rattlers, all, held, walls] = sums;
+    let [particles, rattlers, all, non_rattler_contacts, walls] = sums;
     let per = |sum: u64, number: u64| sum as f64 / number as f64;
     Found {
         particles,
         rattlers,
         mean: per(all, particles),
-        mean_without_rattlers: per(held, particles - rattlers),
+        mean_without_rattlers: per(non_rattler_contacts, particles - rattlers),
         walls: per(walls, particles),
         histogram,
     }
@@ -121,11 +121,11 @@ pub fn analyse(
         shares.push(vec![contacts as f64, n as f64, n as f64 / total]);
     }
     let column = |k: usize| mean_and_deviation(table.rows.iter().map(|row| row[k]));
-    let ([mean, deviation], [held, _], [walls, _]) = (column(2), column(4), column(5));
+    let ([mean, deviation], [without_rattlers, _], [walls, _]) = (column(2), column(4), column(5));
     let rattlers = table.rows.iter().map(|row| row[3]).sum::<f64>() / total;
     let mut report = Report::default();
     report.lines.push(format!(
-        "coordination {mean:.4} (± {deviation:.4} over {} states), {held:.4} without rattlers, which are {:.2} % of the particles; {walls:.4} walls per particle",
+        "coordination {mean:.4} (± {deviation:.4} over {} states), {without_rattlers:.4} without rattlers, which are {:.2} % of the particles; {walls:.4} walls per particle",
         states.len(),
         100.0 * rattlers
     ));

@@ -111,8 +111,8 @@ pub fn measure(
         let number = counting.iter().map(|&c| of_kind[c * kinds + k]).sum::<u64>() as f64;
         let p = number / n;
         let scatter = |&c: &usize| {
-            let held = in_cell[c] as f64;
-            held * (of_kind[c * kinds + k] as f64 / held - p).powi(2)
+            let count = in_cell[c] as f64;
+            count * (of_kind[c * kinds + k] as f64 / count - p).powi(2)
         };
         let variance = counting.iter().map(scatter).sum::<f64>() / n;
         let unmixed = p * (1.0 - p);

@@ -101,7 +101,7 @@ impl Superellipsoid {
         }
     }
 
-    /// The same body less an inset (m), which must not exceed [`Self::least_curvature_radius`].
+    /// The same body less an inset (m), which must not exceed [`Self::min_curvature_radius`].
     pub fn eroded(&self, inset: f64) -> Self {
         Self { inset, ..*self }
     }

@@ -218,7 +218,7 @@ fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, TimeStepReason) {
     /// Steps in the longest one of the fluid.
     const SHARE: f64 = 64.0;
     let usual = 1e-3 * case.time.end;
-    let of_fluid = crate::fluid::longest_step_of_bodies(case).map(|longest| longest / SHARE);
+    let of_fluid = crate::fluid::max_body_time_step(case).map(|longest| longest / SHARE);
     match of_fluid.filter(|dt| *dt < usual && kinds.iter().all(|kind| kind.is_prescribed)) {
         Some(dt) => (dt, TimeStepReason::FractionOfFluidStep { steps: SHARE }),
         None => (usual, TimeStepReason::NoContact),

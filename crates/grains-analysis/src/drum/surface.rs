@@ -92,15 +92,15 @@ fn columns(
     transport: &impl Transport,
 ) -> Vec<[f64; 2]> {
     // Near the sides the wall is too steep for columns to tell anything.
-    let (r, reach) = (drum.radius, 0.8 * drum.radius);
-    let number = ((2.0 * reach / diameter) as usize).clamp(8, 400);
-    let (width, rise) = (2.0 * reach / number as f64, 2.0 * r / HEIGHTS as f64);
+    let (r, half_width) = (drum.radius, 0.8 * drum.radius);
+    let number = ((2.0 * half_width / diameter) as usize).clamp(8, 400);
+    let (width, rise) = (2.0 * half_width / number as f64, 2.0 * r / HEIGHTS as f64);
     let volumes = exact_sums(transport, number * HEIGHTS, |add| {
         for i in 0..snapshot.len() {
             let [s, h] = turned(drum, angle, snapshot, i);
             let level = (((h + r) / rise).max(0.0) as usize).min(HEIGHTS - 1);
             // Shared by the two nearest columns, lest a grain on the border between them weighs too much.
-            let at = (s + reach) / width - 0.5;
+            let at = (s + half_width) / width - 0.5;
             let share = at - at.floor();
             for (column, share) in [(at.floor(), 1.0 - share), (at.floor() + 1.0, share)] {
                 if (0.0..number as f64).contains(&column) {
@@ -111,7 +111,7 @@ fn columns(
     });
     let surface = |(k, column): (usize, &[f64])| {
         let total: f64 = column.iter().sum();
-        let middle = -reach + (k as f64 + 0.5) * width;
+        let middle = -half_width + (k as f64 + 0.5) * width;
         let wall = -(r * r - middle * middle).sqrt();
         let mut below = 0.0;
         let level = column.iter().position(|v| {

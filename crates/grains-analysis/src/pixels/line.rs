@@ -44,14 +44,14 @@ impl Line {
         }
         let (mut low, mut high) = (nearest - half.sqrt(), nearest + half.sqrt());
         for a in 0..3 {
-            let (reach, s, d) = (bounded.half_extents[a], self.start[a], self.step[a]);
+            let (half_extent, s, d) = (bounded.half_extents[a], self.start[a], self.step[a]);
             // A row almost along the box: it is inside all along or not at all.
-            if d.abs() * count as f64 <= 1e-12 * reach {
-                if s.abs() > reach * (1.0 + 1e-9) {
+            if d.abs() * count as f64 <= 1e-12 * half_extent {
+                if s.abs() > half_extent * (1.0 + 1e-9) {
                     return None;
                 }
             } else {
-                let (one, other) = ((-reach - s) / d, (reach - s) / d);
+                let (one, other) = ((-half_extent - s) / d, (half_extent - s) / d);
                 (low, high) = (low.max(one.min(other)), high.min(one.max(other)));
             }
         }

@@ -272,11 +272,11 @@ impl Block {
         let to_part = part.rotation.transpose() * turn.transpose() / body.scale;
         let offset = part.rotation.transpose() * part.center;
         let middle = body.center + turn * part.center * body.scale;
-        let box_reach = (turn * part.rotation).abs() * bounded.half_extents;
-        let reach = box_reach.map(|x| x.min(bounded.radius)) * body.scale;
+        let box_half_extents = (turn * part.rotation).abs() * bounded.half_extents;
+        let half_extents = box_half_extents.map(|x| x.min(bounded.radius)) * body.scale;
         let cells = |direction: usize| {
             let a = grid.axes[direction];
-            grid.between(direction, middle[a] - reach[a], middle[a] + reach[a])
+            grid.between(direction, middle[a] - half_extents[a], middle[a] + half_extents[a])
         };
         let (rows, layers) = (cells(1), cells(2));
         let [u, v, w] = grid.axes;

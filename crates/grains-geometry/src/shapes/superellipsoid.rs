@@ -28,7 +28,7 @@ impl Shape {
         let core = if body.is_sharp() {
             body.rounded(crust)
         } else {
-            crust = crust.min(0.5 * body.least_curvature_radius());
+            crust = crust.min(0.5 * body.min_curvature_radius());
             body.eroded(crust)
         };
         let core = Core::superellipsoid(core);

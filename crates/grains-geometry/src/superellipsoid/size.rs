@@ -86,7 +86,7 @@ impl Superellipsoid {
 
     /// Smallest radius of curvature (m): c²/a of the axes of an ellipsoid, zero with an edge (an ε > 1),
     /// else sought over an octant.
-    pub fn least_curvature_radius(&self) -> f64 {
+    pub fn min_curvature_radius(&self) -> f64 {
         if self.is_sharp() {
             return 0.0;
         }

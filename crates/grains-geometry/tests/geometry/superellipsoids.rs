@@ -158,13 +158,13 @@ fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
         let exact = n.component_mul(&axes).norm();
         assert!((n.dot(&Core::superellipsoid(ellipsoid).support(&n)) - exact).abs() < 1e-15);
         let radius = axes.min() * axes.min() / axes.max();
-        assert!((ellipsoid.least_curvature_radius() - radius).abs() < 1e-15);
+        assert!((ellipsoid.min_curvature_radius() - radius).abs() < 1e-15);
     }
     // A circular bar is as curved as a circle of its radius at the equator, at the edge far more.
     let bar = Superellipsoid::new(Vec3::new(1.0, 1.0, 1.0), [0.5, 1.0]).unwrap();
     // m⁴ + z⁴ = 1 at m = z: curvature 3·2^(1/4)/√2.
     let edge = 2f64.sqrt() / (3.0 * 2f64.powf(0.25));
-    assert!((bar.least_curvature_radius() / edge - 1.0).abs() < 1e-3, "{}", bar.least_curvature_radius());
+    assert!((bar.min_curvature_radius() / edge - 1.0).abs() < 1e-3, "{}", bar.min_curvature_radius());
 }
 
 /// A sphere outside an ellipsoid's pole, and one off a block's flat face.

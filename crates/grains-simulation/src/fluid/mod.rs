@@ -362,7 +362,7 @@ fn halo(
 }
 
 /// Longest step of the fluid (s) about bodies that its grid resolves, if it does.
-pub fn longest_step_of_bodies(case: &Case) -> Option<f64> {
+pub fn max_body_time_step(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref()?;
     let resolved = fluid.resolved.as_ref()?;
     let by_diffusion = setup::diffusion_step(fluid, resolved, setup::narrowest(case, fluid));
