@@ -128,6 +128,16 @@ const ODDITIES: &[Oddity] = &[
         "wall[0].motion.frequency",
         "5.0 time steps per period",
     ),
+    (
+        "viscous rolling without damping",
+        "silo.toml",
+        &[
+            ("restitution = 0.62", "restitution = 1.0"),
+            ("rolling_friction = 0.01", "rolling_friction = 0.01\nrolling = { kind = \"viscous\" }"),
+        ],
+        "contact[1].rolling.kind",
+        "tangential damping, which is zero",
+    ),
     ("a step in nanoseconds", "base.toml", &[("dt = 4e-5", "dt = 1e-9")], "time.dt", "shorter than \"auto\""),
     (
         "an inlet that sucks",

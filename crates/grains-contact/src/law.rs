@@ -1,6 +1,7 @@
 //! The damped linear spring with Coulomb friction and rolling resistance.
 
 use crate::encounter::Encounter;
+use crate::rolling::{Rolling, RollingCoefficients};
 use nalgebra::Vector3;
 
 type Vec3 = Vector3<f64>;
@@ -23,7 +24,7 @@ pub struct Coefficients {
     /// Reduced mass over the number of contacts that share it (kg).
     pub(crate) mass: f64,
     pub(crate) friction: f64,
-    pub(crate) rolling_friction: f64,
+    pub(crate) rolling: RollingCoefficients,
     /// Whether friction is limited by the whole normal force, not by its elastic part.
     pub(crate) limits_by_total: bool,
 }
@@ -67,8 +68,8 @@ pub struct ContactLaw {
     pub friction: f64,
     /// Tangential resistance.
     pub tangential: Tangential,
-    /// Rolling friction coefficient (-); 0 switches rolling resistance off.
-    pub rolling_friction: f64,
+    /// Resistance to rolling.
+    pub rolling: Rolling,
     damping: f64,
 }
 
@@ -77,7 +78,7 @@ impl ContactLaw {
     pub fn new(normal_stiffness: f64, restitution: f64, friction: f64, tangential: Tangential) -> Self {
         let log = restitution.ln();
         let damping = -log / (std::f64::consts::PI.powi(2) + log * log).sqrt();
-        Self { normal_stiffness, restitution, friction, tangential, rolling_friction: 0.0, damping }
+        Self { normal_stiffness, restitution, friction, tangential, rolling: Rolling::None, damping }
     }
 
     /// Law of bodies that do not deform: restitution and friction of their impulses, and no force.
@@ -85,9 +86,9 @@ impl ContactLaw {
         Self::new(0.0, restitution, friction, Tangential::Viscous { rate: 0.0 })
     }
 
-    /// The same law with rolling friction switched on.
-    pub fn with_rolling_friction(self, rolling_friction: f64) -> Self {
-        Self { rolling_friction, ..self }
+    /// The same law with this resistance to rolling.
+    pub fn with_rolling(self, rolling: Rolling) -> Self {
+        Self { rolling, ..self }
     }
 
     /// Damping rate γn = −ω0 ln en/√(π² + ln² en) (1/s) for a reduced mass (kg); thesis eq. 3.27.
@@ -134,7 +135,7 @@ impl ContactLaw {
             per_mass,
             per_root,
             friction: self.friction,
-            rolling_friction: self.rolling_friction,
+            rolling: self.rolling.into(),
             limits_by_total: matches!(self.tangential, Tangential::ContactTime { .. }),
         }
     }
@@ -158,7 +159,7 @@ pub struct PreparedLaw {
     per_mass: f64,
     per_root: f64,
     friction: f64,
-    rolling_friction: f64,
+    rolling: RollingCoefficients,
     limits_by_total: bool,
 }
 
@@ -174,7 +175,7 @@ impl PreparedLaw {
             tangential_dashpot: self.per_mass * reduced_mass + self.per_root * root,
             mass: reduced_mass,
             friction: self.friction,
-            rolling_friction: self.rolling_friction,
+            rolling: self.rolling,
             limits_by_total: self.limits_by_total,
         }
     }
@@ -182,7 +183,12 @@ impl PreparedLaw {
     /// Whether bodies resist rolling.
     #[inline(always)]
     pub fn resists_rolling(&self) -> bool {
-        self.rolling_friction > 0.0
+        self.rolling.is_active()
+    }
+
+    /// Whether contacts keep the angle rolled.
+    pub fn keeps_rolling_angle(&self) -> bool {
+        self.rolling.keeps_angle()
     }
 }
 
@@ -242,17 +248,7 @@ impl Coefficients {
     /// Whether bodies resist rolling.
     #[inline(always)]
     pub fn resists_rolling(&self) -> bool {
-        self.rolling_friction > 0.0
-    }
-
-    /// Rolling resistance on body 1 (N m): against the relative spin ω1 − ω2, at most μr R kn δ.
-    ///
-    /// `effective_radius` is R1 R2/(R1 + R2) (m), R the distances of the contact point from the centres; R1 against a wall.
-    /// Below the cap the torque is viscous, 2 γt m R² (ω1 − ω2), so that a body at rest stays at rest.
-    #[inline(always)]
-    pub fn rolling_torque(&self, encounter: &Encounter, effective_radius: f64) -> Vec3 {
-        let viscous = -encounter.spin * (self.tangential_dashpot * effective_radius * effective_radius);
-        capped(viscous, self.rolling_friction * effective_radius * self.stiffness * encounter.overlap)
+        self.rolling.is_active()
     }
 }
 
@@ -281,16 +277,9 @@ pub(crate) fn share_at_end(share: f64, opening: f64) -> f64 {
 
 /// Whether a vector is longer than `limit`, and its share that is not.
 #[inline(always)]
-fn on_cone(vector: &Vec3, limit: f64) -> (bool, f64) {
+pub(crate) fn on_cone(vector: &Vec3, limit: f64) -> (bool, f64) {
     let square = vector.norm_squared();
     (square > limit * limit, limit / square.sqrt())
-}
-
-/// The vector, shortened to `limit` if it is longer.
-#[inline(always)]
-fn capped(vector: Vec3, limit: f64) -> Vec3 {
-    let (is_longer, share) = on_cone(&vector, limit);
-    vector * if is_longer { share } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod encounter;
 mod impulse;
 mod law;
 mod lubrication;
+mod rolling;
 mod sharing;
 
 pub use collision::CollisionEstimate;
@@ -27,4 +28,5 @@ pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, ContactLaw, PreparedLaw, Tangential, reduced_mass};
 pub use lubrication::Lubrication;
+pub use rolling::{Rolling, RollingContact};
 pub use sharing::Sharing;

@@ -44,6 +44,11 @@ impl ContactTable {
         }
     }
 
+    /// Whether a law keeps more of a contact than its tangential displacement.
+    pub(crate) fn keep_law_history(&self) -> bool {
+        self.laws.iter().flatten().any(|(_, prepared)| prepared.keeps_rolling_angle())
+    }
+
     /// All laws.
     pub fn laws(&self) -> impl Iterator<Item = &ContactLaw> {
         self.laws.iter().flatten().map(|(law, _)| law)
@@ -104,6 +109,17 @@ impl Catalogue {
     pub fn mass(&self, kind: Kind, scale: f64) -> f64 {
         self.densities[kind.material as usize] * self.shape(kind).volume * scale.powi(3)
     }
+
+    /// Sum of the largest inverse moments of inertia (1/(kg m²)) of bodies under a law that asks for it, else 0.
+    #[inline]
+    pub(crate) fn inverse_inertia<const N: usize>(&self, bodies: [&Body; N], law: &PreparedLaw) -> f64 {
+        if !law.resists_rolling() {
+            return 0.0;
+        }
+        let free = bodies.into_iter().filter(|body| !body.is_prescribed());
+        free.map(|body| 1.0 / self.inertia(body).min()).sum()
+    }
+
     /// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.
     #[inline]
     pub fn inertia(&self, body: &Body) -> Vec3 {

@@ -7,6 +7,39 @@
 use crate::memory_use::heap_bytes;
 use grains_geometry::{Simplex, Vec3};
 
+/// What laws keep of a contact beside its tangential displacement, as seen from its first body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LawHistory {
+    /// Angle rolled (rad).
+    pub(crate) rolling_angle: Vec3,
+}
+
+impl LawHistory {
+    /// Numbers in a message.
+    const LENGTH: usize = 3;
+
+    /// Whether there is nothing to keep.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The same as seen from the other body.
+    pub(crate) fn seen_from_other(&self) -> Self {
+        Self { rolling_angle: -self.rolling_angle }
+    }
+
+    fn write(&self, message: &mut Vec<f64>) {
+        message.extend(&self.rolling_angle);
+    }
+
+    fn read(message: &[f64]) -> Self {
+        Self { rolling_angle: Vec3::new(message[0], message[1], message[2]) }
+    }
+}
+
+/// Added to the number of points of a simplex in a message where the numbers of the law follow.
+const LAW_FOLLOWS: f64 = 16.0;
+
 /// Rows of items, one row per particle.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<T> {
@@ -75,6 +108,8 @@ pub(crate) struct ContactHistory {
     pub(crate) tangential_displacement: Vec3,
     /// Torsional angle about the normal (rad).
     pub(crate) torsional_angle: f64,
+    /// What laws keep beside them.
+    pub(crate) law: LawHistory,
     /// Simplex of the last distance query.
     pub(crate) simplex: Simplex,
 }
@@ -112,6 +147,8 @@ impl WallHistory {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SavedHistories {
     pub(crate) spheres: Rows<SphereHistory>,
+    /// What laws keep of the contacts of `spheres` beside the tangential displacement; empty if nothing.
+    pub(crate) sphere_laws: Rows<LawHistory>,
     pub(crate) part_pairs: Rows<PartHistory>,
     pub(crate) walls: Rows<WallHistory>,
 }
@@ -132,19 +169,25 @@ pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Ve
 }
 
 impl SavedHistories {
-    /// Saves entries (owned particle, history) in rows.
+    /// Saves entries (owned particle, history) in rows; those of spheres with what laws keep, if they do.
     pub(crate) fn fill(
         &mut self,
         owned: usize,
-        spheres: impl Fn(&mut dyn FnMut(u32, SphereHistory)),
+        keeps_law_history: bool,
+        spheres: impl Fn(&mut dyn FnMut(u32, SphereHistory, &LawHistory)),
         part_pairs: impl Fn(&mut dyn FnMut(u32, PartHistory)),
         walls: impl Fn(&mut dyn FnMut(u32, WallHistory)),
     ) {
         self.spheres.fill(
             owned,
             SphereHistory { partner: 0, tangential_displacement: Vec3::zeros() },
-            spheres,
+            |add| spheres(&mut |row, history, _| add(row, history)),
         );
+        self.sphere_laws = Rows::default();
+        if keeps_law_history {
+            let laws = |add: &mut dyn FnMut(u32, LawHistory)| spheres(&mut |row, _, law| add(row, *law));
+            self.sphere_laws.fill(owned, LawHistory::default(), laws);
+        }
         let contact = ContactHistory::default();
         self.part_pairs.fill(owned, PartHistory { partner: 0, parts: [0; 2], contact }, part_pairs);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
@@ -153,21 +196,28 @@ impl SavedHistories {
 
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        self.spheres.bytes() + self.part_pairs.bytes() + self.walls.bytes()
+        self.spheres.bytes() + self.sphere_laws.bytes() + self.part_pairs.bytes() + self.walls.bytes()
     }
 
-    /// Appends one particle's histories to a message.
+    /// Appends one particle's histories to a message. A negative number of spheres says that the numbers of the law follow
+    /// each.
     pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
         let (spheres, part_pairs, walls) =
             (self.spheres.row(row), self.part_pairs.row(row), self.walls.row(row));
-        message.extend([spheres.len() as f64, part_pairs.len() as f64, walls.len() as f64]);
-        for m in spheres {
+        let laws = self.sphere_laws.row(row);
+        let count = spheres.len() as f64;
+        let count = if laws.is_empty() { count } else { -count };
+        message.extend([count, part_pairs.len() as f64, walls.len() as f64]);
+        for (k, m) in spheres.iter().enumerate() {
             message.extend([
                 m.partner as f64,
                 m.tangential_displacement.x,
                 m.tangential_displacement.y,
                 m.tangential_displacement.z,
             ]);
+            if let Some(law) = laws.get(k) {
+                law.write(message);
+            }
         }
         for m in part_pairs {
             message.extend([m.partner as f64, f64::from(m.parts[0]), f64::from(m.parts[1])]);
@@ -182,17 +232,23 @@ impl SavedHistories {
 
     /// Reads one particle's histories as a new last row; returns the rest of the message.
     pub(crate) fn read<'a>(&mut self, message: &'a [f64]) -> &'a [f64] {
-        let counts = [0, 1, 2].map(|k| message[k] as usize);
+        let counts = [0, 1, 2].map(|k| message[k].abs() as usize);
+        let with_laws = message[0] < 0.0;
         let mut rest = &message[3..];
         let mut take = |n: usize| {
             let (head, tail) = rest.split_at(n);
             rest = tail;
             head
         };
+        let mut laws = Vec::new();
         self.spheres.push_row((0..counts[0]).map(|_| {
             let m = take(4);
+            if with_laws {
+                laws.push(LawHistory::read(take(LawHistory::LENGTH)));
+            }
             SphereHistory { partner: m[0] as u64, tangential_displacement: Vec3::new(m[1], m[2], m[3]) }
         }));
+        self.sphere_laws.push_row(laws);
         self.part_pairs.push_row((0..counts[1]).map(|_| {
             let m = take(3);
             let (partner, parts) = (m[0] as u64, [m[1] as u16, m[2] as u16]);
@@ -211,18 +267,26 @@ impl SavedHistories {
 impl ContactHistory {
     /// Whether there is nothing to keep.
     pub(crate) fn is_empty(&self) -> bool {
-        self.simplex.len == 0 && self.torsional_angle == 0.0 && self.tangential_displacement == Vec3::zeros()
+        let Self { tangential_displacement, torsional_angle, law, simplex } = self;
+        simplex.len == 0
+            && *torsional_angle == 0.0
+            && *tangential_displacement == Vec3::zeros()
+            && law.is_empty()
     }
 
     fn write(&self, message: &mut Vec<f64>) {
-        let Self { tangential_displacement, torsional_angle, simplex } = self;
+        let Self { tangential_displacement, torsional_angle, law, simplex } = self;
+        let has_law = !law.is_empty();
         message.extend([
             tangential_displacement.x,
             tangential_displacement.y,
             tangential_displacement.z,
             *torsional_angle,
-            f64::from(simplex.len),
+            f64::from(simplex.len) + if has_law { LAW_FOLLOWS } else { 0.0 },
         ]);
+        if has_law {
+            law.write(message);
+        }
         for k in 0..simplex.len as usize {
             for p in [&simplex.a[k], &simplex.b[k]] {
                 message.extend([p.x, p.y, p.z]);
@@ -232,13 +296,16 @@ impl ContactHistory {
 
     fn read<'a>(take: &mut impl FnMut(usize) -> &'a [f64]) -> Self {
         let m = take(5);
-        let mut simplex = Simplex { len: m[4] as u8, ..Simplex::default() };
+        let has_law = m[4] >= LAW_FOLLOWS;
+        let points = if has_law { m[4] - LAW_FOLLOWS } else { m[4] };
+        let law = if has_law { LawHistory::read(take(LawHistory::LENGTH)) } else { LawHistory::default() };
+        let mut simplex = Simplex { len: points as u8, ..Simplex::default() };
         for k in 0..simplex.len as usize {
             let p = take(6);
             simplex.a[k] = Vec3::new(p[0], p[1], p[2]);
             simplex.b[k] = Vec3::new(p[3], p[4], p[5]);
         }
-        Self { tangential_displacement: Vec3::new(m[0], m[1], m[2]), torsional_angle: m[3], simplex }
+        Self { tangential_displacement: Vec3::new(m[0], m[1], m[2]), torsional_angle: m[3], law, simplex }
     }
 }
 
@@ -252,17 +319,21 @@ mod tests {
         let simplex =
             Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
         let mut gathered = SavedHistories::default();
+        let law = LawHistory { rolling_angle: tangential_displacement(0.7) };
         gathered.fill(
             3,
+            true,
             |add| {
-                add(2, SphereHistory { partner: 7, tangential_displacement: tangential_displacement(0.5) });
-                add(0, SphereHistory { partner: 8, tangential_displacement: tangential_displacement(0.25) });
-                add(2, SphereHistory { partner: 9, tangential_displacement: tangential_displacement(0.125) });
+                for (row, partner, k) in [(2, 7, 0.5), (0, 8, 0.25), (2, 9, 0.125)] {
+                    let tangential_displacement = tangential_displacement(k);
+                    add(row, SphereHistory { partner, tangential_displacement }, &law);
+                }
             },
             |add| {
                 let contact = ContactHistory {
                     tangential_displacement: tangential_displacement(3.0),
                     torsional_angle: 0.1,
+                    law,
                     simplex,
                 };
                 add(1, PartHistory { partner: 3, parts: [4, 5], contact })
@@ -271,12 +342,14 @@ mod tests {
                 let contact = ContactHistory {
                     tangential_displacement: tangential_displacement(5.0),
                     torsional_angle: -0.3,
+                    law: LawHistory::default(),
                     simplex,
                 };
                 add(2, WallHistory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
             },
         );
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
+        assert_eq!(gathered.sphere_laws.row(2), [law; 2]);
         assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());
         let mut again = SavedHistories::default();
         for row in 0..3 {

@@ -7,11 +7,11 @@ use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
 use crate::wall_surfaces::surfaces;
 use grains_case::{
-    Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
-    Tangential as CaseTangential,
+    Case, Composite, Contact, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
+    Rolling as CaseRolling, Tangential as CaseTangential,
 };
 use grains_comm::{Job, MpiTransport, cartesian};
-use grains_contact::{ContactLaw, ImpulseScheme, Sharing, Tangential};
+use grains_contact::{ContactLaw, ImpulseScheme, Rolling, Sharing, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
     HardModel, Motion, MotionTable, Skin, StepParameters, Wall,
@@ -129,6 +129,18 @@ pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTranspor
     Ok(MpiTransport::new(cartesian(&job.world(), setup.ranks, setup.global.periodic)))
 }
 
+/// Resistance to rolling under a law of the case.
+fn rolling(contact: &Contact) -> Rolling {
+    let friction = contact.rolling_friction;
+    match contact.rolling {
+        _ if friction == 0.0 => Rolling::None,
+        CaseRolling::Viscous {} => Rolling::Viscous { friction },
+        CaseRolling::Spring { stiffness_ratio, damping_ratio } => {
+            Rolling::Spring { friction, stiffness_ratio, damping_ratio }
+        }
+    }
+}
+
 /// Shapes, densities and laws of a case.
 ///
 /// # Errors
@@ -149,7 +161,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
             Some(stiffness) if !case.collisions.is_hard() => ContactLaw::new(stiffness, e, mu, tangential),
             _ => ContactLaw::rigid(e, mu),
         };
-        let law = law.with_rolling_friction(contact.rolling_friction);
+        let law = law.with_rolling(rolling(contact));
         contacts.set(contact.between[0], contact.between[1], law);
     }
     let shapes = case.shapes.iter().enumerate();

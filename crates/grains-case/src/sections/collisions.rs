@@ -91,6 +91,11 @@ impl Collisions {
                     &format!("contact[{i}].rolling_friction"),
                     "has no effect: hard collisions know no rolling resistance".into(),
                 );
+            } else if contact.rolling_friction > 0.0 && contact.is_rolling_undamped() {
+                checker.warn(
+                    &format!("contact[{i}].rolling.kind"),
+                    "has no effect: \"viscous\" takes the tangential damping, which is zero; \"spring\" does without".into(),
+                );
             }
         }
     }

@@ -35,6 +35,35 @@ pub enum Tangential {
     },
 }
 
+/// How a contact resists rolling, up to a torque of the rolling friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Rolling {
+    /// Spring and dashpot with a memory of the angle rolled: bodies stand on slopes (Ai et al. 2011, model C).
+    Spring {
+        /// Squared frequency of the rolling spring over that of the normal spring (-).
+        #[serde(default = "two_sevenths")]
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-plausible" = [0.01, 1]))]
+        stiffness_ratio: f64,
+        /// Share of the critical damping (-).
+        #[serde(default = "rolling_damping")]
+        #[schemars(extend("minimum" = 0, "maximum" = 1))]
+        damping_ratio: f64,
+    },
+    /// Memoryless viscous torque −2 γ_t m R² ω: bodies creep down slopes.
+    Viscous {},
+}
+
+impl Default for Rolling {
+    fn default() -> Self {
+        Self::Spring { stiffness_ratio: two_sevenths(), damping_ratio: rolling_damping() }
+    }
+}
+
+fn rolling_damping() -> f64 {
+    0.3
+}
+
 fn two_sevenths() -> f64 {
     2.0 / 7.0
 }
@@ -73,15 +102,29 @@ pub struct Contact<Name = usize> {
     #[serde(default)]
     #[schemars(extend("minimum" = 0, "x-plausible" = [0, 1]))]
     pub rolling_friction: f64,
+    /// Resistance to rolling below that torque.
+    #[serde(default)]
+    pub rolling: Rolling,
 }
 
 impl<Name> Contact<Name> {
+    /// Whether rolling resistance is that of a tangential damping which is zero.
+    pub(crate) fn is_rolling_undamped(&self) -> bool {
+        let is_undamped = match self.tangential {
+            Tangential::Spring { damping_ratio, .. } => damping_ratio == 0.0 || self.restitution == 1.0,
+            Tangential::Viscous { gamma_t } => gamma_t == 0.0,
+            Tangential::ContactTime { .. } => false,
+        };
+        matches!(self.rolling, Rolling::Viscous {}) && is_undamped
+    }
+
     /// The same contact with its two materials named otherwise.
     pub(crate) fn rename<Other>(self, mut name: impl FnMut(usize, Name) -> Other) -> Contact<Other> {
-        let Self { between, normal_stiffness, restitution, friction, tangential, rolling_friction } = self;
+        let Self { between, normal_stiffness, restitution, friction, tangential, rolling_friction, rolling } =
+            self;
         let mut side = 0..;
         let between = between.map(|n| name(side.next().unwrap_or_default(), n));
-        Contact { between, normal_stiffness, restitution, friction, tangential, rolling_friction }
+        Contact { between, normal_stiffness, restitution, friction, tangential, rolling_friction, rolling }
     }
 }
 

@@ -32,6 +32,8 @@ pub(crate) struct Batch<C> {
     pub(crate) columns: C,
     /// Tangential displacements (m), before and after.
     tangential_displacements: Columns<3>,
+    /// Angles rolled (rad), before and after.
+    rolling_angles: Columns<3>,
     /// Force on the first body (N).
     forces: Columns<3>,
     /// Torques (N m).
@@ -48,6 +50,7 @@ impl<C: Default> Default for Batch<C> {
             pair: [0; BLOCK],
             columns: C::default(),
             tangential_displacements: three,
+            rolling_angles: three,
             forces: three,
             torques: [three; 2],
             depth: [0.0; BLOCK],
@@ -62,6 +65,18 @@ impl<C> Batch<C> {
         self.pair[self.len] = pair;
         set(&mut self.tangential_displacements, self.len, (*tangential_displacement).into());
         self.len += 1;
+    }
+
+    /// Sets the angle rolled (rad) of the contact added last, for a law that resists rolling.
+    #[inline(always)]
+    pub(crate) fn set_rolling_angle(&mut self, angle: &Vec3) {
+        set(&mut self.rolling_angles, self.len - 1, (*angle).into());
+    }
+
+    /// Angle rolled (rad) of contact `k` after the step.
+    #[inline(always)]
+    pub(crate) fn rolling_angle(&self, k: usize) -> Vec3 {
+        vector_at(&self.rolling_angles, k)
     }
 
     /// Tangential displacement (m) of contact `k` after the step.
@@ -88,12 +103,27 @@ impl<C: ContactColumns> Batch<C> {
     /// Finds the loads of all contacts; the same arithmetic as one by one, in lanes of any width.
     #[inline(always)]
     pub(crate) fn evaluate(&mut self, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
-        let Self { columns, tangential_displacements, forces, torques, depth, .. } = self;
+        if law.resists_rolling() {
+            self.evaluate_rolling::<true>(law, quanta, dt);
+        } else {
+            self.evaluate_rolling::<false>(law, quanta, dt);
+        }
+    }
+
+    /// The same for laws that resist rolling, or do not.
+    #[inline(always)]
+    fn evaluate_rolling<const ROLLING: bool>(&mut self, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
+        let Self { columns, tangential_displacements, rolling_angles, forces, torques, depth, .. } = self;
         for k in whole_lanes(self.len) {
             let contact = columns.contact(k);
             let mut displacement = vector_at(tangential_displacements, k);
             let law = law.at(contact.effective_mass);
-            let loads = ContactLoads::of(&contact.point, &law, &mut displacement, quanta, dt);
+            let mut loads = ContactLoads::of(&contact.point, &law, &mut displacement, quanta, dt);
+            if ROLLING {
+                let mut angle = vector_at(rolling_angles, k);
+                loads.add_rolling(&contact.point, &law, &mut angle, quanta, dt);
+                set(rolling_angles, k, angle.into());
+            }
             set(tangential_displacements, k, displacement.into());
             set(forces, k, loads.force.into());
             set(&mut torques[0], k, loads.torques[0].into());

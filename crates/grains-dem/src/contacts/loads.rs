@@ -2,7 +2,7 @@
 
 use super::load_quanta::LoadQuanta;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, Encounter, PatchMoments};
+use grains_contact::{Coefficients, Encounter, PatchMoments, RollingContact};
 use grains_geometry::Vec3;
 
 /// A point in which two bodies touch.
@@ -13,8 +13,8 @@ pub(crate) trait ContactPoint {
     /// Torques (N m) on both bodies about their centres of mass by a force (N) on the first and its opposite on the second.
     fn torques(&self, force: &Vec3) -> [Vec3; 2];
 
-    /// R1 R2/(R1 + R2) of the distances R of the point from the centres of mass (m); R1 against a wall.
-    fn effective_radius(&self) -> f64;
+    /// How the bodies roll on each other.
+    fn rolling(&self) -> RollingContact;
 }
 
 /// Loads of a contact, multiples of their quanta.
@@ -27,7 +27,7 @@ pub(crate) struct ContactLoads {
 }
 
 impl ContactLoads {
-    /// Loads of a contact under a law: force, torques and rolling resistance.
+    /// Force of a contact under a law, and its torques.
     ///
     /// `tangential_displacement` (m) is what the contact keeps of its history, and is advanced by the step of `dt` (s).
     #[inline(always)]
@@ -38,15 +38,23 @@ impl ContactLoads {
         quanta: &LoadQuanta,
         dt: f64,
     ) -> Self {
-        let encounter = point.encounter();
-        let force = quanta.force(&law.force(&encounter, tangential_displacement, dt));
-        let mut torques = point.torques(&force).map(|torque| quanta.torque(&torque));
-        if law.resists_rolling() {
-            let rolling = quanta.torque(&law.rolling_torque(&encounter, point.effective_radius()));
-            torques[0] += rolling;
-            torques[1] -= rolling;
-        }
-        Self { force, torques }
+        let force = quanta.force(&law.force(&point.encounter(), tangential_displacement, dt));
+        Self { force, torques: point.torques(&force).map(|torque| quanta.torque(&torque)) }
+    }
+
+    /// Adds the resistance to rolling; the angle rolled (rad) is advanced by `dt` (s).
+    #[inline(always)]
+    pub(crate) fn add_rolling(
+        &mut self,
+        point: &impl ContactPoint,
+        law: &Coefficients,
+        angle: &mut Vec3,
+        quanta: &LoadQuanta,
+        dt: f64,
+    ) {
+        let torque = quanta.torque(&law.rolling_torque(&point.encounter(), &point.rolling(), angle, dt));
+        self.torques[0] += torque;
+        self.torques[1] -= torque;
     }
 
     /// Adds the torque of a contact patch about its centre; its torsional angle (rad) is advanced by `dt` (s).

@@ -9,8 +9,9 @@ use super::lanes::{BLOCK, Columns, set, vector_at};
 use super::loads::ContactPoint;
 use super::pass::{ContactPass, Overlapping, PassStatistics};
 use crate::catalogue::ContactTable;
+use crate::contact_history::LawHistory;
 use crate::particles::{Body, Particles};
-use grains_contact::{Encounter, PreparedLaw, reduced_mass};
+use grains_contact::{Encounter, PreparedLaw, RollingContact, reduced_mass};
 use grains_geometry::Vec3;
 use multiversion::multiversion;
 
@@ -30,14 +31,20 @@ pub(crate) struct SpherePair {
 /// The arithmetic is antisymmetric in the two bodies, operation by operation, so it does not matter
 /// which of them this rank takes for the first; and it is the same in lanes of any width.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-pub(crate) fn add_forces(particles: &mut Particles, pairs: &mut [SpherePair], pass: &mut ContactPass) {
+pub(crate) fn add_forces(
+    particles: &mut Particles,
+    (pairs, histories): (&mut [SpherePair], &mut [LawHistory]),
+    pass: &mut ContactPass,
+) {
     let (contacts, quanta, dt) = (&pass.catalogue.contacts, pass.quanta, pass.dt);
     let mut touching = Touching::default();
     let mut batch = Batch::<SphereColumns>::default();
-    let mut rest = pairs;
+    let (mut rest, mut rest_of_histories) = (pairs, histories);
     while !rest.is_empty() {
         let (block, after) = rest.split_at_mut(BLOCK.min(rest.len()));
         rest = after;
+        let (histories, after) = rest_of_histories.split_at_mut(BLOCK.min(rest_of_histories.len()));
+        rest_of_histories = after;
         // Those of the next block are on their way while this one is worked on.
         let next = if particles.len() > IN_CACHE { &rest[..BLOCK.min(rest.len())] } else { &[] };
         for pair in next {
@@ -45,11 +52,11 @@ pub(crate) fn add_forces(particles: &mut Particles, pairs: &mut [SpherePair], pa
             prefetch(&particles.bodies, other);
             prefetch(&particles.loads, other);
         }
-        touching.pick(block, &particles.bodies);
+        touching.pick((block, histories), &particles.bodies);
         while touching.len > 0 {
-            let law = take(&mut batch, &mut touching, block, &particles.bodies, contacts);
+            let law = take(&mut batch, &mut touching, (block, histories), &particles.bodies, contacts);
             batch.evaluate(&law, &quanta, dt);
-            give(&batch, block, particles, pass.statistics);
+            give(&batch, (block, histories), particles, pass.statistics);
         }
     }
 }
@@ -89,9 +96,9 @@ impl Default for Touching {
 }
 
 impl Touching {
-    /// Picks the pairs that touch; those that do not lose their tangential displacement.
+    /// Picks the pairs that touch; those that do not lose their history.
     #[inline(always)]
-    fn pick(&mut self, block: &mut [SpherePair], bodies: &[Body]) {
+    fn pick(&mut self, (block, histories): (&mut [SpherePair], &mut [LawHistory]), bodies: &[Body]) {
         let (mut apart, mut ending) = ([0_u32; BLOCK], 0);
         self.len = 0;
         for (k, pair) in block.iter().enumerate() {
@@ -108,6 +115,9 @@ impl Touching {
         }
         for &k in &apart[..ending] {
             block[k as usize].tangential_displacement = Vec3::zeros();
+        }
+        if !histories.is_empty() {
+            apart[..ending].iter().for_each(|&k| histories[k as usize] = LawHistory::default());
         }
     }
 }
@@ -157,6 +167,7 @@ impl ContactColumns for SphereColumns {
             arms: [radius - 0.5 * overlap, other_radius - 0.5 * overlap],
             velocities: [0, 1].map(|side| vector_at(&velocities[side], k)),
             spins: [0, 1].map(|side| vector_at(&spins[side], k)),
+            inertias: [0.4 * mass * (radius * radius), 0.4 * other_mass * (other_radius * other_radius)],
         };
         let effective_mass = reduced_mass(mass, other_mass);
         BatchedContact { point, effective_mass, depth: overlap / radius.min(other_radius) }
@@ -171,13 +182,15 @@ struct SpherePoint {
     arms: [f64; 2],
     velocities: [Vec3; 2],
     spins: [Vec3; 2],
+    /// Moments of inertia (kg m²).
+    inertias: [f64; 2],
 }
 
 impl ContactPoint for SpherePoint {
     #[inline(always)]
     fn encounter(&self) -> Encounter {
-        let Self { normal, overlap, arms: [arm, other_arm], velocities: [v, other_v], spins: [w, other_w] } =
-            *self;
+        let Self { normal, overlap, arms, velocities: [v, other_v], spins: [w, other_w], .. } = *self;
+        let [arm, other_arm] = arms;
         let velocity = (other_v - v) - (w * arm + other_w * other_arm).cross(&normal);
         Encounter { normal, overlap, velocity, spin: w - other_w }
     }
@@ -189,9 +202,12 @@ impl ContactPoint for SpherePoint {
     }
 
     #[inline(always)]
-    fn effective_radius(&self) -> f64 {
-        let [arm, other_arm] = self.arms;
-        arm * other_arm / (arm + other_arm)
+    fn rolling(&self) -> RollingContact {
+        let ([arm, other_arm], [inertia, other_inertia]) = (self.arms, self.inertias);
+        RollingContact {
+            effective_radius: arm * other_arm / (arm + other_arm),
+            inverse_inertia: 1.0 / inertia + 1.0 / other_inertia,
+        }
     }
 }
 
@@ -200,7 +216,7 @@ impl ContactPoint for SpherePoint {
 fn take(
     batch: &mut Batch<SphereColumns>,
     touching: &mut Touching,
-    block: &[SpherePair],
+    (block, histories): (&[SpherePair], &[LawHistory]),
     bodies: &[Body],
     contacts: &ContactTable,
 ) -> PreparedLaw {
@@ -221,6 +237,9 @@ fn take(
         }
         batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
         batch.push(index, &pair.tangential_displacement);
+        if let Some(history) = histories.get(index as usize) {
+            batch.set_rolling_angle(&history.rolling_angle);
+        }
     }
     touching.len = left;
     *contacts.prepared(wanted.0, wanted.1)
@@ -230,12 +249,16 @@ fn take(
 #[inline(always)]
 fn give(
     batch: &Batch<SphereColumns>,
-    block: &mut [SpherePair],
+    (block, histories): (&mut [SpherePair], &mut [LawHistory]),
     particles: &mut Particles,
     statistics: &mut PassStatistics,
 ) {
     for k in 0..batch.len.min(BLOCK) {
-        let pair = &mut block[batch.pair[k] as usize];
+        let place = batch.pair[k] as usize;
+        let pair = &mut block[place];
+        if let Some(history) = histories.get_mut(place) {
+            history.rolling_angle = batch.rolling_angle(k);
+        }
         pair.tangential_displacement = batch.tangential_displacement(k);
         batch.loads(k).add_to(particles, [pair.a, pair.b]);
         statistics.note(batch.depth(k), || overlapping(particles, [pair.a, pair.b]));

@@ -75,11 +75,13 @@ impl Dem {
     fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics) {
         let PassParts { particles, neighbours, mut pass, .. } = self.contact_pass(statistics);
         let Inner { spheres, part_pairs } = neighbours.inner;
+        let VerletLists { spheres: pairs, sphere_laws: laws, .. } = neighbours;
+        let (pairs, others) = pairs.split_at_mut(spheres);
+        let kept = spheres.min(laws.len());
+        let (laws, laws_of_others) = laws.split_at_mut(kept);
         let (spheres, range) = match with {
-            With::Owned => (&mut neighbours.spheres[..spheres], 0..part_pairs),
-            With::Clones => {
-                (&mut neighbours.spheres[spheres..], part_pairs..neighbours.part_pairs.pairs.len())
-            }
+            With::Owned => ((pairs, laws), 0..part_pairs),
+            With::Clones => ((others, laws_of_others), part_pairs..neighbours.part_pairs.pairs.len()),
         };
         add_sphere_forces(particles, spheres, &mut pass);
         non_spherical::add_forces(particles, (&mut neighbours.part_pairs, range), &mut pass);

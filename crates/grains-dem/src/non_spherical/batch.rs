@@ -3,6 +3,7 @@
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
+use crate::contact_history::ContactHistory;
 use crate::contacts::{
     BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactLoads, ContactPass, LoadQuanta, set,
     vector_at,
@@ -10,7 +11,6 @@ use crate::contacts::{
 use crate::narrow_phase::{PartContact, Pose};
 use crate::particles::Body;
 use grains_contact::PreparedLaw;
-use grains_geometry::Vec3;
 use multiversion::multiversion;
 
 /// Contact points of two bodies, column by column.
@@ -22,8 +22,8 @@ struct PointColumns {
     arms: Columns<4>,
     /// Contact point from the centre of the second body, and smaller inscribed radius (m).
     other_arms: Columns<4>,
-    /// Velocities (m/s).
-    velocities: [Columns<3>; 2],
+    /// Velocities (m/s); with that of the first the sum of the largest inverse moments of inertia (1/(kg m²)).
+    velocities: [Columns<4>; 2],
     /// Angular velocities (rad/s).
     spins: [Columns<3>; 2],
 }
@@ -31,19 +31,20 @@ struct PointColumns {
 impl Default for PointColumns {
     fn default() -> Self {
         let (three, four) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 4]);
-        Self { normals: four, arms: four, other_arms: four, velocities: [three; 2], spins: [three; 2] }
+        Self { normals: four, arms: four, other_arms: four, velocities: [four; 2], spins: [three; 2] }
     }
 }
 
 impl PointColumns {
     #[inline(always)]
     fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, radius: f64) {
-        let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins } = point;
+        let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins, inverse_inertia } = point;
         set(&mut self.normals, k, [normal.x, normal.y, normal.z, *overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse_mass]);
         set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
         for side in 0..2 {
-            set(&mut self.velocities[side], k, velocities[side].into());
+            let v = velocities[side];
+            set(&mut self.velocities[side], k, [v.x, v.y, v.z, *inverse_inertia]);
             set(&mut self.spins[side], k, spins[side].into());
         }
     }
@@ -61,6 +62,7 @@ impl ContactColumns for PointColumns {
             arms: [vector_at(&self.arms, k), vector_at(&self.other_arms, k)],
             velocities: [0, 1].map(|side| vector_at(&self.velocities[side], k)),
             spins: [0, 1].map(|side| vector_at(&self.spins[side], k)),
+            inverse_inertia: self.velocities[0][3][k],
         };
         let effective_mass = 1.0 / self.arms[3][k];
         BatchedContact { point, effective_mass, depth: overlap / self.other_arms[3][k] }
@@ -89,19 +91,21 @@ impl PointBatch {
         (place, found): (usize, &PartContact),
         [a, b]: [&Body; 2],
         poses: &[Pose; 2],
-        tangential_displacement: &Vec3,
+        history: &ContactHistory,
         catalogue: &Catalogue,
     ) {
         if self.batch.len == 0 {
             self.materials = materials([a, b]);
-            self.law = Some(*catalogue.contacts.prepared(self.materials[0], self.materials[1]));
         }
-        let point = PartPoint::of([a, b], found);
+        let law = catalogue.contacts.prepared(self.materials[0], self.materials[1]);
+        self.law = Some(*law);
+        let point = PartPoint::of([a, b], found, catalogue.inverse_inertia([a, b], law));
         let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
             + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
         self.batch.columns.set(self.batch.len, &point, inverse_mass, radius);
-        self.batch.push(place as u32, tangential_displacement);
+        self.batch.push(place as u32, &history.tangential_displacement);
+        self.batch.set_rolling_angle(&history.law.rolling_angle);
     }
 
     /// Finds the loads of all contacts taken, hands each to `visit` with its pair and the overlap over the smaller
@@ -117,7 +121,9 @@ impl PointBatch {
         evaluate(&mut self.batch, &law, &pass.quanta, pass.dt);
         for k in 0..self.batch.len.min(BLOCK) {
             let pair = &mut pairs[self.batch.pair[k] as usize];
-            histories.of(pair).tangential_displacement = self.batch.tangential_displacement(k);
+            let history = histories.of(pair);
+            history.tangential_displacement = self.batch.tangential_displacement(k);
+            history.law.rolling_angle = self.batch.rolling_angle(k);
             visit(pass, pair, self.batch.depth(k), self.batch.loads(k));
         }
         self.batch.len = 0;

@@ -44,9 +44,9 @@ pub(crate) fn add_forces(
                 let bodies = [a, b].map(|i| &particles.bodies[i]);
                 let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
                 let place = group.start + item.place;
-                let tangential_displacement = histories.of(&mut pairs[place]).tangential_displacement;
+                let history = histories.of(&mut pairs[place]);
                 pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
-                batch.take((place, &item.contact), bodies, &poses, &tangential_displacement, catalogue);
+                batch.take((place, &item.contact), bodies, &poses, history, catalogue);
             }
             _ => add_contacts(particles, (&mut pairs[group], histories, found), pass),
         }
@@ -78,6 +78,8 @@ fn add_contacts(
     let (catalogue, quanta, dt) = (pass.catalogue, &pass.quanta, pass.dt);
     let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
     let bodies = [a, b].map(|i| &particles.bodies[i]);
+    let prepared = catalogue.contacts.prepared(bodies[0].kind.material, bodies[1].kind.material);
+    let inverse_inertia = catalogue.inverse_inertia(bodies, prepared);
     let law = coefficients(bodies, &poses, &found.items, catalogue);
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;
@@ -86,8 +88,11 @@ fn add_contacts(
         pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
         deepest = deepest.max(contact.overlap);
         let history = histories.of(&mut group[*place]);
-        let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact);
+        let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
         let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
+        if law.resists_rolling() {
+            loads.add_rolling(&point, &law, &mut history.law.rolling_angle, quanta, dt);
+        }
         if let Some(&ContactPatch { moment, second, .. }) = found.footprint(item) {
             let patch = PatchMoments { moment, second };
             loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);

@@ -3,7 +3,7 @@
 use crate::contacts::ContactPoint;
 use crate::narrow_phase::PartContact;
 use crate::particles::Body;
-use grains_contact::Encounter;
+use grains_contact::{Encounter, RollingContact};
 use grains_geometry::Vec3;
 
 /// Two bodies that touch in a point.
@@ -18,18 +18,21 @@ pub(super) struct PartPoint {
     pub velocities: [Vec3; 2],
     /// Their angular velocities (rad/s).
     pub spins: [Vec3; 2],
+    /// Sum of their largest inverse moments of inertia (1/(kg m²)).
+    pub inverse_inertia: f64,
 }
 
 impl PartPoint {
     /// A contact that was found, its point from the centre of mass of the first body.
     #[inline(always)]
-    pub fn of([a, b]: [&Body; 2], found: &PartContact) -> Self {
+    pub fn of([a, b]: [&Body; 2], found: &PartContact, inverse_inertia: f64) -> Self {
         Self {
             normal: found.normal,
             overlap: found.overlap,
             arms: [found.point, found.point - (b.position - a.position)],
             velocities: [a.velocity, b.velocity],
             spins: [a.angular_velocity, b.angular_velocity],
+            inverse_inertia,
         }
     }
 }
@@ -37,8 +40,8 @@ impl PartPoint {
 impl ContactPoint for PartPoint {
     #[inline(always)]
     fn encounter(&self) -> Encounter {
-        let Self { normal, overlap, arms: [arm, other_arm], velocities: [v, other_v], spins: [w, other_w] } =
-            *self;
+        let Self { normal, overlap, arms, velocities: [v, other_v], spins: [w, other_w], .. } = *self;
+        let [arm, other_arm] = arms;
         let velocity = (other_v + other_w.cross(&other_arm)) - (v + w.cross(&arm));
         Encounter { normal, overlap, velocity, spin: w - other_w }
     }
@@ -50,8 +53,9 @@ impl ContactPoint for PartPoint {
     }
 
     #[inline(always)]
-    fn effective_radius(&self) -> f64 {
+    fn rolling(&self) -> RollingContact {
         let [length, other_length] = self.arms.map(|arm| arm.norm());
-        length * other_length / (length + other_length)
+        let effective_radius = length * other_length / (length + other_length);
+        RollingContact { effective_radius, inverse_inertia: self.inverse_inertia }
     }
 }

@@ -1,6 +1,7 @@
 //! The Verlet lists of one rank.
 
 use super::skin::Reference;
+use crate::contact_history::LawHistory;
 use crate::contacts::SpherePair;
 use crate::memory_use::heap_bytes;
 use crate::non_spherical::PartPairList;
@@ -14,6 +15,8 @@ pub(crate) struct VerletLists {
     /// Orientations when the lists were built; empty if all shapes are spheres.
     pub(crate) reference_orientations: Vec<Rotation>,
     pub(crate) spheres: Vec<SpherePair>,
+    /// What laws keep of these beside the tangential displacement; empty if nothing.
+    pub(crate) sphere_laws: Vec<LawHistory>,
     pub(crate) part_pairs: PartPairList,
     pub(crate) walls: WallList,
     /// How many pairs, at the beginning of the lists, are of two owned particles.
@@ -34,11 +37,12 @@ pub(crate) struct Inner {
 impl VerletLists {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        let Self { references, reference_orientations, spheres, part_pairs, walls, .. } = self;
-        let walls = heap_bytes(&walls.pairs) + heap_bytes(&walls.simplexes);
+        let Self { references, reference_orientations, spheres, sphere_laws, part_pairs, walls, .. } = self;
+        let walls = heap_bytes(&walls.pairs) + heap_bytes(&walls.laws) + heap_bytes(&walls.simplexes);
         heap_bytes(references)
             + heap_bytes(reference_orientations)
             + heap_bytes(spheres)
+            + heap_bytes(sphere_laws)
             + part_pairs.bytes()
             + walls
     }

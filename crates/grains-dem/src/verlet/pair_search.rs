@@ -47,6 +47,7 @@ impl VerletLists {
     ) {
         particles.path_length.fill(0.0);
         self.spheres.clear();
+        self.sphere_laws.clear();
         self.part_pairs.clear();
         let has_clones = particles.len() > particles.owned;
         let clones = if has_clones { Clones::new(particles, &cell_list.cells) } else { Clones::default() };
@@ -124,6 +125,8 @@ impl VerletLists {
     fn find_walls(&mut self, search: &Search) {
         let &Search { particles, cell_list, histories, context, .. } = search;
         self.walls.pairs.clear();
+        self.walls.laws.clear();
+        self.walls.keep_laws = context.catalogue.contacts.keep_law_history();
         self.walls.simplexes.clear();
         self.walls.shifts = images::shifts(&context.decomposition.global);
         let mut near_walls =
@@ -167,15 +170,20 @@ impl VerletLists {
             let both_spheres = all_spheres
                 || [i, j].iter().all(|&k| context.catalogue.shape(particles.bodies[k].kind).is_sphere());
             if both_spheres {
-                let id = particles.ids[j];
-                let known =
-                    histories.spheres.row(cell_list.order[i] as usize).iter().find(|m| m.partner == id);
-                let tangential_displacement = known.map_or(Vec3::zeros(), |m| m.tangential_displacement);
+                let (id, row) = (particles.ids[j], cell_list.order[i] as usize);
+                let of_row = histories.spheres.row(row);
+                let known = of_row.iter().position(|m| m.partner == id);
+                let tangential_displacement =
+                    known.map_or(Vec3::zeros(), |k| of_row[k].tangential_displacement);
                 if self.spheres.len() == self.spheres.capacity() {
                     // Pairs are a quarter of all memory: they do not double.
                     self.spheres.reserve_exact(self.spheres.len() / 8 + 64);
                 }
                 self.spheres.push(SpherePair { a: i as u32, b: j as u32, tangential_displacement });
+                if context.catalogue.contacts.keep_law_history() {
+                    let law = known.and_then(|k| histories.sphere_laws.row(row).get(k));
+                    self.sphere_laws.push(law.copied().unwrap_or_default());
+                }
             } else {
                 self.pair_parts(i, j, search);
             }

@@ -1,7 +1,7 @@
 //! Contact history saved from the pairs, row by row.
 
 use super::lists::VerletLists;
-use crate::contact_history::{PartHistory, SavedHistories, SphereHistory, WallHistory};
+use crate::contact_history::{LawHistory, PartHistory, SavedHistories, SphereHistory, WallHistory};
 use crate::contacts::SpherePair;
 use crate::non_spherical::PartPair;
 use crate::particles::Particles;
@@ -19,24 +19,28 @@ impl VerletLists {
         global: &GlobalBox,
         histories: &mut SavedHistories,
     ) {
+        let keeps_law_history = !self.sphere_laws.is_empty();
         histories.fill(
             particles.owned,
+            keeps_law_history,
             |add| self.save_spheres(particles, add),
             |add| self.save_parts(particles, add),
             |add| self.save_walls(particles, walls, global, add),
         );
     }
 
-    fn save_spheres(&self, particles: &Particles, add: &mut dyn FnMut(u32, SphereHistory)) {
+    fn save_spheres(&self, particles: &Particles, add: &mut dyn FnMut(u32, SphereHistory, &LawHistory)) {
         let (ids, owned) = (&particles.ids, particles.owned as u32);
-        for &SpherePair { a, b, tangential_displacement } in &self.spheres {
-            if tangential_displacement == Vec3::zeros() {
+        for (k, &SpherePair { a, b, tangential_displacement }) in self.spheres.iter().enumerate() {
+            let law = self.sphere_laws.get(k).copied().unwrap_or_default();
+            if tangential_displacement == Vec3::zeros() && law.is_empty() {
                 continue;
             }
-            add(a, SphereHistory { partner: ids[b as usize], tangential_displacement });
+            add(a, SphereHistory { partner: ids[b as usize], tangential_displacement }, &law);
             if b < owned {
                 let tangential_displacement = -tangential_displacement;
-                add(b, SphereHistory { partner: ids[a as usize], tangential_displacement });
+                let history = SphereHistory { partner: ids[a as usize], tangential_displacement };
+                add(b, history, &law.seen_from_other());
             }
         }
     }
@@ -59,9 +63,9 @@ impl VerletLists {
         global: &GlobalBox,
         add: &mut dyn FnMut(u32, WallHistory),
     ) {
-        for pair in &self.walls.pairs {
+        for (k, pair) in self.walls.pairs.iter().enumerate() {
             let &WallPair { wall, surface, part, element, .. } = pair;
-            let contact = self.walls.history_of(pair);
+            let contact = self.walls.history_of(k);
             if contact.is_empty() {
                 continue;
             }

@@ -5,10 +5,11 @@ use super::pairs::{WallList, WallPair, WallScene};
 use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;
 use crate::catalogue::Catalogue;
+use crate::contact_history::LawHistory;
 use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, Encounter, PatchMoments};
+use grains_contact::{Coefficients, Encounter, PatchMoments, RollingContact};
 use grains_geometry::{ContactPatch, Vec3};
 use std::ops::Range;
 
@@ -24,24 +25,26 @@ struct WallPoint {
     velocities: [Vec3; 2],
     /// Angular velocities of both (rad/s).
     spins: [Vec3; 2],
+    /// Largest inverse moment of inertia of the particle (1/(kg m²)).
+    inverse_inertia: f64,
 }
 
 impl ContactPoint for WallPoint {
     #[inline(always)]
     fn encounter(&self) -> Encounter {
-        let Self { normal, overlap, arm, velocities: [v, wall_v], spins: [w, wall_w] } = *self;
+        let Self { normal, overlap, arm, velocities: [v, wall_v], spins: [w, wall_w], .. } = *self;
         Encounter { normal, overlap, velocity: wall_v - (v + w.cross(&arm)), spin: w - wall_w }
     }
 
-    /// That on the wall, which is about the origin, is left out.
+    /// That on the wall, which is about the origin, is left out: the second torque is that of couples alone.
     #[inline(always)]
     fn torques(&self, force: &Vec3) -> [Vec3; 2] {
         [self.arm.cross(force), Vec3::zeros()]
     }
 
     #[inline(always)]
-    fn effective_radius(&self) -> f64 {
-        self.arm.norm()
+    fn rolling(&self) -> RollingContact {
+        RollingContact { effective_radius: self.arm.norm(), inverse_inertia: self.inverse_inertia }
     }
 }
 
@@ -67,14 +70,23 @@ pub(crate) fn add_forces(
         let center = scene.center(first, &body.position, &list.shifts);
         let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
         let mass = effective_mass(particles, first, &list.touching, &center, scene, catalogue);
+        let inverse_inertia = catalogue.inverse_inertia([body], law);
         let law = law.at(mass).shared(parts.max(1), catalogue.sharing);
-        for (pair, contact) in list.pairs[start..end].iter_mut().zip(&list.touching) {
+        for (k, contact) in (start..end).zip(&list.touching) {
+            let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
             match contact {
-                None => pair.reset_displacements(),
+                None => {
+                    pair.reset_displacements();
+                    history = LawHistory::default();
+                }
                 Some(contact) => {
                     let load = &mut wall_loads[pair.wall as usize];
-                    add_contact(particles, (pair, contact, &center), (scene, load), &law, pass);
+                    let met = (pair, &mut history, contact, &center);
+                    add_contact(particles, met, (scene, load), (&law, inverse_inertia), pass);
                 }
+            }
+            if let Some(kept) = list.laws.get_mut(k) {
+                *kept = history;
             }
         }
         start = end;
@@ -85,9 +97,9 @@ pub(crate) fn add_forces(
 #[inline]
 fn add_contact(
     particles: &mut Particles,
-    (pair, found, center): (&mut WallPair, &SurfaceContact, &Vec3),
+    (pair, history, found, center): (&mut WallPair, &mut LawHistory, &SurfaceContact, &Vec3),
     (scene, wall_load): (&WallScene, &mut WallLoad),
-    law: &Coefficients,
+    (law, inverse_inertia): (&Coefficients, f64),
     pass: &mut ContactPass,
 ) {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
@@ -100,9 +112,13 @@ fn add_contact(
         arm,
         velocities: [body.velocity, state.velocity_at(&point)],
         spins: [body.angular_velocity, state.angular_velocity],
+        inverse_inertia,
     };
     let (quanta, dt) = (&pass.quanta, pass.dt);
     let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
+    if law.resists_rolling() {
+        loads.add_rolling(&contact, law, &mut history.rolling_angle, quanta, dt);
+    }
     if let Some(footprint) = found.footprint {
         let ContactPatch { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
         let patch = PatchMoments { moment, second };
@@ -117,7 +133,7 @@ fn add_contact(
     load.force += loads.force;
     load.torque += loads.torques[0];
     wall_load.force -= loads.force;
-    wall_load.torque -= quanta.torque(&point.cross(&loads.force));
+    wall_load.torque += loads.torques[1] - quanta.torque(&point.cross(&loads.force));
 }
 
 /// Number of parts of the particle that touch; each part's history follows its contacts.
@@ -128,7 +144,8 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
         let touching = &list.touching[start - group.start..end - group.start];
         parts += usize::from(touching.iter().any(Option::is_some));
         if end > start + 1 {
-            hand_over_history(&mut list.pairs[start..end], touching, scene);
+            let laws = list.laws.get_mut(start..end).unwrap_or_default();
+            hand_over_history((&mut list.pairs[start..end], laws), touching, scene);
         }
         start = end;
     }
@@ -160,7 +177,11 @@ fn effective_mass(
 
 /// Gives the history of a contact that ended to one that began beside it on the same surface, as when a
 /// ball rolls from one triangle of a flat floor to the next.
-fn hand_over_history(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>], scene: &WallScene) {
+fn hand_over_history(
+    (pairs, laws): (&mut [WallPair], &mut [LawHistory]),
+    touching: &[Option<SurfaceContact>],
+    scene: &WallScene,
+) {
     let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
     for k in 0..pairs.len() {
         let Some(contact) = touching[k] else { continue };
@@ -176,6 +197,9 @@ fn hand_over_history(pairs: &mut [WallPair], touching: &[Option<SurfaceContact>]
             (pairs[k].tangential_displacement, pairs[k].torsional_angle) =
                 (pairs[l].tangential_displacement, pairs[l].torsional_angle);
             pairs[l].reset_displacements();
+            if let Some(law) = laws.get_mut(l).map(std::mem::take) {
+                laws[k] = law;
+            }
         }
     }
 }

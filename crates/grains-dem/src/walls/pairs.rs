@@ -3,7 +3,7 @@
 use super::motion::WallState;
 use super::surface_contact::SurfaceContact;
 use super::wall::Wall;
-use crate::contact_history::{ContactHistory, WallKey};
+use crate::contact_history::{ContactHistory, LawHistory, WallKey};
 use grains_domain::GlobalBox;
 use grains_geometry::{Simplex, Vec3};
 use std::ops::Range;
@@ -45,6 +45,9 @@ impl WallPair {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WallList {
     pub(crate) pairs: Vec<WallPair>,
+    /// What laws keep of the pairs beside their displacements; empty if nothing.
+    pub(crate) laws: Vec<LawHistory>,
+    pub(crate) keep_laws: bool,
     pub(crate) simplexes: Vec<Simplex>,
     /// Shift (m) of each periodic image.
     pub(crate) shifts: Vec<Vec3>,
@@ -55,7 +58,10 @@ impl WallList {
     /// Adds the pair of a particle and what `key` names, with its contact history.
     pub(crate) fn push(&mut self, particle: u32, key: WallKey, known: ContactHistory, is_closed_form: bool) {
         let (wall, surface, part, element, image) = key;
-        let ContactHistory { tangential_displacement, torsional_angle, simplex } = known;
+        let ContactHistory { tangential_displacement, torsional_angle, law, simplex } = known;
+        if self.keep_laws {
+            self.laws.push(law);
+        }
         let simplex = if is_closed_form {
             WallPair::CLOSED_FORM
         } else {
@@ -76,10 +82,11 @@ impl WallList {
     }
 
     /// What a pair keeps of its contact.
-    pub(crate) fn history_of(&self, pair: &WallPair) -> ContactHistory {
-        let &WallPair { tangential_displacement, torsional_angle, .. } = pair;
-        let simplex = self.simplexes.get(pair.simplex as usize).copied().unwrap_or_default();
-        ContactHistory { tangential_displacement, torsional_angle, simplex }
+    pub(crate) fn history_of(&self, pair: usize) -> ContactHistory {
+        let WallPair { tangential_displacement, torsional_angle, simplex, .. } = self.pairs[pair];
+        let simplex = self.simplexes.get(simplex as usize).copied().unwrap_or_default();
+        let law = self.laws.get(pair).copied().unwrap_or_default();
+        ContactHistory { tangential_displacement, torsional_angle, law, simplex }
     }
 
     /// Drops the simplexes of a range of pairs.

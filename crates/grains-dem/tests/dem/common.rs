@@ -1,6 +1,6 @@
 //! Granular systems for tests.
 
-use grains_contact::{ContactLaw, Tangential};
+use grains_contact::{ContactLaw, Rolling, Tangential};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle,
     ParticleRecord, Skin, StepParameters, Surface, Wall,
@@ -117,14 +117,14 @@ impl Scene {
     }
 }
 
-/// Laws used in the tests: spring or viscous tangential resistance.
+/// Laws used in the tests: springs, or viscous resistance, against sliding and rolling.
 pub fn law(spring: bool) -> ContactLaw {
-    let tangential = if spring {
-        Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 }
+    let (tangential, rolling) = if spring {
+        (Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 }, Rolling::spring(0.01))
     } else {
-        Tangential::Viscous { rate: 5e3 }
+        (Tangential::Viscous { rate: 5e3 }, Rolling::Viscous { friction: 0.01 })
     };
-    ContactLaw::new(1e5, 0.75, 0.5, tangential).with_rolling_friction(0.01)
+    ContactLaw::new(1e5, 0.75, 0.5, tangential).with_rolling(rolling)
 }
 
 pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {

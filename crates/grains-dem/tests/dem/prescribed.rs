@@ -192,7 +192,7 @@ fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
 /// each other, nor a wall to them, however deep they are in.
 #[test]
 fn momentum_goes_to_the_fixed_bodies() {
-    let mut setup = setup([0.02; 3], [true, true, false], mixed_shapes(RADIUS), law(true));
+    let mut setup = setup([0.02, 0.02, 0.06], [true, true, false], mixed_shapes(RADIUS), law(true));
     let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, 2e-3), normal: Vec3::z() };
     setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     let clump = 8;
