@@ -180,7 +180,7 @@ impl Surface {
                     // The triangle's point lies half an overlap behind the contact point.
                     let on_triangle = point - normal * (0.5 * overlap);
                     let owns = is_deep_penetration
-                        || footprint.is_some()
+                        || footprint.is_some_and(|patch| !patch.is_one_corner())
                         || mesh.owns_local_minimum(element, &on_triangle, &-normal);
                     owns.then_some(contact)
                 }))

@@ -35,13 +35,9 @@ impl SurfaceContact {
         match (&self.footprint, &other.footprint) {
             (Some(a), Some(b)) => {
                 let joined = a.joined(b);
-                let share = a.weight / joined.weight;
-                Self {
-                    normal: self.normal,
-                    overlap: joined.overlap,
-                    point: self.point * share + other.point * (1.0 - share),
-                    footprint: Some(joined),
-                }
+                // The point lies as far off the centre of the joined patch as off that of its own.
+                let point = self.point + joined.center - a.center;
+                Self { normal: self.normal, overlap: joined.overlap, point, footprint: Some(joined) }
             }
             // A triangle touched in one point adds nothing to a face that lies on its neighbours.
             (Some(_), None) => *self,
