@@ -294,7 +294,10 @@ mod tests {
         let (small, large) = (Core::Box(Vec3::repeat(0.5)), Core::Box(Vec3::repeat(2.0)));
         let placement = at(Rotation::from_axis_angle(&Vec3::z_axis(), 0.3), Vec3::new(0.4, -0.2, 2.51));
         let f = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), 0.01, 0.03).unwrap();
-        assert!((f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14 && (f.overlap - 0.02 * eighth_root(4.0)).abs() < 1e-15);
+        assert!(
+            (f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14
+                && (f.overlap - 0.02 * eighth_root(4.0)).abs() < 1e-15
+        );
         // Corners at (±1/2, ±1/2): x² and y² have the mean 1/4 in any turn about the normal.
         let expected = Mat3::from_diagonal(&Vec3::new(0.25, 0.25, 0.0));
         assert!((f.second - expected).norm() < 1e-14);
@@ -344,7 +347,10 @@ mod tests {
         let beside = at(Rotation::identity(), Vec3::new(0.0, 1.005, 1.0));
         let line = ContactPatch::of_cores(&rod, &rod, &beside, &Vec3::y(), 0.005, 0.02).unwrap();
         assert!((line.center - Vec3::new(0.0, 0.5025, 0.5)).norm() < 1e-15);
-        assert!((line.second[(0, 0)] - 2.25).abs() < 1e-14 && (line.overlap - 0.015 * eighth_root(2.0)).abs() < 1e-15);
+        assert!(
+            (line.second[(0, 0)] - 2.25).abs() < 1e-14
+                && (line.overlap - 0.015 * eighth_root(2.0)).abs() < 1e-15
+        );
         let crossed = at(Rotation::from_axis_angle(&Vec3::y_axis(), 1.0), Vec3::new(0.0, 1.005, 0.0));
         assert!(ContactPatch::of_cores(&rod, &rod, &crossed, &Vec3::y(), 0.005, 0.02).is_none());
     }

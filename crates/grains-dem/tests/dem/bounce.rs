@@ -3,11 +3,10 @@
 
 use crate::common::{setup, wall};
 use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{Dem, FaceContact, Kind, Motion, NewParticle, SurfaceMobility, Surface};
+use grains_dem::{Dem, FaceContact, Kind, Motion, NewParticle, Surface, SurfaceMobility};
 use grains_domain::SerialTransport;
-use grains_geometry::{Component, Lobes, Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
+use grains_geometry::{Component, Lobes, Rotation, Shape, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
 
 const SIZE: f64 = 4e-3;
 const STIFFNESS: f64 = 1e5;
@@ -43,33 +42,24 @@ fn shapes() -> Vec<(&'static str, Shape)> {
     ]
 }
 
+/// The surface point of a turned body that is farthest in a direction, from its centre (m).
+fn farthest(shape: &Shape, turn: &Rotation, direction: Vec3) -> Vec3 {
+    let toward = turn.inverse() * direction;
+    let points = shape.parts.iter().map(|part| {
+        let core = part.core.support(&(part.rotation.transpose() * toward));
+        part.center + part.rotation * core + toward * part.crust
+    });
+    turn * points.max_by(|a, b| a.dot(&toward).total_cmp(&b.dot(&toward))).unwrap()
+}
+
 /// What a body bounces off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Partner {
     Plane,
-    Mesh,
     Block,
-    Same,
 }
 
-fn floor(partner: Partner) -> Surface {
-    let point = Vec3::new(0.0, 0.0, FLOOR);
-    if partner != Partner::Mesh {
-        return Surface::Plane { point, normal: Vec3::z() };
-    }
-    let corner = |i: usize, j: usize| Vec3::new(i as f64, j as f64, 0.0) * 2.7e-3 + point;
-    let n = 15;
-    let vertices = (0..=n).flat_map(|j| (0..=n).map(move |i| corner(i, j))).collect();
-    let at = |i: usize, j: usize| (j * (n + 1) + i) as u32;
-    let triangles = (0..n * n).flat_map(|k| {
-        let (i, j) = (k % n, k / n);
-        [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
-    });
-    let mesh = TriMesh { vertices, triangles: triangles.collect() };
-    Surface::Mesh(Arc::new(WallMesh::new(&mesh, SMOOTH_ANGLE).unwrap()))
-}
-
-/// Kinetic energy (J) without the drift of a step that a free body has.
+/// Kinetic energy (J).
 fn energy(dem: &Dem) -> f64 {
     (0..dem.particles.bodies.len())
         .map(|i| {
@@ -77,8 +67,7 @@ fn energy(dem: &Dem) -> f64 {
             let rotation = dem.particles.record(i).orientation;
             let omega = rotation.inverse() * body.angular_velocity;
             let inertia = dem.setup.catalogue.inertia(body);
-            0.5 * (body.mass * body.velocity.norm_squared()
-                + omega.component_mul(&omega).dot(&inertia))
+            0.5 * (body.mass * body.velocity.norm_squared() + omega.component_mul(&omega).dot(&inertia))
         })
         .sum()
 }
@@ -93,17 +82,11 @@ fn bounce(shape: &Shape, partner: Partner, turn: Rotation, restitution: f64, ste
     setup.catalogue.densities = vec![2500.0, 2500.0];
     setup.parameters.gravity = Vec3::zeros();
     let felt = 2500.0 * shape.volume / SurfaceMobility::of(shape).along_normal;
-    let reduced = if partner == Partner::Same { 0.5 * felt } else { felt };
-    setup.parameters.dt = PI * (reduced / STIFFNESS).sqrt() / steps;
-    if matches!(partner, Partner::Plane | Partner::Mesh) {
-        setup.walls = vec![wall("floor", floor(partner), Motion::Fixed)];
+    setup.parameters.dt = PI * (felt / STIFFNESS).sqrt() / steps;
+    if partner == Partner::Plane {
+        let floor = Surface::Plane { point: Vec3::new(0.0, 0.0, FLOOR), normal: Vec3::z() };
+        setup.walls = vec![wall("floor", floor, Motion::Fixed)];
     }
-    let lowest = shape.parts.iter().map(|part| {
-        let toward = turn.inverse() * -Vec3::z();
-        let local = part.rotation.transpose() * toward;
-        toward.dot(&part.center) + part.core.support_value(&local) + part.crust
-    });
-    let reach = lowest.fold(f64::NEG_INFINITY, f64::max);
     let mut dem = Dem::new(setup, 0).unwrap();
     let mut add = |id, shape, position, orientation, velocity| {
         let kind = Kind { shape, material: 0 };
@@ -113,26 +96,20 @@ fn bounce(shape: &Shape, partner: Partner, turn: Rotation, restitution: f64, ste
         dem.insert(&record);
     };
     let at = Vec3::new(0.0203, 0.0197, FLOOR);
-    let gap = Vec3::z() * 1e-7;
-    add(0, 0, at + gap + Vec3::z() * reach, turn, -Vec3::z() * SPEED);
-    match partner {
-        Partner::Block => add(1, 1, at - Vec3::z() * 0.5 * SIZE, Rotation::identity(), Vec3::zeros()),
-        Partner::Same => {
-            let over = Rotation::from_axis_angle(&Vec3::x_axis(), PI) * turn;
-            let below = shape.parts.iter().map(|part| {
-                let toward = over.inverse() * Vec3::z();
-                toward.dot(&part.center) + part.core.support_value(&(part.rotation.transpose() * toward)) + part.crust
-            });
-            add(1, 0, at - Vec3::z() * below.fold(f64::NEG_INFINITY, f64::max), over, Vec3::z() * SPEED);
-        }
-        _ => {}
+    add(0, 0, at + Vec3::z() * 1e-7 - farthest(shape, &turn, -Vec3::z()), turn, -Vec3::z() * SPEED);
+    if partner == Partner::Block {
+        add(1, 1, at - Vec3::z() * 0.5 * SIZE, Rotation::identity(), Vec3::zeros());
     }
     let before = energy(&dem);
-    let mut highest = before;
-    for _ in 0..(12.0 * steps) as usize {
+    // Until they have been apart for a while: a body may touch several times in a row.
+    let (mut step, mut apart, mut last) = (0.0, 0.0, before);
+    while step < 2.0 * steps || apart < steps {
         dem.step(&SerialTransport).unwrap();
+        let now = energy(&dem);
+        apart = if (now / last - 1.0).abs() < 1e-13 { apart + 1.0 } else { 0.0 };
+        (last, step) = (now, step + 1.0);
+        assert!(step < 100.0 * steps, "no rebound");
     }
-    let _ = &mut highest;
     energy(&dem) / before
 }
 
@@ -149,16 +126,36 @@ fn tilts(count: usize) -> impl Iterator<Item = Rotation> {
 }
 
 #[test]
-#[ignore]
-fn survey() {
-    for partner in [Partner::Plane, Partner::Mesh, Partner::Block, Partner::Same] {
+fn elastic_bounces_keep_the_energy_to_second_order() {
+    for partner in [Partner::Plane, Partner::Block] {
         for (name, shape) in shapes() {
-            for (e, steps) in [(1.0, 50.0), (1.0, 100.0), (1.0, 200.0), (0.8, 50.0)] {
-                let ratios: Vec<f64> = tilts(60).map(|turn| bounce(&shape, partner, turn, e, steps)).collect();
-                let low = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-                let high = ratios.iter().copied().fold(0.0, f64::max);
-                let worst = ratios.iter().enumerate().max_by(|a, b| (a.1 - 1.0).abs().total_cmp(&(b.1 - 1.0).abs())).unwrap().0;
-                println!("{partner:?} {name} e {e} steps {steps}: {low:.5} {high:.5} worst {worst}");
+            // Root mean square of the error: where a body meets between two steps spreads it.
+            let [coarse, fine] = [50.0, 200.0].map(|steps| {
+                let errors: Vec<f64> =
+                    tilts(24).map(|turn| bounce(&shape, partner, turn, 1.0, steps) - 1.0).collect();
+                let worst = errors.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
+                let limit = 1e-3 * (50.0 / steps);
+                assert!(worst < limit, "{name} on {partner:?}, {steps} steps: {worst:e}");
+                (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+            });
+            // Sixteen of second order, four of first; below a part in a hundred thousand there is nothing to measure.
+            assert!(fine < coarse / 8.0 || fine < 1e-5, "{name} on {partner:?}: {coarse:e}, {fine:e}");
+        }
+    }
+}
+
+#[test]
+fn damped_bounces_take_energy() {
+    const RESTITUTION: f64 = 0.8;
+    for partner in [Partner::Plane, Partner::Block] {
+        for (name, shape) in shapes() {
+            for (k, turn) in tilts(24).enumerate() {
+                let left = bounce(&shape, partner, turn, RESTITUTION, 50.0);
+                assert!(left < 1.0, "{name} on {partner:?}: {left}");
+                // The first falls flat: the whole of it has the restitution.
+                if k == 0 && partner == Partner::Plane {
+                    assert!((left - RESTITUTION.powi(2)).abs() < 2e-3, "{name}: {left}");
+                }
             }
         }
     }

@@ -13,6 +13,9 @@ const OCTAGON: [[f64; 2]; SIDES] = {
     [[1.0, 0.0], [H, H], [0.0, 1.0], [-H, H], [-1.0, 0.0], [-H, -H], [0.0, -1.0], [H, -H]]
 };
 
+/// Sine below which a disc is flush: the accuracy of a contact normal on a curved surface.
+const FLUSH: f64 = 1e-5;
+
 /// A face as a loop of points, counter-clockwise seen from outside; two points are a segment.
 pub(crate) struct Feature {
     points: [Vec3; CAPACITY],
@@ -37,7 +40,7 @@ impl Feature {
     /// Its first corner is the rim's farthest point that way, so that a tilted disc touches there first.
     pub fn set_disc(&mut self, radius: f64, z: f64, direction: &Vec3) {
         let sign = 1.0_f64.copysign(direction.z);
-        let farthest = direction.xy().try_normalize(0.0).unwrap_or_else(Vector2::x) * radius;
+        let farthest = direction.xy().try_normalize(FLUSH).unwrap_or_else(Vector2::x) * radius;
         let corners = OCTAGON.map(|[c, s]| {
             let (x, y) = (farthest * c, Vector2::new(-farthest.y, farthest.x) * (sign * s));
             Vec3::new(x.x + y.x, x.y + y.y, z)
