@@ -23,7 +23,6 @@ mod rolling;
 mod sharing;
 
 pub use collision::CollisionEstimate;
-pub use contact_patch::PatchMoments;
 pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, ContactLaw, PreparedLaw, Tangential, reduced_mass};

@@ -5,11 +5,14 @@ use crate::Coefficients;
 /// What a pair of bodies does with several contacts at once (thesis 3.2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sharing {
+    /// Forces are the gradient of one potential of all contacts: that of one contact of the norm of their overlaps,
+    /// D = (Σ δ_i⁸)^(1/8). Continuous and conservative; N equal contacts are N^(1/4) times as stiff.
+    #[default]
+    Potential,
     /// Model A: forces add up, with the damping corrected for the number N of contacts, γ = γ1/√N
     /// (eq. 3.35 as corrected, errata R16-13); N contacts are N times as stiff.
     Sum,
     /// Model B: the mean of the forces (eq. 3.36), as stiff as one contact whatever N.
-    #[default]
     Mean,
 }
 
@@ -20,6 +23,7 @@ impl Coefficients {
         let n = count as f64;
         match sharing {
             _ if count == 1 => *self,
+            Sharing::Potential => *self,
             // The tangential dashpot of a spring is a share of the normal one; a memoryless one has its own rate.
             Sharing::Sum => {
                 let damping = 1.0 / n.sqrt();
@@ -31,14 +35,20 @@ impl Coefficients {
                     ..*self
                 }
             }
-            Sharing::Mean => Self {
-                stiffness: self.stiffness / n,
-                dashpot: self.dashpot / n,
-                tangential_stiffness: self.tangential_stiffness / n,
-                tangential_dashpot: self.tangential_dashpot / n,
-                mass: self.mass / n,
-                ..*self
-            },
+            Sharing::Mean => self.weighted(1.0 / n, 1.0 / n),
+        }
+    }
+
+    /// Coefficients of a contact of these weights in the normal and the tangential force of its pair of bodies.
+    #[inline(always)]
+    pub fn weighted(&self, normal: f64, tangential: f64) -> Self {
+        Self {
+            stiffness: self.stiffness * normal,
+            dashpot: self.dashpot * normal,
+            tangential_stiffness: self.tangential_stiffness * tangential,
+            tangential_dashpot: self.tangential_dashpot * tangential,
+            mass: self.mass * tangential,
+            ..*self
         }
     }
 }

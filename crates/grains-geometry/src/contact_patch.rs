@@ -2,18 +2,18 @@
 //!
 //! The nearest points of two flush faces are any pair of them, so a single contact point drifts and
 //! bodies at rest spin and creep (thesis 3.3). Where the contact normal is that of a face, the face
-//! of the other body that looks at it is clipped to it; the corners of the common polygon share the
-//! contact in proportion to their overlaps,
+//! of the other body that looks at it is clipped to it. The corners of the common polygon are contacts
+//! of one potential: with the norm D of their overlaps and its weights w_i ([`DepthNorm`]),
 //!
 //! ```text
-//! w_i = δ_i / Σδ,   δ = Σ w_i δ_i,   c = Σ w_i x_i,
+//! D = (Σ δ_i⁸)^(1/8),   w_i = (δ_i/D)⁷,   W = Σ w_i,   c = Σ w_i x_i / W,
 //! ```
 //!
-//! so that the contact is as stiff as a single point and nothing jumps when a corner touches or leaves.
-//! The normal forces at the corners, all parallel, are then known by c, δ and two moments.
+//! the normal forces w_i F(D) at the corners, all parallel, are W F(D) at c: the gradient of ∫F dD, which
+//! stays continuous when a corner touches or leaves.
 
 use crate::convex::feature::{CAPACITY, Feature};
-use crate::{Core, Mat3, Placement, Vec3};
+use crate::{Core, DepthNorm, Mat3, Placement, Vec3};
 
 /// Cosine above which a contact normal counts as that of a face.
 const ALIGNED: f64 = 0.999;
@@ -24,6 +24,14 @@ const SAME: f64 = 1e-10;
 const PARALLEL: f64 = 2e-3;
 /// The deepest corner must have the overlap of the nearest points to within this share of the crusts.
 const AGREEMENT: f64 = 0.1;
+/// Sine of the angle at which a corner of the joined polygon of several patches is none.
+const STRAIGHT: f64 = 1e-6;
+/// Largest number of corners of a patch.
+const CORNERS: usize = 16;
+
+/// A corner of a patch: where it is, midway between the cores, and its overlap (m), negative if it is apart.
+type Corner = (Vec3, f64);
+
 /// Where two bodies touch, as seen along the contact normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPatch {
@@ -31,14 +39,14 @@ pub struct ContactPatch {
     pub normal: Vec3,
     /// Weighted centre c of the corners (m).
     pub center: Vec3,
-    /// Weighted overlap δ (m).
+    /// Norm D of the overlaps (m).
     pub overlap: f64,
-    /// First moment of the overlap, Σ w_i δ_i (x_i − c) (m²).
-    pub moment: Vec3,
-    /// Second moment Σ w_i (r_i × n)(r_i × n)ᵀ with r_i = x_i − c (m²).
-    pub second: Mat3,
-    /// Sum of the overlaps Σδ (m), the weight when contact patches are joined.
+    /// W = Σ w_i (-), 1 if one corner touches.
     pub weight: f64,
+    /// Second moment Σ (w_i/W) (r_i × n)(r_i × n)ᵀ with r_i = x_i − c (m²).
+    pub second: Mat3,
+    corners: [Corner; CORNERS],
+    len: usize,
 }
 
 /// Brings a feature into the frame its body is placed in.
@@ -113,38 +121,95 @@ impl ContactPatch {
         corners.summary(normal, crust - deepest)
     }
 
-    /// The contact patch at `scale` times the size, turned and moved: x → rotation x scale + offset.
-    pub fn moved(&self, rotation: &Mat3, scale: f64, offset: &Vec3) -> Self {
-        Self {
-            normal: rotation * self.normal,
-            center: rotation * self.center * scale + offset,
-            overlap: self.overlap * scale,
-            moment: rotation * self.moment * (scale * scale),
-            second: rotation * self.second * rotation.transpose() * (scale * scale),
-            weight: self.weight * scale,
-        }
+    /// The patch of corners seen along a normal; `None` if none overlaps.
+    fn of_corners(normal: &Vec3, all: &[Corner]) -> Option<Self> {
+        let touching = all.iter().filter(|(_, overlap)| *overlap > 0.0);
+        touching.clone().next()?;
+        let norm = DepthNorm::of(touching.clone().map(|(_, overlap)| *overlap));
+        let weight: f64 = touching.clone().map(|(_, overlap)| norm.weight(*overlap)).sum();
+        let shares = touching.map(|(x, overlap)| (x, norm.weight(*overlap) / weight));
+        let center = shares.clone().map(|(x, w)| x * w).sum::<Vec3>();
+        let second = shares.map(|(x, w)| {
+            let lever = (x - center).cross(normal);
+            lever * lever.transpose() * w
+        });
+        let (mut corners, len) = ([(Vec3::zeros(), 0.0); CORNERS], all.len().min(CORNERS));
+        corners[..len].copy_from_slice(&all[..len]);
+        let (normal, second) = (*normal, second.sum());
+        Some(Self { normal, center, overlap: norm.depth, weight, second, corners, len })
     }
 
-    /// The two contact patches, of one normal, as one.
-    pub fn joined(&self, other: &Self) -> Self {
-        let weight = self.weight + other.weight;
-        let (s, t) = (self.weight / weight, other.weight / weight);
-        let (center, overlap) = (self.center * s + other.center * t, self.overlap * s + other.overlap * t);
-        let (moment, second) = (Vec3::zeros(), Mat3::zeros());
-        let mut joined = Self { normal: self.normal, center, overlap, moment, second, weight };
-        for (part, share) in [(self, s), (other, t)] {
-            let r = part.center - center;
-            let lever = r.cross(&self.normal);
-            joined.moment += (part.moment + r * part.overlap) * share;
-            joined.second += (part.second + lever * lever.transpose()) * share;
+    fn corners(&self) -> &[Corner] {
+        &self.corners[..self.len]
+    }
+
+    /// Whether one corner touches alone.
+    pub fn is_one_corner(&self) -> bool {
+        self.corners().iter().filter(|(_, overlap)| *overlap > 0.0).count() == 1
+    }
+
+    /// The contact patch at `scale` times the size, turned and moved: x → rotation x scale + offset.
+    pub fn moved(&self, rotation: &Mat3, scale: f64, offset: &Vec3) -> Self {
+        let place = |x: &Vec3| rotation * x * scale + offset;
+        let mut moved = Self {
+            normal: rotation * self.normal,
+            center: place(&self.center),
+            overlap: self.overlap * scale,
+            second: rotation * self.second * rotation.transpose() * (scale * scale),
+            ..*self
+        };
+        for (x, overlap) in &mut moved.corners[..self.len] {
+            (*x, *overlap) = (place(x), *overlap * scale);
         }
-        joined
+        moved
+    }
+
+    /// The patches of one normal, on pieces of one flat face, as one: its corners are those of the hull of all.
+    ///
+    /// Where the seams of the face cut the polygon is no corner.
+    pub fn joined(&self, other: &Self) -> Self {
+        let mut all = [(Vec3::zeros(), 0.0); 2 * CORNERS];
+        let count = self.len + other.len;
+        all[..self.len].copy_from_slice(self.corners());
+        all[self.len..count].copy_from_slice(other.corners());
+        let mut hull = [(Vec3::zeros(), 0.0); 4 * CORNERS];
+        let len = hull_around(&self.normal, &mut all[..count], &mut hull);
+        // The deepest of all is one of the hull or lies between two of its corners as deep.
+        Self::of_corners(&self.normal, &hull[..len]).unwrap_or(*self)
     }
 }
 
-/// The corners of a contact polygon that overlap, midway between the cores.
+/// Fills `hull` with the corners of the convex hull seen along a normal, and returns their number (Andrew 1979).
+fn hull_around(normal: &Vec3, corners: &mut [Corner], hull: &mut [Corner]) -> usize {
+    let across = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
+    let other = normal.cross(&across);
+    let place = |corner: &Corner| (across.dot(&corner.0), other.dot(&corner.0));
+    corners.sort_unstable_by(|a, b| {
+        let ((x, y), (s, t)) = (place(a), place(b));
+        x.total_cmp(&s).then(y.total_cmp(&t))
+    });
+    let turns = |a: &Corner, b: &Corner, c: &Corner| {
+        let (along, on) = (c.0 - a.0, b.0 - a.0);
+        on.cross(&along).dot(normal) > STRAIGHT * along.norm_squared()
+    };
+    let mut len = 0;
+    let mut add = |corner: &Corner, first: usize, len: &mut usize| {
+        while *len >= first + 2 && !turns(&hull[*len - 2], &hull[*len - 1], corner) {
+            *len -= 1;
+        }
+        hull[*len] = *corner;
+        *len += 1;
+    };
+    corners.iter().for_each(|corner| add(corner, 0, &mut len));
+    // The way back begins at the last corner, which both ways share, as they do the first.
+    let first = len - 1;
+    corners.iter().rev().skip(1).for_each(|corner| add(corner, first, &mut len));
+    (len - 1).max(1)
+}
+
+/// The corners of a contact polygon.
 struct Corners {
-    points: [(Vec3, f64); CAPACITY],
+    points: [Corner; CAPACITY],
     len: usize,
     crusts: f64,
     deepest: f64,
@@ -158,7 +223,7 @@ impl Corners {
     fn add(&mut self, point: Vec3, gap: f64) {
         let overlap = self.crusts - gap;
         self.deepest = self.deepest.max(overlap);
-        if overlap > 0.0 && self.len < CAPACITY {
+        if self.len < CAPACITY {
             self.points[self.len] = (point, overlap);
             self.len += 1;
         }
@@ -201,24 +266,12 @@ impl Corners {
         }
     }
 
-    /// `None` unless several corners touch and the deepest has the overlap of the nearest points.
+    /// `None` unless the deepest corner has the overlap of the nearest points.
     fn summary(&self, normal: &Vec3, overlap: f64) -> Option<ContactPatch> {
-        let points = &self.points[..self.len];
-        if points.len() < 2 || (self.deepest - overlap).abs() > AGREEMENT * self.crusts {
+        if (self.deepest - overlap).abs() > AGREEMENT * self.crusts {
             return None;
         }
-        let weight: f64 = points.iter().map(|(_, overlap)| overlap).sum();
-        let shares = points.iter().map(|(x, overlap)| (x, overlap, overlap / weight));
-        let center = shares.clone().map(|(x, _, w)| x * w).sum::<Vec3>();
-        let overlap = shares.clone().map(|(_, overlap, w)| overlap * w).sum::<f64>();
-        let (mut moment, mut second) = (Vec3::zeros(), Mat3::zeros());
-        for (x, overlap, w) in shares {
-            let r = x - center;
-            let lever = r.cross(normal);
-            moment += r * (w * overlap);
-            second += lever * lever.transpose() * w;
-        }
-        Some(ContactPatch { normal: *normal, center, overlap, moment, second, weight })
+        ContactPatch::of_corners(normal, &self.points[..self.len])
     }
 }
 
@@ -227,6 +280,10 @@ mod tests {
     use super::*;
     use crate::Rotation;
     use std::f64::consts::FRAC_PI_4;
+
+    fn eighth_root(x: f64) -> f64 {
+        x.sqrt().sqrt().sqrt()
+    }
 
     fn at(rotation: Rotation, translation: Vec3) -> Placement {
         Placement { matrix: rotation.to_rotation_matrix().into_inner(), translation }
@@ -237,8 +294,10 @@ mod tests {
         let (small, large) = (Core::Box(Vec3::repeat(0.5)), Core::Box(Vec3::repeat(2.0)));
         let placement = at(Rotation::from_axis_angle(&Vec3::z_axis(), 0.3), Vec3::new(0.4, -0.2, 2.51));
         let f = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), 0.01, 0.03).unwrap();
-        assert!((f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14 && (f.overlap - 0.02).abs() < 1e-15);
-        assert!(f.moment.norm() < 1e-15);
+        assert!(
+            (f.center - Vec3::new(0.4, -0.2, 2.005)).norm() < 1e-14
+                && (f.overlap - 0.02 * eighth_root(4.0)).abs() < 1e-15
+        );
         // Corners at (±1/2, ±1/2): x² and y² have the mean 1/4 in any turn about the normal.
         let expected = Mat3::from_diagonal(&Vec3::new(0.25, 0.25, 0.0));
         assert!((f.second - expected).norm() < 1e-14);
@@ -252,7 +311,7 @@ mod tests {
         let lowest = 2.51 - 0.5 * (tilt.sin() + tilt.cos()) - 2.0;
         let f = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), lowest, 0.03).unwrap();
         // Turned about y by a positive angle the edge at +x is lower.
-        assert!(f.center.x > 0.05 && f.moment.x > 0.0 && f.moment.y.abs() < 1e-15);
+        assert!(f.center.x > 0.05 && f.center.y.abs() < 1e-15 && f.weight > 1.0);
         let single = ContactPatch::of_cores(&large, &small, &placement, &Vec3::z(), lowest, lowest + 0.002);
         assert!((single.unwrap().center.x - 0.5 * (tilt.cos() - tilt.sin())).abs() < 1e-3, "only the edge");
     }
@@ -288,7 +347,10 @@ mod tests {
         let beside = at(Rotation::identity(), Vec3::new(0.0, 1.005, 1.0));
         let line = ContactPatch::of_cores(&rod, &rod, &beside, &Vec3::y(), 0.005, 0.02).unwrap();
         assert!((line.center - Vec3::new(0.0, 0.5025, 0.5)).norm() < 1e-15);
-        assert!((line.second[(0, 0)] - 2.25).abs() < 1e-14 && (line.overlap - 0.015).abs() < 1e-15);
+        assert!(
+            (line.second[(0, 0)] - 2.25).abs() < 1e-14
+                && (line.overlap - 0.015 * eighth_root(2.0)).abs() < 1e-15
+        );
         let crossed = at(Rotation::from_axis_angle(&Vec3::y_axis(), 1.0), Vec3::new(0.0, 1.005, 0.0));
         assert!(ContactPatch::of_cores(&rod, &rod, &crossed, &Vec3::y(), 0.005, 0.02).is_none());
     }
@@ -306,7 +368,7 @@ mod tests {
         });
         let joined = f.joined(&g);
         assert!(joined.center.x.abs() < 1e-14 && joined.center.y.abs() < 1e-14);
-        assert!((joined.overlap - 0.02).abs() < 1e-16 && joined.moment.norm() < 1e-16);
+        assert!((joined.overlap - 0.02 * eighth_root(4.0)).abs() < 1e-15 && joined.len == 4);
         let moved = joined.moved(&Mat3::identity(), 2.0, &Vec3::x());
         assert!((moved.second - joined.second * 4.0).norm() < 1e-14);
     }

@@ -138,6 +138,9 @@ fn contact_points(particles: &ParticleReport) {
     };
     let composites = match particles.composites {
         None => "",
+        Some(Sharing::Potential) => {
+            "; several contacts of two bodies have one potential (contact_points.composite = \"potential\")"
+        }
         Some(Sharing::Mean) => {
             "; several contacts of two bodies count as their mean (contact_points.composite = \"mean\")"
         }

@@ -179,6 +179,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
         Faces::Patch => FaceContact::MultiPoint,
     };
     let sharing = match case.contact_points.composite {
+        Composite::Potential => Sharing::Potential,
         Composite::Mean => Sharing::Mean,
         Composite::Sum => Sharing::Sum,
     };

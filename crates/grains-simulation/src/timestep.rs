@@ -4,6 +4,7 @@ use crate::insertion::KindRange;
 use grains_case::{Case, TimeStep};
 use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
 use grains_dem::{Catalogue, SurfaceMobility};
+use grains_geometry::DepthNorm;
 use std::fmt;
 
 /// What a particle collides with.
@@ -170,7 +171,7 @@ struct Lightest {
     /// Largest t·K t/(n·K n) anywhere on the surface (-).
     along_surface: f64,
     /// Contacts that may act at once as so many springs side by side.
-    springs: usize,
+    springs: f64,
 }
 
 /// Chooses the time step of a case for the kinds of particles it can insert.
@@ -314,7 +315,7 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
             let reduced = other.map_or(body.mass, |o| reduced_mass(body.mass, o.mass));
             let felt = other.map_or(body.felt_mass, |o| reduced_mass(body.felt_mass, o.felt_mass));
             let share = other.map_or(body.along_surface, |o| body.along_surface.max(o.along_surface));
-            let springs = other.map_or(body.springs, |o| body.springs.max(o.springs)) as f64;
+            let springs = other.map_or(body.springs, |o| body.springs.max(o.springs));
             let collision = CollisionEstimate::new(law, reduced);
             // The slip of a sphere decays at 7/2 of the rate of tangential damping: its spin helps (errata R16-21).
             let rate = law.tangential_rate(felt);
@@ -360,8 +361,9 @@ fn lightest(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Opti
         let felt_mass = mass / along_normal;
         let radius = form.inscribed_radius * scale;
         let springs = match catalogue.sharing {
-            Sharing::Mean => 1,
-            Sharing::Sum => form.parts.len(),
+            Sharing::Potential => DepthNorm::stiffening(form.parts.len()),
+            Sharing::Mean => 1.0,
+            Sharing::Sum => form.parts.len() as f64,
         };
         let new = Lightest { mass, radius, felt_mass, along_surface, springs };
         let known = lightest[material].get_or_insert(new);

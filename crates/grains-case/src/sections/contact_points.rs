@@ -19,8 +19,10 @@ pub enum Faces {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Composite {
-    /// The mean of the forces (model B): as stiff as one contact.
+    /// One potential: forces are continuous and conserve energy; N equal contacts are N^(1/4) times as stiff.
     #[default]
+    Potential,
+    /// The mean of the forces (model B): as stiff as one contact; makes or takes energy when contacts begin.
     Mean,
     /// The sum (model A), with the damping corrected for their number: N contacts are N times as stiff.
     Sum,
@@ -33,7 +35,7 @@ pub struct ContactPoints {
     /// "point" or "patch": what faces, edges and lines do that touch.
     #[serde(default)]
     pub faces: Faces,
-    /// "mean" or "sum": what the contacts of the parts of a composite do together.
+    /// "potential", "mean" or "sum": what the contacts of the parts of a composite do together.
     #[serde(default)]
     pub composite: Composite,
 }

@@ -121,7 +121,8 @@ impl<C: ContactColumns> Batch<C> {
             let mut loads = ContactLoads::of(&contact.point, &law, &mut displacement, quanta, dt);
             if ROLLING {
                 let mut angle = vector_at(rolling_angles, k);
-                loads.add_rolling(&contact.point, &law, &mut angle, quanta, dt);
+                let rolled = (&contact.point.rolling(), &mut angle);
+                loads.add_rolling(&contact.point.encounter(), &law, rolled, quanta, dt);
                 set(rolling_angles, k, angle.into());
             }
             set(tangential_displacements, k, displacement.into());

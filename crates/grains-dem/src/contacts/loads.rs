@@ -2,8 +2,8 @@
 
 use super::load_quanta::LoadQuanta;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, Encounter, PatchMoments, RollingContact};
-use grains_geometry::Vec3;
+use grains_contact::{Coefficients, Encounter, RollingContact};
+use grains_geometry::{Mat3, Vec3};
 
 /// A point in which two bodies touch.
 pub(crate) trait ContactPoint {
@@ -38,7 +38,20 @@ impl ContactLoads {
         quanta: &LoadQuanta,
         dt: f64,
     ) -> Self {
-        let force = quanta.force(&law.force(&point.encounter(), tangential_displacement, dt));
+        Self::seen(point, &point.encounter(), law, tangential_displacement, quanta, dt)
+    }
+
+    /// The same of a contact as the law sees it, one of several.
+    #[inline(always)]
+    pub(crate) fn seen(
+        point: &impl ContactPoint,
+        encounter: &Encounter,
+        law: &Coefficients,
+        tangential_displacement: &mut Vec3,
+        quanta: &LoadQuanta,
+        dt: f64,
+    ) -> Self {
+        let force = quanta.force(&law.force(encounter, tangential_displacement, dt));
         Self { force, torques: point.torques(&force).map(|torque| quanta.torque(&torque)) }
     }
 
@@ -46,27 +59,28 @@ impl ContactLoads {
     #[inline(always)]
     pub(crate) fn add_rolling(
         &mut self,
-        point: &impl ContactPoint,
+        encounter: &Encounter,
         law: &Coefficients,
-        angle: &mut Vec3,
+        (rolling, angle): (&RollingContact, &mut Vec3),
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let torque = quanta.torque(&law.rolling_torque(&point.encounter(), &point.rolling(), angle, dt));
+        let torque = quanta.torque(&law.rolling_torque(encounter, rolling, angle, dt));
         self.torques[0] += torque;
         self.torques[1] -= torque;
     }
 
-    /// Adds the torque of a contact patch about its centre; its torsional angle (rad) is advanced by `dt` (s).
+    /// Adds the torque of a contact patch of this second moment (m²) about its centre; its torsional angle (rad) is
+    /// advanced by `dt` (s).
     pub(crate) fn add_patch(
         &mut self,
-        point: &impl ContactPoint,
+        encounter: &Encounter,
         law: &Coefficients,
-        (patch, torsional_angle): (&PatchMoments, &mut f64),
+        (second, torsional_angle): (&Mat3, &mut f64),
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let torque = quanta.torque(&law.patch_torque(&point.encounter(), patch, torsional_angle, dt));
+        let torque = quanta.torque(&law.patch_torque(encounter, second, torsional_angle, dt));
         self.torques[0] += torque;
         self.torques[1] -= torque;
     }

@@ -100,6 +100,10 @@ pub(crate) fn contact_patch(
     let gap = (crusts - contact.overlap) / part.scale;
     let normal = part.rotation.tr_mul(&contact.normal);
     let found = ContactPatch::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
+    // On a triangle it may be a corner of a face that lies on the neighbours too.
+    if found.is_one_corner() && !matches!(other, Core::Triangle(_)) {
+        return None;
+    }
     let mut footprint = found.moved(&part.rotation, part.scale, &Vec3::zeros());
     let ContactPatch { normal, overlap, .. } = footprint;
     footprint.center += between_surfaces(part, other_crust, &normal);

@@ -62,13 +62,24 @@ impl<'a> Pose<'a> {
     /// Damping by this mass, not by m itself, gives an off-centre hit the restitution of the law.
     #[inline(always)]
     pub(crate) fn inverse_effective_mass(&self, mass: f64, arm: &Vec3, normal: &Vec3) -> f64 {
-        let lever = self.frame.tr_mul(&arm.cross(normal));
+        self.inverse_mass(mass, 1.0, &arm.cross(normal))
+    }
+
+    /// The same along the generalised direction (push, turn): |p|²/m + t·I⁻¹ t.
+    #[inline]
+    pub(crate) fn inverse_generalised_mass(&self, mass: f64, push: &Vec3, turn: &Vec3) -> f64 {
+        self.inverse_mass(mass, push.norm_squared(), turn)
+    }
+
+    #[inline(always)]
+    fn inverse_mass(&self, mass: f64, push_squared: f64, turn: &Vec3) -> f64 {
+        let lever = self.frame.tr_mul(turn);
         // Σ l²/I on one denominator: divisions are what this costs. I is that of the shape at unit density, I m/V s².
         let [p, q, r] = self.shape.inertia.into();
         let squares = lever.component_mul(&lever);
         let turned = (squares.x * q + squares.y * p) * r + squares.z * (p * q);
         let whole = p * q * r * (self.scale * self.scale);
-        (whole + self.shape.volume * turned) / (whole * mass)
+        (whole * push_squared + self.shape.volume * turned) / (whole * mass)
     }
 
     /// Support value of a part about the particle's centre along a unit direction (m).

@@ -7,11 +7,9 @@ use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
-use crate::contacts::{ContactLoads, ContactPass, Overlapping};
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, SeveralContacts};
 use crate::narrow_phase::Pose;
-use crate::particles::{Body, Particles};
-use grains_contact::{Coefficients, PatchMoments};
-use grains_geometry::{ContactPatch, Vec3};
+use crate::particles::Particles;
 use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
@@ -80,7 +78,12 @@ fn add_contacts(
     let bodies = [a, b].map(|i| &particles.bodies[i]);
     let prepared = catalogue.contacts.prepared(bodies[0].kind.material, bodies[1].kind.material);
     let inverse_inertia = catalogue.inverse_inertia(bodies, prepared);
-    let law = coefficients(bodies, &poses, &found.items, catalogue);
+    let point = |item: &Found| PartPoint::of(bodies, &item.contact, inverse_inertia);
+    let patch = |item: &Found| found.footprint(item).map_or(1.0, |patch| patch.weight);
+    let points = found.items.iter().map(|item| (point(item), patch(item)));
+    let several = SeveralContacts::of(catalogue.sharing, found.items.len(), points);
+    let inverse = |side: usize| several.inverse_mass(&poses[side], bodies[side].contact_mass(), side);
+    let law = several.law(prepared, inverse(0) + inverse(1));
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;
     for item in &found.items {
@@ -89,13 +92,16 @@ fn add_contacts(
         deepest = deepest.max(contact.overlap);
         let history = histories.of(&mut group[*place]);
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
-        let mut loads = ContactLoads::of(&point, &law, &mut history.tangential_displacement, quanta, dt);
+        let patch = found.footprint(item);
+        let (encounter, law) = several.one(&point, patch.map_or(1.0, |patch| patch.weight), &law);
+        let displacement = &mut history.tangential_displacement;
+        let mut loads = ContactLoads::seen(&point, &encounter, &law, displacement, quanta, dt);
         if law.resists_rolling() {
-            loads.add_rolling(&point, &law, &mut history.law.rolling_angle, quanta, dt);
+            let rolled = (&point.rolling(), &mut history.law.rolling_angle);
+            loads.add_rolling(&encounter, &law, rolled, quanta, dt);
         }
-        if let Some(&ContactPatch { moment, second, .. }) = found.footprint(item) {
-            let patch = PatchMoments { moment, second };
-            loads.add_patch(&point, &law, (&patch, &mut history.torsional_angle), quanta, dt);
+        if let Some(patch) = patch {
+            loads.add_patch(&encounter, &law, (&patch.second, &mut history.torsional_angle), quanta, dt);
         }
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
@@ -118,30 +124,4 @@ fn overlapping(particles: &Particles, pair: &PartPair, catalogue: &Catalogue) ->
 fn end_of_group(pairs: &[PartPair], start: usize) -> usize {
     let is_other = |pair: &PartPair| !pair.is_of_same_particles(&pairs[start]);
     pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
-}
-
-/// The law of each of the contacts of two particles, for the effective mass at their mean.
-#[inline(always)]
-fn coefficients(
-    [a, b]: [&Body; 2],
-    poses: &[Pose; 2],
-    found: &[Found],
-    catalogue: &Catalogue,
-) -> Coefficients {
-    let count = found.len();
-    let (mut normal, mut arm) = (Vec3::zeros(), Vec3::zeros());
-    for Found { contact, .. } in found {
-        normal += contact.normal;
-        arm += contact.point;
-    }
-    if count > 1 {
-        // Of normals that cancel any direction will do.
-        normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
-        arm /= count as f64;
-    }
-    let arm_b = arm - (b.position - a.position);
-    let inverse = poses[0].inverse_effective_mass(a.contact_mass(), &arm, &normal)
-        + poses[1].inverse_effective_mass(b.contact_mass(), &arm_b, &normal);
-    let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
-    law.at(1.0 / inverse).shared(count, catalogue.sharing)
 }

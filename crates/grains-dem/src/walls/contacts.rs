@@ -185,13 +185,18 @@ fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
     const SAME_DIRECTION: f64 = 1.0 - 1e-6;
     for k in 1..contacts.len() {
         for l in 0..k {
-            if let (Some(a), Some(b)) = (contacts[l], contacts[k])
+            if let (Some(a), Some(b)) = (&contacts[l], &contacts[k])
                 && a.normal.dot(&b.normal) > SAME_DIRECTION
             {
-                let joined = Some(a.joined(&b));
+                let joined = Some(a.joined(b));
                 (contacts[l], contacts[k]) =
                     if a.overlap >= b.overlap { (joined, None) } else { (None, joined) };
             }
+        }
+    }
+    for contact in contacts {
+        if contact.as_ref().is_some_and(|contact| !contact.stands_alone) {
+            *contact = None;
         }
     }
 }

@@ -1,16 +1,17 @@
 //! Loads of wall contacts: the law of particles, against a body of infinite mass.
 
 use super::contacts::{find_contacts, not_found};
+use super::motion::WallState;
 use super::pairs::{WallList, WallPair, WallScene};
 use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
-use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping};
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, SeveralContacts};
 use crate::narrow_phase::Pose;
-use crate::particles::Particles;
-use grains_contact::{Coefficients, Encounter, PatchMoments, RollingContact};
-use grains_geometry::{ContactPatch, Vec3};
+use crate::particles::{Body, Particles};
+use grains_contact::{Coefficients, Encounter, PreparedLaw, RollingContact};
+use grains_geometry::Vec3;
 use std::ops::Range;
 
 /// The point in which a particle touches a wall.
@@ -27,6 +28,27 @@ struct WallPoint {
     spins: [Vec3; 2],
     /// Largest inverse moment of inertia of the particle (1/(kg m²)).
     inverse_inertia: f64,
+}
+
+impl WallPoint {
+    /// A contact that was found, of a body whose image is at `center` (m).
+    #[inline(always)]
+    fn of(
+        (body, center): (&Body, &Vec3),
+        state: &WallState,
+        found: &SurfaceContact,
+        inverse_inertia: f64,
+    ) -> Self {
+        let arm = state.to_world(&(found.point - state.to_wall(center)));
+        Self {
+            normal: state.to_world(&found.normal),
+            overlap: found.overlap,
+            arm,
+            velocities: [body.velocity, state.velocity_at(&(center + arm))],
+            spins: [body.angular_velocity, state.angular_velocity],
+            inverse_inertia,
+        }
+    }
 }
 
 impl ContactPoint for WallPoint {
@@ -69,9 +91,14 @@ pub(crate) fn add_forces(
         let body = &particles.bodies[first.particle as usize];
         let center = scene.center(first, &body.position, &list.shifts);
         let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
-        let mass = effective_mass(particles, first, &list.touching, &center, scene, catalogue);
+        let together = (parts > 0 && !catalogue.shape(body.kind).is_sphere())
+            .then(|| together(particles, (first, &list.touching, parts), &center, (law, scene), catalogue));
         let inverse_inertia = catalogue.inverse_inertia([body], law);
-        let law = law.at(mass).shared(parts.max(1), catalogue.sharing);
+        let law = match &together {
+            Some((_, law)) => *law,
+            None => law.at(body.mass),
+        };
+        let several = together.as_ref().map(|(several, _)| several);
         for (k, contact) in (start..end).zip(&list.touching) {
             let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
             match contact {
@@ -82,7 +109,8 @@ pub(crate) fn add_forces(
                 Some(contact) => {
                     let load = &mut wall_loads[pair.wall as usize];
                     let met = (pair, &mut history, contact, &center);
-                    add_contact(particles, met, (scene, load), (&law, inverse_inertia), pass);
+                    let law = (several, &law, inverse_inertia);
+                    add_contact(particles, met, (scene, load), law, pass);
                 }
             }
             if let Some(kept) = list.laws.get_mut(k) {
@@ -93,36 +121,52 @@ pub(crate) fn add_forces(
     }
 }
 
+/// The contacts of a particle with one surface together, and their law.
+fn together(
+    particles: &Particles,
+    (pair, touching, parts): (&WallPair, &[Option<SurfaceContact>], usize),
+    center: &Vec3,
+    (law, scene): (&PreparedLaw, &WallScene),
+    catalogue: &Catalogue,
+) -> (SeveralContacts, Coefficients) {
+    let (i, w) = (pair.particle as usize, pair.wall as usize);
+    let (state, body) = (&scene.states[w], &particles.bodies[i]);
+    let points = touching.iter().flatten().map(|found| {
+        (WallPoint::of((body, center), state, found, 0.0), found.footprint.as_ref().map_or(1.0, |f| f.weight))
+    });
+    let several = SeveralContacts::of(catalogue.sharing, parts, points);
+    let pose = Pose::of(particles, i, catalogue);
+    let law = several.law(law, several.inverse_mass(&pose, body.mass, 0));
+    (several, law)
+}
+
 /// Adds the load of one contact of a particle whose image is at `center` (m).
 #[inline]
 fn add_contact(
     particles: &mut Particles,
     (pair, history, found, center): (&mut WallPair, &mut LawHistory, &SurfaceContact, &Vec3),
     (scene, wall_load): (&WallScene, &mut WallLoad),
-    (law, inverse_inertia): (&Coefficients, f64),
+    (several, law, inverse_inertia): (Option<&SeveralContacts>, &Coefficients, f64),
     pass: &mut ContactPass,
 ) {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
     let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
-    let arm = state.to_world(&(found.point - state.to_wall(center)));
-    let point = center + arm;
-    let contact = WallPoint {
-        normal: state.to_world(&found.normal),
-        overlap: found.overlap,
-        arm,
-        velocities: [body.velocity, state.velocity_at(&point)],
-        spins: [body.angular_velocity, state.angular_velocity],
-        inverse_inertia,
-    };
+    let contact = WallPoint::of((body, center), state, found, inverse_inertia);
+    let point = center + contact.arm;
     let (quanta, dt) = (&pass.quanta, pass.dt);
-    let mut loads = ContactLoads::of(&contact, law, &mut pair.tangential_displacement, quanta, dt);
+    let weight = found.footprint.as_ref().map_or(1.0, |patch| patch.weight);
+    let (encounter, law) = match several {
+        Some(several) => several.one(&contact, weight, law),
+        None => (contact.encounter(), *law),
+    };
+    let displacement = &mut pair.tangential_displacement;
+    let mut loads = ContactLoads::seen(&contact, &encounter, &law, displacement, quanta, dt);
     if law.resists_rolling() {
-        loads.add_rolling(&contact, law, &mut history.rolling_angle, quanta, dt);
+        loads.add_rolling(&encounter, &law, (&contact.rolling(), &mut history.rolling_angle), quanta, dt);
     }
-    if let Some(footprint) = found.footprint {
-        let ContactPatch { moment, second, .. } = footprint.moved(&state.rotation, 1.0, &Vec3::zeros());
-        let patch = PatchMoments { moment, second };
-        loads.add_patch(&contact, law, (&patch, &mut pair.torsional_angle), quanta, dt);
+    if let Some(patch) = &found.footprint {
+        let second = state.rotation * patch.second * state.rotation.transpose();
+        loads.add_patch(&encounter, &law, (&second, &mut pair.torsional_angle), quanta, dt);
     }
     let radius = pass.catalogue.inscribed_radius(body);
     pass.statistics.note(found.overlap / radius, || {
@@ -150,29 +194,6 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
         start = end;
     }
     parts
-}
-
-/// Effective mass (kg) of a particle at the mean of its contacts with a wall.
-fn effective_mass(
-    particles: &Particles,
-    pair: &WallPair,
-    touching: &[Option<SurfaceContact>],
-    center: &Vec3,
-    scene: &WallScene,
-    catalogue: &Catalogue,
-) -> f64 {
-    let body = &particles.bodies[pair.particle as usize];
-    let count = touching.iter().flatten().count();
-    if count == 0 || catalogue.shape(body.kind).is_sphere() {
-        return body.mass;
-    }
-    let state = &scene.states[pair.wall as usize];
-    let point = touching.iter().flatten().map(|c| c.point).sum::<Vec3>() / count as f64;
-    let normal = touching.iter().flatten().map(|c| c.normal).sum::<Vec3>();
-    let normal = normal.try_normalize(f64::EPSILON).unwrap_or_else(Vec3::zeros);
-    let arm = state.to_world(&(point - state.to_wall(center)));
-    let pose = Pose::of(particles, pair.particle as usize, catalogue);
-    1.0 / pose.inverse_effective_mass(body.mass, &arm, &state.to_world(&normal))
 }
 
 /// Gives the history of a contact that ended to one that began beside it on the same surface, as when a

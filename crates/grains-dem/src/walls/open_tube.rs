@@ -278,6 +278,7 @@ impl OpenTube {
             overlap: contact.overlap,
             point: center + contact.point,
             footprint: None,
+            stands_alone: true,
         }))
     }
 }

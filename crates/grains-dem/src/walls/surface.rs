@@ -176,13 +176,14 @@ impl Surface {
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
                 let contact = core_meets_part(&core, &placement, center, part, simplex, is_multi_point)?;
                 Ok(contact.and_then(|(contact, is_deep_penetration)| {
-                    let SurfaceContact { normal, overlap, point, footprint } = contact;
+                    let SurfaceContact { normal, overlap, point, footprint, .. } = contact;
                     // The triangle's point lies half an overlap behind the contact point.
                     let on_triangle = point - normal * (0.5 * overlap);
-                    let owns = is_deep_penetration
-                        || footprint.is_some()
+                    let stands_alone = is_deep_penetration
+                        || footprint.is_some_and(|patch| !patch.is_one_corner())
                         || mesh.owns_local_minimum(element, &on_triangle, &-normal);
-                    owns.then_some(contact)
+                    (stands_alone || footprint.is_some())
+                        .then_some(SurfaceContact { stands_alone, ..contact })
                 }))
             }
         }
@@ -254,6 +255,7 @@ fn core_meets_part(
     };
     let footprint = is_multi_point.then(|| contact_patch(part, core, placement, 0.0, &mut c)).flatten();
     let point = center + c.point;
-    let contact = SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint };
+    let contact =
+        SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint, stands_alone: true };
     Ok(Some((contact, c.is_deep_penetration)))
 }

@@ -14,13 +14,15 @@ pub(crate) struct SurfaceContact {
     pub(crate) point: Vec3,
     /// Where the body touches if not in a point.
     pub(crate) footprint: Option<ContactPatch>,
+    /// Whether it is not where an edge of its triangle cuts a contact with the next.
+    pub(crate) stands_alone: bool,
 }
 
 impl SurfaceContact {
     /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
     #[inline(always)]
     pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<ContactPatch>) -> Self {
-        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
+        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint, stands_alone: true }
     }
 
     /// The same contact over a patch of the core, which is swept by a ball of radius `crust`.
@@ -35,13 +37,10 @@ impl SurfaceContact {
         match (&self.footprint, &other.footprint) {
             (Some(a), Some(b)) => {
                 let joined = a.joined(b);
-                let share = a.weight / joined.weight;
-                Self {
-                    normal: self.normal,
-                    overlap: joined.overlap,
-                    point: self.point * share + other.point * (1.0 - share),
-                    footprint: Some(joined),
-                }
+                // The point lies as far off the centre of the joined patch as off that of its own.
+                let point = self.point + joined.center - a.center;
+                let stands_alone = self.stands_alone || other.stands_alone || !joined.is_one_corner();
+                Self { overlap: joined.overlap, point, footprint: Some(joined), stands_alone, ..*self }
             }
             // A triangle touched in one point adds nothing to a face that lies on its neighbours.
             (Some(_), None) => *self,
@@ -78,6 +77,7 @@ impl SurfaceContact {
             overlap: found.overlap * part.scale,
             point: center + part.rotation * found.point * part.scale,
             footprint: None,
+            stands_alone: true,
         })
     }
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod bounce;
 mod cargo;
 mod common;
 mod contact_patches;

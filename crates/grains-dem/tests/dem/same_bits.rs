@@ -245,8 +245,9 @@ fn knobbly(mut scene: Scene, faces: FaceContact, sharing: Sharing) -> Scene {
 fn composites_and_superellipsoids_are_the_same_on_any_ranks_skin_and_restart() {
     for (mut scene, steps) in [
         (knobbly(shear(true), FaceContact::Point, Sharing::Mean), 400),
+        (knobbly(shear(true), FaceContact::MultiPoint, Sharing::Potential), 400),
         (knobbly(shear(false), FaceContact::MultiPoint, Sharing::Sum), 400),
-        (knobbly(drift_over_waves(), FaceContact::MultiPoint, Sharing::Mean), 3000),
+        (knobbly(drift_over_waves(), FaceContact::MultiPoint, Sharing::Potential), 3000),
     ] {
         let mut dem = scene.start([1; 3], 0);
         let mut contacts = 0;

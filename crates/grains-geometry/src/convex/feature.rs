@@ -1,6 +1,7 @@
 //! The face or line of a body that touches another.
 
 use crate::Vec3;
+use nalgebra::Vector2;
 
 /// Corners of a clipped polygon.
 pub(crate) const CAPACITY: usize = 24;
@@ -11,6 +12,9 @@ const OCTAGON: [[f64; 2]; SIDES] = {
     const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [[1.0, 0.0], [H, H], [0.0, 1.0], [-H, H], [-1.0, 0.0], [-H, -H], [0.0, -1.0], [H, -H]]
 };
+
+/// Sine below which a disc is flush: the accuracy of a contact normal on a curved surface.
+const FLUSH: f64 = 1e-5;
 
 /// A face as a loop of points, counter-clockwise seen from outside; two points are a segment.
 pub(crate) struct Feature {
@@ -32,9 +36,15 @@ impl Feature {
     }
 
     /// Fills the loop with the end of a body of revolution about z: a disc at a height (m) seen along `direction`.
+    ///
+    /// Its first corner is the rim's farthest point that way, so that a tilted disc touches there first.
     pub fn set_disc(&mut self, radius: f64, z: f64, direction: &Vec3) {
         let sign = 1.0_f64.copysign(direction.z);
-        let corners = OCTAGON.map(|[x, y]| Vec3::new(radius * x, sign * radius * y, z));
+        let farthest = direction.xy().try_normalize(FLUSH).unwrap_or_else(Vector2::x) * radius;
+        let corners = OCTAGON.map(|[c, s]| {
+            let (x, y) = (farthest * c, Vector2::new(-farthest.y, farthest.x) * (sign * s));
+            Vec3::new(x.x + y.x, x.y + y.y, z)
+        });
         self.set(corners, Some((Vec3::new(0.0, 0.0, sign), direction.z.abs())));
     }
 

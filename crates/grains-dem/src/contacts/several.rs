@@ -1,0 +1,108 @@
+//! Several contacts of two bodies, or one over a patch, as the contact of one depth.
+//!
+//! With the norm D of all overlaps and W_i = ∂D/∂δ_i the normal force at contact i is W_i F(D, dD/dt), F the contact law
+//! of one contact. Its elastic part is the gradient of ∫F dD over the positions of both bodies. Its dashpot acts on
+//! dD/dt, for the mass 1/(J M⁻¹ Jᵀ) of the pair along the generalised direction J = Σ W_i (n_i, r_i × n_i), so that D has
+//! the restitution of the law. What the contacts do beside, such as rocking, is braked by the same dashpot at each,
+//! W_i (dδ_i/dt less their mean); all of it takes energy and none brings any.
+
+use super::loads::ContactPoint;
+use crate::narrow_phase::Pose;
+use grains_contact::{Coefficients, Encounter, PreparedLaw, Sharing};
+use grains_geometry::{DepthNorm, Vec3};
+
+/// The contacts of two bodies together.
+pub(crate) struct SeveralContacts {
+    sharing: Sharing,
+    /// Contacts, and parts of a body among which they count as one (model A and B).
+    count: usize,
+    parts: usize,
+    norm: DepthNorm,
+    /// Σ W_i, and Σ W_i² (-).
+    total: f64,
+    squares: f64,
+    /// −dD/dt (m/s).
+    opening: f64,
+    /// Σ W_i n_i (-), and the torques about both bodies of W_i n_i at all points (m).
+    push: Vec3,
+    turns: [Vec3; 2],
+}
+
+impl SeveralContacts {
+    /// All contact points of two bodies, of so many pairs of parts, each with the weight of its patch; 1 of a point.
+    #[inline]
+    pub(crate) fn of<P: ContactPoint>(
+        sharing: Sharing,
+        parts: usize,
+        points: impl Iterator<Item = (P, f64)> + Clone,
+    ) -> Self {
+        let count = points.clone().count();
+        let sharing = if count == 1 { Sharing::Potential } else { sharing };
+        let norm = DepthNorm::of(points.clone().map(|(point, _)| point.encounter().overlap));
+        let (push, turns) = (Vec3::zeros(), [Vec3::zeros(); 2]);
+        let mut all =
+            Self { sharing, count, parts, norm, total: 0.0, squares: 0.0, opening: 0.0, push, turns };
+        for (point, patch) in points {
+            let Encounter { normal, overlap, velocity, .. } = point.encounter();
+            let weight = all.weight(overlap, patch);
+            all.total += weight;
+            all.squares += weight * weight;
+            all.opening += weight * velocity.dot(&normal);
+            let force = normal * weight;
+            all.push += force;
+            let torques = point.torques(&force);
+            (0..2).for_each(|side| all.turns[side] += torques[side]);
+        }
+        all
+    }
+
+    /// W of one contact: its derivative of D, or its share in a mean.
+    #[inline]
+    fn weight(&self, overlap: f64, patch: f64) -> f64 {
+        match self.sharing {
+            Sharing::Potential => self.norm.weight(overlap) * patch,
+            Sharing::Mean | Sharing::Sum => patch / self.count as f64,
+        }
+    }
+
+    /// Inverse of the mass (1/kg) that one of the bodies sets against all its contacts.
+    ///
+    /// Contacts that push against each other leave none; it is that of their lengths then, so that dashpots stay bounded.
+    #[inline]
+    pub(crate) fn inverse_mass(&self, pose: &Pose, mass: f64, side: usize) -> f64 {
+        pose.inverse_generalised_mass(mass, &self.push, &self.turns[side]).max(self.squares / mass)
+    }
+
+    /// The law of the pair for the inverse of its mass (1/kg).
+    #[inline]
+    pub(crate) fn law(&self, law: &PreparedLaw, inverse_mass: f64) -> Coefficients {
+        law.at(1.0 / inverse_mass).shared(self.parts, self.sharing)
+    }
+
+    /// What one of the contacts sees of the law of the pair.
+    #[inline]
+    pub(crate) fn one(
+        &self,
+        point: &impl ContactPoint,
+        patch: f64,
+        law: &Coefficients,
+    ) -> (Encounter, Coefficients) {
+        let mut encounter = point.encounter();
+        let Encounter { normal, overlap, velocity, .. } = encounter;
+        let opening = velocity.dot(&normal);
+        let seen = match self.sharing {
+            Sharing::Potential => {
+                encounter.overlap = self.norm.depth;
+                self.opening + (opening - self.opening / self.total)
+            }
+            Sharing::Mean | Sharing::Sum => patch * opening,
+        };
+        encounter.velocity += normal * (seen - opening);
+        let weight = self.weight(overlap, patch);
+        let law = match self.sharing {
+            Sharing::Potential => law.weighted(weight, weight / self.total),
+            Sharing::Mean | Sharing::Sum => law.weighted(patch, 1.0),
+        };
+        (encounter, law)
+    }
+}
