@@ -97,33 +97,7 @@ pub fn analyse(
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let mut means = Table::new(
-        "granular-temperature",
-        "Granular temperature <|v - mean of the cell|^2>/3, mean over cells by their particles; kinetic part of the mean flow <|mean of the cell|^2>/3; particles in cells that count.",
-        &[
-            ("time", "s"),
-            ("granular_temperature", "m2/s2"),
-            ("mean_flow", "m2/s2"),
-            ("particles", "-"),
-            ("cells", "-"),
-        ],
-    );
-    let columns = [
-        ("time", "s"),
-        ("x", "m"),
-        ("y", "m"),
-        ("z", "m"),
-        ("count", "-"),
-        ("velocity_x", "m/s"),
-        ("velocity_y", "m/s"),
-        ("velocity_z", "m/s"),
-        ("granular_temperature", "m2/s2"),
-    ];
-    let mut table = Table::new(
-        "granular-temperature-cells",
-        "Cells that hold enough particles, by their middles.",
-        &columns,
-    );
+    let [mut means, mut table] = tables();
     let (mut report, mut curves, mut axis) = (Report::default(), Vec::new(), 2);
     for &state in states {
         let snapshot = run.read(transport, state, &[Extra::Velocity], "granular-temperature")?;
@@ -147,22 +121,10 @@ pub fn analyse(
             cells.len()
         ));
     }
-    let along = format!("{} (m)", ["x", "y", "z"][axis]);
-    let label = "granular temperature (m²/s²)";
-    report.pictures.push(Picture::few(
-        "granular-temperature-profile",
-        "Granular temperature",
-        [&along, label],
-        curves,
-    ));
+    let along = ["x", "y", "z"][axis];
+    report.pictures.push(profile(along, curves));
     if states.len() > 1 {
-        let curve = Curve::line("", means.points(0, 1));
-        report.pictures.push(Picture::new(
-            "granular-temperature",
-            "Granular temperature",
-            ["time (s)", label],
-            vec![curve],
-        ));
+        report.pictures.push(over_time(&means));
         let typical = super::fit::mean_and_deviation(means.rows.iter().map(|row| row[1]));
         report.lines = vec![format!(
             "granular temperature {:.5e} m²/s², ± {:.2e} over {} states",
@@ -173,6 +135,51 @@ pub fn analyse(
     }
     report.tables.extend([means, table]);
     Ok(report)
+}
+
+const LABEL: &str = "granular temperature (m²/s²)";
+
+/// Granular temperature along an axis, a curve for each state.
+fn profile(axis: &str, curves: Vec<Curve>) -> Picture {
+    let axes = [&format!("{axis} (m)"), LABEL];
+    Picture::few("granular-temperature-profile", "Granular temperature", axes, curves)
+}
+
+fn over_time(means: &Table) -> Picture {
+    let curve = Curve::line("", means.points(0, 1));
+    Picture::new("granular-temperature", "Granular temperature", ["time (s)", LABEL], vec![curve])
+}
+
+/// Means of each state, and its cells.
+fn tables() -> [Table; 2] {
+    let means = Table::new(
+        "granular-temperature",
+        "Granular temperature <|v - mean of the cell|^2>/3, mean over cells by their particles; kinetic part of the mean flow <|mean of the cell|^2>/3; particles in cells that count.",
+        &[
+            ("time", "s"),
+            ("granular_temperature", "m2/s2"),
+            ("mean_flow", "m2/s2"),
+            ("particles", "-"),
+            ("cells", "-"),
+        ],
+    );
+    let columns = [
+        ("time", "s"),
+        ("x", "m"),
+        ("y", "m"),
+        ("z", "m"),
+        ("count", "-"),
+        ("velocity_x", "m/s"),
+        ("velocity_y", "m/s"),
+        ("velocity_z", "m/s"),
+        ("granular_temperature", "m2/s2"),
+    ];
+    let table = Table::new(
+        "granular-temperature-cells",
+        "Cells that hold enough particles, by their middles.",
+        &columns,
+    );
+    [means, table]
 }
 
 #[cfg(test)]

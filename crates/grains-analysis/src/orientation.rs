@@ -164,29 +164,7 @@ pub fn analyse(
 ) -> Result<Report, RunError> {
     let (case, shapes) = (&run.case, &run.catalogue.shapes);
     check(case, shapes, options)?;
-    let names = [
-        ("time", "s"),
-        ("particles", "-"),
-        ("order", "-"),
-        ("eigenvalue_2", "-"),
-        ("eigenvalue_3", "-"),
-        ("director_x", "-"),
-        ("director_y", "-"),
-        ("director_z", "-"),
-        ("order_along_gravity", "-"),
-        ("q_xx", "-"),
-        ("q_yy", "-"),
-        ("q_zz", "-"),
-        ("q_xy", "-"),
-        ("q_xz", "-"),
-        ("q_yz", "-"),
-    ];
-    let what = "Nematic tensor Q = <3 n n - 1>/2 of the body axis n, its eigenvalues (the first is the order parameter) and its first eigenvector.";
-    let mut table = Table::new("orientation", what, &names);
-    let what =
-        "Density per degree of the angle between body axis and gravity, and that of axes without order.";
-    let columns = [("time", "s"), ("angle", "deg"), ("density", "1/deg"), ("isotropic", "1/deg")];
-    let mut angles = Table::new("orientation-angles", what, &columns);
+    let [mut table, mut angles] = tables();
     let mut report = Report::default();
     let bins = options.bins as usize;
     let width = 90.0 / bins as f64;
@@ -227,6 +205,34 @@ pub fn analyse(
     report.pictures.push(Picture::new("orientation-angles", title, axes, curves));
     report.tables.extend([table, angles]);
     Ok(report)
+}
+
+/// Tensor, eigenvalues and director of each state, and its histogram of angles.
+fn tables() -> [Table; 2] {
+    let names = [
+        ("time", "s"),
+        ("particles", "-"),
+        ("order", "-"),
+        ("eigenvalue_2", "-"),
+        ("eigenvalue_3", "-"),
+        ("director_x", "-"),
+        ("director_y", "-"),
+        ("director_z", "-"),
+        ("order_along_gravity", "-"),
+        ("q_xx", "-"),
+        ("q_yy", "-"),
+        ("q_zz", "-"),
+        ("q_xy", "-"),
+        ("q_xz", "-"),
+        ("q_yz", "-"),
+    ];
+    let what = "Nematic tensor Q = <3 n n - 1>/2 of the body axis n, its eigenvalues (the first is the order parameter) and its first eigenvector.";
+    let table = Table::new("orientation", what, &names);
+    let what =
+        "Density per degree of the angle between body axis and gravity, and that of axes without order.";
+    let columns = [("time", "s"), ("angle", "deg"), ("density", "1/deg"), ("isotropic", "1/deg")];
+    let angles = Table::new("orientation-angles", what, &columns);
+    [table, angles]
 }
 
 /// Direction of gravity; along −z without gravity.

@@ -89,26 +89,7 @@ pub fn analyse(
     options: &Options,
     transport: &MpiTransport,
 ) -> Result<Report, RunError> {
-    let mut mean = Table::new(
-        "ranking",
-        "Void fraction 1 - V / (S s) from the slope s of the sorted heights.",
-        &[
-            ("time", "s"),
-            ("void_fraction", "-"),
-            ("slope", "m"),
-            ("r_squared", "-"),
-            ("particles", "-"),
-            ("mean_volume", "m3"),
-            ("cross_section", "m2"),
-            ("from", "m"),
-            ("to", "m"),
-        ],
-    );
-    let mut plot = Table::new(
-        "ranking-plot",
-        "Sorted heights of the centres against their rank (cumulative over mean volume), and the fitted line; of many particles only some.",
-        &[("time", "s"), ("rank", "-"), ("height", "m"), ("fit", "m")],
-    );
+    let [mut mean, mut plot] = tables();
     let mut report = Report::default();
     for &state in states {
         let snapshot = run.read(transport, state, &[], "ranking")?;
@@ -153,4 +134,29 @@ pub fn analyse(
     }
     report.tables.extend([mean, plot]);
     Ok(report)
+}
+
+/// What each state gives, and its sorted heights.
+fn tables() -> [Table; 2] {
+    let mean = Table::new(
+        "ranking",
+        "Void fraction 1 - V / (S s) from the slope s of the sorted heights.",
+        &[
+            ("time", "s"),
+            ("void_fraction", "-"),
+            ("slope", "m"),
+            ("r_squared", "-"),
+            ("particles", "-"),
+            ("mean_volume", "m3"),
+            ("cross_section", "m2"),
+            ("from", "m"),
+            ("to", "m"),
+        ],
+    );
+    let plot = Table::new(
+        "ranking-plot",
+        "Sorted heights of the centres against their rank (cumulative over mean volume), and the fitted line; of many particles only some.",
+        &[("time", "s"), ("rank", "-"), ("height", "m"), ("fit", "m")],
+    );
+    [mean, plot]
 }
