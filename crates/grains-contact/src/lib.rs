@@ -20,6 +20,7 @@ mod impulse;
 mod law;
 mod lubrication;
 mod rolling;
+mod rolling_torque;
 mod sharing;
 
 pub use collision::CollisionEstimate;
@@ -27,5 +28,6 @@ pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, ContactLaw, PreparedLaw, Tangential, reduced_mass};
 pub use lubrication::Lubrication;
-pub use rolling::{Rolling, RollingContact};
+pub use rolling::Rolling;
+pub use rolling_torque::RollingContact;
 pub use sharing::Sharing;

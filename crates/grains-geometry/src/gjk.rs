@@ -17,6 +17,7 @@ mod ellipsoids;
 mod faces_and_edges;
 pub(crate) mod nearest;
 mod point;
+mod query;
 mod search;
 mod smooth;
 
@@ -24,7 +25,7 @@ pub(crate) use smooth::penetration as smooth_penetration;
 
 use crate::core::with_convex;
 use crate::{Core, GjkError, Placement, Vec3};
-use search::Query;
+use query::Query;
 
 /// Pairs of points of the two cores that span the current simplex, kept from one step to the next.
 ///

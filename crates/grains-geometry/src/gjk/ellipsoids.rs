@@ -14,7 +14,7 @@
 //! The cores, an inset r within their bodies, have the gap g + r_A + r_B, which |w + (r_A + r_B) n| bounds from
 //! above: the answer is certified as any other.
 
-use super::search::Query;
+use super::query::Query;
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::superellipsoid::Superellipsoid;
 use crate::{Mat3, Vec3};

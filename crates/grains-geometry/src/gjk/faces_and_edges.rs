@@ -8,7 +8,7 @@
 //! their gap is smallest the points of two edges nearest each other are the answer, if no plane speaks against it. Bodies that
 //! rock on their faces change between all these from step to step.
 
-use super::search::Query;
+use super::query::Query;
 use super::{MEETING, Separation, Simplex};
 use crate::Vec3;
 use crate::convex::{FacePlane, Support};

@@ -2,17 +2,12 @@
 
 use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
+use super::query::{Query, combine};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use super::{ellipsoids, smooth};
 use crate::convex::Support;
 use crate::core::with_convex;
-use crate::{Core, Placement, Superellipsoid, Vec3};
-
-/// What is asked of a pair of cores.
-pub(super) struct Query<'a> {
-    pub placement: &'a Placement,
-    pub cutoff: f64,
-}
+use crate::{Core, Superellipsoid, Vec3};
 
 /// The bounds did not close.
 pub(super) struct Stall {
@@ -312,16 +307,6 @@ fn keep(simplex: &mut Simplex, w: &mut [Vec3; 4], found: &Nearest) -> [f64; 4] {
     }
     simplex.len = kept as u8;
     weights
-}
-
-/// The point of A with the given weights on the vertices.
-#[inline(always)]
-pub(super) fn combine(simplex: &Simplex, weights: &[f64; 4]) -> Vec3 {
-    let mut point = simplex.a[0] * weights[0];
-    for (i, weight) in weights.iter().enumerate().take(simplex.len as usize).skip(1) {
-        point += simplex.a[i] * *weight;
-    }
-    point
 }
 
 fn contains(simplex: &Simplex, pair: &Pair) -> bool {

@@ -20,7 +20,7 @@
 mod element;
 mod feature;
 
-use super::search::{Query, combine};
+use super::query::{Query, combine};
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::superellipsoid::{Local, Superellipsoid, tangents};
 use crate::{Placement, Vec3};

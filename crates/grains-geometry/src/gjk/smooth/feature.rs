@@ -1,6 +1,6 @@
 //! Distance of a superellipsoid from a vertex, edge or face, or from a cylinder, solved as equations.
 
-use super::super::search::Query;
+use super::super::query::Query;
 use super::super::{MEETING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use super::element::Element;
 use super::{MAX_STEPS, Matrix2, PATIENCE, apply, limit, solve};
