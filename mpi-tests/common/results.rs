@@ -35,14 +35,20 @@ pub struct Particle {
 }
 
 /// Contacts in the packed memory of a particle, in an order that does not depend on neighbour lists:
-/// counts of sphere, body and wall contacts, then for each its key, spring and (not for spheres) twist and simplex.
+/// counts of sphere, body and wall contacts, then for each its key, tangential displacement and (not for spheres) torsional
+/// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the angle rolled follows.
 fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let (counts, mut rest) = packed.split_at(3);
     let mut contacts = Vec::new();
     for (kind, &count) in counts.iter().enumerate() {
-        for _ in 0..count as usize {
+        for _ in 0..count.abs() as usize {
             let fixed = [4, 7, 9][kind];
-            let length = if kind == 0 { fixed } else { fixed + 1 + 6 * rest[fixed] as usize };
+            let length = if kind == 0 {
+                fixed + if count < 0.0 { 3 } else { 0 }
+            } else {
+                let points = rest[fixed] as usize;
+                fixed + 1 + 6 * (points % 16) + 3 * (points / 16)
+            };
             let (contact, after) = rest.split_at(length);
             contacts.push([&[kind as u64], &*bits(contact)].concat());
             rest = after;

@@ -23,9 +23,14 @@ impl LawHistory {
         *self == Self::default()
     }
 
+    /// The same with one sign of zero, as whether a list has the contact from this body or the other does not matter.
+    pub(crate) fn saved(&self) -> Self {
+        Self { rolling_angle: self.rolling_angle + Vec3::zeros() }
+    }
+
     /// The same as seen from the other body.
     pub(crate) fn seen_from_other(&self) -> Self {
-        Self { rolling_angle: -self.rolling_angle }
+        Self { rolling_angle: Vec3::zeros() - self.rolling_angle }
     }
 
     fn write(&self, message: &mut Vec<f64>) {

@@ -36,7 +36,7 @@ impl VerletLists {
             if tangential_displacement == Vec3::zeros() && law.is_empty() {
                 continue;
             }
-            add(a, SphereHistory { partner: ids[b as usize], tangential_displacement }, &law);
+            add(a, SphereHistory { partner: ids[b as usize], tangential_displacement }, &law.saved());
             if b < owned {
                 let tangential_displacement = -tangential_displacement;
                 let history = SphereHistory { partner: ids[a as usize], tangential_displacement };
