@@ -127,6 +127,9 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         warnings: Vec::new(),
         written: Default::default(),
     };
+    if !case.collisions.is_hard() {
+        contact::check_laws(&case.contacts, &case.materials, checker);
+    }
     case.collisions.check_contacts(&case.contacts, checker);
     // Sizes and pairs only make sense once every name stands for something.
     if checker.error_count() == 0 {

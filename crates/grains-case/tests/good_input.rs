@@ -41,10 +41,10 @@ fn the_silo_is_resolved_to_indices_units_and_defaults() {
     assert_eq!(case.contact(steel, glass), Some(1));
     assert_eq!(case.contact(steel, steel), None);
     assert_eq!(
-        case.contacts[0].tangential,
+        case.contacts[0].tangential(),
         Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 }
     );
-    assert_eq!(case.contacts[1].tangential, Tangential::Viscous { gamma_t: 1e5 });
+    assert_eq!(case.contacts[1].tangential(), Tangential::Viscous { gamma_t: 1e5 });
     let beads = &case.inserts[0];
     assert_eq!((beads.particles[0].shape, beads.particles[0].material), (0, glass));
     assert_eq!(

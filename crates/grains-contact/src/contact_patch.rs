@@ -1,7 +1,7 @@
 //! Contacts over an area or a line: torques beside that of the force at their centre.
 
-use crate::law::{begins, share_at_end, share_in_contact};
-use crate::{Coefficients, Encounter};
+use crate::encounter::Encounter;
+use crate::law::{Coefficients, begins, share_at_end, share_in_contact};
 use nalgebra::{Matrix3, Vector3};
 
 type Vec3 = Vector3<f64>;
@@ -12,7 +12,7 @@ impl Coefficients {
     ///
     /// With Δω = ω2 − ω1 (rad/s) and the second moment S = Σ w_i (r_i × n)(r_i × n)ᵀ (m²) of its corners about the centre,
     /// Σ w_i = 1: 2 γn m S Δω, which brakes rocking, and a torsional spring, (kt ψ + 2 γt m Δω·n) ρ² n with ρ² = tr S,
-    /// at most μ kn δ ρ. `torsional_angle` is ψ half a step on (rad), as the displacement of [`Coefficients::force`],
+    /// at most μ N ρ. `torsional_angle` is ψ half a step on (rad), as the displacement of [`Coefficients::force`],
     /// zero when the contact begins.
     pub fn patch_torque(
         &self,
@@ -21,15 +21,15 @@ impl Coefficients {
         torsional_angle: &mut f64,
         dt: f64,
     ) -> Vec3 {
-        let Encounter { normal, overlap, velocity, spin } = *encounter;
+        let Encounter { normal, velocity, spin, .. } = *encounter;
         let spin = -spin;
         let opening = velocity.dot(&normal);
-        let share = share_in_contact(overlap, opening, dt);
+        let share = share_in_contact(self.response.margin, opening, dt);
         let rocking = second * spin * (self.dashpot * share);
         let (turning, radius2) = (spin.dot(&normal), second.trace());
-        let limit = self.friction * self.stiffness * overlap * radius2.sqrt();
+        let limit = self.friction * self.response.pressing * radius2.sqrt();
         let on_cone = |torque: f64| (torque.abs() > limit).then(|| limit.copysign(torque));
-        if self.tangential_stiffness == 0.0 {
+        if !self.has_spring {
             let viscous = self.tangential_dashpot * turning * radius2;
             return rocking + normal * on_cone(viscous).unwrap_or(viscous * share);
         }
@@ -53,12 +53,13 @@ impl Coefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ContactLaw, Tangential};
+    use crate::{Approach, ContactLaw, Tangential};
 
     #[test]
     fn torsion_is_resisted_up_to_the_friction_of_the_corners() {
         let tangential = Tangential::Spring { stiffness_ratio: 0.5, damping_ratio: 0.0 };
-        let law = ContactLaw::new(1e5, 1.0, 0.4, tangential).coefficients(0.01);
+        let approach = Approach { overlap: 1e-5, opening: 0.0, radius: 1e-3, dt: 1e-3 };
+        let law = ContactLaw::linear(1e5, 1.0, 0.4, tangential).prepared().at(0.01, &approach, &mut 0.0);
         let second = Mat3::from_diagonal(&Vec3::new(4e-6, 5e-6, 0.0));
         let turning = |rate: f64| {
             let (velocity, spin) = (Vec3::zeros(), Vec3::new(0.0, 0.0, -rate));

@@ -1,8 +1,12 @@
-//! The damped linear spring with Coulomb friction and rolling resistance.
+//! The law of a contact: its normal direction, damping, Coulomb friction, and resistance to rolling and twisting.
 
 use crate::encounter::Encounter;
+use crate::normal::{Approach, Linear, Normal, NormalLaw, Response};
 use crate::rolling::{Rolling, RollingCoefficients};
+use crate::tangential::{Memory, Tangential, power};
+use crate::twisting::Twisting;
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 type Vec3 = Vector3<f64>;
 
@@ -12,78 +16,91 @@ pub fn reduced_mass(mass_1: f64, mass_2: f64) -> f64 {
     mass_1 * mass_2 / (mass_1 + mass_2)
 }
 
-/// The coefficients of a law for one reduced mass, computed once for bodies of equal masses.
+/// The law of one contact as it is now.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients {
-    pub(crate) stiffness: f64,
+    pub(crate) response: Response,
     /// 2 γn m (N s/m).
     pub(crate) dashpot: f64,
+    /// Whether sliding stretches a spring, and its stiffness (N/m).
+    pub(crate) has_spring: bool,
     pub(crate) tangential_stiffness: f64,
     /// 2 γt m (N s/m).
     pub(crate) tangential_dashpot: f64,
+    /// Exponents of [`Memory::exponents`](crate::Memory).
+    pub(crate) memory_exponents: [f64; 2],
     /// Reduced mass over the number of contacts that share it (kg).
     pub(crate) mass: f64,
     pub(crate) friction: f64,
     pub(crate) rolling: RollingCoefficients,
+    pub(crate) twisting: Twisting,
     /// Whether friction is limited by the whole normal force, not by its elastic part.
     pub(crate) limits_by_total: bool,
 }
 
-/// How a contact resists sliding.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tangential {
-    /// Memoryless viscous force −2 γt m Urt, capped by friction (thesis eqs 3.20-3.21).
-    Viscous {
-        /// Rate γt (1/s).
-        rate: f64,
-    },
-    /// Spring and dashpot, capped by friction (Wachs 2009, eqs 15-17).
-    Spring {
-        /// Tangential over normal stiffness kt/kn (-).
-        stiffness_ratio: f64,
-        /// Tangential over normal damping rate γt/γn (-).
-        damping_ratio: f64,
-    },
-    /// Memoryless force −(kt τc + ηt) Urt: the displacement is taken for that of a whole contact at the
-    /// present speed, τc Urt (Srinivasan 2019, eqs 3.43-3.47; errata S19-22, S19-23).
-    ///
-    /// τc is the contact time of the pair and ηt = 2 γ √(m kt), γ the damping ratio of the normal direction.
-    /// Without a history there is no static friction. The cap is μ |Fn| with the dashpot in Fn (eq. 3.47), where
-    /// the other laws take μ kn δ. The form with a history, eq. 3.42, is [`Tangential::Spring`] with a damping
-    /// ratio √(kt/kn), but for that cap.
-    ContactTime {
-        /// Tangential over normal stiffness kt/kn (-).
-        stiffness_ratio: f64,
+/// How the normal direction loses energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Damping {
+    /// So that bodies part with the restitution of the law, at any speed where they do not stick.
+    #[default]
+    Restitution,
+    /// Viscoelastic bodies: the force A dF/dδ dδ/dt (Brilliantov et al. 1996). Restitution falls with the speed.
+    Viscoelastic {
+        /// Time A (s), which depends on the viscosities of the material.
+        time: f64,
     },
 }
 
 /// Contact law of one pair of materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
-    /// Normal stiffness kn (N/m).
-    pub normal_stiffness: f64,
+    /// Law of the normal direction.
+    pub normal: Normal,
     /// Restitution en (-), in (0, 1].
     pub restitution: f64,
+    /// Loss of energy in the normal direction.
+    pub damping: Damping,
     /// Coulomb friction coefficient μ (-).
     pub friction: f64,
     /// Tangential resistance.
     pub tangential: Tangential,
     /// Resistance to rolling.
     pub rolling: Rolling,
-    damping: f64,
+    /// Resistance to twisting.
+    pub twisting: Twisting,
+    /// −ln en/√(π² + ln² en).
+    damping_ratio: f64,
 }
 
 impl ContactLaw {
-    /// Law with the given stiffness (N/m), restitution, friction, and tangential resistance.
-    pub fn new(normal_stiffness: f64, restitution: f64, friction: f64, tangential: Tangential) -> Self {
-        let log = restitution.ln();
-        let damping = -log / (std::f64::consts::PI.powi(2) + log * log).sqrt();
-        Self { normal_stiffness, restitution, friction, tangential, rolling: Rolling::None, damping }
+    /// Law with the given normal direction, restitution, friction, and tangential resistance.
+    pub fn new(normal: impl Into<Normal>, restitution: f64, friction: f64, tangential: Tangential) -> Self {
+        let log = libm::log(restitution);
+        Self {
+            normal: normal.into(),
+            restitution,
+            damping: Damping::Restitution,
+            friction,
+            tangential,
+            rolling: Rolling::None,
+            twisting: Twisting::None,
+            damping_ratio: -log / (PI * PI + log * log).sqrt(),
+        }
+    }
+
+    /// Law of a linear spring of this stiffness (N/m).
+    pub fn linear(stiffness: f64, restitution: f64, friction: f64, tangential: Tangential) -> Self {
+        Self::new(Linear { stiffness }, restitution, friction, tangential)
     }
 
     /// Law of bodies that do not deform: restitution and friction of their impulses, and no force.
     pub fn rigid(restitution: f64, friction: f64) -> Self {
-        Self::new(0.0, restitution, friction, Tangential::Viscous { rate: 0.0 })
+        Self::linear(0.0, restitution, friction, Tangential::Viscous { rate: 0.0 })
+    }
+
+    /// The same law with this damping.
+    pub fn with_damping(self, damping: Damping) -> Self {
+        Self { damping, ..self }
     }
 
     /// The same law with this resistance to rolling.
@@ -91,109 +108,155 @@ impl ContactLaw {
         Self { rolling, ..self }
     }
 
-    /// Damping rate γn = −ω0 ln en/√(π² + ln² en) (1/s) for a reduced mass (kg); thesis eq. 3.27.
-    pub fn damping_rate(&self, reduced_mass: f64) -> f64 {
-        self.damping * (self.normal_stiffness / reduced_mass).sqrt()
+    /// The same law with this resistance to twisting.
+    pub fn with_twisting(self, twisting: Twisting) -> Self {
+        Self { twisting, ..self }
     }
 
-    /// Tangential damping rate γt (1/s) for a reduced mass (kg).
-    pub fn tangential_rate(&self, reduced_mass: f64) -> f64 {
-        match self.tangential {
-            Tangential::Viscous { rate } => rate,
-            Tangential::Spring { damping_ratio, .. } => damping_ratio * self.damping_rate(reduced_mass),
-            Tangential::ContactTime { stiffness_ratio } => {
-                0.5 * self.contact_time_dashpot(stiffness_ratio, reduced_mass) / reduced_mass
-            }
-        }
+    /// Damping rate γn = −ω0 ln en/√(π² + ln² en) (1/s) of bodies of a reduced mass (kg) at a stiffness dF/dδ = m ω0² (N/m);
+    /// thesis eq. 3.27.
+    pub fn damping_rate(&self, reduced_mass: f64, stiffness: f64) -> f64 {
+        0.5 * self.prepared().dashpot(reduced_mass, stiffness) / reduced_mass
     }
 
-    /// kt τc + 2 γ √(m kt) (N s/m), τc = π/√(kn (1 − γ²)/m) (Srinivasan 2019, eqs 3.43-3.45).
-    fn contact_time_dashpot(&self, stiffness_ratio: f64, reduced_mass: f64) -> f64 {
-        let root = (self.normal_stiffness * reduced_mass).sqrt();
-        let contact = std::f64::consts::PI * stiffness_ratio / (1.0 - self.damping.powi(2)).sqrt();
-        root * (contact + 2.0 * self.damping * stiffness_ratio.sqrt())
+    /// Tangential damping rate γt (1/s) of bodies of a reduced mass (kg) at a stiffness dF/dδ (N/m).
+    pub fn tangential_rate(&self, reduced_mass: f64, stiffness: f64) -> f64 {
+        0.5 * self.prepared().tangential_dashpot(reduced_mass, stiffness) / reduced_mass
     }
 
-    /// The law ready for any reduced mass.
+    /// π s/√(1 − γ²) + 2 γ √s (-), s = kt/kn: (kt τc + ηt)/√(kn m), with τc = π/√(kn (1 − γ²)/m) (Srinivasan 2019, eqs 3.43-3.45).
+    fn contact_time_dashpot(&self, stiffness_ratio: f64) -> f64 {
+        let damping = self.damping_ratio;
+        PI * stiffness_ratio / (1.0 - damping * damping).sqrt() + 2.0 * damping * stiffness_ratio.sqrt()
+    }
+
+    /// The law ready for any contact.
     #[inline]
     pub fn prepared(&self) -> PreparedLaw {
-        let root = self.normal_stiffness.sqrt();
-        let dashpot = 2.0 * self.damping * root;
-        let (stiffness_ratio, per_mass, per_root) = match self.tangential {
-            Tangential::Viscous { rate } => (0.0, 2.0 * rate, 0.0),
+        let factor = self.normal.damping();
+        let (per_root, time) = match self.damping {
+            Damping::Restitution => (factor * self.damping_ratio, 0.0),
+            Damping::Viscoelastic { time } => (0.0, time),
+        };
+        // Tangential dashpots are shares of that of the restitution, also where the normal direction has none.
+        let tangential_root = if factor > 0.0 { factor } else { Linear::DAMPING } * self.damping_ratio;
+        let (stiffness_ratio, tangential_per_mass, tangential_per_root, memory) = match self.tangential {
+            Tangential::Viscous { rate } => (0.0, 2.0 * rate, 0.0, Memory::Displacement),
             Tangential::Spring { stiffness_ratio, damping_ratio } => {
-                (stiffness_ratio, 0.0, damping_ratio * dashpot)
+                (stiffness_ratio, 0.0, damping_ratio * tangential_root, Memory::Displacement)
             }
             Tangential::ContactTime { stiffness_ratio } => {
-                (0.0, 0.0, self.contact_time_dashpot(stiffness_ratio, 1.0))
+                (0.0, 0.0, self.contact_time_dashpot(stiffness_ratio), Memory::Displacement)
+            }
+            Tangential::Mindlin { stiffness_ratio, damping_ratio, memory } => {
+                (stiffness_ratio, 0.0, damping_ratio * tangential_root, memory)
             }
         };
         PreparedLaw {
-            stiffness: self.normal_stiffness,
-            dashpot,
-            tangential_stiffness: stiffness_ratio * self.normal_stiffness,
-            per_mass,
+            normal: self.normal,
             per_root,
+            time,
+            stiffness_ratio,
+            tangential_per_mass,
+            tangential_per_root,
+            memory_exponents: memory.exponents(),
             friction: self.friction,
             rolling: self.rolling.into(),
+            twisting: self.twisting,
             limits_by_total: matches!(self.tangential, Tangential::ContactTime { .. }),
         }
     }
-
-    /// Coefficients of the law for a reduced mass (kg): of bodies hit off their centres, the effective mass at the contact point,
-    /// 1/(n·K n) with K their mobility there.
-    #[inline]
-    pub fn coefficients(&self, reduced_mass: f64) -> Coefficients {
-        self.prepared().at(reduced_mass)
-    }
 }
 
-/// A law whose coefficients for a mass take a root and no decision.
+/// A law whose coefficients for a contact take a root and no decision.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedLaw {
-    stiffness: f64,
-    /// Normal dashpot over √m.
-    dashpot: f64,
-    tangential_stiffness: f64,
-    /// Tangential dashpot: over m, and over √m.
-    per_mass: f64,
+    /// Law of the normal direction.
+    pub normal: Normal,
+    /// Normal dashpot over √(m dF/dδ) (-), and over dF/dδ (s).
     per_root: f64,
+    time: f64,
+    /// Tangential stiffness over dF/dδ (-).
+    stiffness_ratio: f64,
+    /// Tangential dashpot over m (1/s), and over √(m dF/dδ) (-).
+    tangential_per_mass: f64,
+    tangential_per_root: f64,
+    memory_exponents: [f64; 2],
     friction: f64,
     rolling: RollingCoefficients,
+    twisting: Twisting,
     limits_by_total: bool,
 }
 
 impl PreparedLaw {
-    /// Coefficients for a reduced mass (kg).
+    /// Coefficients of a contact of bodies of a reduced mass (kg), the number it keeps advanced by the step.
+    ///
+    /// The reduced mass of bodies hit off their centres is the effective mass at the contact point, 1/(n·K n) with K their
+    /// mobility there.
     #[inline(always)]
-    pub fn at(&self, reduced_mass: f64) -> Coefficients {
-        let root = reduced_mass.sqrt();
+    pub fn at(&self, reduced_mass: f64, approach: &Approach, memory: &mut f64) -> Coefficients {
+        self.of_response(reduced_mass, self.normal.respond(approach, memory), self.memory_exponents)
+    }
+
+    /// Coefficients of a contact of bodies of a reduced mass (kg) under `normal`, the law's own.
+    #[inline(always)]
+    pub fn under<L: NormalLaw>(
+        &self,
+        normal: &L,
+        reduced_mass: f64,
+        approach: &Approach,
+        memory: &mut f64,
+    ) -> Coefficients {
+        let exponents = if L::HERTZIAN { self.memory_exponents } else { [0.0; 2] };
+        self.of_response(reduced_mass, normal.respond(approach, memory), exponents)
+    }
+
+    #[inline(always)]
+    fn of_response(&self, reduced_mass: f64, response: Response, memory_exponents: [f64; 2]) -> Coefficients {
         Coefficients {
-            stiffness: self.stiffness,
-            dashpot: self.dashpot * root,
-            tangential_stiffness: self.tangential_stiffness,
-            tangential_dashpot: self.per_mass * reduced_mass + self.per_root * root,
+            dashpot: self.dashpot(reduced_mass, response.stiffness),
+            has_spring: self.stiffness_ratio > 0.0,
+            tangential_stiffness: self.stiffness_ratio * response.stiffness,
+            tangential_dashpot: self.tangential_dashpot(reduced_mass, response.stiffness),
+            memory_exponents,
             mass: reduced_mass,
             friction: self.friction,
             rolling: self.rolling,
+            twisting: self.twisting,
             limits_by_total: self.limits_by_total,
+            response,
         }
     }
 
-    /// Whether bodies resist rolling.
     #[inline(always)]
-    pub fn resists_rolling(&self) -> bool {
-        self.rolling.is_active()
+    fn dashpot(&self, reduced_mass: f64, stiffness: f64) -> f64 {
+        self.per_root * (reduced_mass * stiffness).sqrt() + self.time * stiffness
     }
 
-    /// Whether contacts keep the angle rolled.
-    pub fn keeps_rolling_angle(&self) -> bool {
-        self.rolling.keeps_angle()
+    #[inline(always)]
+    fn tangential_dashpot(&self, reduced_mass: f64, stiffness: f64) -> f64 {
+        self.tangential_per_mass * reduced_mass + self.tangential_per_root * (reduced_mass * stiffness).sqrt()
+    }
+
+    /// Whether bodies resist rolling or twisting.
+    #[inline(always)]
+    pub fn has_couples(&self) -> bool {
+        self.rolling.is_active() | (self.twisting != Twisting::None)
+    }
+
+    /// Whether forces depend on the effective radius.
+    pub fn takes_radius(&self) -> bool {
+        self.normal.is_hertzian() | (self.twisting != Twisting::None)
+    }
+
+    /// Whether contacts keep more than their tangential displacement.
+    pub fn keeps_more(&self) -> bool {
+        self.normal.keeps_memory() || self.rolling.keeps_angle() || self.twisting != Twisting::None
     }
 }
 
 impl Coefficients {
-    /// Force on body 1 (N): F1 = −(kn δ + 2 γn m dδ/dt) n + Ft, with |Ft| ≤ μ kn δ.
+    /// Force on body 1 (N): F1 = −(F(δ) + 2 γn m dδ/dt) n + Ft, with |Ft| at most μ times the elastic force, without attraction.
     ///
     /// The tangential displacement ξ (m) is turned into the contact plane, advanced with the slip Vrt, and shortened while
     /// the contact slides so that kt ξ + 2 γt m Vrt stays on the friction cone (Wachs 2009, eqs 15-17; errata W09-2).
@@ -201,22 +264,24 @@ impl Coefficients {
     /// sticks until it ends drops its force, weighted by the share of the step in which the bodies touch.
     ///
     /// `displacement` is ξ half a step on, ξ + Vrt dt/2, zero before a contact: with the slip half a step back it makes the
-    /// trapezoidal rule, of second order in dt. Without a tangential stiffness the force is the memoryless one of
-    /// thesis eqs 3.20-3.21 and ξ stays zero; [`Tangential::ContactTime`] caps it by the whole normal force.
+    /// trapezoidal rule, of second order in dt. Where the contact radius changes ξ follows it by [`Memory`](crate::Memory).
+    /// Without a tangential stiffness the force is the memoryless one of thesis eqs 3.20-3.21 and ξ stays zero;
+    /// [`Tangential::ContactTime`] caps it by the whole normal force.
     #[inline(always)]
     pub fn force(&self, encounter: &Encounter, displacement: &mut Vec3, dt: f64) -> Vec3 {
-        let Encounter { normal, overlap, velocity, .. } = *encounter;
+        let Encounter { normal, velocity, .. } = *encounter;
+        let Response { is_contact, elastic, jump, pressing, margin, .. } = self.response;
         let opening = velocity.dot(&normal);
-        let elastic = self.stiffness * overlap;
-        let share = share_in_contact(overlap, opening, dt);
-        let along = self.dashpot * share * opening - elastic;
+        let share = share_in_contact(margin, opening, dt);
+        let along = self.dashpot * share * opening - (elastic + jump * (share - 1.0));
         let normal_force = normal * along;
         let sliding = velocity - normal * opening;
-        let limit = self.friction * if self.limits_by_total { along.abs() } else { elastic };
-        if self.tangential_stiffness == 0.0 {
+        let limit = self.friction * if self.limits_by_total { along.abs() } else { pressing };
+        if !self.has_spring {
             let viscous = sliding * self.tangential_dashpot;
             let (slides, on_cone) = on_cone(&viscous, limit);
-            return normal_force + viscous * if slides { on_cone } else { share };
+            let force = normal_force + viscous * if slides { on_cone } else { share };
+            return if is_contact { force } else { Vec3::zeros() };
         }
         let (stiffness, compliance) = (self.tangential_stiffness, 1.0 / self.tangential_stiffness);
         let dashpot = self.tangential_dashpot + self.step_dashpot(dt);
@@ -224,14 +289,27 @@ impl Coefficients {
         let is_new = (displacement.x == 0.0) & (displacement.y == 0.0) & (displacement.z == 0.0);
         let begins = begins(share, opening) & is_new;
         let since = if begins { (share - 0.5) * dt - dashpot * compliance } else { 0.5 * dt };
-        let mut stretched = *displacement + sliding * since;
+        let [before, after] = self.memory_factors(opening);
+        let mut stretched = *displacement * before + sliding * since;
         stretched -= normal * stretched.dot(&normal);
         let sticking = stretched * stiffness + viscous;
         let (slides, on_cone) = on_cone(&sticking, limit);
         let force = sticking * if slides { on_cone } else { share_at_end(share, opening) };
         let stretched = if slides { (force - viscous) * compliance } else { stretched };
-        *displacement = stretched + sliding * (0.5 * dt);
-        normal_force + force
+        *displacement = if is_contact { stretched * after + sliding * (0.5 * dt) } else { Vec3::zeros() };
+        if is_contact { normal_force + force } else { Vec3::zeros() }
+    }
+
+    /// Factors of ξ over the half steps before and after.
+    #[inline(always)]
+    pub(crate) fn memory_factors(&self, opening: f64) -> [f64; 2] {
+        let [approaching, parting] = self.memory_exponents;
+        if (approaching == 0.0) & (parting == 0.0) {
+            return [1.0; 2];
+        }
+        let exponent = if opening < 0.0 { approaching } else { parting };
+        let Response { contact_radius: now, radii_around: [before, after], .. } = self.response;
+        [power([before, now], exponent), power([now, after], exponent)]
     }
 
     /// Dashpot (N s/m) that keeps the tangential springs stable: kt dt min((ωt dt)², 1/2), ωt² = 7/2 kt/m.
@@ -245,10 +323,10 @@ impl Coefficients {
         stiff * (3.5 * stiff * dt / self.mass).min(0.5)
     }
 
-    /// Whether bodies resist rolling.
+    /// Whether bodies resist rolling or twisting.
     #[inline(always)]
-    pub fn resists_rolling(&self) -> bool {
-        self.rolling.is_active()
+    pub fn has_couples(&self) -> bool {
+        self.rolling.is_active() | (self.twisting != Twisting::None)
     }
 }
 
@@ -290,20 +368,21 @@ mod tests {
     #[test]
     fn the_contact_time_stands_for_the_history() {
         let (kn, m, ratio) = (8.0, 4.523893e-7, 0.5);
-        let law = ContactLaw::new(kn, 0.98, 0.3, Tangential::ContactTime { stiffness_ratio: ratio });
+        let law = ContactLaw::linear(kn, 0.98, 0.3, Tangential::ContactTime { stiffness_ratio: ratio });
         let kt: f64 = ratio * kn;
-        let dashpot = kt * 7.470850e-4 + 2.0 * law.damping * (m * kt).sqrt();
-        assert!((2.0 * m * law.tangential_rate(m) / dashpot - 1.0).abs() < 1e-6);
-        let coefficients = law.coefficients(m);
+        let dashpot = kt * 7.470850e-4 + 2.0 * law.damping_ratio * (m * kt).sqrt();
+        assert!((2.0 * m * law.tangential_rate(m, kn) / dashpot - 1.0).abs() < 1e-6);
         let force = |overlap: f64, velocity: Vec3| {
             let encounter = Encounter { normal: Vec3::z(), overlap, velocity, spin: Vec3::zeros() };
+            let approach = Approach { overlap, opening: velocity.z, radius: 1e-3, dt: 1e-9 };
+            let coefficients = law.prepared().at(m, &approach, &mut 0.0);
             coefficients.force(&encounter, &mut Vec3::zeros(), 1e-9)
         };
         let slow = force(1e-5, Vec3::new(1e-4, 0.0, 0.0));
         assert!((slow - Vec3::new(1e-4 * dashpot, 0.0, -8e-5)).norm() < 1e-9 * 8e-5 + 1e-6 * slow.x);
         // Fast, the force is mu times the whole normal force, dashpot and all, on body 1 along V2 - V1.
         let fast = force(1e-5, Vec3::new(3.0, 4.0, -2.0));
-        let whole = 8e-5 + 2.0 * law.damping * (kn * m).sqrt() * 2.0;
+        let whole = 8e-5 + 2.0 * law.damping_ratio * (kn * m).sqrt() * 2.0;
         assert!((fast - Vec3::new(0.18 * whole, 0.24 * whole, -whole)).norm() < 1e-12 * whole);
     }
 }

@@ -6,7 +6,7 @@
 //! Conventions: the normal n points from body 1 to body 2, the overlap δ is positive in contact, the
 //! relative velocity is Vr = V2 − V1 at the contact point, so dδ/dt = −Vr·n. Forces are those on body 1.
 //! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
-//! [`CollisionEstimate`] assume.
+//! [`Collision`] assume.
 //!
 //! Bodies that do not deform meet by impulses instead: [`ImpulseScheme`].
 //!
@@ -15,19 +15,31 @@
 
 mod collision;
 mod contact_patch;
+mod couple;
+mod cube_root;
+mod elasticity;
 mod encounter;
 mod impulse;
 mod law;
 mod lubrication;
+mod normal;
 mod rolling;
-mod rolling_torque;
 mod sharing;
+mod tangential;
+mod twisting;
 
-pub use collision::CollisionEstimate;
+pub use collision::Collision;
+pub use couple::{RollingContact, WoundAngles};
+pub use elasticity::{Elastic, effective_modulus, effective_shear_modulus, work_of_adhesion};
 pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
-pub use law::{Coefficients, ContactLaw, PreparedLaw, Tangential, reduced_mass};
+pub use law::{Coefficients, ContactLaw, Damping, PreparedLaw, reduced_mass};
 pub use lubrication::Lubrication;
+pub use normal::{
+    Approach, CohesionArea, Dmt, ElasticPlastic, Hertz, Jkr, Linear, Normal, NormalLaw, NormalVisitor,
+    Response, Sjkr, Tear,
+};
 pub use rolling::Rolling;
-pub use rolling_torque::RollingContact;
 pub use sharing::Sharing;
+pub use tangential::{Memory, Tangential};
+pub use twisting::Twisting;

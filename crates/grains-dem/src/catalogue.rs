@@ -9,12 +9,13 @@ use grains_geometry::{Shape, Vec3};
 pub struct ContactTable {
     laws: Vec<Option<(ContactLaw, PreparedLaw)>>,
     materials: usize,
+    reach: f64,
 }
 
 impl ContactTable {
     /// Table without laws for a number of materials.
     pub fn new(materials: usize) -> Self {
-        Self { laws: vec![None; materials * materials], materials }
+        Self { laws: vec![None; materials * materials], materials, reach: 0.0 }
     }
 
     /// Sets the law between two materials, in either order.
@@ -22,6 +23,27 @@ impl ContactTable {
         for place in [a * self.materials + b, b * self.materials + a] {
             self.laws[place] = Some((law, law.prepared()));
         }
+    }
+
+    /// Prepares the table for bodies up to this bounding radius (m).
+    pub(crate) fn prepare(&mut self, largest_radius: f64) {
+        self.reach = self.reach_up_to(largest_radius);
+    }
+
+    /// Largest gap (m) at which bodies of the run that touched act on each other.
+    #[inline(always)]
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The same for bodies up to a bounding radius (m).
+    pub fn reach_up_to(&self, radius: f64) -> f64 {
+        self.laws().map(|law| law.normal.reach(radius)).fold(0.0, f64::max)
+    }
+
+    /// Largest force (N) of bodies up to this bounding radius (m) and overlap (m).
+    pub(crate) fn force_bound(&self, radius: f64, overlap: f64) -> f64 {
+        self.laws().map(|law| law.normal.force_bound(radius, overlap)).fold(f64::MIN_POSITIVE, f64::max)
     }
 
     /// Law between two materials; the case guarantees one for every pair that can meet.
@@ -46,7 +68,7 @@ impl ContactTable {
 
     /// Whether a law keeps more of a contact than its tangential displacement.
     pub(crate) fn keep_law_history(&self) -> bool {
-        self.laws.iter().flatten().any(|(_, prepared)| prepared.keeps_rolling_angle())
+        self.laws.iter().flatten().any(|(_, prepared)| prepared.keeps_more())
     }
 
     /// All laws.
@@ -113,11 +135,31 @@ impl Catalogue {
     /// Sum of the largest inverse moments of inertia (1/(kg m²)) of bodies under a law that asks for it, else 0.
     #[inline]
     pub(crate) fn inverse_inertia<const N: usize>(&self, bodies: [&Body; N], law: &PreparedLaw) -> f64 {
-        if !law.resists_rolling() {
+        if !law.has_couples() {
             return 0.0;
         }
         let free = bodies.into_iter().filter(|body| !body.is_prescribed());
         free.map(|body| 1.0 / self.inertia(body).min()).sum()
+    }
+
+    /// Radius R (m) that laws take for a body, the ball of the mean volume of its parts, if they take one, else 1.
+    ///
+    /// It does not depend on where a body is touched, so that forces have a potential: faces, edges and corners are as round as the
+    /// ball.
+    #[inline]
+    pub(crate) fn contact_radius(&self, body: &Body, law: &PreparedLaw) -> f64 {
+        if !law.takes_radius() {
+            return 1.0;
+        }
+        let shape = self.shape(body.kind);
+        shape.part_radius() * (body.radius / shape.bounding_radius)
+    }
+
+    /// R1 R2/(R1 + R2) (m) of the radii that laws take.
+    #[inline]
+    pub(crate) fn effective_radius(&self, bodies: [&Body; 2], law: &PreparedLaw) -> f64 {
+        let [a, b] = bodies.map(|body| self.contact_radius(body, law));
+        a * b / (a + b)
     }
 
     /// Principal moments of inertia (kg m²) of a particle: ρ s⁵ ∫ …, from its mass m = ρ V s³.

@@ -5,18 +5,21 @@
 //! hold the same history, so nothing is lost when one of the two particles moves away.
 
 use crate::memory_use::heap_bytes;
+use grains_contact::WoundAngles;
 use grains_geometry::{Simplex, Vec3};
 
 /// What laws keep of a contact beside its tangential displacement, as seen from its first body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LawHistory {
-    /// Angle rolled (rad).
-    pub(crate) rolling_angle: Vec3,
+    /// Angles rolled and twisted (rad).
+    pub(crate) angles: WoundAngles,
+    /// The number kept by the law of the normal direction.
+    pub(crate) memory: f64,
 }
 
 impl LawHistory {
     /// Numbers in a message.
-    const LENGTH: usize = 3;
+    const LENGTH: usize = 5;
 
     /// Whether there is nothing to keep.
     pub(crate) fn is_empty(&self) -> bool {
@@ -25,20 +28,26 @@ impl LawHistory {
 
     /// The same with one sign of zero, as whether a list has the contact from this body or the other does not matter.
     pub(crate) fn saved(&self) -> Self {
-        Self { rolling_angle: self.rolling_angle + Vec3::zeros() }
+        self.with_rolling(self.angles.rolling + Vec3::zeros())
     }
 
     /// The same as seen from the other body.
     pub(crate) fn seen_from_other(&self) -> Self {
-        Self { rolling_angle: Vec3::zeros() - self.rolling_angle }
+        self.with_rolling(Vec3::zeros() - self.angles.rolling)
+    }
+
+    fn with_rolling(&self, rolling: Vec3) -> Self {
+        Self { angles: WoundAngles { rolling, twisting: self.angles.twisting + 0.0 }, memory: self.memory }
     }
 
     fn write(&self, message: &mut Vec<f64>) {
-        message.extend(&self.rolling_angle);
+        let Self { angles: WoundAngles { rolling, twisting }, memory } = self;
+        message.extend([rolling.x, rolling.y, rolling.z, *twisting, *memory]);
     }
 
     fn read(message: &[f64]) -> Self {
-        Self { rolling_angle: Vec3::new(message[0], message[1], message[2]) }
+        let rolling = Vec3::new(message[0], message[1], message[2]);
+        Self { angles: WoundAngles { rolling, twisting: message[3] }, memory: message[4] }
     }
 }
 
@@ -279,6 +288,11 @@ impl ContactHistory {
             && law.is_empty()
     }
 
+    /// Forgets all but where to look for the contact: it bears no force.
+    pub(crate) fn rest(&mut self) {
+        *self = Self { simplex: self.simplex, ..Self::default() };
+    }
+
     fn write(&self, message: &mut Vec<f64>) {
         let Self { tangential_displacement, torsional_angle, law, simplex } = self;
         let has_law = !law.is_empty();
@@ -324,7 +338,8 @@ mod tests {
         let simplex =
             Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
         let mut gathered = SavedHistories::default();
-        let law = LawHistory { rolling_angle: tangential_displacement(0.7) };
+        let angles = WoundAngles { rolling: tangential_displacement(0.7), twisting: 0.2 };
+        let law = LawHistory { angles, memory: 1e-5 };
         gathered.fill(
             3,
             true,

@@ -16,10 +16,13 @@ pub struct DepthNorm {
 }
 
 impl DepthNorm {
-    /// Norm of overlaps (m), of which one at least is positive; others count as zero.
+    /// Norm of overlaps (m); negative ones count as zero beside a positive one. Of gaps alone it is the smallest.
     #[inline]
     pub fn of(overlaps: impl Iterator<Item = f64> + Clone) -> Self {
-        let deepest = overlaps.clone().fold(0.0, f64::max);
+        let deepest = overlaps.clone().fold(f64::NEG_INFINITY, f64::max);
+        if deepest <= 0.0 {
+            return Self { depth: deepest };
+        }
         // Ratios to the deepest cannot underflow together.
         let sum: f64 = overlaps.map(|overlap| eighth_power(overlap.max(0.0) / deepest)).sum();
         Self { depth: deepest * sum.sqrt().sqrt().sqrt() }
@@ -28,6 +31,9 @@ impl DepthNorm {
     /// Weight w = (δ/D)⁷ of one of the overlaps δ (m).
     #[inline]
     pub fn weight(&self, overlap: f64) -> f64 {
+        if self.depth <= 0.0 {
+            return if overlap == self.depth { 1.0 } else { 0.0 };
+        }
         let ratio = overlap.max(0.0) / self.depth;
         let square = ratio * ratio;
         square * square * square * ratio

@@ -67,6 +67,14 @@ impl Shape {
         })
     }
 
+    /// Radius (m) at scale 1 of the ball of the mean volume of the parts; of a sphere, its radius.
+    pub fn part_radius(&self) -> f64 {
+        if self.is_sphere() {
+            return self.bounding_radius;
+        }
+        libm::cbrt(0.75 / std::f64::consts::PI * self.volume / self.parts.len() as f64)
+    }
+
     /// Whether the shape is a single sphere.
     pub fn is_sphere(&self) -> bool {
         matches!(self.parts.as_slice(), [Part { core: Core::Point, .. }])

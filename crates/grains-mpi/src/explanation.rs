@@ -191,24 +191,24 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
     let speed = case.time.impact_speed;
     say!("\ncollisions at {speed} m/s (time.impact_speed), lightest bodies of each pair:");
     say!(
-        "  {:<24} {:>6} {:>11} {:>11} {:>11} {:>11} {:>9} {:>8}",
+        "  {:<24} {:>15} {:>6} {:>11} {:>11} {:>11} {:>9} {:>8}",
         "pair",
+        "law",
         "e_n",
         "m_ij (kg)",
-        "gamma (1/s)",
         "T_c (s)",
         "d_max (m)",
         "d_max/R",
         "T_c/dt"
     );
     for e in &particles.step.encounters {
-        let deepest = e.collision.max_overlap(speed);
+        let deepest = e.collision.max_overlap;
         say!(
-            "  {:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+            "  {:<24} {:>15} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
             pair(e),
+            e.law,
             e.restitution,
-            e.collision.reduced_mass,
-            e.collision.damping_rate,
+            e.reduced_mass,
             e.shortest_contact,
             deepest,
             deepest / e.radius,
@@ -242,7 +242,7 @@ fn hard_collisions(case: &Case, particles: &ParticleReport) {
             pair(e),
             e.restitution,
             e.friction,
-            e.collision.reduced_mass,
+            e.reduced_mass,
             case.time.impact_speed * particles.step.dt / e.radius
         );
     }

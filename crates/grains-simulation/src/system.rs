@@ -3,15 +3,13 @@
 use crate::error::RunError;
 use crate::fluid;
 use crate::insertion::KindRange;
+use crate::laws;
 use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
 use crate::wall_surfaces::surfaces;
-use grains_case::{
-    Case, Composite, Contact, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion,
-    Rolling as CaseRolling, Tangential as CaseTangential,
-};
+use grains_case::{Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion};
 use grains_comm::{Job, MpiTransport, cartesian};
-use grains_contact::{ContactLaw, ImpulseScheme, Rolling, Sharing, Tangential};
+use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
     HardModel, Motion, MotionTable, Skin, StepParameters, Wall,
@@ -48,9 +46,10 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let gravity = Vec3::from(case.gravity);
     // Fixed particles have no lubrication.
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
-    let lubrication_range = lubrication.map_or(0.0, |lubrication| lubrication.range);
-    let skin = skin(case, largest_radius, lubrication_range);
-    let range = 2.0 * largest_radius * (1.0 + skin.max) + lubrication_range;
+    let reach = lubrication.map_or(0.0, |lubrication| lubrication.range);
+    let reach = reach.max(catalogue.contacts.reach_up_to(largest_radius));
+    let skin = skin(case, largest_radius, reach);
+    let range = 2.0 * largest_radius * (1.0 + skin.max) + reach;
     let of_fluid = fluid::min_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
@@ -129,18 +128,6 @@ pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTranspor
     Ok(MpiTransport::new(cartesian(&job.world(), setup.ranks, setup.global.periodic)))
 }
 
-/// Resistance to rolling under a law of the case.
-fn rolling(contact: &Contact) -> Rolling {
-    let friction = contact.rolling_friction;
-    match contact.rolling {
-        _ if friction == 0.0 => Rolling::None,
-        CaseRolling::Viscous {} => Rolling::Viscous { friction },
-        CaseRolling::Spring { stiffness_ratio, damping_ratio } => {
-            Rolling::Spring { friction, stiffness_ratio, damping_ratio }
-        }
-    }
-}
-
 /// Shapes, densities and laws of a case.
 ///
 /// # Errors
@@ -149,20 +136,8 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     countable(case)?;
     let mut contacts = ContactTable::new(case.materials.len());
     for contact in &case.contacts {
-        let tangential = match contact.tangential {
-            CaseTangential::Spring { stiffness_ratio, damping_ratio } => {
-                Tangential::Spring { stiffness_ratio, damping_ratio }
-            }
-            CaseTangential::Viscous { gamma_t } => Tangential::Viscous { rate: gamma_t },
-            CaseTangential::ContactTime { stiffness_ratio } => Tangential::ContactTime { stiffness_ratio },
-        };
-        let (e, mu) = (contact.restitution, contact.friction);
-        let law = match contact.normal_stiffness {
-            Some(stiffness) if !case.collisions.is_hard() => ContactLaw::new(stiffness, e, mu, tangential),
-            _ => ContactLaw::rigid(e, mu),
-        };
-        let law = law.with_rolling(rolling(contact));
-        contacts.set(contact.between[0], contact.between[1], law);
+        let [a, b] = contact.between;
+        contacts.set(a, b, laws::law(case, contact));
     }
     let shapes = case.shapes.iter().enumerate();
     let shapes = shapes.map(|(k, s)| {
@@ -277,18 +252,26 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
     let message = format!(
         "forces are rounded to multiples that follow the stiffest contact of the largest particle, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, or the ratio of the largest to the smallest particle"
     );
-    let stiffness = |k: &usize| case.contacts[*k].normal_stiffness.unwrap_or(0.0);
-    let stiffest = (0..case.contacts.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)));
-    Err(case.about(&format!("contact[{}].normal_stiffness", stiffest.unwrap_or(0)), message))
+    let force = |k: &usize| {
+        let [a, b] = case.contacts[*k].between.map(|m| m as u16);
+        let normal = setup.catalogue.contacts.law(a, b).normal;
+        normal.force_bound(setup.largest_radius, setup.overlap_limit * setup.largest_radius)
+    };
+    let stiffest = (0..case.contacts.len()).max_by(|a, b| force(a).total_cmp(&force(b))).unwrap_or(0);
+    let key = match case.contacts[stiffest].normal.is_hertzian() {
+        true => format!("contact[{stiffest}].normal"),
+        false => format!("contact[{stiffest}].normal_stiffness"),
+    };
+    Err(case.about(&key, message))
 }
 
-/// How far particles may go before lists are rebuilt, where lubrication acts in gaps up to a range (m).
-fn skin(case: &Case, largest_radius: f64, lubrication_range: f64) -> Skin {
+/// How far particles may go before lists are rebuilt, where bodies act on each other over gaps up to `reach` (m).
+fn skin(case: &Case, largest_radius: f64, reach: f64) -> Skin {
     let mut skin = Skin::default();
     // A narrow periodic box leaves less room: images of a particle must be out of each other's neighbours' reach.
     let periodic = (0..3).filter(|&a| case.domain.periodic[a]);
     let half = |a: usize| 0.5 * (case.domain.upper[a] - case.domain.lower[a]);
-    let room = periodic.map(|a| (half(a) - lubrication_range) / (2.0 * largest_radius) - 1.0);
+    let room = periodic.map(|a| (half(a) - reach) / (2.0 * largest_radius) - 1.0);
     let room = 0.999 * room.fold(f64::INFINITY, f64::min);
     if room > skin.min {
         skin.max = skin.max.min(room);

@@ -2,7 +2,7 @@
 
 use crate::insertion::KindRange;
 use grains_case::{Case, TimeStep};
-use grains_contact::{CollisionEstimate, Sharing, reduced_mass};
+use grains_contact::{Collision, Sharing, reduced_mass};
 use grains_dem::{Catalogue, SurfaceMobility};
 use grains_geometry::DepthNorm;
 use std::fmt;
@@ -25,14 +25,18 @@ pub struct Encounter {
     pub materials: [String; 2],
     /// What the second body is.
     pub partner: Partner,
+    /// Name of the law of the normal direction.
+    pub law: &'static str,
     /// Restitution.
     pub restitution: f64,
     /// Friction.
     pub friction: f64,
     /// Smallest radius among the bodies (m).
     pub radius: f64,
-    /// Closed form for the lightest bodies.
-    pub collision: CollisionEstimate,
+    /// Reduced mass of the lightest bodies (kg).
+    pub reduced_mass: f64,
+    /// Their head-on collision at `time.impact_speed`.
+    pub collision: Collision,
     /// Shortest contact time (s): off-centre impacts of bodies that are not spheres are shorter, and so are
     /// those of many parts at once whose forces add up.
     pub shortest_contact: f64,
@@ -164,8 +168,9 @@ fn smallest_radius(encounters: &[Encounter]) -> f64 {
 struct Lightest {
     /// Smallest mass (kg).
     mass: f64,
-    /// Inscribed radius (m) of the lightest particle.
+    /// Inscribed radius (m) of the lightest particle, and that which laws take.
     radius: f64,
+    contact_radius: f64,
     /// Smallest mass (kg) felt anywhere on the surface, 1/(n·K n).
     felt_mass: f64,
     /// Largest t·K t/(n·K n) anywhere on the surface (-).
@@ -316,16 +321,22 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
             let felt = other.map_or(body.felt_mass, |o| reduced_mass(body.felt_mass, o.felt_mass));
             let share = other.map_or(body.along_surface, |o| body.along_surface.max(o.along_surface));
             let springs = other.map_or(body.springs, |o| body.springs.max(o.springs));
-            let collision = CollisionEstimate::new(law, reduced);
+            let contact_radius =
+                other.map_or(body.contact_radius, |o| reduced_mass(body.contact_radius, o.contact_radius));
+            let speed = case.time.impact_speed;
+            let collision = law.collision(reduced, contact_radius, speed);
+            let off_centre = law.collision(felt, contact_radius, speed);
             // The slip of a sphere decays at 7/2 of the rate of tangential damping: its spin helps (errata R16-21).
-            let rate = law.tangential_rate(felt);
+            let rate = law.tangential_rate(felt, collision.stiffness);
             found.push(Encounter {
                 materials: materials.map(name),
                 partner,
+                law: law.normal.name(),
                 restitution: law.restitution,
+                reduced_mass: reduced,
                 friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
-                shortest_contact: collision.contact_time * (felt / reduced / springs).sqrt(),
+                shortest_contact: off_centre.contact_time / springs.sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
                 collision,
             });
@@ -359,16 +370,16 @@ fn lightest(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<Opti
         let mass = catalogue.densities[material] * form.volume * scale.powi(3);
         let SurfaceMobility { along_normal, along_surface } = mobilities[shape];
         let felt_mass = mass / along_normal;
-        let radius = form.inscribed_radius * scale;
+        let (radius, contact_radius) = (form.inscribed_radius * scale, form.part_radius() * scale);
         let springs = match catalogue.sharing {
             Sharing::Potential => DepthNorm::stiffening(form.parts.len()),
             Sharing::Mean => 1.0,
             Sharing::Sum => form.parts.len() as f64,
         };
-        let new = Lightest { mass, radius, felt_mass, along_surface, springs };
+        let new = Lightest { mass, radius, contact_radius, felt_mass, along_surface, springs };
         let known = lightest[material].get_or_insert(new);
         if mass < known.mass {
-            (known.mass, known.radius) = (mass, radius);
+            (known.mass, known.radius, known.contact_radius) = (mass, radius, contact_radius);
         }
         known.felt_mass = known.felt_mass.min(felt_mass);
         known.along_surface = known.along_surface.max(along_surface);

@@ -79,13 +79,6 @@ impl Collisions {
     /// Refuses contacts without what the model needs, and warns about what it leaves out.
     pub(crate) fn check_contacts(&self, contacts: &[Contact], checker: &mut Checker) {
         for (i, contact) in contacts.iter().enumerate() {
-            if !self.is_hard() && contact.normal_stiffness.is_none() {
-                checker.error(
-                    &format!("contact[{i}].normal_stiffness"),
-                    "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" does without it"
-                        .into(),
-                );
-            }
             if self.is_hard() && contact.rolling_friction > 0.0 {
                 checker.warn(
                     &format!("contact[{i}].rolling_friction"),

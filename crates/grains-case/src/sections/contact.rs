@@ -4,100 +4,47 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
+use crate::sections::contact_law::{Damping, Normal, Rolling, Tangential, Twisting};
+use crate::sections::material::Material;
 
-/// How a contact resists sliding; friction caps the force either way.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Tangential {
-    /// Spring and dashpot with a memory of the displacement (Wachs 2009, eqs 15-17).
-    Spring {
-        /// Tangential over normal stiffness k_t/k_n (-); 2/7 gives equal periods for spheres.
-        #[serde(default = "two_sevenths")]
-        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.01, 2]))]
-        stiffness_ratio: f64,
-        /// Tangential over normal damping rate γ_t/γ_n (-).
-        #[serde(default = "half")]
-        #[schemars(extend("minimum" = 0, "x-plausible" = [0, 10]))]
-        damping_ratio: f64,
-    },
-    /// Memoryless viscous force −2 γ_t m v_t (Rakotonirina 2016, eqs 3.20-3.21).
-    Viscous {
-        /// Tangential damping rate γ_t (1/s).
-        #[schemars(extend("minimum" = 0))]
-        gamma_t: f64,
-    },
-    /// Memoryless force −(k_t τ_c + η_t) v_t, τ_c the contact time (Srinivasan 2019, eqs 3.43-3.47).
-    ContactTime {
-        /// Tangential over normal stiffness k_t/k_n (-).
-        #[serde(default = "two_sevenths")]
-        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.01, 2]))]
-        stiffness_ratio: f64,
-    },
-}
-
-/// How a contact resists rolling, up to a torque of the rolling friction.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Rolling {
-    /// Spring and dashpot with a memory of the angle rolled: bodies stand on slopes (Ai et al. 2011, model C).
-    Spring {
-        /// Squared frequency of the rolling spring over that of the normal spring (-).
-        #[serde(default = "two_sevenths")]
-        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-plausible" = [0.01, 1]))]
-        stiffness_ratio: f64,
-        /// Share of the critical damping (-).
-        #[serde(default = "rolling_damping")]
-        #[schemars(extend("minimum" = 0, "maximum" = 1))]
-        damping_ratio: f64,
-    },
-    /// Memoryless viscous torque −2 γ_t m R² ω: bodies creep down slopes.
-    Viscous {},
-}
-
-impl Default for Rolling {
-    fn default() -> Self {
-        Self::Spring { stiffness_ratio: two_sevenths(), damping_ratio: rolling_damping() }
-    }
-}
-
-fn rolling_damping() -> f64 {
-    0.3
-}
-
-fn two_sevenths() -> f64 {
-    2.0 / 7.0
-}
-
-fn half() -> f64 {
-    0.5
-}
-
-impl Default for Tangential {
-    fn default() -> Self {
-        Self::Spring { stiffness_ratio: two_sevenths(), damping_ratio: half() }
-    }
-}
-
-/// The law between two materials: linear spring and dashpot, Coulomb friction, rolling resistance.
+/// The law between two materials: normal force, damping, Coulomb friction, resistance to rolling and twisting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Contact")]
 pub struct Contact<Name = usize> {
     /// The two materials, in any order; the same one twice for a material with itself.
     pub between: [Name; 2],
-    /// Normal stiffness k_n (N/m); soft collisions need it, hard ones do without.
+    /// Law of the normal direction.
+    #[serde(default)]
+    pub normal: Normal,
+    /// Normal stiffness k_n (N/m) of a linear spring, on loading; hard collisions do without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e2, 1e11]))]
     pub normal_stiffness: Option<f64>,
+    /// Effective modulus E* (Pa), 1/E* = (1 − ν1²)/E1 + (1 − ν2²)/E2; by default from the materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e4, 1e12]))]
+    pub effective_modulus: Option<f64>,
+    /// Effective shear modulus G* (Pa), 1/G* = (2 − ν1)/G1 + (2 − ν2)/G2; by default from the materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e3, 1e12]))]
+    pub effective_shear_modulus: Option<f64>,
+    /// Work of adhesion w (J/m²) of Dmt and Jkr; by default 2 √(γ1 γ2) of the surface energies of the materials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-6, 10]))]
+    pub work_of_adhesion: Option<f64>,
     /// Coefficient of restitution e_n (-); 1 is perfectly elastic, 0.1 very dissipative.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-plausible" = [0.05, 1]))]
     pub restitution: f64,
+    /// Loss of energy in the normal direction.
+    #[serde(default)]
+    pub damping: Damping,
     /// Coulomb friction coefficient (-).
     #[schemars(extend("minimum" = 0, "x-plausible" = [0, 2]))]
     pub friction: f64,
-    /// Resistance to sliding.
-    #[serde(default)]
-    pub tangential: Tangential,
+    /// Resistance to sliding; by default a spring, that of Mindlin where the normal force is Hertzian.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential: Option<Tangential>,
     /// Rolling friction coefficient (-): rolling torque over (effective radius × normal force).
     #[serde(default)]
     #[schemars(extend("minimum" = 0, "x-plausible" = [0, 1]))]
@@ -105,13 +52,24 @@ pub struct Contact<Name = usize> {
     /// Resistance to rolling below that torque.
     #[serde(default)]
     pub rolling: Rolling,
+    /// Resistance to twisting.
+    #[serde(default)]
+    pub twisting: Twisting,
 }
 
 impl<Name> Contact<Name> {
+    /// Resistance to sliding.
+    pub fn tangential(&self) -> Tangential {
+        self.tangential.unwrap_or_else(|| Tangential::of(&self.normal))
+    }
+
     /// Whether rolling resistance is that of a tangential damping which is zero.
     pub(crate) fn is_rolling_undamped(&self) -> bool {
-        let is_undamped = match self.tangential {
+        let is_undamped = match self.tangential() {
             Tangential::Spring { damping_ratio, .. } => damping_ratio == 0.0 || self.restitution == 1.0,
+            Tangential::Mindlin { damping_ratio, .. } => {
+                damping_ratio == Some(0.0) || self.restitution == 1.0
+            }
             Tangential::Viscous { gamma_t } => gamma_t == 0.0,
             Tangential::ContactTime { .. } => false,
         };
@@ -120,11 +78,23 @@ impl<Name> Contact<Name> {
 
     /// The same contact with its two materials named otherwise.
     pub(crate) fn rename<Other>(self, mut name: impl FnMut(usize, Name) -> Other) -> Contact<Other> {
-        let Self { between, normal_stiffness, restitution, friction, tangential, rolling_friction, rolling } =
-            self;
         let mut side = 0..;
-        let between = between.map(|n| name(side.next().unwrap_or_default(), n));
-        Contact { between, normal_stiffness, restitution, friction, tangential, rolling_friction, rolling }
+        let between = self.between.map(|n| name(side.next().unwrap_or_default(), n));
+        Contact {
+            between,
+            normal: self.normal,
+            normal_stiffness: self.normal_stiffness,
+            effective_modulus: self.effective_modulus,
+            effective_shear_modulus: self.effective_shear_modulus,
+            work_of_adhesion: self.work_of_adhesion,
+            restitution: self.restitution,
+            damping: self.damping,
+            friction: self.friction,
+            tangential: self.tangential,
+            rolling_friction: self.rolling_friction,
+            rolling: self.rolling,
+            twisting: self.twisting,
+        }
     }
 }
 
@@ -152,4 +122,89 @@ pub(crate) fn check(raw: Vec<Contact<String>>, names: &Names, checker: &mut Chec
 /// Index of the law between two materials, in either order.
 pub(crate) fn find(contacts: &[Contact], a: usize, b: usize) -> Option<usize> {
     contacts.iter().position(|c| c.between == [a, b] || c.between == [b, a])
+}
+
+/// Refuses laws without the constants they take, with constants they do not take, and parts that do not go together.
+pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: &mut Checker) {
+    for (i, contact) in contacts.iter().enumerate() {
+        let key = |name: &str| format!("contact[{i}].{name}");
+        let pair = contact.between.map(|m| materials.get(m));
+        let [Some(a), Some(b)] = pair else { continue };
+        let is_hertzian = contact.normal.is_hertzian();
+        let has = |of: fn(&Material) -> Option<f64>| of(a).is_some() && of(b).is_some();
+        let is_elastic = has(|m| m.youngs_modulus) && has(|m| m.poissons_ratio);
+        let materials = format!("\"{}\" and \"{}\"", a.name, b.name);
+        if !is_hertzian && contact.normal_stiffness.is_none() {
+            checker.error(
+                &key("normal_stiffness"),
+                "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" and Hertzian laws do without it".into(),
+            );
+        }
+        if is_hertzian && contact.normal_stiffness.is_some() {
+            checker.error(
+                &key("normal_stiffness"),
+                "belongs to a linear spring; remove it, as this law takes the elastic constants of the materials".into(),
+            );
+        }
+        if is_hertzian && contact.effective_modulus.is_none() && !is_elastic {
+            checker.error(
+                &key("normal.kind"),
+                format!("takes youngs_modulus (Pa) and poissons_ratio of {materials}: give them in [[material]], or effective_modulus (Pa) here"),
+            );
+        }
+        let is_mindlin = matches!(contact.tangential(), Tangential::Mindlin { .. });
+        if is_mindlin && !is_hertzian {
+            checker.error(
+                &key("tangential.kind"),
+                "\"mindlin\" goes with Hertzian laws: set contact.normal, or take \"spring\"".into(),
+            );
+        } else if is_mindlin
+            && contact.effective_shear_modulus.is_none()
+            && !is_elastic
+            && contact.friction > 0.0
+        {
+            checker.error(
+                &key("tangential.kind"),
+                format!("\"mindlin\" takes youngs_modulus (Pa) and poissons_ratio of {materials}, or effective_shear_modulus (Pa) here"),
+            );
+        }
+        if matches!(contact.tangential(), Tangential::ContactTime { .. }) && contact.normal != Normal::Linear
+        {
+            checker.error(
+                &key("tangential.kind"),
+                "\"contact_time\" goes with a linear spring, whose contact time is the same at any speed"
+                    .into(),
+            );
+        }
+        if contact.normal.takes_work() && contact.work_of_adhesion.is_none() && !has(|m| m.surface_energy) {
+            checker.error(
+                &key("normal.kind"),
+                format!("takes surface_energy (J/m2) of {materials}: give it in [[material]], or work_of_adhesion (J/m2) here"),
+            );
+        }
+        if matches!(contact.rolling, Rolling::Epsd2 {})
+            && contact.rolling_friction > 0.0
+            && matches!(contact.tangential(), Tangential::Viscous { .. } | Tangential::ContactTime { .. })
+        {
+            checker.error(
+                &key("rolling.kind"),
+                "\"epsd2\" takes the stiffness of a tangential spring, and there is none".into(),
+            );
+        }
+        let without_effect = [
+            ("effective_modulus", contact.effective_modulus.is_some() && !is_hertzian),
+            ("effective_shear_modulus", contact.effective_shear_modulus.is_some() && !is_mindlin),
+            ("work_of_adhesion", contact.work_of_adhesion.is_some() && !contact.normal.takes_work()),
+        ];
+        for (name, _) in without_effect.iter().filter(|(_, given)| *given) {
+            checker.error(&key(name), "is not taken by this law; remove it, or set contact.normal".into());
+        }
+        if matches!(contact.normal, Normal::ElasticPlastic { .. }) && contact.damping != Damping::Restitution
+        {
+            checker.error(
+                &key("damping"),
+                "goes with elastic laws: \"elastic_plastic\" loses energy by its two stiffnesses".into(),
+            );
+        }
+    }
 }

@@ -7,6 +7,7 @@
 pub mod collisions;
 pub mod composite;
 pub mod contact;
+pub mod contact_law;
 pub mod contact_points;
 pub mod domain;
 pub mod fluid;

@@ -29,7 +29,7 @@ impl Grains {
         let shape = Shape::sphere(0.5 * diameter).unwrap();
         // Never met, but it bounds the loads.
         let mut contacts = ContactTable::new(1);
-        contacts.set(0, 0, ContactLaw::new(1e5, 0.9, 0.1, Tangential::Viscous { rate: 1.0 }));
+        contacts.set(0, 0, ContactLaw::linear(1e5, 0.9, 0.1, Tangential::Viscous { rate: 1.0 }));
         let catalogue = Catalogue {
             shapes: vec![shape],
             densities: vec![density],

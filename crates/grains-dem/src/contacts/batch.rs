@@ -3,7 +3,8 @@
 use super::lanes::{BLOCK, Columns, set, vector_at, whole_lanes};
 use super::load_quanta::LoadQuanta;
 use super::loads::{ContactLoads, ContactPoint};
-use grains_contact::PreparedLaw;
+use crate::contact_history::LawHistory;
+use grains_contact::{Approach, NormalLaw, NormalVisitor, PreparedLaw, WoundAngles};
 use grains_geometry::Vec3;
 
 /// What is known of the contacts of a batch, column by column.
@@ -19,6 +20,8 @@ pub(crate) struct BatchedContact<Point> {
     pub(crate) point: Point,
     /// Effective mass at the contact point (kg).
     pub(crate) effective_mass: f64,
+    /// Effective radius R1 R2/(R1 + R2) (m).
+    pub(crate) effective_radius: f64,
     /// Overlap over the smaller inscribed radius (-).
     pub(crate) depth: f64,
 }
@@ -32,8 +35,8 @@ pub(crate) struct Batch<C> {
     pub(crate) columns: C,
     /// Tangential displacements (m), before and after.
     tangential_displacements: Columns<3>,
-    /// Angles rolled (rad), before and after.
-    rolling_angles: Columns<3>,
+    /// Angles rolled and twisted (rad) and the number kept by the law of the normal direction, before and after.
+    law_histories: Columns<5>,
     /// Force on the first body (N).
     forces: Columns<3>,
     /// Torques (N m).
@@ -50,7 +53,7 @@ impl<C: Default> Default for Batch<C> {
             pair: [0; BLOCK],
             columns: C::default(),
             tangential_displacements: three,
-            rolling_angles: three,
+            law_histories: [[0.0; BLOCK]; 5],
             forces: three,
             torques: [three; 2],
             depth: [0.0; BLOCK],
@@ -67,16 +70,17 @@ impl<C> Batch<C> {
         self.len += 1;
     }
 
-    /// Sets the angle rolled (rad) of the contact added last, for a law that resists rolling.
+    /// Sets what the law keeps of the contact added last, if it does.
     #[inline(always)]
-    pub(crate) fn set_rolling_angle(&mut self, angle: &Vec3) {
-        set(&mut self.rolling_angles, self.len - 1, (*angle).into());
+    pub(crate) fn set_law_history(&mut self, history: &LawHistory) {
+        let LawHistory { angles: WoundAngles { rolling, twisting }, memory } = history;
+        set(&mut self.law_histories, self.len - 1, [rolling.x, rolling.y, rolling.z, *twisting, *memory]);
     }
 
-    /// Angle rolled (rad) of contact `k` after the step.
+    /// What the law keeps of contact `k` after the step.
     #[inline(always)]
-    pub(crate) fn rolling_angle(&self, k: usize) -> Vec3 {
-        vector_at(&self.rolling_angles, k)
+    pub(crate) fn law_history(&self, k: usize) -> LawHistory {
+        LawHistory { angles: angles_at(&self.law_histories, k), memory: self.law_histories[4][k] }
     }
 
     /// Tangential displacement (m) of contact `k` after the step.
@@ -99,37 +103,76 @@ impl<C> Batch<C> {
     }
 }
 
+/// The angles of a contact.
+#[inline(always)]
+fn angles_at(histories: &Columns<5>, k: usize) -> WoundAngles {
+    WoundAngles { rolling: vector_at(histories, k), twisting: histories[3][k] }
+}
+
 impl<C: ContactColumns> Batch<C> {
     /// Finds the loads of all contacts; the same arithmetic as one by one, in lanes of any width.
     #[inline(always)]
     pub(crate) fn evaluate(&mut self, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
-        if law.resists_rolling() {
-            self.evaluate_rolling::<true>(law, quanta, dt);
-        } else {
-            self.evaluate_rolling::<false>(law, quanta, dt);
-        }
+        law.normal.visit(Evaluation { batch: self, law, quanta, dt });
     }
 
-    /// The same for laws that resist rolling, or do not.
+    /// The same under the law's normal direction, with couples or without.
     #[inline(always)]
-    fn evaluate_rolling<const ROLLING: bool>(&mut self, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
-        let Self { columns, tangential_displacements, rolling_angles, forces, torques, depth, .. } = self;
+    fn evaluate_under<L: NormalLaw, const COUPLES: bool>(
+        &mut self,
+        normal: &L,
+        law: &PreparedLaw,
+        quanta: &LoadQuanta,
+        dt: f64,
+    ) {
+        let Self { columns, tangential_displacements, law_histories, forces, torques, depth, .. } = self;
         for k in whole_lanes(self.len) {
             let contact = columns.contact(k);
+            let BatchedContact { point, effective_mass, effective_radius, .. } = &contact;
+            let encounter = point.encounter();
+            let approach = Approach::of(&encounter, *effective_radius, dt);
+            let mut memory = if L::KEEPS_MEMORY { law_histories[4][k] } else { 0.0 };
+            let law = law.under(normal, *effective_mass, &approach, &mut memory);
             let mut displacement = vector_at(tangential_displacements, k);
-            let law = law.at(contact.effective_mass);
-            let mut loads = ContactLoads::of(&contact.point, &law, &mut displacement, quanta, dt);
-            if ROLLING {
-                let mut angle = vector_at(rolling_angles, k);
-                let rolled = (&contact.point.rolling(), &mut angle);
-                loads.add_rolling(&contact.point.encounter(), &law, rolled, quanta, dt);
-                set(rolling_angles, k, angle.into());
+            let mut loads = ContactLoads::of(point, &encounter, &law, &mut displacement, quanta, dt);
+            if COUPLES {
+                let mut angles = angles_at(law_histories, k);
+                loads.add_couple(&encounter, &law, (&point.rolling(), &mut angles), quanta, dt);
+                set(
+                    law_histories,
+                    k,
+                    [angles.rolling.x, angles.rolling.y, angles.rolling.z, angles.twisting, memory],
+                );
+            } else if L::KEEPS_MEMORY {
+                law_histories[4][k] = memory;
             }
             set(tangential_displacements, k, displacement.into());
             set(forces, k, loads.force.into());
             set(&mut torques[0], k, loads.torques[0].into());
             set(&mut torques[1], k, loads.torques[1].into());
             depth[k] = contact.depth;
+        }
+    }
+}
+
+/// A batch to evaluate.
+struct Evaluation<'a, C> {
+    batch: &'a mut Batch<C>,
+    law: &'a PreparedLaw,
+    quanta: &'a LoadQuanta,
+    dt: f64,
+}
+
+impl<C: ContactColumns> NormalVisitor for Evaluation<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with<L: NormalLaw>(self, normal: &L) {
+        let Self { batch, law, quanta, dt } = self;
+        if law.has_couples() {
+            batch.evaluate_under::<L, true>(normal, law, quanta, dt);
+        } else {
+            batch.evaluate_under::<L, false>(normal, law, quanta, dt);
         }
     }
 }

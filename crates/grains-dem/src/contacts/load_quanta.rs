@@ -14,14 +14,13 @@ pub(crate) struct LoadQuanta {
 }
 
 impl LoadQuanta {
-    /// Quanta for the stiffest contact at the overlap limit on the largest body, with a margin
+    /// Quanta for the largest force of a contact up to the overlap limit of the largest body, with a margin
     /// of some ten such contacts in one direction.
     ///
     /// `overlap` is the overlap limit over the radius. A quantum changes a velocity by some
     /// 10⁻¹³ m/s per step, about what f64 itself does at metres per second.
     pub(crate) fn new(contacts: &ContactTable, largest_radius: f64, overlap: f64) -> Self {
-        let stiffness = contacts.laws().map(|law| law.normal_stiffness).fold(f64::MIN_POSITIVE, f64::max);
-        let largest = 32.0 * stiffness * overlap * largest_radius;
+        let largest = 32.0 * contacts.force_bound(largest_radius, overlap * largest_radius);
         let (force, torque) =
             (Quantum::for_sums_below(largest), Quantum::for_sums_below(largest * largest_radius));
         Self { force, torque, largest_force: 0.25 * largest }

@@ -2,7 +2,7 @@
 
 use super::load_quanta::LoadQuanta;
 use crate::particles::Particles;
-use grains_contact::{Coefficients, Encounter, RollingContact};
+use grains_contact::{Coefficients, Encounter, RollingContact, WoundAngles};
 use grains_geometry::{Mat3, Vec3};
 
 /// A point in which two bodies touch.
@@ -33,18 +33,6 @@ impl ContactLoads {
     #[inline(always)]
     pub(crate) fn of(
         point: &impl ContactPoint,
-        law: &Coefficients,
-        tangential_displacement: &mut Vec3,
-        quanta: &LoadQuanta,
-        dt: f64,
-    ) -> Self {
-        Self::seen(point, &point.encounter(), law, tangential_displacement, quanta, dt)
-    }
-
-    /// The same of a contact as the law sees it, one of several.
-    #[inline(always)]
-    pub(crate) fn seen(
-        point: &impl ContactPoint,
         encounter: &Encounter,
         law: &Coefficients,
         tangential_displacement: &mut Vec3,
@@ -55,17 +43,17 @@ impl ContactLoads {
         Self { force, torques: point.torques(&force).map(|torque| quanta.torque(&torque)) }
     }
 
-    /// Adds the resistance to rolling; the angle rolled (rad) is advanced by `dt` (s).
+    /// Adds the resistance to rolling and twisting; the angles (rad) are advanced by `dt` (s).
     #[inline(always)]
-    pub(crate) fn add_rolling(
+    pub(crate) fn add_couple(
         &mut self,
         encounter: &Encounter,
         law: &Coefficients,
-        (rolling, angle): (&RollingContact, &mut Vec3),
+        (rolling, angles): (&RollingContact, &mut WoundAngles),
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let torque = quanta.torque(&law.rolling_torque(encounter, rolling, angle, dt));
+        let torque = quanta.torque(&law.couple(encounter, rolling, angles, dt));
         self.torques[0] += torque;
         self.torques[1] -= torque;
     }

@@ -8,8 +8,27 @@
 
 use super::loads::ContactPoint;
 use crate::narrow_phase::Pose;
-use grains_contact::{Coefficients, Encounter, PreparedLaw, Sharing};
+use grains_contact::{Approach, Coefficients, Encounter, PreparedLaw, Sharing};
 use grains_geometry::{DepthNorm, Vec3};
+
+/// The law of two bodies.
+pub(crate) struct PairLaw<'a> {
+    pub(crate) law: &'a PreparedLaw,
+    /// Their effective mass (kg).
+    pub(crate) mass: f64,
+    /// R1 R2/(R1 + R2) (m).
+    pub(crate) effective_radius: f64,
+    /// Time step (s).
+    pub(crate) dt: f64,
+}
+
+impl PairLaw<'_> {
+    /// The law of an encounter; the number it keeps is advanced by the step.
+    #[inline]
+    pub(crate) fn of(&self, encounter: &Encounter, memory: &mut f64) -> Coefficients {
+        self.law.at(self.mass, &Approach::of(encounter, self.effective_radius, self.dt), memory)
+    }
+}
 
 /// The contacts of two bodies together.
 pub(crate) struct SeveralContacts {
@@ -73,19 +92,32 @@ impl SeveralContacts {
         pose.inverse_generalised_mass(mass, &self.push, &self.turns[side]).max(self.squares / mass)
     }
 
-    /// The law of the pair for the inverse of its mass (1/kg).
+    /// Whether a contact of this overlap (m) bears no share of the force.
     #[inline]
-    pub(crate) fn law(&self, law: &PreparedLaw, inverse_mass: f64) -> Coefficients {
-        law.at(1.0 / inverse_mass).shared(self.parts, self.sharing)
+    pub(crate) fn is_idle(&self, overlap: f64) -> bool {
+        self.sharing == Sharing::Potential && self.norm.weight(overlap) == 0.0
     }
 
-    /// What one of the contacts sees of the law of the pair.
+    /// The number that the law of the pair keeps, of those its contacts have: all have the same, or are new.
+    #[inline]
+    pub(crate) fn memory(&self, kept: impl Iterator<Item = f64>) -> f64 {
+        kept.fold(0.0, f64::max)
+    }
+
+    /// Whether its contacts keep one number together.
+    #[inline]
+    pub(crate) fn is_one(&self) -> bool {
+        self.sharing == Sharing::Potential
+    }
+
+    /// What one of the contacts sees of the law of the pair; the number it keeps is advanced by the step.
     #[inline]
     pub(crate) fn one(
         &self,
         point: &impl ContactPoint,
         patch: f64,
-        law: &Coefficients,
+        law: &PairLaw,
+        memory: &mut f64,
     ) -> (Encounter, Coefficients) {
         let mut encounter = point.encounter();
         let Encounter { normal, overlap, velocity, .. } = encounter;
@@ -99,9 +131,16 @@ impl SeveralContacts {
         };
         encounter.velocity += normal * (seen - opening);
         let weight = self.weight(overlap, patch);
+        let of_pair = Approach {
+            overlap: encounter.overlap,
+            opening: if self.is_one() { self.opening } else { opening },
+            radius: law.effective_radius,
+            dt: law.dt,
+        };
+        let one = law.law.at(law.mass, &of_pair, memory).shared(self.parts, self.sharing);
         let law = match self.sharing {
-            Sharing::Potential => law.weighted(weight, weight / self.total),
-            Sharing::Mean | Sharing::Sum => law.weighted(patch, 1.0),
+            Sharing::Potential => one.weighted(weight, weight / self.total),
+            Sharing::Mean | Sharing::Sum => one.weighted(patch, 1.0),
         };
         (encounter, law)
     }

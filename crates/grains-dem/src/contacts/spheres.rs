@@ -37,6 +37,7 @@ pub(crate) fn add_forces(
     pass: &mut ContactPass,
 ) {
     let (contacts, quanta, dt) = (&pass.catalogue.contacts, pass.quanta, pass.dt);
+    let reach = contacts.reach();
     let mut touching = Touching::default();
     let mut batch = Batch::<SphereColumns>::default();
     let (mut rest, mut rest_of_histories) = (pairs, histories);
@@ -52,7 +53,7 @@ pub(crate) fn add_forces(
             prefetch(&particles.bodies, other);
             prefetch(&particles.loads, other);
         }
-        touching.pick((block, histories), &particles.bodies);
+        touching.pick((block, histories), &particles.bodies, reach);
         while touching.len > 0 {
             let law = take(&mut batch, &mut touching, (block, histories), &particles.bodies, contacts);
             batch.evaluate(&law, &quanta, dt);
@@ -80,7 +81,7 @@ fn prefetch<T>(items: &[T], i: usize) {
     }
 }
 
-/// The pairs of a block that touch.
+/// The pairs of a block that touch or are within reach.
 struct Touching {
     len: usize,
     /// Index in the block.
@@ -96,14 +97,19 @@ impl Default for Touching {
 }
 
 impl Touching {
-    /// Picks the pairs that touch; those that do not lose their history.
+    /// Picks the pairs that touch, or are within `reach` (m); others lose their history.
     #[inline(always)]
-    fn pick(&mut self, (block, histories): (&mut [SpherePair], &mut [LawHistory]), bodies: &[Body]) {
+    fn pick(
+        &mut self,
+        (block, histories): (&mut [SpherePair], &mut [LawHistory]),
+        bodies: &[Body],
+        reach: f64,
+    ) {
         let (mut apart, mut ending) = ([0_u32; BLOCK], 0);
         self.len = 0;
         for (k, pair) in block.iter().enumerate() {
             let (body, other) = (&bodies[pair.a as usize], &bodies[pair.b as usize]);
-            let radii = body.radius + other.radius;
+            let radii = body.radius + other.radius + reach;
             let between = other.position - body.position;
             let square = between.norm_squared();
             let touches = square < radii * radii;
@@ -170,7 +176,8 @@ impl ContactColumns for SphereColumns {
             inertias: [0.4 * mass * (radius * radius), 0.4 * other_mass * (other_radius * other_radius)],
         };
         let effective_mass = reduced_mass(mass, other_mass);
-        BatchedContact { point, effective_mass, depth: overlap / radius.min(other_radius) }
+        let effective_radius = radius * other_radius / (radius + other_radius);
+        BatchedContact { point, effective_mass, effective_radius, depth: overlap / radius.min(other_radius) }
     }
 }
 
@@ -238,7 +245,7 @@ fn take(
         batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
         batch.push(index, &pair.tangential_displacement);
         if let Some(history) = histories.get(index as usize) {
-            batch.set_rolling_angle(&history.rolling_angle);
+            batch.set_law_history(history);
         }
     }
     touching.len = left;
@@ -257,7 +264,7 @@ fn give(
         let place = batch.pair[k] as usize;
         let pair = &mut block[place];
         if let Some(history) = histories.get_mut(place) {
-            history.rolling_angle = batch.rolling_angle(k);
+            *history = batch.law_history(k);
         }
         pair.tangential_displacement = batch.tangential_displacement(k);
         batch.loads(k).add_to(particles, [pair.a, pair.b]);

@@ -137,6 +137,9 @@ impl Dem {
         let mut touch: Option<Touch> = None;
         let mut list = self.neighbours.part_pairs.clone();
         let _ = non_spherical::meet(&self.particles, &mut list, catalogue, |pair, contact| {
+            if contact.overlap <= 0.0 {
+                return;
+            }
             let (a, b) = (pair.a as usize, pair.b as usize);
             let (particle, other) = if a < self.particles.owned { (a, b) } else { (b, a) };
             let (other, overlap) = (Partner::Particle(other), contact.overlap);

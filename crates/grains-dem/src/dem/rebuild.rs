@@ -79,7 +79,7 @@ impl Dem {
             states: &self.states,
             skin: setup.skin,
             largest_radius: setup.largest_radius,
-            lubrication_range: setup.lubrication_range(),
+            reach: setup.reach(),
             dt: setup.parameters.dt,
             time: self.origin.time_of(self.step, setup.parameters.dt),
         };
@@ -91,7 +91,7 @@ impl Dem {
         neighbours.wall_allowance = wall_allowance;
         neighbours.choose_allowances(particles, &context);
         let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let range = |i: usize| neighbours.range_of(particles, i, context.lubrication_range) + largest;
+        let range = |i: usize| neighbours.range_of(particles, i, context.reach) + largest;
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
         neighbours.build(particles, &cell_list, histories, &context);

@@ -50,7 +50,7 @@ pub struct DemSetup {
 impl DemSetup {
     /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
     pub fn interaction_range(&self) -> f64 {
-        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.lubrication_range()
+        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach()
     }
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
@@ -65,9 +65,11 @@ impl DemSetup {
         LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
     }
 
-    /// Largest gap (m) at which lubrication acts.
-    pub(super) fn lubrication_range(&self) -> f64 {
-        self.lubrication.map_or(0.0, |lubrication| lubrication.range)
+    /// Largest gap (m) at which bodies act on each other, by lubrication or a contact law.
+    pub(super) fn reach(&self) -> f64 {
+        self.lubrication
+            .map_or(0.0, |lubrication| lubrication.range)
+            .max(self.catalogue.contacts.reach_up_to(self.largest_radius))
     }
 
     /// The walls as they are at a time (s).

@@ -66,7 +66,8 @@ pub struct Dem {
 
 impl Dem {
     /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
-    pub fn new(setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
+    pub fn new(mut setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
+        setup.catalogue.contacts.prepare(setup.largest_radius);
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
         let mut dem = Self {

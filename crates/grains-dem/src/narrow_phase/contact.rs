@@ -30,7 +30,7 @@ pub(crate) fn gap_across_plane(poses: &[Pose; 2], parts: &[u16; 2], separation: 
 pub(crate) struct PartContact {
     /// Unit normal from the first to the second, in the world.
     pub(crate) normal: Vec3,
-    /// Overlap (m), positive.
+    /// Overlap (m); negative where bodies within reach are apart.
     pub(crate) overlap: f64,
     /// Contact point from the centre of the first part, in the world (m).
     pub(crate) point: Vec3,
@@ -44,6 +44,20 @@ pub(crate) enum Meeting {
     /// They are apart; the normal of a plane between them, towards the second, of any length, in the world.
     Apart(Vec3),
     Touching(PartContact),
+}
+
+impl Meeting {
+    /// That of the first body as it is, which was swollen by `reach` (m): the overlap may be negative.
+    pub(crate) fn shrunk(self, reach: f64) -> Self {
+        match self {
+            Self::Apart(_) => self,
+            Self::Touching(contact) => Self::Touching(PartContact {
+                overlap: contact.overlap - reach,
+                point: contact.point - contact.normal * (0.5 * reach),
+                ..contact
+            }),
+        }
+    }
 }
 
 /// Meeting of a part with another core placed in its frame: δ = r1 + r2 − d (thesis eqs 3.14-3.16).

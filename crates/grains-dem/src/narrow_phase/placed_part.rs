@@ -115,6 +115,11 @@ impl<'a> PlacedPart<'a> {
         Self { core: &part.core, rotation, scale, offset, crust, bounding_radius, vertices }
     }
 
+    /// The same with a crust thicker by `reach` (m), which touches what is within reach.
+    pub(crate) fn swollen(&self, reach: f64) -> Self {
+        Self { crust: self.crust + reach, bounding_radius: self.bounding_radius + reach, ..*self }
+    }
+
     /// Point of the core farthest along a direction, from the part's centre (m).
     pub(crate) fn farthest(&self, direction: &Vec3) -> Vec3 {
         self.rotation * self.core.support(&self.rotation.tr_mul(direction)) * self.scale

@@ -22,7 +22,8 @@ struct PointColumns {
     arms: Columns<4>,
     /// Contact point from the centre of the second body, and smaller inscribed radius (m).
     other_arms: Columns<4>,
-    /// Velocities (m/s); with that of the first the sum of the largest inverse moments of inertia (1/(kg m²)).
+    /// Velocities (m/s); with that of the first the sum of the largest inverse moments of inertia (1/(kg m²)), with that
+    /// of the second the effective radius (m).
     velocities: [Columns<4>; 2],
     /// Angular velocities (rad/s).
     spins: [Columns<3>; 2],
@@ -37,14 +38,14 @@ impl Default for PointColumns {
 
 impl PointColumns {
     #[inline(always)]
-    fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, radius: f64) {
+    fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, [radius, effective]: [f64; 2]) {
         let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins, inverse_inertia } = point;
         set(&mut self.normals, k, [normal.x, normal.y, normal.z, *overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse_mass]);
         set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
         for side in 0..2 {
             let v = velocities[side];
-            set(&mut self.velocities[side], k, [v.x, v.y, v.z, *inverse_inertia]);
+            set(&mut self.velocities[side], k, [v.x, v.y, v.z, [*inverse_inertia, effective][side]]);
             set(&mut self.spins[side], k, spins[side].into());
         }
     }
@@ -65,7 +66,8 @@ impl ContactColumns for PointColumns {
             inverse_inertia: self.velocities[0][3][k],
         };
         let effective_mass = 1.0 / self.arms[3][k];
-        BatchedContact { point, effective_mass, depth: overlap / self.other_arms[3][k] }
+        let effective_radius = self.velocities[1][3][k];
+        BatchedContact { point, effective_mass, effective_radius, depth: overlap / self.other_arms[3][k] }
     }
 }
 
@@ -103,9 +105,10 @@ impl PointBatch {
         let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
             + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
-        self.batch.columns.set(self.batch.len, &point, inverse_mass, radius);
+        let effective_radius = catalogue.effective_radius([a, b], law);
+        self.batch.columns.set(self.batch.len, &point, inverse_mass, [radius, effective_radius]);
         self.batch.push(place as u32, &history.tangential_displacement);
-        self.batch.set_rolling_angle(&history.law.rolling_angle);
+        self.batch.set_law_history(&history.law);
     }
 
     /// Finds the loads of all contacts taken, hands each to `visit` with its pair and the overlap over the smaller
@@ -123,7 +126,7 @@ impl PointBatch {
             let pair = &mut pairs[self.batch.pair[k] as usize];
             let history = histories.of(pair);
             history.tangential_displacement = self.batch.tangential_displacement(k);
-            history.law.rolling_angle = self.batch.rolling_angle(k);
+            history.law = self.batch.law_history(k);
             visit(pass, pair, self.batch.depth(k), self.batch.loads(k));
         }
         self.batch.len = 0;

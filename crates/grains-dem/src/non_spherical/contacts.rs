@@ -54,7 +54,8 @@ pub(super) fn find_contacts(
         return Ok(());
     }
     let separation = body_b.position - body_a.position;
-    let range = body_a.radius + body_b.radius;
+    let reach = catalogue.contacts.reach();
+    let range = body_a.radius + body_b.radius + reach;
     if separation.norm_squared() >= range * range {
         let gap = separation.norm() - range;
         for pair in group {
@@ -69,20 +70,20 @@ pub(super) fn find_contacts(
             continue;
         }
         if !pair.is_touching() {
-            let gap = gap_across_plane(&poses, &pair.parts, &separation, &pair.axis);
+            let gap = gap_across_plane(&poses, &pair.parts, &separation, &pair.axis) - reach;
             if gap > 0.0 {
                 pair.stay_apart(gone, gap);
                 continue;
             }
         }
-        find_contact(place, pair, &poses, &separation, histories, catalogue.faces, found).map_err(
-            |reason| StepError::Distance {
+        find_contact(place, pair, &poses, &separation, histories, catalogue, found).map_err(|reason| {
+            StepError::Distance {
                 id: particles.ids[a],
                 other: format!("particle {}", particles.ids[b]),
                 place: vector(&body_a.position),
                 reason: reason.to_string(),
-            },
-        )?;
+            }
+        })?;
     }
     Ok(())
 }
@@ -95,12 +96,13 @@ fn find_contact(
     poses: &[Pose; 2],
     separation: &Vec3,
     histories: &mut Histories,
-    faces: FaceContact,
+    catalogue: &Catalogue,
     found: &mut Contacts,
 ) -> Result<(), GjkError> {
+    let (faces, reach) = (catalogue.faces, catalogue.contacts.reach());
     let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
     let between = separation + (part_b.offset - part_a.offset);
-    let range = part_a.bounding_radius + part_b.bounding_radius;
+    let range = part_a.bounding_radius + part_b.bounding_radius + reach;
     if between.norm_squared() >= range * range {
         histories.forget(pair);
         pair.separate_by(&between);
@@ -109,7 +111,11 @@ fn find_contact(
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
     let mut cold = Simplex::default();
     let simplex = if pair.is_touching() { &mut histories.of(pair).simplex } else { &mut cold };
-    match meet_parts(&part_a, &part_b, &placement, simplex)? {
+    let mut meeting = meet_parts(&part_a, &part_b, &placement, simplex)?;
+    if let (Meeting::Apart(_), true) = (&meeting, reach > 0.0) {
+        meeting = meet_parts(&part_a.swollen(reach), &part_b, &placement, simplex)?.shrunk(reach);
+    }
+    match meeting {
         Meeting::Apart(normal) => {
             histories.forget(pair);
             pair.separate_by(&normal);
@@ -118,7 +124,8 @@ fn find_contact(
             if !pair.is_touching() {
                 histories.of(pair).simplex = cold;
             }
-            let is_multi_point = faces == FaceContact::MultiPoint && part_a.vertices.is_none();
+            let touches = contact.overlap > 0.0;
+            let is_multi_point = touches && faces == FaceContact::MultiPoint && part_a.vertices.is_none();
             let footprint = is_multi_point
                 .then(|| contact_patch(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
                 .flatten();

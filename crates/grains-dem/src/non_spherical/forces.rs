@@ -7,7 +7,7 @@ use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
-use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, SeveralContacts};
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, PairLaw, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use std::ops::Range;
@@ -83,7 +83,14 @@ fn add_contacts(
     let points = found.items.iter().map(|item| (point(item), patch(item)));
     let several = SeveralContacts::of(catalogue.sharing, found.items.len(), points);
     let inverse = |side: usize| several.inverse_mass(&poses[side], bodies[side].contact_mass(), side);
-    let law = several.law(prepared, inverse(0) + inverse(1));
+    let law = PairLaw {
+        law: prepared,
+        mass: 1.0 / (inverse(0) + inverse(1)),
+        effective_radius: catalogue.effective_radius(bodies, prepared),
+        dt,
+    };
+    let kept = found.items.iter().map(|item| histories.of(&mut group[item.place]).law.memory);
+    let memory = several.memory(kept);
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;
     for item in &found.items {
@@ -91,14 +98,22 @@ fn add_contacts(
         pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
         deepest = deepest.max(contact.overlap);
         let history = histories.of(&mut group[*place]);
+        if several.is_idle(contact.overlap) {
+            history.rest();
+            continue;
+        }
+        if several.is_one() {
+            history.law.memory = memory;
+        }
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
         let patch = found.footprint(item);
-        let (encounter, law) = several.one(&point, patch.map_or(1.0, |patch| patch.weight), &law);
+        let patch_weight = patch.map_or(1.0, |patch| patch.weight);
+        let (encounter, law) = several.one(&point, patch_weight, &law, &mut history.law.memory);
         let displacement = &mut history.tangential_displacement;
-        let mut loads = ContactLoads::seen(&point, &encounter, &law, displacement, quanta, dt);
-        if law.resists_rolling() {
-            let rolled = (&point.rolling(), &mut history.law.rolling_angle);
-            loads.add_rolling(&encounter, &law, rolled, quanta, dt);
+        let mut loads = ContactLoads::of(&point, &encounter, &law, displacement, quanta, dt);
+        if law.has_couples() {
+            let rolled = (&point.rolling(), &mut history.law.angles);
+            loads.add_couple(&encounter, &law, rolled, quanta, dt);
         }
         if let Some(patch) = patch {
             loads.add_patch(&encounter, &law, (&patch.second, &mut history.torsional_angle), quanta, dt);

@@ -25,8 +25,8 @@ impl VerletLists {
     }
 
     /// Distance (m) from the centre within which owned particle `i` may act before the lists are rebuilt.
-    pub(crate) fn range_of(&self, particles: &Particles, i: usize, lubrication_range: f64) -> f64 {
-        particles.bodies[i].radius + self.references[i].allowance + 0.5 * lubrication_range
+    pub(crate) fn range_of(&self, particles: &Particles, i: usize, reach: f64) -> f64 {
+        particles.bodies[i].radius + self.references[i].allowance + 0.5 * reach
     }
 }
 

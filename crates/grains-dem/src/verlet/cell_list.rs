@@ -17,10 +17,8 @@ pub(crate) fn cutoffs(
     for &i in stays {
         let body = &particles.bodies[i as usize];
         let class = size_class(body.radius, context.largest_radius);
-        cutoffs[class] = f64::max(
-            cutoffs[class],
-            body.radius + nominal_allowance(body, context) + 0.5 * context.lubrication_range,
-        );
+        cutoffs[class] =
+            f64::max(cutoffs[class], body.radius + nominal_allowance(body, context) + 0.5 * context.reach);
         counts[class] += 1;
     }
     (cutoffs, counts)

@@ -14,8 +14,8 @@ pub(crate) struct ListContext<'a> {
     pub(crate) skin: Skin,
     /// Largest bounding radius of any particle (m).
     pub(crate) largest_radius: f64,
-    /// Largest gap at which lubrication acts between spheres (m).
-    pub(crate) lubrication_range: f64,
+    /// Largest gap at which bodies act on each other (m).
+    pub(crate) reach: f64,
     pub(crate) dt: f64,
     /// Time of the positions (s).
     pub(crate) time: f64,

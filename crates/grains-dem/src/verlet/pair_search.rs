@@ -21,7 +21,7 @@ struct Search<'a> {
     particles: &'a Particles,
     cell_list: &'a CellList,
     clones: Clones,
-    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
+    /// Position, and radius plus allowance and half the reach (m), of owned particles and clones.
     probes: Vec<[f64; 4]>,
     /// By the places of the owned particles before they were sorted.
     histories: &'a SavedHistories,
@@ -32,7 +32,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Allowance of a particle (m).
     fn allowance(&self, i: usize) -> f64 {
-        self.probes[i][3] - self.particles.bodies[i].radius - 0.5 * self.context.lubrication_range
+        self.probes[i][3] - self.particles.bodies[i].radius - 0.5 * self.context.reach
     }
 }
 
@@ -140,7 +140,7 @@ impl VerletLists {
         }
     }
 
-    /// Position, and radius plus allowance and half the lubrication range (m), of owned particles and clones.
+    /// Position, and radius plus allowance and half the reach (m), of owned particles and clones.
     ///
     /// Faces may have shortened the allowance of a clone for its owner; that only makes this list longer.
     fn probes(&self, particles: &Particles, context: &ListContext) -> Vec<[f64; 4]> {
@@ -148,7 +148,7 @@ impl VerletLists {
             let allowance =
                 self.references.get(i).map_or_else(|| nominal_allowance(body, context), |own| own.allowance);
             let p = body.position;
-            [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.lubrication_range]
+            [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.reach]
         };
         particles.bodies.iter().enumerate().map(probe).collect()
     }
@@ -194,7 +194,7 @@ impl VerletLists {
     fn pair_parts(&mut self, i: usize, j: usize, search: &Search) {
         let &Search { particles, cell_list, histories, context, .. } = search;
         let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
-        let margin = search.allowance(a) + search.allowance(b);
+        let margin = search.allowance(a) + search.allowance(b) + context.catalogue.contacts.reach();
         let separation = particles.bodies[b].position - particles.bodies[a].position;
         let mut near = std::mem::take(&mut self.near_parts);
         parts_near(&mut near[0], particles, a, (b, &separation), margin, context.catalogue);

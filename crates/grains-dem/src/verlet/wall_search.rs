@@ -36,7 +36,7 @@ impl WallSearch<'_> {
     ) {
         let (body, context) = (&particles.bodies[i], self.context);
         let (shape, global) = (context.catalogue.shape(body.kind), &context.decomposition.global);
-        let range = body.radius + allowance + context.lubrication_range + self.wall_allowance;
+        let range = body.radius + allowance + context.reach + self.wall_allowance;
         let surfaces =
             context.walls.iter().enumerate().filter(|(_, wall)| context.time < wall.until).flat_map(
                 |(wall, of)| {

@@ -24,7 +24,7 @@ pub(crate) fn for_each_contact(
         let end = list.group_end(start);
         if find_contacts(particles, list, start..end, scene, catalogue).is_ok() {
             let first = &list.pairs[start];
-            for contact in list.touching.iter().flatten() {
+            for contact in list.touching.iter().flatten().filter(|contact| contact.overlap > 0.0) {
                 touches(first.particle as usize, first.wall as usize, contact.overlap);
             }
         }
@@ -40,7 +40,7 @@ pub(crate) struct WallMeeting {
     pub(crate) image: u8,
     /// Unit normal into the wall.
     pub(crate) normal: Vec3,
-    /// Overlap (m), positive.
+    /// Overlap (m); negative where a body within reach is apart.
     pub(crate) overlap: f64,
     /// Contact point from the particle's centre of mass (m).
     pub(crate) arm: Vec3,
@@ -120,11 +120,13 @@ pub(super) fn find_contacts(
         return Ok(());
     }
     let surface = &wall.surfaces[first.surface as usize];
+    let reach = catalogue.contacts.reach();
     let shape = catalogue.shape(body.kind);
     let center = state.to_wall(&position);
     if shape.is_sphere() {
         for pair in &list.pairs[group] {
-            list.touching.push(surface.meets_sphere(pair.element, &center, body.radius)?);
+            let met = surface.meets_sphere(pair.element, &center, body.radius + reach)?;
+            list.touching.push(if reach > 0.0 { met.map(|contact| contact.shrunk(reach)) } else { met });
         }
         return Ok(());
     }
@@ -139,7 +141,7 @@ pub(super) fn find_contacts(
         let end = list.part_end(start, group.end);
         let number = list.pairs[start].part;
         let part = PlacedPart::of(&pose, number);
-        find_contacts_of_part(list, start..end, surface, (&center, body.radius), &part, catalogue.faces)?;
+        find_contacts_of_part(list, start..end, surface, (&center, body.radius), &part, catalogue)?;
         join_flat_patches(&mut list.touching[start - group.start..]);
         start = end;
     }
@@ -153,8 +155,9 @@ fn find_contacts_of_part(
     surface: &Surface,
     (center, radius): (&Vec3, f64),
     part: &PlacedPart,
-    faces: FaceContact,
+    catalogue: &Catalogue,
 ) -> Result<(), GjkError> {
+    let (faces, reach) = (catalogue.faces, catalogue.contacts.reach());
     let WallList { pairs: all, simplexes, touching, .. } = list;
     let at = center + part.offset;
     for pair in &all[pairs] {
@@ -162,13 +165,17 @@ fn find_contacts_of_part(
             WallPair::CLOSED_FORM => &mut Simplex::default(),
             index => &mut simplexes[index as usize],
         };
-        let is_out_of_range = surface.is_out_of_range(pair.element, center, radius)
-            || surface.is_out_of_range(pair.element, &at, part.bounding_radius);
-        let contact = if is_out_of_range {
-            None
-        } else {
-            surface.meets_part(pair.element, &at, part, simplex, faces)?
-        };
+        let is_out_of_range = surface.is_out_of_range(pair.element, center, radius + reach)
+            || surface.is_out_of_range(pair.element, &at, part.bounding_radius + reach);
+        let mut contact = None;
+        if !is_out_of_range {
+            contact = surface.meets_part(pair.element, &at, part, simplex, faces)?;
+            if contact.is_none() && reach > 0.0 {
+                let swollen = part.swollen(reach);
+                let met = surface.meets_part(pair.element, &at, &swollen, simplex, FaceContact::Point)?;
+                contact = met.map(|contact| contact.shrunk(reach));
+            }
+        }
         // The history of a pair must not depend on how long it was in a list before it came near, nor on whether it was
         // in a list while it was near: another skin may leave it out.
         if contact.is_none() {

@@ -7,10 +7,10 @@ use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
-use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, SeveralContacts};
+use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, PairLaw, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::{Body, Particles};
-use grains_contact::{Coefficients, Encounter, PreparedLaw, RollingContact};
+use grains_contact::{Encounter, RollingContact};
 use grains_geometry::Vec3;
 use std::ops::Range;
 
@@ -91,26 +91,31 @@ pub(crate) fn add_forces(
         let body = &particles.bodies[first.particle as usize];
         let center = scene.center(first, &body.position, &list.shifts);
         let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
-        let together = (parts > 0 && !catalogue.shape(body.kind).is_sphere())
-            .then(|| together(particles, (first, &list.touching, parts), &center, (law, scene), catalogue));
         let inverse_inertia = catalogue.inverse_inertia([body], law);
-        let law = match &together {
-            Some((_, law)) => *law,
-            None => law.at(body.mass),
-        };
-        let several = together.as_ref().map(|(several, _)| several);
+        let effective_radius = catalogue.contact_radius(body, law);
+        let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt };
+        let several = (parts > 0 && !catalogue.shape(body.kind).is_sphere()).then(|| {
+            let touching = (first, &list.touching[..], parts);
+            together(particles, touching, &center, (&mut law, scene), catalogue)
+        });
+        let kept = several.as_ref().filter(|several| several.is_one());
+        let kept = kept.map(|several| {
+            let laws = list.laws.get(start..end).unwrap_or_default().iter();
+            several.memory(laws.map(|law| law.memory))
+        });
         for (k, contact) in (start..end).zip(&list.touching) {
             let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
             match contact {
-                None => {
-                    pair.reset_displacements();
-                    history = LawHistory::default();
-                }
-                Some(contact) => {
+                Some(contact) if !several.as_ref().is_some_and(|all| all.is_idle(contact.overlap)) => {
+                    history.memory = kept.unwrap_or(history.memory);
                     let load = &mut wall_loads[pair.wall as usize];
                     let met = (pair, &mut history, contact, &center);
-                    let law = (several, &law, inverse_inertia);
+                    let law = (several.as_ref(), &law, inverse_inertia);
                     add_contact(particles, met, (scene, load), law, pass);
+                }
+                _ => {
+                    pair.reset_displacements();
+                    history = LawHistory::default();
                 }
             }
             if let Some(kept) = list.laws.get_mut(k) {
@@ -121,14 +126,14 @@ pub(crate) fn add_forces(
     }
 }
 
-/// The contacts of a particle with one surface together, and their law.
+/// The contacts of a particle with one surface together; their law gets their mass.
 fn together(
     particles: &Particles,
     (pair, touching, parts): (&WallPair, &[Option<SurfaceContact>], usize),
     center: &Vec3,
-    (law, scene): (&PreparedLaw, &WallScene),
+    (law, scene): (&mut PairLaw, &WallScene),
     catalogue: &Catalogue,
-) -> (SeveralContacts, Coefficients) {
+) -> SeveralContacts {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
     let (state, body) = (&scene.states[w], &particles.bodies[i]);
     let points = touching.iter().flatten().map(|found| {
@@ -136,8 +141,8 @@ fn together(
     });
     let several = SeveralContacts::of(catalogue.sharing, parts, points);
     let pose = Pose::of(particles, i, catalogue);
-    let law = several.law(law, several.inverse_mass(&pose, body.mass, 0));
-    (several, law)
+    law.mass = 1.0 / several.inverse_mass(&pose, body.mass, 0);
+    several
 }
 
 /// Adds the load of one contact of a particle whose image is at `center` (m).
@@ -146,7 +151,7 @@ fn add_contact(
     particles: &mut Particles,
     (pair, history, found, center): (&mut WallPair, &mut LawHistory, &SurfaceContact, &Vec3),
     (scene, wall_load): (&WallScene, &mut WallLoad),
-    (several, law, inverse_inertia): (Option<&SeveralContacts>, &Coefficients, f64),
+    (several, law, inverse_inertia): (Option<&SeveralContacts>, &PairLaw, f64),
     pass: &mut ContactPass,
 ) {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
@@ -156,13 +161,16 @@ fn add_contact(
     let (quanta, dt) = (&pass.quanta, pass.dt);
     let weight = found.footprint.as_ref().map_or(1.0, |patch| patch.weight);
     let (encounter, law) = match several {
-        Some(several) => several.one(&contact, weight, law),
-        None => (contact.encounter(), *law),
+        Some(several) => several.one(&contact, weight, law, &mut history.memory),
+        None => {
+            let encounter = contact.encounter();
+            (encounter, law.of(&encounter, &mut history.memory))
+        }
     };
     let displacement = &mut pair.tangential_displacement;
-    let mut loads = ContactLoads::seen(&contact, &encounter, &law, displacement, quanta, dt);
-    if law.resists_rolling() {
-        loads.add_rolling(&encounter, &law, (&contact.rolling(), &mut history.rolling_angle), quanta, dt);
+    let mut loads = ContactLoads::of(&contact, &encounter, &law, displacement, quanta, dt);
+    if law.has_couples() {
+        loads.add_couple(&encounter, &law, (&contact.rolling(), &mut history.angles), quanta, dt);
     }
     if let Some(patch) = &found.footprint {
         let second = state.rotation * patch.second * state.rotation.transpose();
@@ -205,13 +213,17 @@ fn hand_over_history(
 ) {
     let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
     for k in 0..pairs.len() {
+        let has_history = |l: usize| {
+            pairs[l].tangential_displacement != Vec3::zeros()
+                || laws.get(l).is_some_and(|law| !law.is_empty())
+        };
         let Some(contact) = touching[k] else { continue };
-        if pairs[k].tangential_displacement != Vec3::zeros() {
+        if has_history(k) {
             continue;
         }
         let orphan = (0..pairs.len()).find(|&l| {
             touching[l].is_none()
-                && pairs[l].tangential_displacement != Vec3::zeros()
+                && has_history(l)
                 && surface.goes_on(pairs[l].element, pairs[k].element, &contact.normal)
         });
         if let Some(l) = orphan {

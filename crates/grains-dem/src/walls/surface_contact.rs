@@ -8,7 +8,7 @@ use grains_geometry::{ContactPatch, DiscreteSurface, Vec3};
 pub(crate) struct SurfaceContact {
     /// Unit normal from the body into the wall.
     pub(crate) normal: Vec3,
-    /// Overlap (m), positive.
+    /// Overlap (m); negative where a body within reach is apart.
     pub(crate) overlap: f64,
     /// Contact point (m).
     pub(crate) point: Vec3,
@@ -23,6 +23,12 @@ impl SurfaceContact {
     #[inline(always)]
     pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<ContactPatch>) -> Self {
         Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint, stands_alone: true }
+    }
+
+    /// That of the body as it is, which was swollen by `reach` (m): the overlap may be negative.
+    pub(super) fn shrunk(self, reach: f64) -> Self {
+        let point = self.point - self.normal * (0.5 * reach);
+        Self { overlap: self.overlap - reach, point, ..self }
     }
 
     /// The same contact over a patch of the core, which is swept by a ball of radius `crust`.

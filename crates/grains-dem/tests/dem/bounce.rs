@@ -74,7 +74,7 @@ fn energy(dem: &Dem) -> f64 {
 
 /// Energy after over before one bounce with a number of steps per shortest contact.
 fn bounce(shape: &Shape, partner: Partner, turn: Rotation, restitution: f64, steps: f64) -> f64 {
-    let law = ContactLaw::new(STIFFNESS, restitution, 0.0, Tangential::Viscous { rate: 0.0 });
+    let law = ContactLaw::linear(STIFFNESS, restitution, 0.0, Tangential::Viscous { rate: 0.0 });
     let block = Shape::cuboid(Vec3::new(4.0, 4.0, 1.0) * SIZE, CRUST).unwrap();
     let mut setup = setup([0.04; 3], [false; 3], vec![shape.clone(), block], law);
     setup.catalogue.faces = FaceContact::MultiPoint;

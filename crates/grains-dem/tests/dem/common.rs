@@ -124,7 +124,7 @@ pub fn law(spring: bool) -> ContactLaw {
     } else {
         (Tangential::Viscous { rate: 5e3 }, Rolling::Viscous { friction: 0.01 })
     };
-    ContactLaw::new(1e5, 0.75, 0.5, tangential).with_rolling(rolling)
+    ContactLaw::linear(1e5, 0.75, 0.5, tangential).with_rolling(rolling)
 }
 
 pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {

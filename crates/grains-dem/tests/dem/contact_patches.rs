@@ -13,7 +13,7 @@ const FLOOR: f64 = 0.01;
 const STIFFNESS: f64 = 1e4;
 
 fn law() -> ContactLaw {
-    ContactLaw::new(
+    ContactLaw::linear(
         STIFFNESS,
         0.5,
         0.5,

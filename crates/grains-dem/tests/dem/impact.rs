@@ -35,7 +35,7 @@ fn rigid(angle: f64) -> (Rebound, f64) {
 }
 
 fn drop(shape: Shape, angle: f64, faces: FaceContact, sharing: Sharing) -> Rebound {
-    let law = ContactLaw::new(1e8, RESTITUTION, 0.0, Tangential::Viscous { rate: 0.0 });
+    let law = ContactLaw::linear(1e8, RESTITUTION, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.1; 3], [false; 3], vec![shape], law);
     (setup.catalogue.faces, setup.catalogue.sharing) = (faces, sharing);
     setup.catalogue.contacts.set(0, 1, law);

@@ -1,7 +1,7 @@
 //! Films of fluid between spheres and at walls against what the lubrication force integrates to.
 
 use crate::common::{setup, wall};
-use grains_contact::{CollisionEstimate, ContactLaw, Lubrication, Tangential};
+use grains_contact::{ContactLaw, Lubrication, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, Shape, Vec3};
@@ -14,10 +14,10 @@ const LEAST: f64 = 1e-3;
 
 /// Spheres alone in a box, and a floor at half its height if there is one of them only.
 fn scene(viscosity: f64, particles: &[(Vec3, Vec3)]) -> Dem {
-    let law = ContactLaw::new(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 });
+    let law = ContactLaw::linear(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.05; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
     setup.parameters.gravity = Vec3::zeros();
-    setup.parameters.dt = CollisionEstimate::new(&law, MASS).contact_time / 400.0;
+    setup.parameters.dt = law.collision(MASS, RADIUS, 1.0).contact_time / 400.0;
     setup.lubrication = Some(Lubrication { viscosity, range: RANGE, min_gap: LEAST });
     if particles.len() == 1 {
         let floor = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
@@ -101,7 +101,7 @@ fn films_of_any_thickness_are_stable_however_many_act_on_a_sphere() {
         dem.setup.catalogue.contacts.set(
             0,
             1,
-            ContactLaw::new(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 }),
+            ContactLaw::linear(1e5, 0.9, 0.0, Tangential::Viscous { rate: 0.0 }),
         );
         dem.setup.walls.push(wall("plate", surface, Motion::Fixed));
     }

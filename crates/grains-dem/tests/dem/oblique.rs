@@ -1,7 +1,7 @@
 //! Oblique impacts under the spring law: how the rebound converges to the solution of the equations of motion.
 
 use crate::common::{setup, wall};
-use grains_contact::{CollisionEstimate, ContactLaw, Tangential};
+use grains_contact::{Collision, ContactLaw, Tangential};
 use grains_dem::{Dem, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, Shape, Vec3};
@@ -25,11 +25,15 @@ impl Impact {
     fn law(&self) -> ContactLaw {
         let Self { restitution, stiffness_ratio, damping_ratio, .. } = *self;
         let tangential = Tangential::Spring { stiffness_ratio, damping_ratio };
-        ContactLaw::new(NORMAL_STIFFNESS, restitution, FRICTION, tangential)
+        ContactLaw::linear(NORMAL_STIFFNESS, restitution, FRICTION, tangential)
     }
 
-    fn collision(&self) -> CollisionEstimate {
-        CollisionEstimate::new(&self.law(), DENSITY * 4.0 / 3.0 * PI * RADIUS.powi(3))
+    fn mass() -> f64 {
+        DENSITY * 4.0 / 3.0 * PI * RADIUS.powi(3)
+    }
+
+    fn collision(&self) -> Collision {
+        self.law().collision(Self::mass(), RADIUS, 1.0)
     }
 }
 
@@ -40,8 +44,8 @@ type Rebound = [f64; 3];
 /// short that their length does not matter.
 fn exact(impact: &Impact) -> Rebound {
     const STEPS: f64 = 40_000.0;
-    let (collision, mass) = (impact.collision(), impact.collision().reduced_mass);
-    let dashpot = 2.0 * mass * collision.damping_rate;
+    let (collision, mass) = (impact.collision(), Impact::mass());
+    let dashpot = 2.0 * mass * impact.law().damping_rate(mass, NORMAL_STIFFNESS);
     let (stiffness, tangential_dashpot) =
         (impact.stiffness_ratio * NORMAL_STIFFNESS, impact.damping_ratio * dashpot);
     let inertia = 0.4 * mass * RADIUS * RADIUS;

@@ -199,7 +199,7 @@ fn energy(dem: &Dem, shape: &Shape) -> f64 {
 /// Elastic bodies keep their energy on the rim, whichever way they come.
 #[test]
 fn elastic_bodies_bounce_off_rims_with_the_energy_they_had() {
-    let elastic = ContactLaw::new(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
+    let elastic = ContactLaw::linear(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
     let (mut random, mut worst) = (Random(2), 0.0_f64);
     for (number, shape) in shapes().into_iter().enumerate() {
         if shape.parts.len() > 1 {
@@ -251,7 +251,7 @@ fn elastic_bodies_bounce_off_rims_with_the_energy_they_had() {
 /// A ball larger than the tube sits in it as on a seat, and one placed off its middle comes back over it.
 #[test]
 fn a_ball_on_a_seat_is_held_all_around() {
-    let law = ContactLaw::new(1e5, 0.3, 0.0, Tangential::Viscous { rate: 0.0 });
+    let law = ContactLaw::linear(1e5, 0.3, 0.0, Tangential::Viscous { rate: 0.0 });
     let tube =
         OpenTube { center: Vec3::repeat(MIDDLE), axis: Vec3::z(), radius: 0.6 * RADIUS, half_length: 4e-3 };
     for off in [0.0, 1e-6, 1e-4] {

@@ -1,7 +1,7 @@
 //! Particles of prescribed motion among free ones: poses, contacts as with bodies of infinite mass, momentum, and bits.
 
 use crate::common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
-use grains_contact::{CollisionEstimate, ContactLaw, ImpulseScheme, Tangential};
+use grains_contact::{ContactLaw, ImpulseScheme, Tangential};
 use grains_dem::{
     CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, MotionTable, NewParticle, PrescribedMotion, Skin,
     Surface,
@@ -122,8 +122,8 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
     let mass = 2500.0 * 4.0 / 3.0 * PI * RADIUS.powi(3);
     let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
     for (restitution, speed) in [(1.0, 0.0), (0.73, 0.0), (1.0, 0.25), (0.5, -0.6)] {
-        let law = ContactLaw::new(1e5, restitution, 0.3, tangential);
-        let collision = CollisionEstimate::new(&law, mass);
+        let law = ContactLaw::linear(1e5, restitution, 0.3, tangential);
+        let collision = law.collision(mass, RADIUS, 1.0);
         let mut setup = setup([0.02; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
         setup.parameters.gravity = Vec3::zeros();
         setup.parameters.dt = collision.contact_time / 400.0;
@@ -161,7 +161,7 @@ fn free_spheres_leave_fixed_ones_as_they_leave_walls() {
 /// Bodies of any shape off their centres, at fixed bodies without damping and friction: energy is kept.
 #[test]
 fn energy_is_kept_by_elastic_impacts_of_any_shapes_on_fixed_ones() {
-    let elastic = ContactLaw::new(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
+    let elastic = ContactLaw::linear(1e5, 1.0, 0.0, Tangential::Viscous { rate: 0.0 });
     let mut setup = setup([0.02; 3], [true; 3], mixed_shapes(RADIUS), elastic);
     setup.parameters.gravity = Vec3::zeros();
     setup.parameters.dt = 2e-7;

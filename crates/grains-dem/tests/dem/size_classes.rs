@@ -13,7 +13,7 @@ const LARGE: f64 = 4e-3;
 /// A law of contacts that last for many steps, of small particles too.
 fn soft() -> ContactLaw {
     let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
-    ContactLaw::new(2e3, 0.75, 0.5, tangential)
+    ContactLaw::linear(2e3, 0.75, 0.5, tangential)
 }
 
 /// A box, periodic along x and y, of a few large particles of `shapes` amid ones a twentieth and a third of their size.

@@ -1,7 +1,7 @@
 //! One collision: restitution, duration and depth against the closed forms, and conservation.
 
 use crate::common::{law, setup, wall};
-use grains_contact::{CollisionEstimate, ContactLaw, Tangential};
+use grains_contact::{Collision, ContactLaw, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::{RegularSolid, Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
@@ -30,7 +30,7 @@ fn dem_of(setup: DemSetup, particles: &[NewParticle]) -> Dem {
     dem
 }
 
-fn quiet(law: ContactLaw, steps_per_contact: f64, collision: &CollisionEstimate) -> DemSetup {
+fn quiet(law: ContactLaw, steps_per_contact: f64, collision: &Collision) -> DemSetup {
     let mut setup = setup([0.05; 3], [false; 3], vec![Shape::sphere(RADIUS).unwrap()], law);
     setup.parameters.gravity = Vec3::zeros();
     setup.parameters.dt = collision.contact_time / steps_per_contact;
@@ -70,7 +70,7 @@ fn laws() -> Vec<ContactLaw> {
     let viscous = Tangential::Viscous { rate: 1e5 };
     [spring, viscous]
         .into_iter()
-        .flat_map(|t| [0.73, 0.5, 1.0].map(|e| ContactLaw::new(1e5, e, 0.55, t)))
+        .flat_map(|t| [0.73, 0.5, 1.0].map(|e| ContactLaw::linear(1e5, e, 0.55, t)))
         .collect()
 }
 
@@ -79,7 +79,7 @@ fn pair_and_wall_collisions_match_the_closed_forms() {
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
     for law in laws() {
         for is_wall in [false, true] {
-            let collision = CollisionEstimate::new(&law, if is_wall { mass } else { 0.5 * mass });
+            let collision = law.collision(if is_wall { mass } else { 0.5 * mass }, RADIUS, 1.0);
             let mut setup = quiet(law, 400.0, &collision);
             let middle = Vec3::repeat(0.025);
             // a gap that is no multiple of the way per step
@@ -95,7 +95,7 @@ fn pair_and_wall_collisions_match_the_closed_forms() {
                 dem_of(setup, &[particle(0, 0, a, Vec3::z() * 0.5), particle(1, 0, b, -Vec3::z() * 0.5)])
             };
             let [restitution, duration, depth] = collide(dem, 1.0);
-            let wanted = [law.restitution, collision.contact_time, collision.max_overlap(1.0)];
+            let wanted = [law.restitution, collision.contact_time, collision.max_overlap];
             for (got, want) in [restitution, duration, depth].iter().zip(wanted) {
                 assert!(
                     (got / want - 1.0).abs() < 5e-3,
@@ -110,8 +110,8 @@ fn pair_and_wall_collisions_match_the_closed_forms() {
 #[test]
 fn restitution_converges_with_order_two_for_every_phase_of_the_contact() {
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    let law = ContactLaw::new(1e5, 0.73, 0.0, Tangential::Viscous { rate: 0.0 });
-    let collision = CollisionEstimate::new(&law, mass);
+    let law = ContactLaw::linear(1e5, 0.73, 0.0, Tangential::Viscous { rate: 0.0 });
+    let collision = law.collision(mass, RADIUS, 1.0);
     let worst = |steps: f64| {
         let phase = |k: usize| {
             let mut setup = quiet(law, steps, &collision);
@@ -203,7 +203,7 @@ fn a_pair_of_any_shapes_conserves_momentum_and_angular_momentum() {
 fn oblique(angle: f64, law: ContactLaw, surface: Option<Surface>) -> (Vec3, Vec3) {
     let middle = Vec3::repeat(0.025);
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    let mut setup = quiet(law, 200.0, &CollisionEstimate::new(&law, mass));
+    let mut setup = quiet(law, 200.0, &law.collision(mass, RADIUS, 1.0));
     setup.catalogue.contacts.set(0, 1, law);
     let velocity = Vec3::new(angle.sin(), 0.3 * angle.sin(), -angle.cos());
     let start = middle + Vec3::new(0.31, 0.17, 0.0) * RADIUS + Vec3::z() * (RADIUS + 1e-7);
@@ -295,7 +295,7 @@ fn a_body_gives_the_same_rebound_as_a_wall() {
 /// Table A3 of the reference values: thesis law, friction 0.55, γt = 1e5 1/s, e 0.73.
 #[test]
 fn oblique_impacts_of_the_memoryless_law_match_the_reference() {
-    let law = ContactLaw::new(1e5, 0.73, 0.55, Tangential::Viscous { rate: 1e5 });
+    let law = ContactLaw::linear(1e5, 0.73, 0.55, Tangential::Viscous { rate: 1e5 });
     let rows = [
         (30.0_f64, None),
         (60.0, None),
@@ -309,7 +309,7 @@ fn oblique_impacts_of_the_memoryless_law_match_the_reference() {
         let plane = Surface::Plane { point: Vec3::repeat(0.025), normal: Vec3::z() };
         let middle = Vec3::repeat(0.025);
         let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-        let mut setup = quiet(law, 400.0, &CollisionEstimate::new(&law, mass));
+        let mut setup = quiet(law, 400.0, &law.collision(mass, RADIUS, 1.0));
         setup.catalogue.contacts.set(0, 1, law);
         setup.walls = vec![wall("wall", plane, Motion::Fixed)];
         let velocity = Vec3::new(angle.sin(), 0.0, -angle.cos());
@@ -382,7 +382,7 @@ fn bodies_on_a_mesh_rebound_as_on_the_plane() {
 /// A corner that goes deeper than the crusts is resolved by the penetration routine, without a jump of force.
 #[test]
 fn a_collision_deeper_than_the_crusts_keeps_its_restitution() {
-    let law = ContactLaw::new(1e5, 0.75, 0.0, Tangential::Viscous { rate: 0.0 });
+    let law = ContactLaw::linear(1e5, 0.75, 0.0, Tangential::Viscous { rate: 0.0 });
     let half_edge = 1e-3;
     let shapes = vec![Shape::cuboid(Vec3::repeat(2.0 * half_edge), 0.02).unwrap()];
     let mut setup = setup([0.05; 3], [false; 3], shapes, law);
@@ -415,8 +415,8 @@ fn a_collision_deeper_than_the_crusts_keeps_its_restitution() {
 /// radius afterwards, for a slope v_t/v_n.
 fn oblique_with_contact_time(stiffness_ratio: f64, friction: f64, slope: f64) -> [f64; 2] {
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
-    let law = ContactLaw::new(1e5, 1.0, friction, Tangential::ContactTime { stiffness_ratio });
-    let mut setup = quiet(law, 800.0, &CollisionEstimate::new(&law, mass));
+    let law = ContactLaw::linear(1e5, 1.0, friction, Tangential::ContactTime { stiffness_ratio });
+    let mut setup = quiet(law, 800.0, &law.collision(mass, RADIUS, 1.0));
     let middle = Vec3::repeat(0.025);
     setup.catalogue.contacts.set(0, 1, law);
     setup.walls = vec![wall("floor", Surface::Plane { point: middle, normal: Vec3::z() }, Motion::Fixed)];

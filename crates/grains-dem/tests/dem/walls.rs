@@ -40,7 +40,7 @@ fn sphere_on_floor(law: ContactLaw, incline: f64, height: f64, change: impl Fn(&
 
 fn law(friction: f64) -> ContactLaw {
     let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
-    ContactLaw::new(STIFFNESS, 0.5, friction, tangential)
+    ContactLaw::linear(STIFFNESS, 0.5, friction, tangential)
 }
 
 fn run(dem: &mut Dem, seconds: f64) {
@@ -110,7 +110,7 @@ fn a_ball_stands_on_slopes_below_its_rolling_friction_and_rolls_down_others() {
     for (restitution, tangent) in [(0.5, 0.05), (1.0, 0.05), (0.5, 0.098), (0.5, 0.15), (1.0, 0.3)] {
         for surface in floors() {
             let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
-            let law = ContactLaw::new(STIFFNESS, restitution, 0.5, tangential);
+            let law = ContactLaw::linear(STIFFNESS, restitution, 0.5, tangential);
             let incline = f64::atan(tangent);
             let law = law.with_rolling(Rolling::spring(friction));
             let mut dem = sphere_on_floor(law, incline, 0.0, |wall| wall.surfaces = vec![surface.clone()]);

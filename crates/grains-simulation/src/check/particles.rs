@@ -77,7 +77,7 @@ impl ParticleReport {
             true => Vec::new(),
             false => plausibility::bare_faces(case, &setup.walls),
         };
-        let overlap = |e: &Encounter| e.collision.max_overlap(case.time.impact_speed) / e.radius;
+        let overlap = |e: &Encounter| e.collision.max_overlap / e.radius;
         Ok(Self {
             count: insertions.total(),
             placed,

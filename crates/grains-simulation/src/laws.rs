@@ -1,0 +1,121 @@
+//! From the contacts of a case to contact laws.
+
+use grains_case::{
+    Case, CohesionArea as CaseArea, Contact, Damping as CaseDamping, Material, Memory as CaseMemory,
+    Normal as CaseNormal, Rolling as CaseRolling, Tangential as CaseTangential, Tear as CaseTear,
+    Twisting as CaseTwisting,
+};
+use grains_contact::{
+    CohesionArea, ContactLaw, Damping, Dmt, Elastic, ElasticPlastic, Hertz, Jkr, Linear, Memory, Normal,
+    Rolling, Sjkr, Tangential, Tear, Twisting, effective_modulus, effective_shear_modulus, work_of_adhesion,
+};
+
+/// The law of a contact of a case.
+pub(crate) fn law(case: &Case, contact: &Contact) -> ContactLaw {
+    let (restitution, friction) = (contact.restitution, contact.friction);
+    if case.collisions.is_hard() {
+        return ContactLaw::rigid(restitution, friction);
+    }
+    let pair = contact.between.map(|m| &case.materials[m]);
+    let damping = match contact.damping {
+        CaseDamping::Restitution => Damping::Restitution,
+        CaseDamping::Viscoelastic { time } => Damping::Viscoelastic { time },
+    };
+    let twisting = match contact.twisting {
+        CaseTwisting::None => Twisting::None,
+        CaseTwisting::Marshall => Twisting::Marshall,
+    };
+    ContactLaw::new(normal(contact, pair), restitution, friction, tangential(contact, pair))
+        .with_damping(damping)
+        .with_rolling(rolling(contact))
+        .with_twisting(twisting)
+}
+
+/// Elastic constants of two materials that have them.
+fn elastic(pair: [&Material; 2]) -> [Elastic; 2] {
+    pair.map(|m| Elastic {
+        youngs_modulus: m.youngs_modulus.unwrap_or(f64::NAN),
+        poissons_ratio: m.poissons_ratio.unwrap_or(f64::NAN),
+    })
+}
+
+/// Effective modulus E* (Pa) of a Hertzian contact.
+pub(crate) fn modulus(contact: &Contact, pair: [&Material; 2]) -> f64 {
+    let [a, b] = elastic(pair);
+    contact.effective_modulus.unwrap_or_else(|| effective_modulus(a, b))
+}
+
+/// Work of adhesion w (J/m²) of a contact that takes one.
+pub(crate) fn adhesion(contact: &Contact, pair: [&Material; 2]) -> f64 {
+    let [a, b] = pair.map(|m| m.surface_energy.unwrap_or(f64::NAN));
+    contact.work_of_adhesion.unwrap_or_else(|| work_of_adhesion(a, b))
+}
+
+fn normal(contact: &Contact, pair: [&Material; 2]) -> Normal {
+    let stiffness = contact.normal_stiffness.unwrap_or(0.0);
+    let hertz = Hertz { modulus: modulus(contact, pair) };
+    match contact.normal {
+        CaseNormal::Linear => Linear { stiffness }.into(),
+        CaseNormal::Hertz => hertz.into(),
+        CaseNormal::Dmt => Dmt { hertz, work: adhesion(contact, pair) }.into(),
+        CaseNormal::Jkr { tear } => {
+            let tear = match tear {
+                CaseTear::Displacement => Tear::Displacement,
+                CaseTear::Load => Tear::Load,
+            };
+            Jkr { modulus: hertz.modulus, work: adhesion(contact, pair), tear }.into()
+        }
+        CaseNormal::Sjkr { energy_density, area } => {
+            let area = match area {
+                CaseArea::Circle => CohesionArea::Circle,
+                CaseArea::Lens => CohesionArea::Lens,
+                CaseArea::DoubleLens => CohesionArea::DoubleLens,
+            };
+            Sjkr { hertz, energy_density, area }.into()
+        }
+        CaseNormal::ElasticPlastic { adhesive_stiffness } => {
+            ElasticPlastic::with_restitution(stiffness, contact.restitution, adhesive_stiffness).into()
+        }
+    }
+}
+
+fn tangential(contact: &Contact, pair: [&Material; 2]) -> Tangential {
+    match contact.tangential() {
+        CaseTangential::Spring { stiffness_ratio, damping_ratio } => {
+            Tangential::Spring { stiffness_ratio, damping_ratio }
+        }
+        CaseTangential::Viscous { gamma_t } => Tangential::Viscous { rate: gamma_t },
+        CaseTangential::ContactTime { stiffness_ratio } => Tangential::ContactTime { stiffness_ratio },
+        // Without friction there is nothing to resist, and the constants may be missing.
+        CaseTangential::Mindlin { .. } if contact.friction == 0.0 => Tangential::Viscous { rate: 0.0 },
+        CaseTangential::Mindlin { memory, damping_ratio } => {
+            let [a, b] = elastic(pair);
+            let shear = contact.effective_shear_modulus.unwrap_or_else(|| effective_shear_modulus(a, b));
+            let stiffness_ratio = 4.0 * shear / modulus(contact, pair);
+            Tangential::Mindlin {
+                stiffness_ratio,
+                damping_ratio: damping_ratio.unwrap_or_else(|| Tangential::equal_damping(stiffness_ratio)),
+                memory: match memory {
+                    CaseMemory::ForceRescaled => Memory::ForceRescaled,
+                    CaseMemory::Force => Memory::Force,
+                    CaseMemory::Displacement => Memory::Displacement,
+                    CaseMemory::DisplacementRescaled => Memory::DisplacementRescaled,
+                },
+            }
+        }
+    }
+}
+
+fn rolling(contact: &Contact) -> Rolling {
+    let friction = contact.rolling_friction;
+    match contact.rolling {
+        _ if friction == 0.0 => Rolling::None,
+        CaseRolling::Viscous {} => Rolling::Viscous { friction },
+        CaseRolling::Spring { stiffness_ratio, damping_ratio } => {
+            Rolling::Spring { friction, stiffness_ratio, damping_ratio }
+        }
+        CaseRolling::Sds { stiffness, dashpot } => Rolling::Given { friction, stiffness, dashpot },
+        CaseRolling::Epsd2 {} => Rolling::Tangential { friction },
+        CaseRolling::Constant {} => Rolling::Constant { friction },
+    }
+}
