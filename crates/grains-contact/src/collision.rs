@@ -11,6 +11,8 @@ pub struct Collision {
     pub contact_time: f64,
     /// Time of the largest overlap (s).
     pub time_of_largest_overlap: f64,
+    /// What steps must resolve (s): the contact time, or half a swing on the steepest line of force where that is shorter.
+    pub shortest_time: f64,
     /// Largest overlap (m).
     pub max_overlap: f64,
     /// Derivative of the repulsion dF/dδ there (N/m).
@@ -40,6 +42,7 @@ impl ContactLaw {
         let time_of_largest_overlap = libm::atan2(damped, damping) / damped;
         Collision {
             contact_time: PI / damped,
+            shortest_time: PI / damped,
             time_of_largest_overlap,
             stiffness,
             max_overlap: libm::exp(-damping * time_of_largest_overlap) / natural * speed,
@@ -85,8 +88,12 @@ impl ContactLaw {
             dt = (SHARE * slow).min(SHARE * scale / speed);
         }
         let restitution = if velocity < 0.0 { -velocity / speed } else { 0.0 };
+        let steepest = self.normal.steepest(deepest.2);
+        let is_steeper = steepest > deepest.2;
+        let swing = if is_steeper { PI * (reduced_mass / steepest).sqrt() } else { f64::INFINITY };
         Collision {
             contact_time: time,
+            shortest_time: time.min(swing),
             time_of_largest_overlap: deepest.0,
             max_overlap: deepest.1,
             stiffness: deepest.2,

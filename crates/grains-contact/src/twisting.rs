@@ -29,7 +29,7 @@ impl Coefficients {
         let [before, after] = self.memory_factors(encounter.velocity.dot(&encounter.normal));
         let wound = *angle * before + twisting * (0.5 * dt);
         let sticking = stiffness * wound + viscous;
-        let torque = sticking.clamp(-limit, limit);
+        let torque = sticking.max(-limit).min(limit);
         let slips = torque != sticking;
         let wound = if slips & self.has_spring { (torque - viscous) / stiffness } else { wound };
         let keeps = self.has_spring & self.response.is_contact;

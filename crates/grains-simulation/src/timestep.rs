@@ -336,7 +336,7 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
                 reduced_mass: reduced,
                 friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
-                shortest_contact: off_centre.contact_time / springs.sqrt(),
+                shortest_contact: off_centre.shortest_time / springs.sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
                 collision,
             });

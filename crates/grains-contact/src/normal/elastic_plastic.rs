@@ -53,6 +53,10 @@ impl NormalLaw for ElasticPlastic {
         }
     }
 
+    fn steepest(&self, _stiffness: f64) -> f64 {
+        self.unloading.max(self.adhesion)
+    }
+
     fn force_bound(&self, _radius: f64, overlap: f64) -> f64 {
         self.loading.max(self.adhesion) * overlap
     }

@@ -89,6 +89,11 @@ pub trait NormalLaw: Copy {
     /// Largest force (N) of bodies of this effective radius (m) up to an overlap (m).
     fn force_bound(&self, radius: f64, overlap: f64) -> f64;
 
+    /// Largest derivative of the force (N/m) where that of the repulsion is `stiffness` (N/m).
+    fn steepest(&self, stiffness: f64) -> f64 {
+        stiffness
+    }
+
     /// Force that separates bodies of this effective radius (m) that touched (N).
     fn pull_off(&self, _radius: f64) -> f64 {
         0.0
@@ -160,6 +165,11 @@ macro_rules! normal_laws {
             /// See [`NormalLaw::force_bound`].
             pub fn force_bound(&self, radius: f64, overlap: f64) -> f64 {
                 match self { $(Self::$law(law) => law.force_bound(radius, overlap)),* }
+            }
+
+            /// See [`NormalLaw::steepest`].
+            pub(crate) fn steepest(&self, stiffness: f64) -> f64 {
+                match self { $(Self::$law(law) => law.steepest(stiffness)),* }
             }
 
             /// See [`NormalLaw::pull_off`].

@@ -9,6 +9,7 @@ mod contact_patches;
 mod failures;
 mod hard;
 mod impact;
+mod laws;
 mod lubrication;
 mod oblique;
 mod open_tubes;
