@@ -4,10 +4,19 @@ use crate::particles::{Body, Kind};
 use grains_contact::{ContactLaw, PreparedLaw, Sharing};
 use grains_geometry::{Shape, Vec3};
 
+/// The law of a pair of materials.
+#[derive(Clone, Debug)]
+struct PairLaws {
+    law: ContactLaw,
+    prepared: PreparedLaw,
+    /// Largest gap (m) at which bodies that touched act on each other.
+    reach: f64,
+}
+
 /// Contact laws by pair of materials.
 #[derive(Clone, Debug)]
 pub struct ContactTable {
-    laws: Vec<Option<(ContactLaw, PreparedLaw)>>,
+    laws: Vec<Option<PairLaws>>,
     materials: usize,
     reach: f64,
 }
@@ -21,13 +30,22 @@ impl ContactTable {
     /// Sets the law between two materials, in either order.
     pub fn set(&mut self, a: usize, b: usize, law: ContactLaw) {
         for place in [a * self.materials + b, b * self.materials + a] {
-            self.laws[place] = Some((law, law.prepared()));
+            self.laws[place] = Some(PairLaws { law, prepared: law.prepared(), reach: 0.0 });
         }
     }
 
     /// Prepares the table for bodies up to this bounding radius (m).
     pub(crate) fn prepare(&mut self, largest_radius: f64) {
+        for of in self.laws.iter_mut().flatten() {
+            of.reach = of.law.normal.reach(largest_radius);
+        }
         self.reach = self.reach_up_to(largest_radius);
+    }
+
+    /// Largest gap (m) at which bodies of two materials that touched act on each other.
+    #[inline(always)]
+    pub(crate) fn reach_between(&self, a: u16, b: u16) -> f64 {
+        if self.reach == 0.0 { 0.0 } else { self.laws_of(a, b).reach }
     }
 
     /// Largest gap (m) at which bodies of the run that touched act on each other.
@@ -49,17 +67,17 @@ impl ContactTable {
     /// Law between two materials; the case guarantees one for every pair that can meet.
     #[inline(always)]
     pub fn law(&self, a: u16, b: u16) -> &ContactLaw {
-        &self.laws_of(a, b).0
+        &self.laws_of(a, b).law
     }
 
     /// The same ready for any reduced mass.
     #[inline(always)]
     pub fn prepared(&self, a: u16, b: u16) -> &PreparedLaw {
-        &self.laws_of(a, b).1
+        &self.laws_of(a, b).prepared
     }
 
     #[inline(always)]
-    fn laws_of(&self, a: u16, b: u16) -> &(ContactLaw, PreparedLaw) {
+    fn laws_of(&self, a: u16, b: u16) -> &PairLaws {
         match &self.laws[a as usize * self.materials + b as usize] {
             Some(laws) => laws,
             None => panic!("materials {a} and {b} touch but have no contact law"),
@@ -68,12 +86,12 @@ impl ContactTable {
 
     /// Whether a law keeps more of a contact than its tangential displacement.
     pub(crate) fn keep_law_history(&self) -> bool {
-        self.laws.iter().flatten().any(|(_, prepared)| prepared.keeps_more())
+        self.laws.iter().flatten().any(|of| of.prepared.keeps_more())
     }
 
     /// All laws.
     pub fn laws(&self) -> impl Iterator<Item = &ContactLaw> {
-        self.laws.iter().flatten().map(|(law, _)| law)
+        self.laws.iter().flatten().map(|of| &of.law)
     }
 }
 

@@ -223,7 +223,7 @@ impl ContactPoint for SpherePoint {
 fn take(
     batch: &mut Batch<SphereColumns>,
     touching: &mut Touching,
-    (block, histories): (&[SpherePair], &[LawHistory]),
+    (block, histories): (&mut [SpherePair], &mut [LawHistory]),
     bodies: &[Body],
     contacts: &ContactTable,
 ) -> PreparedLaw {
@@ -232,15 +232,28 @@ fn take(
         (a.min(b), a.max(b))
     };
     let wanted = materials(&block[touching.pair[0] as usize]);
+    // What is within the reach of the run may be beyond that of these materials.
+    let reach = contacts.reach_between(wanted.0, wanted.1);
+    let is_shorter = reach < contacts.reach();
     let mut left = 0;
     batch.len = 0;
     for k in 0..touching.len.min(BLOCK) {
         let (index, between) = (touching.pair[k], touching.between[k]);
-        let pair = &block[index as usize];
+        let pair = &mut block[index as usize];
         if materials(pair) != wanted {
             (touching.pair[left], touching.between[left]) = (index, between);
             left += 1;
             continue;
+        }
+        if is_shorter {
+            let radii = bodies[pair.a as usize].radius + bodies[pair.b as usize].radius + reach;
+            if between[3] >= radii * radii {
+                pair.tangential_displacement = Vec3::zeros();
+                if let Some(history) = histories.get_mut(index as usize) {
+                    *history = LawHistory::default();
+                }
+                continue;
+            }
         }
         batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
         batch.push(index, &pair.tangential_displacement);

@@ -54,7 +54,7 @@ pub(super) fn find_contacts(
         return Ok(());
     }
     let separation = body_b.position - body_a.position;
-    let reach = catalogue.contacts.reach();
+    let reach = catalogue.contacts.reach_between(body_a.kind.material, body_b.kind.material);
     let range = body_a.radius + body_b.radius + reach;
     if separation.norm_squared() >= range * range {
         let gap = separation.norm() - range;
@@ -76,14 +76,14 @@ pub(super) fn find_contacts(
                 continue;
             }
         }
-        find_contact(place, pair, &poses, &separation, histories, catalogue, found).map_err(|reason| {
-            StepError::Distance {
+        find_contact(place, pair, &poses, &separation, histories, (catalogue.faces, reach), found).map_err(
+            |reason| StepError::Distance {
                 id: particles.ids[a],
                 other: format!("particle {}", particles.ids[b]),
                 place: vector(&body_a.position),
                 reason: reason.to_string(),
-            }
-        })?;
+            },
+        )?;
     }
     Ok(())
 }
@@ -96,10 +96,9 @@ fn find_contact(
     poses: &[Pose; 2],
     separation: &Vec3,
     histories: &mut Histories,
-    catalogue: &Catalogue,
+    (faces, reach): (FaceContact, f64),
     found: &mut Contacts,
 ) -> Result<(), GjkError> {
-    let (faces, reach) = (catalogue.faces, catalogue.contacts.reach());
     let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
     let between = separation + (part_b.offset - part_a.offset);
     let range = part_a.bounding_radius + part_b.bounding_radius + reach;

@@ -120,7 +120,7 @@ pub(super) fn find_contacts(
         return Ok(());
     }
     let surface = &wall.surfaces[first.surface as usize];
-    let reach = catalogue.contacts.reach();
+    let reach = catalogue.contacts.reach_between(body.kind.material, wall.material);
     let shape = catalogue.shape(body.kind);
     let center = state.to_wall(&position);
     if shape.is_sphere() {
@@ -141,7 +141,14 @@ pub(super) fn find_contacts(
         let end = list.part_end(start, group.end);
         let number = list.pairs[start].part;
         let part = PlacedPart::of(&pose, number);
-        find_contacts_of_part(list, start..end, surface, (&center, body.radius), &part, catalogue)?;
+        find_contacts_of_part(
+            list,
+            start..end,
+            surface,
+            (&center, body.radius),
+            &part,
+            (catalogue.faces, reach),
+        )?;
         join_flat_patches(&mut list.touching[start - group.start..]);
         start = end;
     }
@@ -155,9 +162,8 @@ fn find_contacts_of_part(
     surface: &Surface,
     (center, radius): (&Vec3, f64),
     part: &PlacedPart,
-    catalogue: &Catalogue,
+    (faces, reach): (FaceContact, f64),
 ) -> Result<(), GjkError> {
-    let (faces, reach) = (catalogue.faces, catalogue.contacts.reach());
     let WallList { pairs: all, simplexes, touching, .. } = list;
     let at = center + part.offset;
     for pair in &all[pairs] {

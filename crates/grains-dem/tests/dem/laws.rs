@@ -5,7 +5,7 @@ use grains_contact::{
     CohesionArea, ContactLaw, Damping, Dmt, ElasticPlastic, Hertz, Jkr, Linear, Memory, Normal, Rolling,
     Sjkr, Tangential, Tear, Twisting,
 };
-use grains_dem::{Dem, Kind, Motion, NewParticle, Skin, Surface};
+use grains_dem::{ContactTable, Dem, Kind, Motion, NewParticle, Skin, Surface, Wall};
 use grains_domain::SerialTransport;
 use grains_geometry::{Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use std::f64::consts::PI;
@@ -71,12 +71,24 @@ fn crowd(law: ContactLaw) -> Scene {
     let tiles = TriMesh::from_polygons((0..36).map(tile).collect(), &faces).unwrap();
     let tiles = Arc::new(WallMesh::new(&tiles, SMOOTH_ANGLE).unwrap());
     let lid = Surface::Plane { point: Vec3::new(0.0, 0.0, 0.0115), normal: -Vec3::z() };
+    // A second material of particles and the lid meet under a law without reach.
+    let plain = ContactLaw::new(HERTZ, 0.7, 0.3, mindlin(Memory::Force));
+    let mut contacts = ContactTable::new(4);
+    for (a, b) in [(0, 0), (0, 1), (2, 3)] {
+        contacts.set(a, b, law);
+    }
+    for (a, b) in [(0, 2), (2, 2), (2, 1), (0, 3)] {
+        contacts.set(a, b, plain);
+    }
+    setup.catalogue.contacts = contacts;
+    setup.catalogue.densities = vec![2500.0, f64::NAN, 3000.0, f64::NAN];
     let mut tiles = wall("tiles", Surface::Mesh(tiles), Motion::Fixed);
     tiles.spans = [true, true, false];
-    setup.walls = vec![tiles, wall("lid", lid, Motion::Fixed)];
+    setup.walls = vec![tiles, Wall { material: 3, ..wall("lid", lid, Motion::Fixed) }];
     let mut particles = lattice([0.0, 0.0, 0.0014], [0.018, 0.018, 0.0112], 3.0e-3, 7, 0.3);
     for p in &mut particles {
         p.velocity.x += 40.0 * (p.position.z - 0.006);
+        p.kind.material = if p.id % 3 == 0 { 2 } else { 0 };
     }
     Scene { setup, particles }
 }
