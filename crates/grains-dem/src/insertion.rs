@@ -7,7 +7,7 @@ use crate::narrow_phase::{Meeting, PlacedPart, Pose, touch};
 use crate::particles::{Body, Kind, ParticleRecord};
 use crate::periodic_images as images;
 use crate::rotation::frame;
-use crate::walls::{Surface, SurfaceContact};
+use crate::walls::Surface;
 use grains_domain::{SIZE_CLASSES, size_class};
 use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
 use std::collections::HashMap;
@@ -259,18 +259,17 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
 
 /// Largest overlap (m) of a particle at `center` (m), in the wall's frame, with an element of a surface; 0 if apart.
 fn overlap_with_element(surface: &Surface, element: u32, center: &Vec3, radius: f64, pose: &Pose) -> f64 {
-    let overlap = |met: Result<Option<SurfaceContact>, GjkError>| match met {
-        Ok(met) => met.map_or(0.0, |contact| contact.overlap),
-        Err(_) => UNKNOWN,
-    };
+    let overlap = |met: Result<Option<f64>, GjkError>| met.map_or(UNKNOWN, |met| met.unwrap_or(0.0));
     if pose.shape.is_sphere() {
-        return overlap(surface.meets_sphere(element, center, radius));
+        let met = surface.meets_sphere(element, center, radius);
+        return overlap(met.map(|met| met.map(|touch| touch.overlap)));
     }
     let of_part = |part: u16| {
         let placed = PlacedPart::of(pose, part);
         let mut cold = Simplex::default();
         let at = center + placed.offset;
-        overlap(surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point))
+        let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
+        overlap(met.map(|met| met.map(|contact| contact.overlap)))
     };
     (0..pose.shape.parts.len() as u16).map(of_part).fold(0.0, f64::max)
 }

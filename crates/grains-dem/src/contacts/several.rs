@@ -22,14 +22,6 @@ pub(crate) struct PairLaw<'a> {
     pub(crate) dt: f64,
 }
 
-impl PairLaw<'_> {
-    /// The law of an encounter; the number it keeps is advanced by the step.
-    #[inline]
-    pub(crate) fn of(&self, encounter: &Encounter, memory: &mut f64) -> Coefficients {
-        self.law.at(self.mass, &Approach::of(encounter, self.effective_radius, self.dt), memory)
-    }
-}
-
 /// The contacts of two bodies together.
 pub(crate) struct SeveralContacts {
     sharing: Sharing,

@@ -2,11 +2,11 @@
 
 use super::pairs::{WallList, WallPair, WallScene};
 use super::surface::Surface;
-use super::surface_contact::SurfaceContact;
+use super::surface_contact::{SphereTouch, SurfaceContact};
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
 use crate::narrow_phase::{PlacedPart, Pose};
-use crate::particles::Particles;
+use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
 use grains_geometry::{GjkError, Simplex, Vec3};
 use std::ops::Range;
@@ -125,8 +125,8 @@ pub(super) fn find_contacts(
     let center = state.to_wall(&position);
     if shape.is_sphere() {
         for pair in &list.pairs[group] {
-            let met = surface.meets_sphere(pair.element, &center, body.radius + reach)?;
-            list.touching.push(if reach > 0.0 { met.map(|contact| contact.shrunk(reach)) } else { met });
+            let touch = meet_sphere(surface, pair.element, &center, (body.radius, reach))?;
+            list.touching.push(touch.map(|touch| touch.contact(&center, body.radius)));
         }
         return Ok(());
     }
@@ -153,6 +153,42 @@ pub(super) fn find_contacts(
         start = end;
     }
     Ok(())
+}
+
+/// Finds which pairs of a sphere touch, in the wall's frame.
+pub(super) fn find_contacts_of_sphere(
+    body: &Body,
+    list: &mut WallList,
+    group: Range<usize>,
+    scene: &WallScene,
+    catalogue: &Catalogue,
+) -> Result<(), GjkError> {
+    let first = &list.pairs[group.start];
+    let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
+    list.touching_spheres.clear();
+    if !wall.exists_at(scene.time) {
+        list.touching_spheres.resize(group.len(), None);
+        return Ok(());
+    }
+    let surface = &wall.surfaces[first.surface as usize];
+    let reach = catalogue.contacts.reach_between(body.kind.material, wall.material);
+    let center = state.to_wall(&scene.center(first, &body.position, &list.shifts));
+    for pair in &list.pairs[group] {
+        list.touching_spheres.push(meet_sphere(surface, pair.element, &center, (body.radius, reach))?);
+    }
+    Ok(())
+}
+
+/// Contact of a sphere of a radius (m) with an element within `reach` (m).
+#[inline(always)]
+fn meet_sphere(
+    surface: &Surface,
+    element: u32,
+    center: &Vec3,
+    (radius, reach): (f64, f64),
+) -> Result<Option<SphereTouch>, GjkError> {
+    let touch = surface.meets_sphere(element, center, radius + reach)?;
+    Ok(touch.map(|touch| SphereTouch { overlap: touch.overlap - reach, ..touch }))
 }
 
 /// Finds which pairs of one part touch; its particle has its centre at `center` (m), in the wall's frame.

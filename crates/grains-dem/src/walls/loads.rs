@@ -1,76 +1,22 @@
 //! Loads of wall contacts: the law of particles, against a body of infinite mass.
 
-use super::contacts::{find_contacts, not_found};
-use super::motion::WallState;
+use super::contacts::{find_contacts, find_contacts_of_sphere, not_found};
 use super::pairs::{WallList, WallPair, WallScene};
+use super::seams::hand_over_history;
 use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;
+use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
 use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, PairLaw, SeveralContacts};
 use crate::narrow_phase::Pose;
-use crate::particles::{Body, Particles};
-use grains_contact::{Encounter, RollingContact};
-use grains_geometry::Vec3;
+use crate::particles::Particles;
+use grains_geometry::{GjkError, Vec3};
 use std::ops::Range;
 
-/// The point in which a particle touches a wall.
-struct WallPoint {
-    /// Unit normal into the wall (-).
-    normal: Vec3,
-    /// Overlap (m).
-    overlap: f64,
-    /// The point from the centre of mass of the particle (m).
-    arm: Vec3,
-    /// Velocities of the particle's centre and of the wall at the point (m/s).
-    velocities: [Vec3; 2],
-    /// Angular velocities of both (rad/s).
-    spins: [Vec3; 2],
-    /// Largest inverse moment of inertia of the particle (1/(kg m²)).
-    inverse_inertia: f64,
-}
-
-impl WallPoint {
-    /// A contact that was found, of a body whose image is at `center` (m).
-    #[inline(always)]
-    fn of(
-        (body, center): (&Body, &Vec3),
-        state: &WallState,
-        found: &SurfaceContact,
-        inverse_inertia: f64,
-    ) -> Self {
-        let arm = state.to_world(&(found.point - state.to_wall(center)));
-        Self {
-            normal: state.to_world(&found.normal),
-            overlap: found.overlap,
-            arm,
-            velocities: [body.velocity, state.velocity_at(&(center + arm))],
-            spins: [body.angular_velocity, state.angular_velocity],
-            inverse_inertia,
-        }
-    }
-}
-
-impl ContactPoint for WallPoint {
-    #[inline(always)]
-    fn encounter(&self) -> Encounter {
-        let Self { normal, overlap, arm, velocities: [v, wall_v], spins: [w, wall_w], .. } = *self;
-        Encounter { normal, overlap, velocity: wall_v - (v + w.cross(&arm)), spin: w - wall_w }
-    }
-
-    /// That on the wall, which is about the origin, is left out: the second torque is that of couples alone.
-    #[inline(always)]
-    fn torques(&self, force: &Vec3) -> [Vec3; 2] {
-        [self.arm.cross(force), Vec3::zeros()]
-    }
-
-    #[inline(always)]
-    fn rolling(&self) -> RollingContact {
-        RollingContact { effective_radius: self.arm.norm(), inverse_inertia: self.inverse_inertia }
-    }
-}
-
 /// Adds the loads of all wall contacts to particles and walls.
+///
+/// Contacts of spheres wait for others like them; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     list: &mut WallList,
@@ -78,52 +24,100 @@ pub(crate) fn add_forces(
     wall_loads: &mut [WallLoad],
     pass: &mut ContactPass,
 ) {
-    let catalogue = pass.catalogue;
     let mut start = 0;
     while start < list.pairs.len() {
-        let end = list.group_end(start);
-        if let Err(reason) = find_contacts(particles, list, start..end, scene, catalogue) {
-            pass.statistics.error = Some(not_found(particles, &list.pairs[start], scene, &reason));
+        let group = start..list.group_end(start);
+        start = group.end;
+        let first = group.start;
+        let kind = particles.bodies[list.pairs[first].particle as usize].kind;
+        let added = match pass.catalogue.shape(kind).is_sphere() {
+            true => add_sphere(particles, (list, group), (scene, wall_loads), pass),
+            false => add_body(particles, (list, group), (scene, wall_loads), pass),
+        };
+        if let Err(reason) = added {
+            pass.statistics.error = Some(not_found(particles, &list.pairs[first], scene, &reason));
             return;
         }
-        let parts = touching_parts(list, start..end, scene);
-        let first = &list.pairs[start];
-        let body = &particles.bodies[first.particle as usize];
-        let center = scene.center(first, &body.position, &list.shifts);
-        let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
-        let inverse_inertia = catalogue.inverse_inertia([body], law);
-        let effective_radius = catalogue.contact_radius(body, law);
-        let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt };
-        let several = (parts > 0 && !catalogue.shape(body.kind).is_sphere()).then(|| {
-            let touching = (first, &list.touching[..], parts);
-            together(particles, touching, &center, (&mut law, scene), catalogue)
-        });
-        let kept = several.as_ref().filter(|several| several.is_one());
-        let kept = kept.map(|several| {
-            let laws = list.laws.get(start..end).unwrap_or_default().iter();
-            several.memory(laws.map(|law| law.memory))
-        });
-        for (k, contact) in (start..end).zip(&list.touching) {
-            let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
-            match contact {
-                Some(contact) if !several.as_ref().is_some_and(|all| all.is_idle(contact.overlap)) => {
-                    history.memory = kept.unwrap_or(history.memory);
-                    let load = &mut wall_loads[pair.wall as usize];
-                    let met = (pair, &mut history, contact, &center);
-                    let law = (several.as_ref(), &law, inverse_inertia);
-                    add_contact(particles, met, (scene, load), law, pass);
-                }
-                _ => {
-                    pair.reset_displacements();
-                    history = LawHistory::default();
-                }
-            }
-            if let Some(kept) = list.laws.get_mut(k) {
-                *kept = history;
-            }
-        }
-        start = end;
     }
+    let WallList { pairs, laws, batch, .. } = list;
+    batch.finish(particles, (pairs, laws), (scene, wall_loads), pass);
+}
+
+/// Lets the contacts of a sphere with one surface wait; those that waited are added where there is no more room.
+fn add_sphere(
+    particles: &mut Particles,
+    (list, group): (&mut WallList, Range<usize>),
+    (scene, wall_loads): (&WallScene, &mut [WallLoad]),
+    pass: &mut ContactPass,
+) -> Result<(), GjkError> {
+    let catalogue = pass.catalogue;
+    let first = list.pairs[group.start];
+    let body = particles.bodies[first.particle as usize];
+    find_contacts_of_sphere(&body, list, group.clone(), scene, catalogue)?;
+    if group.len() > 1 {
+        let WallList { pairs, laws, touching_spheres, .. } = list;
+        let laws = laws.get_mut(group.clone()).unwrap_or_default();
+        let normal = |k: usize| touching_spheres[k].map(|touch| touch.normal);
+        hand_over_history((&mut pairs[group.clone()], laws), normal, scene);
+    }
+    let materials = [body.kind.material, scene.walls[first.wall as usize].material];
+    for k in group.clone() {
+        let Some(touch) = list.touching_spheres[k - group.start] else {
+            list.forget(k);
+            continue;
+        };
+        let center = scene.center(&first, &body.position, &list.shifts);
+        let WallList { pairs, laws, batch, .. } = list;
+        if !batch.has_room_for(materials) {
+            batch.finish(particles, (pairs, laws), (scene, wall_loads), pass);
+        }
+        let law = catalogue.contacts.prepared(materials[0], materials[1]);
+        batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law));
+    }
+    Ok(())
+}
+
+/// Adds the loads of the contacts of another body with one surface.
+fn add_body(
+    particles: &mut Particles,
+    (list, group): (&mut WallList, Range<usize>),
+    (scene, wall_loads): (&WallScene, &mut [WallLoad]),
+    pass: &mut ContactPass,
+) -> Result<(), GjkError> {
+    let catalogue = pass.catalogue;
+    find_contacts(particles, list, group.clone(), scene, catalogue)?;
+    let parts = touching_parts(list, group.clone(), scene);
+    if parts == 0 {
+        group.for_each(|k| list.forget(k));
+        return Ok(());
+    }
+    let first = &list.pairs[group.start];
+    let body = &particles.bodies[first.particle as usize];
+    let center = scene.center(first, &body.position, &list.shifts);
+    let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
+    let inverse_inertia = catalogue.inverse_inertia([body], law);
+    let effective_radius = catalogue.contact_radius(body, law);
+    let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt };
+    let touching = (first, &list.touching[..], parts);
+    let several = together(particles, touching, &center, (&mut law, scene), catalogue);
+    let laws = list.laws.get(group.clone()).unwrap_or_default().iter();
+    let kept = several.is_one().then(|| several.memory(laws.map(|law| law.memory)));
+    for k in group.clone() {
+        let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
+        let Some(contact) = contact else {
+            list.forget(k);
+            continue;
+        };
+        let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
+        history.memory = kept.unwrap_or(history.memory);
+        let load = &mut wall_loads[pair.wall as usize];
+        let met = (pair, &mut history, &contact, &center);
+        add_contact(particles, met, (scene, load), (&several, &law, inverse_inertia), pass);
+        if let Some(kept) = list.laws.get_mut(k) {
+            *kept = history;
+        }
+    }
+    Ok(())
 }
 
 /// The contacts of a particle with one surface together; their law gets their mass.
@@ -151,7 +145,7 @@ fn add_contact(
     particles: &mut Particles,
     (pair, history, found, center): (&mut WallPair, &mut LawHistory, &SurfaceContact, &Vec3),
     (scene, wall_load): (&WallScene, &mut WallLoad),
-    (several, law, inverse_inertia): (Option<&SeveralContacts>, &PairLaw, f64),
+    (several, law, inverse_inertia): (&SeveralContacts, &PairLaw, f64),
     pass: &mut ContactPass,
 ) {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
@@ -160,13 +154,7 @@ fn add_contact(
     let point = center + contact.arm;
     let (quanta, dt) = (&pass.quanta, pass.dt);
     let weight = found.footprint.as_ref().map_or(1.0, |patch| patch.weight);
-    let (encounter, law) = match several {
-        Some(several) => several.one(&contact, weight, law, &mut history.memory),
-        None => {
-            let encounter = contact.encounter();
-            (encounter, law.of(&encounter, &mut history.memory))
-        }
-    };
+    let (encounter, law) = several.one(&contact, weight, law, &mut history.memory);
     let displacement = &mut pair.tangential_displacement;
     let mut loads = ContactLoads::of(&contact, &encounter, &law, displacement, quanta, dt);
     if law.has_couples() {
@@ -197,42 +185,10 @@ fn touching_parts(list: &mut WallList, group: Range<usize>, scene: &WallScene) -
         parts += usize::from(touching.iter().any(Option::is_some));
         if end > start + 1 {
             let laws = list.laws.get_mut(start..end).unwrap_or_default();
-            hand_over_history((&mut list.pairs[start..end], laws), touching, scene);
+            let normal = |k: usize| touching[k].as_ref().map(|contact: &SurfaceContact| contact.normal);
+            hand_over_history((&mut list.pairs[start..end], laws), normal, scene);
         }
         start = end;
     }
     parts
-}
-
-/// Gives the history of a contact that ended to one that began beside it on the same surface, as when a
-/// ball rolls from one triangle of a flat floor to the next.
-fn hand_over_history(
-    (pairs, laws): (&mut [WallPair], &mut [LawHistory]),
-    touching: &[Option<SurfaceContact>],
-    scene: &WallScene,
-) {
-    let surface = &scene.walls[pairs[0].wall as usize].surfaces[pairs[0].surface as usize];
-    for k in 0..pairs.len() {
-        let has_history = |l: usize| {
-            pairs[l].tangential_displacement != Vec3::zeros()
-                || laws.get(l).is_some_and(|law| !law.is_empty())
-        };
-        let Some(contact) = touching[k] else { continue };
-        if has_history(k) {
-            continue;
-        }
-        let orphan = (0..pairs.len()).find(|&l| {
-            touching[l].is_none()
-                && has_history(l)
-                && surface.goes_on(pairs[l].element, pairs[k].element, &contact.normal)
-        });
-        if let Some(l) = orphan {
-            (pairs[k].tangential_displacement, pairs[k].torsional_angle) =
-                (pairs[l].tangential_displacement, pairs[l].torsional_angle);
-            pairs[l].reset_displacements();
-            if let Some(law) = laws.get_mut(l).map(std::mem::take) {
-                laws[k] = law;
-            }
-        }
-    }
 }

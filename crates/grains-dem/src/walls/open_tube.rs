@@ -5,7 +5,7 @@
 //! or a ball on a seat is held all around: ½ k δ² of the deepest and the shallowest point have no kink where they change
 //! places.
 
-use super::surface_contact::SurfaceContact;
+use super::surface_contact::{SphereTouch, SurfaceContact};
 use crate::narrow_phase::{Meeting, PlacedPart, touch};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
@@ -163,22 +163,21 @@ impl OpenTube {
     }
 
     /// Contact of a sphere with one element, if they touch.
-    pub(super) fn meets_sphere(&self, element: u32, center: &Vec3, radius: f64) -> Option<SurfaceContact> {
+    pub(super) fn meets_sphere(&self, element: u32, center: &Vec3, radius: f64) -> Option<SphereTouch> {
         let (along, outward, off) = self.coordinates(center);
         let on_rim = |rim: &Rim, point: Vec3| {
             let to = point - center;
             let gap = to.norm();
             let normal = if gap > 0.0 { to / gap } else { -rim.outward };
             let is_past = (center - rim.center).dot(&rim.outward) > 0.0;
-            (is_past && gap < radius).then(|| SurfaceContact::of_sphere(center, radius, normal, radius - gap))
+            (is_past && gap < radius).then_some(SphereTouch { normal, overlap: radius - gap })
         };
         match self.piece(element) {
             Piece::Wall => {
                 let gap = self.radius - off;
                 let normal = if gap >= 0.0 { outward } else { -outward };
                 let overlap = radius - gap.abs();
-                (overlap > 0.0 && along.abs() <= self.half_length)
-                    .then(|| SurfaceContact::of_sphere(center, radius, normal, overlap))
+                (overlap > 0.0 && along.abs() <= self.half_length).then_some(SphereTouch { normal, overlap })
             }
             Piece::Nearest(rim) => on_rim(&rim, rim.center + outward * self.radius),
             Piece::Shallowest(rim) => on_rim(&rim, rim.center - outward * self.radius),
@@ -194,7 +193,8 @@ impl OpenTube {
         part: &PlacedPart,
     ) -> Result<Option<SurfaceContact>, GjkError> {
         if matches!(part.core, Core::Point) {
-            return Ok(self.meets_sphere(element, center, part.crust));
+            let touch = self.meets_sphere(element, center, part.crust);
+            return Ok(touch.map(|touch| touch.contact(center, part.crust)));
         }
         let (rim, found) = match self.piece(element) {
             Piece::Wall => return self.meets_wall(center, part),

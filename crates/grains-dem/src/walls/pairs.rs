@@ -1,7 +1,8 @@
 //! Pairs of particles and wall elements that may touch.
 
 use super::motion::WallState;
-use super::surface_contact::SurfaceContact;
+use super::sphere_batch::SphereBatch;
+use super::surface_contact::{SphereTouch, SurfaceContact};
 use super::wall::Wall;
 use crate::contact_history::{ContactHistory, LawHistory, WallKey};
 use grains_domain::GlobalBox;
@@ -35,6 +36,11 @@ impl WallPair {
         key(self) == key(other)
     }
 
+    /// Whether it keeps a displacement.
+    pub(super) fn is_stretched(&self) -> bool {
+        self.tangential_displacement != Vec3::zeros()
+    }
+
     pub(super) fn reset_displacements(&mut self) {
         self.tangential_displacement = Vec3::zeros();
         self.torsional_angle = 0.0;
@@ -52,6 +58,8 @@ pub(crate) struct WallList {
     /// Shift (m) of each periodic image.
     pub(crate) shifts: Vec<Vec3>,
     pub(super) touching: Vec<Option<SurfaceContact>>,
+    pub(super) touching_spheres: Vec<Option<SphereTouch>>,
+    pub(super) batch: Box<SphereBatch>,
 }
 
 impl WallList {
@@ -87,6 +95,14 @@ impl WallList {
         let simplex = self.simplexes.get(simplex as usize).copied().unwrap_or_default();
         let law = self.laws.get(pair).copied().unwrap_or_default();
         ContactHistory { tangential_displacement, torsional_angle, law, simplex }
+    }
+
+    /// Forgets a contact that ended.
+    pub(super) fn forget(&mut self, pair: usize) {
+        self.pairs[pair].reset_displacements();
+        if let Some(law) = self.laws.get_mut(pair) {
+            *law = LawHistory::default();
+        }
     }
 
     /// Drops the simplexes of a range of pairs.

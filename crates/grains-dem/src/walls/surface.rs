@@ -1,7 +1,7 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
 use super::open_tube::OpenTube;
-use super::surface_contact::SurfaceContact;
+use super::surface_contact::{SphereTouch, SurfaceContact};
 use crate::catalogue::FaceContact;
 use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, touch};
 use grains_geometry::gjk::{Separation, distance};
@@ -101,11 +101,11 @@ impl Surface {
         element: u32,
         center: &Vec3,
         radius: f64,
-    ) -> Result<Option<SurfaceContact>, GjkError> {
-        let contact = match self {
+    ) -> Result<Option<SphereTouch>, GjkError> {
+        let touch = match self {
             Surface::Plane { point, normal } => {
                 let overlap = radius - (center - point).dot(normal);
-                (overlap > 0.0).then(|| SurfaceContact::of_sphere(center, radius, -normal, overlap))
+                (overlap > 0.0).then(|| SphereTouch { normal: -normal, overlap })
             }
             Surface::Tube { center: middle, axis, radius: wall_radius, half_length } => {
                 let from = center - middle;
@@ -114,25 +114,25 @@ impl Surface {
                 let off = outward.norm();
                 let overlap = off + radius - wall_radius;
                 (overlap > 0.0 && off > 0.0 && along.abs() <= *half_length)
-                    .then(|| SurfaceContact::of_sphere(center, radius, outward / off, overlap))
+                    .then(|| SphereTouch { normal: outward / off, overlap })
             }
             Surface::OpenTube(tube) => tube.meets_sphere(element, center, radius),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = Placement { matrix: *rotation, translation: middle - center };
                 match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
                     Separation::Apart { distance, normal, .. } if distance < radius => {
-                        Some(SurfaceContact::of_sphere(center, radius, normal, radius - distance))
+                        Some(SphereTouch { normal, overlap: radius - distance })
                     }
                     // The centre is inside the wall: far beyond any overlap limit, and so reported.
-                    Separation::Meeting => Some(SurfaceContact::of_sphere(center, radius, Vec3::z(), radius)),
+                    Separation::Meeting => Some(SphereTouch { normal: Vec3::z(), overlap: radius }),
                     _ => None,
                 }
             }
             Surface::Mesh(mesh) => mesh
                 .closest_within(element, center, radius)
-                .map(|c| SurfaceContact::of_sphere(center, radius, -c.normal, radius - c.distance)),
+                .map(|c| SphereTouch { normal: -c.normal, overlap: radius - c.distance }),
         };
-        Ok(contact)
+        Ok(touch)
     }
 
     /// Contact of a part (placed in the wall's frame, centre at `center`) with one element, if they touch.

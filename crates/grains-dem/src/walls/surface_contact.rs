@@ -18,6 +18,22 @@ pub(crate) struct SurfaceContact {
     pub(crate) stands_alone: bool,
 }
 
+/// Contact of a sphere with a surface, in the wall's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereTouch {
+    /// Unit normal from the sphere into the wall.
+    pub(crate) normal: Vec3,
+    /// Overlap (m); negative where a sphere within reach is apart.
+    pub(crate) overlap: f64,
+}
+
+impl SphereTouch {
+    /// The same of a sphere at `center` (m) as a contact of any body.
+    pub(super) fn contact(&self, center: &Vec3, radius: f64) -> SurfaceContact {
+        SurfaceContact::new(center + self.normal * radius, self.normal, self.overlap, None)
+    }
+}
+
 impl SurfaceContact {
     /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
     #[inline(always)]
@@ -53,12 +69,6 @@ impl SurfaceContact {
             (None, Some(_)) => *other,
             (None, None) => *deeper,
         }
-    }
-
-    /// Contact of a sphere whose surface point deepest in the wall lies along `normal`.
-    #[inline(always)]
-    pub(super) fn of_sphere(center: &Vec3, radius: f64, normal: Vec3, overlap: f64) -> Self {
-        Self::new(center + normal * radius, normal, overlap, None)
     }
 
     /// Contact of the core point `deepest` of a part lying `depth` (m) behind a wall (negative before it), whose
