@@ -4,8 +4,8 @@ mod fluid;
 
 use grains_case::{Case, Face, ParticleMotion, TimeStep};
 use grains_simulation::check::{
-    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, MassSource, MotionTableReport,
-    ParticleReport, Partner, Report, ShapeReport, Sharing,
+    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
+    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing,
 };
 use grains_simulation::duration;
 
@@ -215,14 +215,53 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
             e.shortest_contact / particles.step.dt
         );
     }
+    particles.laws.iter().for_each(|law| contact_law(law, particles.step.dt));
     let (deepest, limit) = (particles.max_overlap, case.limits.overlap);
     if deepest > limit {
         say!(
-            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise normal_stiffness by {:.1} times",
+            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise {}",
             100.0 * deepest,
             100.0 * limit,
-            (deepest / limit).powi(2)
+            stiffer(particles, deepest / limit)
         );
+    }
+}
+
+/// Which key to raise, and by how much, to overlap so many times less.
+fn stiffer(particles: &ParticleReport, times: f64) -> String {
+    let is_hertzian = particles.laws.iter().any(|law| law.modulus.is_some());
+    match is_hertzian {
+        true => format!("youngs_modulus by {:.1} times", times.powf(2.5)),
+        false => format!("normal_stiffness by {:.1} times", times.powi(2)),
+    }
+}
+
+/// Prints what a law comes to beside the collisions.
+fn contact_law(report: &LawReport, dt: f64) {
+    let [a, b] = &report.materials;
+    let mut parts = Vec::new();
+    if let Some(modulus) = report.modulus {
+        let softened = match report.softening {
+            1.0 => String::new(),
+            times => format!(", {times} times softer than the materials"),
+        };
+        parts.push(format!("E* = {modulus:.3e} Pa{softened}"));
+    }
+    if let Some(time) = report.rayleigh_time.filter(|_| report.modulus.is_some()) {
+        parts.push(format!("Rayleigh time {time:.3e} s, of which dt is {:.0} %", 100.0 * dt / time));
+    }
+    if report.pull_off > 0.0 {
+        let weights = report.bond_number.map(|n| format!(", {n:.3} weights of the smallest (Bond number)"));
+        parts.push(format!("pull-off force {:.3e} N{}", report.pull_off, weights.unwrap_or_default()));
+    }
+    if report.reach > 0.0 {
+        parts.push(format!("holds on over gaps up to {:.2e} m", report.reach));
+    }
+    if let Some(speed) = report.sticking_speed {
+        parts.push(format!("bodies stay together below {speed:.2e} m/s"));
+    }
+    if !parts.is_empty() {
+        say!("  law          {a} - {b}: {}; {}", report.law.normal.name(), parts.join("; "));
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a case is and what it will cost, found before it runs: the values that `grains-mpi check` prints.
 
+mod laws;
 mod particles;
 
 pub use crate::cost::Cost;
@@ -12,6 +13,7 @@ pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeSt
 pub use grains_contact::{ImpulseScheme, Sharing};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
+pub use laws::LawReport;
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 
 use crate::fluid;

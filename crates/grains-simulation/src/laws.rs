@@ -39,10 +39,10 @@ fn elastic(pair: [&Material; 2]) -> [Elastic; 2] {
     })
 }
 
-/// Effective modulus E* (Pa) of a Hertzian contact.
+/// Effective modulus E* (Pa) of a Hertzian contact, softened as the case asks.
 pub(crate) fn modulus(contact: &Contact, pair: [&Material; 2]) -> f64 {
     let [a, b] = elastic(pair);
-    contact.effective_modulus.unwrap_or_else(|| effective_modulus(a, b))
+    contact.effective_modulus.unwrap_or_else(|| effective_modulus(a, b)) / contact.softening
 }
 
 /// Work of adhesion w (J/m²) of a contact that takes one.
@@ -91,7 +91,7 @@ fn tangential(contact: &Contact, pair: [&Material; 2]) -> Tangential {
         CaseTangential::Mindlin { memory, damping_ratio } => {
             let [a, b] = elastic(pair);
             let shear = contact.effective_shear_modulus.unwrap_or_else(|| effective_shear_modulus(a, b));
-            let stiffness_ratio = 4.0 * shear / modulus(contact, pair);
+            let stiffness_ratio = 4.0 * shear / contact.softening / modulus(contact, pair);
             Tangential::Mindlin {
                 stiffness_ratio,
                 damping_ratio: damping_ratio.unwrap_or_else(|| Tangential::equal_damping(stiffness_ratio)),

@@ -2,9 +2,11 @@
 //! and when a run begins.
 
 mod flow;
+mod laws;
 mod setting;
 mod walls;
 
+use crate::check::LawReport;
 use crate::insertion::Insertions;
 use crate::system::System;
 use grains_case::{Case, Insert, TimeStep};
@@ -12,7 +14,7 @@ use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
+const RULES: [fn(&Setting) -> Vec<Remark>; 23] = [
     walls::mesh_of_another_size,
     walls::wall_outside,
     walls::wall_too_late,
@@ -29,6 +31,11 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 18] = [
     slow_impact,
     fast_insertion,
     walls::fast_wall,
+    laws::properties_without_effect,
+    laws::rayleigh_outrun,
+    laws::glued,
+    laws::softened_adhesion,
+    laws::restitution_without_effect,
     fine_step,
     many_steps,
 ];
@@ -39,7 +46,9 @@ pub fn warnings(case: &Case, system: &System, insertions: &Insertions) -> Vec<St
     let steps = [system.step.dt, system.step.recommended];
     let has_contacts = !system.step.encounters.is_empty();
     let (walls, catalogue) = (&setup.walls, &setup.catalogue);
-    let setting = Setting { case, walls, catalogue, insertions, steps, has_contacts };
+    let laws = LawReport::of_all(case, setup, &system.step);
+    let laws = &laws;
+    let setting = Setting { case, walls, catalogue, insertions, steps, has_contacts, laws };
     let remarks = RULES.iter().flat_map(|rule| rule(&setting));
     remarks.map(|(key, message)| case.about(&key, message)).collect()
 }

@@ -23,6 +23,8 @@ pub enum Partner {
 pub struct Encounter {
     /// Names of the two materials; the second may be a wall's.
     pub materials: [String; 2],
+    /// Number of their contact in the case.
+    pub contact: usize,
     /// What the second body is.
     pub partner: Partner,
     /// Name of the law of the normal direction.
@@ -33,6 +35,10 @@ pub struct Encounter {
     pub friction: f64,
     /// Smallest radius among the bodies (m).
     pub radius: f64,
+    /// Mass of the lighter of them (kg).
+    pub mass: f64,
+    /// Effective radius of the lightest bodies, as their law takes it (m).
+    pub effective_radius: f64,
     /// Reduced mass of the lightest bodies (kg).
     pub reduced_mass: f64,
     /// Their head-on collision at `time.impact_speed`.
@@ -313,7 +319,7 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
     let is_alone = kinds.iter().all(|kind| kind.is_alone);
     let name = |m: usize| case.materials[m].name.clone();
     let mut found = Vec::new();
-    for contact in &case.contacts {
+    for (number, contact) in case.contacts.iter().enumerate() {
         let [a, b] = contact.between;
         let law = catalogue.contacts.law(a as u16, b as u16);
         let mut add = |materials: [usize; 2], partner: Partner, body: Lightest, other: Option<Lightest>| {
@@ -330,12 +336,15 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
             let rate = law.tangential_rate(felt, collision.stiffness);
             found.push(Encounter {
                 materials: materials.map(name),
+                contact: number,
                 partner,
                 law: law.normal.name(),
                 restitution: law.restitution,
                 reduced_mass: reduced,
                 friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
+                mass: other.map_or(body.mass, |o| body.mass.min(o.mass)),
+                effective_radius: contact_radius,
                 shortest_contact: off_centre.shortest_time / springs.sqrt(),
                 tangential_limit: if rate > 0.0 { 1.0 / (share * rate) } else { f64::INFINITY },
                 collision,

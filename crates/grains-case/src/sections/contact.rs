@@ -29,6 +29,10 @@ pub struct Contact<Name = usize> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e3, 1e12]))]
     pub effective_shear_modulus: Option<f64>,
+    /// How many times softer than the materials the contact is made (-), for longer time steps: it divides both moduli.
+    #[serde(default = "super::one", skip_serializing_if = "super::is_one")]
+    #[schemars(extend("minimum" = 1, "x-plausible" = [1, 1e5]))]
+    pub softening: f64,
     /// Work of adhesion w (J/m²) of Dmt and Jkr; by default 2 √(γ1 γ2) of the surface energies of the materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-6, 10]))]
@@ -86,6 +90,7 @@ impl<Name> Contact<Name> {
             normal_stiffness: self.normal_stiffness,
             effective_modulus: self.effective_modulus,
             effective_shear_modulus: self.effective_shear_modulus,
+            softening: self.softening,
             work_of_adhesion: self.work_of_adhesion,
             restitution: self.restitution,
             damping: self.damping,
@@ -193,6 +198,7 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
         }
         let without_effect = [
             ("effective_modulus", contact.effective_modulus.is_some() && !is_hertzian),
+            ("softening", contact.softening != 1.0 && !is_hertzian),
             ("effective_shear_modulus", contact.effective_shear_modulus.is_some() && !is_mindlin),
             ("work_of_adhesion", contact.work_of_adhesion.is_some() && !contact.normal.takes_work()),
         ];

@@ -29,6 +29,11 @@ pub(crate) fn one() -> f64 {
     1.0
 }
 
+/// Whether a factor changes nothing.
+pub(crate) fn is_one(factor: &f64) -> bool {
+    *factor == 1.0
+}
+
 pub(crate) fn infinity() -> f64 {
     f64::INFINITY
 }

@@ -1,5 +1,6 @@
 //! What `check` finds of particles, walls and their contacts.
 
+use super::laws::LawReport;
 use crate::insertion::Insertions;
 use crate::plausibility;
 use crate::system;
@@ -45,6 +46,8 @@ pub struct ParticleReport {
     pub collisions: CollisionModel,
     /// The time step, what limits it and the collisions that can happen.
     pub step: TimeStepChoice,
+    /// What the laws of soft collisions come to.
+    pub laws: Vec<LawReport>,
     /// Largest overlap at `time.impact_speed` over the radius (-), of soft contacts.
     pub max_overlap: f64,
     /// The weight of the smallest particle, and its torque, in multiples of what these are rounded to, if they are.
@@ -90,6 +93,7 @@ impl ParticleReport {
             open_faces,
             interaction_range: setup.interaction_range(),
             collisions: setup.collisions,
+            laws: LawReport::of_all(case, setup, &step),
             max_overlap: step.encounters.iter().map(overlap).fold(0.0, f64::max),
             weight_in_quanta: system::quanta_of_weight(case, setup, insertions.kinds()),
             steps,

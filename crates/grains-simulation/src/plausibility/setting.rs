@@ -1,5 +1,6 @@
 //! What the rules look at.
 
+use crate::check::LawReport;
 use crate::insertion::{Insertions, KindRange};
 use grains_case::{Case, Domain, Insert};
 use grains_dem::{Catalogue, Wall};
@@ -21,6 +22,8 @@ pub struct Setting<'a> {
     pub steps: [f64; 2],
     /// Whether anything can touch anything.
     pub has_contacts: bool,
+    /// What the contact laws come to.
+    pub laws: &'a [LawReport],
 }
 
 impl Setting<'_> {

@@ -1,0 +1,88 @@
+//! What `check` finds of contact laws.
+
+use crate::laws;
+use crate::timestep::{Encounter, TimeStepChoice};
+use grains_case::{Case, Material};
+use grains_contact::ContactLaw;
+use grains_dem::{CollisionModel, ContactTable, DemSetup};
+
+/// What a law comes to for the lightest bodies it acts on.
+#[derive(Clone, Debug)]
+pub struct LawReport {
+    /// The two materials; the second may be a wall's.
+    pub materials: [String; 2],
+    /// The law.
+    pub law: ContactLaw,
+    /// Effective modulus (Pa), of a Hertzian law.
+    pub modulus: Option<f64>,
+    /// How many times softer than its materials the case makes the contact (-).
+    pub softening: f64,
+    /// Force that separates them (N).
+    pub pull_off: f64,
+    /// That over the weight of the lighter one (-), if there is gravity.
+    pub bond_number: Option<f64>,
+    /// Largest gap over which they hold on to each other (m).
+    pub reach: f64,
+    /// Speed below which bodies that touch stay together (m/s), of laws that lose energy by the tear.
+    pub sticking_speed: Option<f64>,
+    /// Time of a Rayleigh wave over the smaller body (s), where the elastic constants of its material are known.
+    pub rayleigh_time: Option<f64>,
+}
+
+impl LawReport {
+    /// Of all encounters of a case of soft collisions.
+    pub(crate) fn of_all(case: &Case, setup: &DemSetup, step: &TimeStepChoice) -> Vec<Self> {
+        match setup.collisions {
+            CollisionModel::Soft => {
+                step.encounters.iter().map(|e| Self::of(case, &setup.catalogue.contacts, e)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Of an encounter of the case.
+    fn of(case: &Case, contacts: &ContactTable, encounter: &Encounter) -> Self {
+        let contact = &case.contacts[encounter.contact];
+        let [a, b] = contact.between;
+        let law = *contacts.law(a as u16, b as u16);
+        let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let radius = encounter.effective_radius;
+        let pull_off = law.normal.pull_off(radius);
+        let modulus =
+            law.normal.is_hertzian().then(|| laws::modulus(contact, [a, b].map(|m| &case.materials[m])));
+        let of_body = case.materials.iter().find(|m| m.name == encounter.materials[0]);
+        Self {
+            materials: encounter.materials.clone(),
+            modulus,
+            softening: contact.softening,
+            pull_off,
+            bond_number: (gravity > 0.0).then(|| pull_off / (encounter.mass * gravity)),
+            reach: law.normal.reach(radius),
+            sticking_speed: (law.normal.reach(radius) > 0.0)
+                .then(|| sticking_speed(&law, encounter.reduced_mass, radius, case.time.impact_speed)),
+            rayleigh_time: of_body.and_then(|m| rayleigh_time(m, encounter.radius)),
+            law,
+        }
+    }
+}
+
+/// π R √(ρ/G)/(0.1631 ν + 0.8766), G = E/(2 (1 + ν)).
+fn rayleigh_time(material: &Material, radius: f64) -> Option<f64> {
+    let (e, nu, density) = (material.youngs_modulus?, material.poissons_ratio?, material.density?);
+    let shear = e / (2.0 * (1.0 + nu));
+    Some(std::f64::consts::PI * radius * (density / shear).sqrt() / (0.1631 * nu + 0.8766))
+}
+
+/// Largest speed (m/s) at which bodies that collide head on stay together, to a percent, up to a thousand times `speed`.
+fn sticking_speed(law: &ContactLaw, mass: f64, radius: f64, speed: f64) -> f64 {
+    let sticks = |speed: f64| law.collision(mass, radius, speed).restitution == 0.0;
+    let (mut low, mut high) = (1e-6 * speed, 1e3 * speed);
+    if !sticks(low) {
+        return 0.0;
+    }
+    while high > 1.01 * low {
+        let middle = (low * high).sqrt();
+        if sticks(middle) { low = middle } else { high = middle }
+    }
+    low
+}
