@@ -99,6 +99,114 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["insert[0].particles[0].material", "did you mean `glass`?"],
     ),
     mistake(
+        "Hertz without elastic constants",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }",
+        )],
+        2,
+        &["contact[0].normal.kind", "youngs_modulus (Pa) and poissons_ratio of \"glass\""],
+    ),
+    mistake(
+        "Hertz with a stiffness",
+        &[
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }\nnormal_stiffness = 1e4",
+            ),
+            ("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3"),
+        ],
+        2,
+        &["contact[0].normal_stiffness", "belongs to a linear spring"],
+    ),
+    mistake(
+        "Mindlin on a linear spring",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\ntangential = { kind = \"mindlin\" }\nnormal_stiffness = 1e4",
+        )],
+        2,
+        &["contact[0].tangential.kind", "goes with Hertzian laws"],
+    ),
+    mistake(
+        "JKR without surface energy",
+        &[
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"jkr\" }",
+            ),
+            ("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3"),
+        ],
+        2,
+        &["contact[0].normal.kind", "surface_energy (J/m2)"],
+    ),
+    mistake(
+        "SJKR without its area",
+        &[
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"sjkr\", energy_density = 1e4 }",
+            ),
+            ("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3"),
+        ],
+        2,
+        &["contact[0].normal.area"],
+    ),
+    mistake(
+        "a law that does not exist",
+        &[
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"herz\" }",
+            ),
+            ("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3"),
+        ],
+        2,
+        &["contact[0].normal.kind", "did you mean `hertz`?"],
+    ),
+    mistake(
+        "adhesion of a linear spring",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\nwork_of_adhesion = 0.1\nnormal_stiffness = 1e4",
+        )],
+        2,
+        &["contact[0].work_of_adhesion", "is not taken by this law"],
+    ),
+    mistake(
+        "a softened linear spring",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\nsoftening = 100\nnormal_stiffness = 1e4",
+        )],
+        2,
+        &["contact[0].softening", "is not taken by this law"],
+    ),
+    mistake(
+        "rolling of a spring that is not there",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\ntangential = { kind = \"viscous\", gamma_t = 1e3 }\nrolling_friction = 0.1\nrolling = { kind = \"epsd2\" }\nnormal_stiffness = 1e4",
+        )],
+        2,
+        &["contact[0].rolling.kind", "there is none"],
+    ),
+    mistake(
+        "a dashpot beside plasticity",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\nnormal = { kind = \"elastic_plastic\" }\ndamping = { kind = \"viscoelastic\", time = 1e-6 }\nnormal_stiffness = 1e4",
+        )],
+        2,
+        &["contact[0].damping", "two stiffnesses"],
+    ),
+    mistake(
+        "Poisson's ratio beyond one half",
+        &[("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.7")],
+        2,
+        &["material[0].poissons_ratio", "0.5"],
+    ),
+    mistake(
         "a missing mesh file",
         &[(BOX, "kind = \"mesh\"\npath = \"hoper.stl\"")],
         2,

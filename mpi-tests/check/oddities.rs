@@ -138,6 +138,72 @@ const ODDITIES: &[Oddity] = &[
         "contact[1].rolling.kind",
         "tangential damping, which is zero",
     ),
+    (
+        "elastic constants that no law takes",
+        "base.toml",
+        &[("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3")],
+        "material[0].youngs_modulus",
+        "no contact of \"glass\" has a law that takes it",
+    ),
+    (
+        "adhesion of thousands of weights",
+        "base.toml",
+        &[
+            (
+                "density = 2500",
+                "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\nsurface_energy = 0.1",
+            ),
+            ("dt = 4e-5", "dt = \"auto\""),
+            ("[domain]", "gravity = [0, 0, -1e-4]\n[domain]"),
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"jkr\" }",
+            ),
+        ],
+        "contact",
+        "weights of the smallest particle",
+    ),
+    (
+        "a step longer than a Rayleigh wave",
+        "base.toml",
+        &[
+            ("density = 2500", "density = 2500\nyoungs_modulus = 1e9\npoissons_ratio = 0.3"),
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }",
+            ),
+            ("dt = 4e-5", "dt = 2e-5\nimpact_speed = 1e-3"),
+        ],
+        "time.dt",
+        "of the Rayleigh time",
+    ),
+    (
+        "restitution beside viscoelasticity",
+        "base.toml",
+        &[(
+            "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+            "\"glass\", \"glass\"]\ndamping = { kind = \"viscoelastic\", time = 1e-5 }\nnormal_stiffness = 1e4",
+        )],
+        "contact[0].restitution",
+        "acts on tangential damping alone",
+    ),
+    (
+        "softened adhesion",
+        "base.toml",
+        &[
+            (
+                "density = 2500",
+                "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.3\nsurface_energy = 0.01",
+            ),
+            ("dt = 4e-5", "dt = \"auto\""),
+            (
+                "\"glass\", \"glass\"]\nnormal_stiffness = 1e4",
+                "\"glass\", \"glass\"]\nnormal = { kind = \"jkr\" }\nsoftening = 10",
+            ),
+        ],
+        "contact[0].softening",
+        "energy to part grows 4.6 times",
+    ),
     ("a step in nanoseconds", "base.toml", &[("dt = 4e-5", "dt = 1e-9")], "time.dt", "shorter than \"auto\""),
     (
         "an inlet that sucks",

@@ -191,11 +191,11 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
     let speed = case.time.impact_speed;
     say!("\ncollisions at {speed} m/s (time.impact_speed), lightest bodies of each pair:");
     say!(
-        "  {:<24} {:>15} {:>6} {:>11} {:>11} {:>11} {:>9} {:>8}",
+        "  {:<24} {:>6} {:>11} {:>11} {:>11} {:>11} {:>9} {:>8}",
         "pair",
-        "law",
         "e_n",
         "m_ij (kg)",
+        "gamma (1/s)",
         "T_c (s)",
         "d_max (m)",
         "d_max/R",
@@ -204,11 +204,11 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
     for e in &particles.step.encounters {
         let deepest = e.collision.max_overlap;
         say!(
-            "  {:<24} {:>15} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
+            "  {:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
             pair(e),
-            e.law,
             e.restitution,
             e.reduced_mass,
+            e.damping_rate,
             e.shortest_contact,
             deepest,
             deepest / e.radius,

@@ -27,8 +27,6 @@ pub struct Encounter {
     pub contact: usize,
     /// What the second body is.
     pub partner: Partner,
-    /// Name of the law of the normal direction.
-    pub law: &'static str,
     /// Restitution.
     pub restitution: f64,
     /// Friction.
@@ -41,6 +39,8 @@ pub struct Encounter {
     pub effective_radius: f64,
     /// Reduced mass of the lightest bodies (kg).
     pub reduced_mass: f64,
+    /// Damping rate γ_n of these (1/s), at the largest overlap.
+    pub damping_rate: f64,
     /// Their head-on collision at `time.impact_speed`.
     pub collision: Collision,
     /// Shortest contact time (s): off-centre impacts of bodies that are not spheres are shorter, and so are
@@ -338,9 +338,9 @@ fn encounters(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Vec<En
                 materials: materials.map(name),
                 contact: number,
                 partner,
-                law: law.normal.name(),
                 restitution: law.restitution,
                 reduced_mass: reduced,
+                damping_rate: law.damping_rate(reduced, collision.stiffness),
                 friction: law.friction,
                 radius: other.map_or(body.radius, |o| body.radius.min(o.radius)),
                 mass: other.map_or(body.mass, |o| body.mass.min(o.mass)),

@@ -142,7 +142,7 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
         if !is_hertzian && contact.normal_stiffness.is_none() {
             checker.error(
                 &key("normal_stiffness"),
-                "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" and Hertzian laws do without it".into(),
+                "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" does without it, and Hertzian laws".into(),
             );
         }
         if is_hertzian && contact.normal_stiffness.is_some() {
