@@ -10,6 +10,7 @@ mod tests;
 
 use classes::Classes;
 use formula::Formula;
+pub use formula::kept;
 use grains_case::{Basis, SizeDistribution};
 
 /// Sizes of the particles of one component, by number and by mass.
@@ -37,11 +38,7 @@ impl Sizes {
             Some(formula) => Cumulative::Formula(formula),
             None => Cumulative::Classes(Classes::of(given.classes(), power(basis, given.basis()))),
         };
-        Self {
-            by_number: weighted(Basis::Number),
-            by_mass: weighted(Basis::Mass),
-            kept: formula::kept(given),
-        }
+        Self { by_number: weighted(Basis::Number), by_mass: weighted(Basis::Mass), kept: kept(given) }
     }
 
     /// The size below which a fraction in [0, 1) of the particles is: the size of a particle that has drawn this number.

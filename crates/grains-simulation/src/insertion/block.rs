@@ -9,7 +9,9 @@ use crate::error::RunError;
 use crate::random::Draw;
 use crate::sizes::Sizes;
 use crate::system;
-use grains_case::{Basis, Case, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing};
+use grains_case::{
+    Basis, Case, Component, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing,
+};
 use grains_dem::{Catalogue, Dem, Kind, Motion, NewParticle, Occupancy, ParticleRecord, PrescribedMotion};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -112,13 +114,20 @@ impl Block {
 
     /// The kinds of particles it can insert, before any is inserted; collective.
     pub fn kinds(&self, case: &Case, catalogue: &Catalogue, transport: &impl Transport) -> Vec<KindRange> {
-        let of = |component| match &self.rows {
-            Some(rows) => of_rows(case, catalogue, (rows, component), transport),
-            None => vec![of_component(component)],
+        let of = |(component, sizes)| match &self.rows {
+            Some(rows) => of_rows(case, catalogue, (rows, component, sizes), transport),
+            None => vec![of_component(component, sizes)],
         };
         let is_prescribed = self.insert.is_prescribed();
-        let kinds = self.insert.particles.iter().flat_map(of);
+        let kinds = self.insert.particles.iter().zip(&self.sizes).flat_map(of);
         kinds.map(|kind| KindRange { is_prescribed, ..kind }).collect()
+    }
+
+    /// The components whose sizes are drawn, and these.
+    pub fn drawn_sizes(&self) -> impl Iterator<Item = (&Insert, &Component, &Sizes)> {
+        let is_drawn = self.rows.as_ref().is_none_or(|rows| !rows.has_sizes() && !rows.has_shapes());
+        let components = self.insert.particles.iter().zip(&self.sizes).filter(move |_| is_drawn);
+        components.map(|(component, sizes)| (&self.insert, component, sizes))
     }
 
     /// What prescribes the motion of its particles, if anything does.
