@@ -26,7 +26,7 @@ pub enum Basis {
 pub enum SizeDistribution {
     /// All particles of one size.
     Constant {
-        /// The size.
+        /// The size (-, or m).
         #[serde(default = "super::one")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         value: f64,
@@ -36,10 +36,10 @@ pub enum SizeDistribution {
         /// Whether the fractions are of the number or of the mass, by default of the number.
         #[serde(default)]
         by: Basis,
-        /// Smallest size.
+        /// Smallest size (-, or m), which decides the time step.
         #[schemars(extend("exclusiveMinimum" = 0))]
         min: f64,
-        /// Largest size.
+        /// Largest size (-, or m), which decides how far neighbours are looked for.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max: f64,
     },
@@ -48,16 +48,16 @@ pub enum SizeDistribution {
         /// Whether the fractions are of the number or of the mass, by default of the number.
         #[serde(default)]
         by: Basis,
-        /// Mean of the uncut distribution.
+        /// Mean of the uncut distribution (-, or m).
         #[schemars(extend("exclusiveMinimum" = 0))]
         mean: f64,
-        /// Standard deviation of the uncut distribution.
+        /// Standard deviation of the uncut distribution (-, or m).
         #[schemars(extend("exclusiveMinimum" = 0))]
         deviation: f64,
-        /// Smallest size.
+        /// Smallest size (-, or m), which decides the time step.
         #[schemars(extend("exclusiveMinimum" = 0))]
         min: f64,
-        /// Largest size.
+        /// Largest size (-, or m), which decides how far neighbours are looked for.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max: f64,
     },
@@ -65,16 +65,16 @@ pub enum SizeDistribution {
     LogNormal {
         /// Whether the fractions are of the number or of the mass.
         by: Basis,
-        /// Median d_50 of the uncut distribution.
+        /// Median d_50 of the uncut distribution (-, or m).
         #[schemars(extend("exclusiveMinimum" = 0))]
         median: f64,
         /// Geometric standard deviation σ_g = d_84.1/d_50 of the uncut distribution (-), above 1.
         #[schemars(extend("exclusiveMinimum" = 1, "x-plausible" = [1.01, 5]))]
         geometric_deviation: f64,
-        /// Smallest size.
+        /// Smallest size (-, or m), which decides the time step.
         #[schemars(extend("exclusiveMinimum" = 0))]
         min: f64,
-        /// Largest size.
+        /// Largest size (-, or m), which decides how far neighbours are looked for.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max: f64,
     },
@@ -83,16 +83,16 @@ pub enum SizeDistribution {
     Weibull {
         /// Whether the fractions are of the number or of the mass.
         by: Basis,
-        /// Size d_63 below which 63.2 % of the uncut distribution are.
+        /// Size d_63 below which 63.2 % of the uncut distribution are (-, or m).
         #[schemars(extend("exclusiveMinimum" = 0))]
         characteristic: f64,
         /// Exponent n (-), above 0; the larger, the more alike the sizes.
         #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.5, 20]))]
         exponent: f64,
-        /// Smallest size.
+        /// Smallest size (-, or m), which decides the time step.
         #[schemars(extend("exclusiveMinimum" = 0))]
         min: f64,
-        /// Largest size.
+        /// Largest size (-, or m), which decides how far neighbours are looked for.
         #[schemars(extend("exclusiveMinimum" = 0))]
         max: f64,
     },
@@ -100,18 +100,18 @@ pub enum SizeDistribution {
     Sieve {
         /// Whether the fractions are of the number or of the mass.
         by: Basis,
-        /// Rows [size, fraction that passes (-)], ascending, from fraction 0 to 1.
+        /// Rows [size (-, or m), fraction that passes (-)], ascending, from fraction 0 to 1.
         #[serde(default)]
         #[schemars(schema_with = "super::sieve_rows")]
         passing: Vec<[f64; 2]>,
-        /// CSV file with a header of the columns `size` and `passing` instead of the rows; relative to the folder of the case file.
+        /// CSV file with a header of the columns `size` (-, or m) and `passing` (-) instead of the rows; relative to the folder of the case file.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         path: Option<PathBuf>,
-        /// Smallest size, by default that of the curve; what is smaller is left out.
+        /// Smallest size (-, or m), by default that of the curve; what is smaller is left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         min: Option<f64>,
-        /// Largest size, by default that of the curve; what is larger is left out.
+        /// Largest size (-, or m), by default that of the curve; what is larger is left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         max: Option<f64>,
@@ -121,7 +121,7 @@ pub enum SizeDistribution {
         /// Whether the shares are of the number or of the mass, by default of the number.
         #[serde(default)]
         by: Basis,
-        /// The sizes.
+        /// The sizes (-, or m).
         #[schemars(schema_with = "super::positive_list")]
         values: Vec<f64>,
         /// Share of each size (-), one per value; need not sum to 1.
