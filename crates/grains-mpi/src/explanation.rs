@@ -327,7 +327,8 @@ fn time_step(case: &Case, particles: &ParticleReport) {
     let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
     say!("\ntime step      {:e} s ({chosen}); {}", step.dt, step.resolution(case));
     say!("  recommended  {:.3e} s: {}", step.recommended, step.reason);
-    if let Some(coarser) = particles.step_without_fines.filter(|_| !particles.sizes.is_empty()) {
+    if let Some(coarser) = particles.step_without_fines.filter(|coarser| *coarser > 1.005 * step.recommended)
+    {
         say!(
             "  sizes        the smallest decide: without the finest tenth of the mass of each kind {coarser:.3e} s, {:.2} times that",
             coarser / step.recommended
