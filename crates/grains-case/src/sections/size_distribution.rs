@@ -20,6 +20,13 @@ pub enum Basis {
     Mass,
 }
 
+impl Basis {
+    /// Whether fractions are of the number, as where nothing is said.
+    fn is_number(&self) -> bool {
+        *self == Self::Number
+    }
+}
+
 /// Sizes of particles and how they are distributed: diameters of spheres (m), or factors on all lengths of a shape (-).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -34,7 +41,7 @@ pub enum SizeDistribution {
     /// All sizes in a range equally likely.
     Uniform {
         /// Whether the fractions are of the number or of the mass, by default of the number.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "Basis::is_number")]
         by: Basis,
         /// Smallest size (-, or m), which decides the time step.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -46,7 +53,7 @@ pub enum SizeDistribution {
     /// Normal distribution, cut at both ends.
     Normal {
         /// Whether the fractions are of the number or of the mass, by default of the number.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "Basis::is_number")]
         by: Basis,
         /// Mean of the uncut distribution (-, or m).
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -119,7 +126,7 @@ pub enum SizeDistribution {
     /// A few sizes with their shares.
     Table {
         /// Whether the shares are of the number or of the mass, by default of the number.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "Basis::is_number")]
         by: Basis,
         /// The sizes (-, or m).
         #[schemars(schema_with = "super::positive_list")]
