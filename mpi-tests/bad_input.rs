@@ -87,6 +87,19 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["radius = 5", "10 mm is 0.01 m"],
     ),
     mistake(
+        "a sieve curve in per cent",
+        &[(
+            "material = \"glass\" }",
+            "material = \"glass\", diameter = { kind = \"sieve\", by = \"mass\", passing = [[6e-3, 0], [8e-3, 40], [1e-2, 100]] } }",
+        )],
+        2,
+        &[
+            "insert[0].particles[0].diameter.passing",
+            "fractions end at 1, not at 100",
+            "divide per cent by 100",
+        ],
+    ),
+    mistake(
         "no contact law",
         &[("between = [\"glass\", \"wall\"]", "between = [\"wall\", \"wall\"]")],
         2,

@@ -121,6 +121,42 @@ fn coarse_time_steps_are_warned_of_and_then_refused() {
     assert!((20.0..22.1).contains(&steps), "T_c/dt = {steps}");
 }
 
+/// A sieve curve comes back as quantiles by mass, its means are sums over its classes.
+#[test]
+fn a_sieve_curve_is_explained_by_its_means_and_quantiles() {
+    let home = folder("check_sizes");
+    let output = check(&home, &case("gravel.toml"), &[]).succeeded();
+    let rows = [[2.0, 0.0], [2.8, 0.1], [4.0, 0.55], [5.6, 0.9], [8.0, 1.0]];
+    let classes = || rows.windows(2).map(|pair| (pair[0][0], pair[1][0], pair[1][1] - pair[0][1]));
+    let by_mass: f64 = classes().map(|(a, b, share)| share * (a + b) / 2.0).sum();
+    // Means of d⁻² and d⁻³ over a class.
+    let lengths: f64 = classes().map(|(a, b, share)| share / (a * b)).sum();
+    let numbers: f64 = classes().map(|(a, b, share)| share * (a + b) / (2.0 * a * a * b * b)).sum();
+    let means =
+        format!("mean {:.4e} m by number, {:.4e} m by mass", 1e-3 * lengths / numbers, 1e-3 * by_mass);
+    for words in [
+        "gravel: pebble of stone, sieve curve by mass, 2.0000e-3 to 8.0000e-3 m",
+        &means,
+        // 45 % of the mass are between 2.8 and 4 mm.
+        "d10 2.8000e-3 m, d50 3.8667e-3 m, d90 5.6000e-3 m by mass",
+        "normal by mass, 2.0484e-3 to 6.1451e-3 m; the cut-offs keep 98.76 % of the mass",
+    ] {
+        assert!(output.stdout.contains(words), "`{words}` is missing: {}", output.text());
+    }
+}
+
+/// The contact time of spheres of a linear law goes with the root of their mass.
+#[test]
+fn what_the_finest_tenth_costs_in_time_step_is_said() {
+    let home = folder("check_fines");
+    let sizes = "{ shape = \"ball\", material = \"glass\", diameter = { kind = \"uniform\", by = \"mass\", min = 6e-3, max = 1e-2 } }";
+    let text = replaced(&case("base.toml"), "{ shape = \"ball\", material = \"glass\" }", sizes);
+    let output = check(&home, &text, &[]).succeeded();
+    // A tenth of the mass is below 6.4 mm.
+    let gain = format!("{:.2} times that", (6.4_f64 / 6.0).powf(1.5));
+    assert!(output.stdout.contains(&gain), "{gain}: {}", output.text());
+}
+
 #[test]
 fn an_impact_beyond_the_limit_of_overlap_is_foreseen() {
     let home = folder("check_impact");

@@ -14,6 +14,8 @@ const BOX: &str = "kind = \"box\"\nlower = [0.005, 0.005, 0.005]\nupper = [0.075
 
 const COUNT: &str = "count = 16";
 
+const BALLS: &str = "{ shape = \"ball\", material = \"glass\" }";
+
 const PULSE: &str = "kind = \"inlet\"\nvelocity = [0, 0, \"0.1 * (1 + sin(20 * t))\"]";
 
 const JET: &str = "kind = \"inlet\"\nvelocity = [0.05, 0, 0.3]";
@@ -120,6 +122,29 @@ const ODDITIES: &[Oddity] = &[
         &[(BOX, "FAST")],
         "wall[0].motion.velocity",
         "radii of the smallest particle",
+    ),
+    (
+        "sizes of a ratio of 25",
+        "base.toml",
+        &[
+            (
+                BALLS,
+                "{ shape = \"ball\", material = \"glass\", diameter = { kind = \"uniform\", by = \"mass\", min = 4e-4, max = 1e-2 } }",
+            ),
+            ("dt = 4e-5", "dt = \"auto\""),
+        ],
+        "insert[0].particles[0]",
+        "a ratio of 25: the smallest decide the time step",
+    ),
+    (
+        "cut-offs that leave little",
+        "base.toml",
+        &[(
+            BALLS,
+            "{ shape = \"ball\", material = \"glass\", scale = { kind = \"log_normal\", by = \"mass\", median = 1, geometric_deviation = 1.5, min = 0.9, max = 1.05 } }",
+        )],
+        "insert[0].particles[0]",
+        "the cut-offs keep 15.0 % of the log-normal distribution",
     ),
     (
         "an oscillation in kHz",

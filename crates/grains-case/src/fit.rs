@@ -5,16 +5,22 @@ use crate::check::Checker;
 use crate::diagnostic::rounded;
 use crate::sections::fluid::{check_step, check_thickness};
 use crate::sections::insert::Component;
+use crate::sections::size_distribution::SizeDistribution;
 use crate::vector::norm;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Every particle must fit the domain, and a periodic axis must be longer than the particle.
 pub(crate) fn check_sizes(case: &Case, checker: &mut Checker) {
-    for component in case.inserts.iter().flat_map(|insert| &insert.particles) {
-        if let Some(message) = misfit(case, component) {
+    for (i, insert) in case.inserts.iter().enumerate() {
+        for (j, component) in insert.particles.iter().enumerate() {
+            let Some(message) = misfit(case, component) else { continue };
             let key = case.shapes[component.shape].kind.size_key();
-            checker.error(&format!("shape[{}].{key}", component.shape), message);
+            let key = match component.scale == SizeDistribution::default() {
+                true => format!("shape[{}].{key}", component.shape),
+                false => format!("insert[{i}].particles[{j}]"),
+            };
+            checker.error(&key, message);
         }
     }
 }

@@ -12,6 +12,7 @@
 
 mod case;
 mod check;
+mod csv_numbers;
 mod csv_share;
 mod diagnostic;
 mod editor_schema;
@@ -55,8 +56,8 @@ pub use sections::motion_table::TableRow;
 pub use sections::output::{Field, Output, Precision};
 pub use sections::place::{Place, Window, default_spacing, lattice_sites};
 pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};
-pub use sections::scale::Scale;
 pub use sections::shape::{Shape, ShapeKind, Solid, SurfaceVertices, VertexSpacing};
+pub use sections::size_distribution::{Basis, SizeDistribution};
 pub use sections::time::{Time, TimeStep};
 pub use sections::wall::{Side, Wall, WallKind};
 pub use structure::schema;

@@ -98,8 +98,14 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     };
     let resolved = raw.fluid.as_ref().and_then(|fluid| fluid.resolved.as_ref());
     let motion = resolved.map_or(ParticleMotion::Free, |resolved| resolved.motion.into());
-    let context =
-        insert::Context { domain: &raw.domain, materials: &raw.material, names: &names, end, motion };
+    let context = insert::Context {
+        domain: &raw.domain,
+        materials: &raw.material,
+        shapes: &raw.shape,
+        names: &names,
+        end,
+        motion,
+    };
     let inserts = insert::check(raw.insert, &context, checker);
     let fluid = raw.fluid.map(|fluid| fluid.check(&fluid_context, &inserts, checker));
     let walls = wall::check(raw.wall, &raw.domain, &names, checker);

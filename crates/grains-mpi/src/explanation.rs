@@ -4,8 +4,8 @@ mod fluid;
 
 use grains_case::{Case, Face, ParticleMotion, TimeStep};
 use grains_simulation::check::{
-    CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
-    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing,
+    Basis, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
+    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
 };
 use grains_simulation::duration;
 
@@ -40,6 +40,7 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     say!("mass           {:.6e} kg", particles.mass);
     motions(case);
     particles.shapes.iter().for_each(shape);
+    particles.sizes.iter().for_each(sizes);
     contact_points(particles);
     walls(particles);
     say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
@@ -88,6 +89,30 @@ fn shape(shape: &ShapeReport) {
         shape.crust
     );
     shape.composite.iter().for_each(composite);
+}
+
+/// Prints what a size distribution comes to, as diameters of the spheres of the same volume.
+fn sizes(sizes: &SizeReport) {
+    let SizeReport { insert, kind: [shape, material], name, basis, kept, range, means, by_mass } = sizes;
+    let basis = match basis {
+        Basis::Number => "number",
+        Basis::Mass => "mass",
+    };
+    let kept = kept.map(|kept| format!("; the cut-offs keep {:.2} % of the {basis}", 100.0 * kept));
+    say!(
+        "  sizes        {insert}: {shape} of {material}, {name} by {basis}, {:.4e} to {:.4e} m{}",
+        range[0],
+        range[1],
+        kept.unwrap_or_default()
+    );
+    say!(
+        "    mean {:.4e} m by number, {:.4e} m by mass; d10 {:.4e} m, d50 {:.4e} m, d90 {:.4e} m by mass",
+        means[0],
+        means[1],
+        by_mass[0],
+        by_mass[1],
+        by_mass[2]
+    );
 }
 
 /// Prints parts, mass properties and decomposition of a shape.
@@ -302,6 +327,13 @@ fn time_step(case: &Case, particles: &ParticleReport) {
     let chosen = if case.time.dt == TimeStep::Auto { "auto" } else { "given" };
     say!("\ntime step      {:e} s ({chosen}); {}", step.dt, step.resolution(case));
     say!("  recommended  {:.3e} s: {}", step.recommended, step.reason);
+    if let Some(coarser) = particles.step_without_fines.filter(|coarser| *coarser > 1.005 * step.recommended)
+    {
+        say!(
+            "  sizes        the smallest decide: without the finest tenth of the mass of each kind {coarser:.3e} s, {:.2} times that",
+            coarser / step.recommended
+        );
+    }
     if let Some(warning) = &step.warning {
         say!("warning: {warning}");
     }

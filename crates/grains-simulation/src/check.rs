@@ -2,6 +2,7 @@
 
 mod laws;
 mod particles;
+mod sizes;
 
 pub use crate::cost::Cost;
 pub use crate::fluid::FluidStepLimit;
@@ -10,11 +11,13 @@ pub use crate::fluid::check::{
     SettlingMotion, TooCoarse,
 };
 pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeStepReason};
+pub use grains_case::Basis;
 pub use grains_contact::{ImpulseScheme, Sharing};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
 pub use laws::LawReport;
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
+pub use sizes::SizeReport;
 
 use crate::fluid;
 use crate::insertion::Insertions;

@@ -62,7 +62,7 @@ fn complaint(text: String) -> Option<String> {
 #[test]
 fn any_order_of_magnitude_is_examined_or_refused_with_file_and_key() {
     let mut complaints = Vec::new();
-    for name in ["base", "silo", "drum", "shear", "bed"] {
+    for name in ["base", "silo", "drum", "shear", "bed", "gravel"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases").join(name);
         let text = std::fs::read_to_string(path.with_extension("toml")).unwrap();
         for (first, end) in numbers(&text) {

@@ -63,6 +63,7 @@ mod restart;
 mod schedule;
 mod shapes;
 mod simulation;
+mod sizes;
 mod summary;
 mod system;
 mod timestep;

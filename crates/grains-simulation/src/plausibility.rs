@@ -4,6 +4,7 @@
 mod flow;
 mod laws;
 mod setting;
+mod sizes;
 mod walls;
 
 use crate::check::LawReport;
@@ -14,7 +15,7 @@ use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 23] = [
+const RULES: [fn(&Setting) -> Vec<Remark>; 25] = [
     walls::mesh_of_another_size,
     walls::wall_outside,
     walls::wall_too_late,
@@ -30,6 +31,8 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 23] = [
     walls::bare_face,
     slow_impact,
     fast_insertion,
+    sizes::wide_sizes,
+    sizes::deep_cut_offs,
     walls::fast_wall,
     laws::properties_without_effect,
     laws::rayleigh_outrun,

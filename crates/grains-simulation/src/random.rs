@@ -31,12 +31,6 @@ impl Draw {
         self.stream += 1;
         uniform(self.seed, self.id, self.stream)
     }
-
-    /// The next standard normal number (Box and Muller).
-    pub fn normal(&mut self) -> f64 {
-        let (u, v) = (1.0 - self.next(), self.next());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    }
 }
 
 #[cfg(test)]

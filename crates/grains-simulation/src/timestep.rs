@@ -224,6 +224,15 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
     Ok(choice)
 }
 
+/// The step (s) that would be recommended if no kind had the finest tenth of its mass.
+pub fn recommended_without_fines(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Option<f64> {
+    let mut case = case.clone();
+    case.time.dt = TimeStep::Auto;
+    let coarser: Vec<KindRange> =
+        kinds.iter().map(|kind| KindRange { smallest: kind.tenth, ..*kind }).collect();
+    choose(&case, catalogue, &coarser).ok().map(|choice| choice.recommended)
+}
+
 /// The step where particles meet nothing (s), and its reason; where the flow around driven bodies is resolved, short beside the
 /// longest step of the fluid, which is a multiple of it.
 fn of_free_flight(case: &Case, kinds: &[KindRange]) -> (f64, TimeStepReason) {

@@ -7,8 +7,8 @@ use crate::check::{Checker, Names};
 use crate::diagnostic::rounded;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::place::{MOST_PLACES, Place, default_spacing, lattice_sites};
-use crate::sections::scale::Scale;
-use crate::sections::shape::Shape;
+use crate::sections::shape::{Shape, ShapeKind};
+use crate::sections::size_distribution::SizeDistribution;
 use crate::sections::{domain::Domain, material::Material};
 use crate::vector::norm;
 
@@ -25,9 +25,12 @@ pub struct Component<Name = usize> {
     #[serde(default = "super::one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub share: f64,
-    /// Size distribution: the factor on all lengths of the shape.
+    /// Size distribution: the factor on all lengths of the shape (-).
     #[serde(default)]
-    pub scale: Scale,
+    pub scale: SizeDistribution,
+    /// Size distribution of spheres instead: their diameters (m), whatever the radius of the shape is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<SizeDistribution>,
 }
 
 /// How inserted particles are turned.
@@ -96,6 +99,7 @@ fn is_free(motion: &Option<ParticleMotion>) -> bool {
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub materials: &'a [Material],
+    pub shapes: &'a [Shape],
     pub names: &'a Names,
     pub end: f64,
     /// What particles do whose insertion does not say.
@@ -112,6 +116,7 @@ impl<Name> Insert<Name> {
             material: name(i, "material", component.material),
             share: component.share,
             scale: component.scale,
+            diameter: component.diameter,
         });
         Insert {
             particles: particles.collect(),
@@ -140,6 +145,9 @@ const FASTEST: f64 = 1e5;
 /// Largest angular speed (rad/s) of particles that are inserted: that of 1e5 m/s at a radius of 0.1 µm.
 const FASTEST_TURN: f64 = 1e12;
 
+/// Plausible diameters (m), as of radii.
+const USUAL: [f64; 2] = [2e-7, 1.0];
+
 fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &mut Checker) -> Insert {
     let errors_before = checker.error_count();
     let mut insert = raw.rename(|i, key, name| {
@@ -147,9 +155,9 @@ fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &m
         checker.reference(&format!("{path}.particles[{i}].{key}"), &name, key, known)
     });
     let is_resolved = checker.error_count() == errors_before;
-    for (i, component) in insert.particles.iter().enumerate() {
+    for (i, component) in insert.particles.iter_mut().enumerate() {
         let path = format!("{path}.particles[{i}]");
-        component.scale.check(&format!("{path}.scale"), checker);
+        component.check_sizes(&path, is_resolved.then(|| &context.shapes[component.shape].kind), checker);
         if is_resolved && context.materials[component.material].density.is_none() {
             let material = &context.names.materials[component.material];
             checker.error(
@@ -181,6 +189,41 @@ fn check_one(raw: Insert<String>, path: &str, context: &Context<'_>, checker: &m
     insert.check_batches(path, checker);
     insert.check_times(path, context.end, checker);
     insert
+}
+
+impl Component {
+    /// Checks the distribution of its sizes; one of diameters becomes one of factors on the shape, if that is known.
+    fn check_sizes(&mut self, path: &str, shape: Option<&ShapeKind>, checker: &mut Checker) {
+        let Some(mut diameter) = self.diameter.take() else {
+            return self.scale.check(&format!("{path}.scale"), checker);
+        };
+        let path = format!("{path}.diameter");
+        if self.scale != SizeDistribution::default() {
+            checker.error(&path, "excludes scale; remove one of them".into());
+        }
+        let errors = checker.error_count();
+        diameter.check(&path, checker);
+        match shape {
+            Some(ShapeKind::Sphere { radius }) => {
+                let [smallest, largest] = [diameter.smallest(), diameter.largest()];
+                if checker.error_count() == errors && !(USUAL[0] <= smallest && largest <= USUAL[1]) {
+                    let [smallest, largest] = [smallest, largest].map(rounded);
+                    let message = format!(
+                        "from {smallest} to {largest} m, unusual, mostly between {:?} and {:?}: check its unit",
+                        USUAL[0], USUAL[1]
+                    );
+                    checker.warn(&path, message);
+                }
+                self.scale = diameter.in_units_of(2.0 * radius);
+            }
+            Some(_) => {
+                let message =
+                    "only spheres have a diameter; give scale, the factor on all lengths of the shape";
+                checker.error(&path, message.into());
+            }
+            None => {}
+        }
+    }
 }
 
 impl Insert {

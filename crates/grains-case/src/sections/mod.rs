@@ -18,8 +18,9 @@ pub mod motion_table;
 pub mod output;
 pub mod place;
 pub mod run;
-pub mod scale;
 pub mod shape;
+mod sieve;
+pub mod size_distribution;
 pub mod time;
 pub mod wall;
 
@@ -68,4 +69,12 @@ pub(crate) fn positive_list(_: &mut schemars::SchemaGenerator) -> Schema {
 /// Schema of a list of non-negative numbers, not empty.
 pub(crate) fn share_list(_: &mut schemars::SchemaGenerator) -> Schema {
     json_schema!({"type": "array", "minItems": 1, "items": {"type": "number", "minimum": 0}})
+}
+
+/// Schema of the rows [size, passing fraction (-)] of a sieve analysis.
+pub(crate) fn sieve_rows(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "array",
+        "items": {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number", "minimum": 0}}
+    })
 }

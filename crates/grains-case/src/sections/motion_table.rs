@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::check::Checker;
-use crate::csv_share::CsvShare;
-use crate::diagnostic::unknown;
+use crate::csv_numbers;
 use crate::vector::{norm, sub};
 
 /// The columns of a file, in any order; `time` is required.
@@ -84,29 +83,11 @@ fn ascending(rows: &[TableRow]) -> Result<(), String> {
 }
 
 fn read(file: &Path) -> Result<Vec<TableRow>, String> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read the file: {error}"))?;
-    let share = CsvShare::of_text(&text);
-    let header = share.columns();
-    if let Some(name) = header.iter().find(|name| !COLUMNS.contains(name)) {
-        return Err(unknown("column", name, &COLUMNS));
-    }
-    let place = |name: &str| header.iter().position(|known| *known == name);
-    let places = COLUMNS.map(place);
-    if places[0].is_none() {
-        return Err("the file has no column time".into());
-    }
-    let mut rows = Vec::new();
-    for (line, fields) in share.rows(0) {
-        if fields.len() != header.len() {
-            return Err(format!("line {line} has {} fields, the header {}", fields.len(), header.len()));
-        }
-        let number = |field: &&str| field.parse::<f64>().ok().filter(|number| number.is_finite());
-        let numbers: Option<Vec<f64>> = fields.iter().map(number).collect();
-        let numbers = numbers.ok_or_else(|| format!("line {line} holds a field that is no number"))?;
-        let [time, x, y, z, angle] = places.map(|place| place.map_or(0.0, |k| numbers[k]));
-        rows.push(TableRow { time, displacement: [x, y, z], angle });
-    }
-    Ok(rows)
+    let rows = csv_numbers::read(file, &COLUMNS)?.into_iter().map(|[time, x, y, z, angle]| {
+        let displacement = [x, y, z].map(Option::unwrap_or_default);
+        Some(TableRow { time: time?, displacement, angle: angle.unwrap_or_default() })
+    });
+    rows.collect::<Option<_>>().ok_or_else(|| "the file has no column time".into())
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! What `check` finds of particles, walls and their contacts.
 
 use super::laws::LawReport;
+use super::sizes::SizeReport;
 use crate::insertion::Insertions;
 use crate::plausibility;
 use crate::system;
-use crate::timestep::{Encounter, TimeStepChoice};
+use crate::timestep::{Encounter, TimeStepChoice, recommended_without_fines};
 use grains_case::{Case, Face, Insert};
 use grains_contact::Sharing;
 use grains_dem::{CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
@@ -30,6 +31,8 @@ pub struct ParticleReport {
     pub mass: f64,
     /// The shapes of the case.
     pub shapes: Vec<ShapeReport>,
+    /// The sizes of insertions that draw different ones.
+    pub sizes: Vec<SizeReport>,
     /// How touching faces and edges count, if any shape has them.
     pub faces: Option<FaceContact>,
     /// How several contacts of two bodies count, if any shape has several parts.
@@ -48,6 +51,8 @@ pub struct ParticleReport {
     pub step: TimeStepChoice,
     /// What the laws of soft collisions come to.
     pub laws: Vec<LawReport>,
+    /// The step (s) that would be recommended without the finest tenth of the mass of each kind.
+    pub step_without_fines: Option<f64>,
     /// Largest overlap at `time.impact_speed` over the radius (-), of soft contacts.
     pub max_overlap: f64,
     /// The weight of the smallest particle, and its torque, in multiples of what these are rounded to, if they are.
@@ -86,6 +91,7 @@ impl ParticleReport {
             placed,
             mass: insertions.mass(case, catalogue),
             shapes: catalogue.shapes.iter().map(ShapeReport::of).collect::<Result<_, _>>()?,
+            sizes: SizeReport::of_all(case, catalogue, insertions),
             faces: is_mixed.then_some(catalogue.faces),
             composites: is_composite.then_some(catalogue.sharing),
             meshes: setup.walls.iter().flat_map(MeshReport::of).collect(),
@@ -95,6 +101,7 @@ impl ParticleReport {
             collisions: setup.collisions,
             laws: LawReport::of_all(case, setup, &step),
             max_overlap: step.encounters.iter().map(overlap).fold(0.0, f64::max),
+            step_without_fines: recommended_without_fines(case, catalogue, insertions.kinds()),
             weight_in_quanta: system::quanta_of_weight(case, setup, insertions.kinds()),
             steps,
             seconds_per_step,

@@ -1,14 +1,17 @@
 //! One insertion: when its particles are due, and how they get to the ranks that own them.
 
-use super::draws::{choose, orientation, purpose, sample};
+use super::draws::{choose, orientation, purpose};
 use super::kinds::{KindRange, of_component, of_rows};
 use super::lattice::Sites;
 use super::rows::{FileRows, component_kind};
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
 use crate::random::Draw;
+use crate::sizes::Sizes;
 use crate::system;
-use grains_case::{Case, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing};
+use grains_case::{
+    Basis, Case, Component, Insert, Motion as CaseMotion, ParticleMotion, Place, default_spacing,
+};
 use grains_dem::{Catalogue, Dem, Kind, Motion, NewParticle, Occupancy, ParticleRecord, PrescribedMotion};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -73,6 +76,8 @@ pub struct Block {
     pub start: f64,
     /// Step of the last batch and the first id in it.
     pub last_batch: (u64, u64),
+    /// Sizes of its components.
+    sizes: Vec<Sizes>,
     /// This rank's rows of its file, until all are inserted.
     rows: Option<FileRows>,
 }
@@ -94,19 +99,35 @@ impl Block {
         };
         let listed = rows.as_ref().map_or(u64::MAX, |rows| rows.total);
         let count = insert.count.unwrap_or(u64::MAX).min(listed);
-        let (insert, start) = (insert.clone(), insert.start);
-        Ok(Self { insert, first_id, count, done: 0, before: 0, start, last_batch: (u64::MAX, 0), rows })
+        Ok(Self {
+            insert: insert.clone(),
+            first_id,
+            count,
+            done: 0,
+            before: 0,
+            start: insert.start,
+            last_batch: (u64::MAX, 0),
+            sizes: insert.particles.iter().map(|component| Sizes::of(&component.scale)).collect(),
+            rows,
+        })
     }
 
     /// The kinds of particles it can insert, before any is inserted; collective.
     pub fn kinds(&self, case: &Case, catalogue: &Catalogue, transport: &impl Transport) -> Vec<KindRange> {
-        let of = |component| match &self.rows {
-            Some(rows) => of_rows(case, catalogue, (rows, component), transport),
-            None => vec![of_component(component)],
+        let of = |(component, sizes)| match &self.rows {
+            Some(rows) => of_rows(case, catalogue, (rows, component, sizes), transport),
+            None => vec![of_component(component, sizes)],
         };
         let is_prescribed = self.insert.is_prescribed();
-        let kinds = self.insert.particles.iter().flat_map(of);
+        let kinds = self.insert.particles.iter().zip(&self.sizes).flat_map(of);
         kinds.map(|kind| KindRange { is_prescribed, ..kind }).collect()
+    }
+
+    /// The components whose sizes are drawn, and these.
+    pub fn drawn_sizes(&self) -> impl Iterator<Item = (&Insert, &Component, &Sizes)> {
+        let is_drawn = self.rows.as_ref().is_none_or(|rows| !rows.has_sizes() && !rows.has_shapes());
+        let components = self.insert.particles.iter().zip(&self.sizes).filter(move |_| is_drawn);
+        components.map(|(component, sizes)| (&self.insert, component, sizes))
     }
 
     /// What prescribes the motion of its particles, if anything does.
@@ -314,13 +335,15 @@ impl Block {
 
     fn kind_and_scale(&self, id: u64, case: &Case, seed: u64, catalogue: &Catalogue) -> (Kind, f64) {
         let mut draw = Draw::new(seed, id, purpose::KIND);
-        let component = choose(&self.insert.particles, draw.next());
+        let chosen = choose(&self.insert.particles, draw.next());
+        let component = &self.insert.particles[chosen];
+        let mut drawn = || self.sizes[chosen].quantile(Basis::Number, draw.next());
         match &self.rows {
             Some(rows) => {
                 let (kind, scale) = rows.kind(case, catalogue, id - self.first_id, component);
-                (kind, scale.unwrap_or_else(|| sample(&component.scale, &mut draw)))
+                (kind, scale.unwrap_or_else(drawn))
             }
-            None => (component_kind(component), sample(&component.scale, &mut draw)),
+            None => (component_kind(component), drawn()),
         }
     }
 

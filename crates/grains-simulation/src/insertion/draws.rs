@@ -1,7 +1,7 @@
-//! What of a particle is drawn: its component, its size, how it is turned.
+//! What of a particle is drawn beside its size: its component, how it is turned.
 
 use crate::random::Draw;
-use grains_case::{Component, Orientation, Scale};
+use grains_case::{Component, Orientation};
 use grains_geometry::Rotation;
 use nalgebra::{Quaternion, Unit};
 use std::f64::consts::TAU;
@@ -18,39 +18,15 @@ pub mod purpose {
     pub const ATTEMPT: u64 = 16;
 }
 
-/// The component in whose share of [0, 1) a number falls.
-pub fn choose(components: &[Component], number: f64) -> &Component {
+/// Index of the component in whose share of [0, 1) a number falls.
+pub fn choose(components: &[Component], number: f64) -> usize {
     let total: f64 = components.iter().map(|c| c.share).sum();
     let mut rest = number * total;
-    components
-        .iter()
-        .find(|c| {
-            rest -= c.share;
-            rest < 0.0
-        })
-        .unwrap_or(&components[components.len() - 1])
-}
-
-/// A scale (-) of a distribution.
-pub fn sample(scale: &Scale, draw: &mut Draw) -> f64 {
-    match scale {
-        Scale::Constant { value } => *value,
-        Scale::Uniform { min, max } => min + (max - min) * draw.next(),
-        Scale::Normal { mean, deviation, min, max } => loop {
-            let value = mean + deviation * draw.normal();
-            if (*min..=*max).contains(&value) {
-                return value;
-            }
-        },
-        Scale::Table { values, shares } => {
-            let mut rest = draw.next() * shares.iter().sum::<f64>();
-            let found = shares.iter().position(|s| {
-                rest -= s;
-                rest < 0.0
-            });
-            values[found.unwrap_or(values.len() - 1)]
-        }
-    }
+    let found = components.iter().position(|c| {
+        rest -= c.share;
+        rest < 0.0
+    });
+    found.unwrap_or(components.len() - 1)
 }
 
 /// How a particle is turned, body to world.

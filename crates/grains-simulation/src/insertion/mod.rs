@@ -11,8 +11,9 @@ pub use kinds::KindRange;
 
 use crate::changes::{Change, names};
 use crate::error::RunError;
+use crate::sizes::Sizes;
 use block::{Block, Progress};
-use grains_case::Case;
+use grains_case::{Case, Component, Insert};
 use grains_dem::{Catalogue, Dem, Kind, Partner, PrescribedMotion, Touch};
 use grains_domain::Transport;
 use std::ops::Range;
@@ -51,6 +52,11 @@ impl Insertions {
     /// Every kind of particle that can be inserted and the scales it can have; a kind may come several times.
     pub fn kinds(&self) -> &[KindRange] {
         &self.kinds
+    }
+
+    /// The components of all insertions whose sizes are drawn, and these; before any is inserted.
+    pub fn drawn_sizes(&self) -> impl Iterator<Item = (&Insert, &Component, &Sizes)> {
+        self.blocks.iter().flat_map(Block::drawn_sizes)
     }
 
     /// Particles of all insertions together.

@@ -69,6 +69,16 @@ impl FileRows {
         self.first..self.first + self.columns.len() as u64
     }
 
+    /// Whether they say how large particles are.
+    pub fn has_sizes(&self) -> bool {
+        self.columns.radius.is_some() || self.columns.scale.is_some()
+    }
+
+    /// Whether they say which shapes particles have.
+    pub fn has_shapes(&self) -> bool {
+        self.columns.shape.is_some()
+    }
+
     /// Kind of one of its rows, and its scale if the file has sizes; columns it lacks come from a component of the
     /// insertion.
     pub fn kind(
