@@ -34,9 +34,13 @@ pub struct Particle {
     pub memory: Vec<Vec<u64>>,
 }
 
+/// Numbers that a law keeps of a contact beside its tangential displacement.
+const OF_LAW: usize = 5;
+
 /// Contacts in the packed memory of a particle, in an order that does not depend on neighbour lists:
 /// counts of sphere, body and wall contacts, then for each its key, tangential displacement and (not for spheres) torsional
-/// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the angle rolled follows.
+/// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the five numbers
+/// of the law follow.
 fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let (counts, mut rest) = packed.split_at(3);
     let mut contacts = Vec::new();
@@ -44,10 +48,10 @@ fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
         for _ in 0..count.abs() as usize {
             let fixed = [4, 7, 9][kind];
             let length = if kind == 0 {
-                fixed + if count < 0.0 { 3 } else { 0 }
+                fixed + if count < 0.0 { OF_LAW } else { 0 }
             } else {
                 let points = rest[fixed] as usize;
-                fixed + 1 + 6 * (points % 16) + 3 * (points / 16)
+                fixed + 1 + 6 * (points % 16) + OF_LAW * (points / 16)
             };
             let (contact, after) = rest.split_at(length);
             contacts.push([&[kind as u64], &*bits(contact)].concat());

@@ -17,7 +17,8 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 9] = [
+const GOOD: [&str; 10] = [
+    "adhesive.toml",
     "gravel.toml",
     "silo.toml",
     "mixture.toml",

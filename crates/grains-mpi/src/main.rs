@@ -48,6 +48,11 @@ enum Command {
     },
     /// Print the JSON schema of case files.
     Schema,
+    /// Run every contact law against its closed forms and print found and exact values.
+    Verify {
+        /// Only rows whose law contains this, such as `jkr`.
+        law: Option<String>,
+    },
     /// Analyse the stored states of a run: tables and pictures.
     Analyse {
         /// What to find out.
@@ -137,6 +142,22 @@ fn exit_code(kind: ErrorKind) -> i32 {
     }
 }
 
+/// Prints the rows of laws whose name contains `law` against their closed forms.
+fn verify(law: &str) -> Result<(), RunError> {
+    let rows = grains_verification::all().into_iter().filter(|row| row.law.contains(law)).collect::<Vec<_>>();
+    if rows.is_empty() {
+        return Err(RunError::case(format!("no law is called `{law}`; `grains-mpi verify` lists them all")));
+    }
+    say!("{}", grains_verification::heading());
+    rows.iter().for_each(|row| say!("{row}"));
+    match rows.iter().filter(|row| !row.is_right()).count() {
+        0 => Ok(()),
+        wrong => {
+            Err(RunError::unphysical(format!("{wrong} of {} rows are farther off than allowed", rows.len())))
+        }
+    }
+}
+
 /// Whether no launcher has given this process another rank than 0; what all ranks say is said once.
 fn is_first_launched() -> bool {
     ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"]
@@ -154,6 +175,13 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
                 say!("{:#}", grains_case::schema());
             }
             Ok(())
+        }
+        Command::Verify { law } => {
+            if is_first {
+                verify(law.as_deref().unwrap_or_default())
+            } else {
+                Ok(())
+            }
         }
         Command::Check { case, ranks } => {
             let case = load(&case, job)?;
