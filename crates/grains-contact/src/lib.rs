@@ -8,6 +8,8 @@
 //! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
 //! [`Collision`] assume.
 //!
+//! Some laws act at a distance, between two radii and a gap: [`LiquidBridge`].
+//!
 //! Bodies that do not deform meet by impulses instead: [`ImpulseScheme`].
 //!
 //! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17; Srinivasan 2019,
@@ -21,6 +23,7 @@ mod elasticity;
 mod encounter;
 mod impulse;
 mod law;
+mod liquid_bridge;
 mod lubrication;
 mod normal;
 mod rolling;
@@ -34,6 +37,10 @@ pub use elasticity::{Elastic, effective_modulus, effective_shear_modulus, work_o
 pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, ContactLaw, Damping, PreparedLaw, reduced_mass};
+pub use liquid_bridge::{
+    BridgeState, BridgeViscosity, Capillary, Film, Formation, LiquidBridge, Rabinovich, Rupture, Supply,
+    Willett, WillettShort, film_thickness,
+};
 pub use lubrication::Lubrication;
 pub use normal::{
     Approach, CohesionArea, Dmt, ElasticPlastic, Hertz, Jkr, Linear, Normal, NormalLaw, NormalVisitor,
