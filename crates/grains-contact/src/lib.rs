@@ -8,7 +8,7 @@
 //! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
 //! [`Collision`] assume.
 //!
-//! Some laws act at a distance, between two radii and a gap: [`LiquidBridge`].
+//! Some laws act at a distance, between two radii and a gap: [`LiquidBridge`], [`VanDerWaals`].
 //!
 //! Bodies that do not deform meet by impulses instead: [`ImpulseScheme`].
 //!
@@ -30,6 +30,7 @@ mod rolling;
 mod sharing;
 mod tangential;
 mod twisting;
+mod van_der_waals;
 
 pub use collision::Collision;
 pub use couple::{RollingContact, WoundAngles};
@@ -50,3 +51,4 @@ pub use rolling::Rolling;
 pub use sharing::Sharing;
 pub use tangential::{Memory, Tangential};
 pub use twisting::Twisting;
+pub use van_der_waals::VanDerWaals;
