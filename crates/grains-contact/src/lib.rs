@@ -8,13 +8,14 @@
 //! The dashpot may pull near the end of a contact (no clipping), as the closed forms of
 //! [`Collision`] assume.
 //!
-//! Some laws act at a distance, between two radii and a gap: [`LiquidBridge`], [`VanDerWaals`].
+//! Some laws act at a distance, between two radii and a gap: [`LiquidBridge`], [`VanDerWaals`]; and a [`Bond`] joins two bodies.
 //!
 //! Bodies that do not deform meet by impulses instead: [`ImpulseScheme`].
 //!
 //! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17; Srinivasan 2019,
 //! ch. 3 and app. A.
 
+mod bond;
 mod collision;
 mod contact_patch;
 mod couple;
@@ -32,6 +33,7 @@ mod tangential;
 mod twisting;
 mod van_der_waals;
 
+pub use bond::{BeamShear, Bond, BondLoad, BondState, BondedPair, Section, Stiffness, Strength, Stress};
 pub use collision::Collision;
 pub use couple::{RollingContact, WoundAngles};
 pub use elasticity::{Elastic, effective_modulus, effective_shear_modulus, work_of_adhesion};
