@@ -2,7 +2,8 @@
 //!
 //! The bridge pulls with F = 2π R γ f(h, V, R, θ): γ surface tension (N/m), θ contact angle (rad), h gap (m), V volume of the
 //! liquid (m³), and R = 2 R1 R2/(R1 + R2) = 2 R* the radius of two equal spheres that stand for the pair (Derjaguin 1934):
-//! R itself for equal spheres, 2 R1 for a sphere on a wall. While the bodies overlap, h = 0. One file holds one f.
+//! R itself for equal spheres, 2 R1 for a sphere on a wall. For unequal radii that holds for little liquid, less so close to
+//! contact and to rupture (Willett et al. 2000). While the bodies overlap, h = 0. One file holds one f.
 //!
 //! Codes differ. Washino's form in LIGGGHTS takes R* for R and pulls half as much. LIGGGHTS-PFM multiplies the logarithms of
 //! Willett's fit by 2.3. LIGGGHTS' Soulié form takes √(R1 R2) outside and the larger radius inside. Derjaguin's R enters

@@ -276,23 +276,25 @@ fn a_shaken_chain_conserves() {
     assert!(drifts[0] < 0.1 && drifts[1] < 0.4 * drifts[0], "{drifts:?}");
 }
 
-/// Without damping energy is lost, not gained, however long: velocities at the time of positions are extrapolated.
+/// Without damping a block of 64 spheres loses energy and gains none: velocities at the time of positions are extrapolated.
 #[test]
-fn an_undamped_chain_does_not_gain_energy() {
-    let mut random = random();
-    let mut chain = Chain::new(bond(BeamShear::default(), 0.0), 6, RADIUS, DENSITY, TOUCHING);
-    for i in 0..6 {
-        chain.velocity[i] = random_vector(&mut random) * 1e-3;
-        chain.spin[i] = random_vector(&mut random);
+fn an_undamped_lattice_does_not_gain_energy() {
+    for part in [0.05, 0.1, 0.2, 0.4] {
+        let mut random = random();
+        let mut block = Chain::cubic(bond(BeamShear::default(), 0.0), 4, RADIUS, DENSITY);
+        for i in 0..64 {
+            block.velocity[i] = random_vector(&mut random) * 1e-3;
+            block.spin[i] = random_vector(&mut random);
+        }
+        let dt = part / (block.bond.section.stiffness(TOUCHING).axial / block.mass).sqrt();
+        block.make_bonds(dt);
+        let start = block.energy(dt);
+        for _ in 0..10 {
+            (0..1000).for_each(|_| block.step(dt));
+            assert!(block.energy(dt) < 1.02 * start, "{part}: {} of {start} J", block.energy(dt));
+        }
+        println!("dt {part} sqrt(m/Kn), left after 10,000 steps: {:.3}", block.energy(dt) / start);
     }
-    let dt = 0.2 / (chain.bond.section.stiffness(TOUCHING).axial / chain.mass).sqrt();
-    chain.make_bonds(dt);
-    let start = chain.energy(dt);
-    for _ in 0..200 {
-        (0..1000).for_each(|_| chain.step(dt));
-        assert!(chain.energy(dt) < 1.05 * start, "{} of {start} J", chain.energy(dt));
-    }
-    println!("left after 200,000 steps: {:.3}", chain.energy(dt) / start);
 }
 
 /// A bonded pair turns a hundred times as a rigid body, about its axis, across it and askew: no stress but that of centrifugal force.
@@ -332,16 +334,15 @@ fn a_hundred_rigid_turns_leave_no_stress() {
     }
 }
 
-/// The same by its own motion: a free chain of ten that spins a hundred times keeps its shape to what the step allows.
+/// The same by its own motion: a free chain of five that spins a hundred times keeps its shape to what the step allows.
 #[test]
 fn a_spinning_chain_keeps_its_shape() {
     let mut chain = Chain::new(bond(BeamShear::default(), 0.02), 5, RADIUS, DENSITY, TOUCHING);
-    let spin = Vec3::new(200.0, 0.0, 200.0);
+    let spin = Vec3::z() * 200.0;
     let middle = Vec3::x() * (2.0 * TOUCHING);
-    // Centrifugal stretch is damped first; then the chain turns as a rigid body.
     for i in 0..5 {
-        chain.spin[i] = Vec3::z() * spin.z;
-        chain.velocity[i] = Vec3::z().cross(&(chain.position[i] - middle)) * spin.z;
+        chain.spin[i] = spin;
+        chain.velocity[i] = spin.cross(&(chain.position[i] - middle));
     }
     let dt = 0.1 / (chain.bond.section.stiffness(TOUCHING).axial / chain.mass).sqrt();
     chain.make_bonds(dt);

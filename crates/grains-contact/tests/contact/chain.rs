@@ -1,12 +1,14 @@
-//! A chain of bonded spheres, moved by a leap-frog step as that of the solver.
+//! Chains and lattices of bonded spheres, moved by a leap-frog step as that of the solver.
 
 use grains_contact::{Bond, BondLoad, BondState, BondedPair};
 use nalgebra::Vector3;
 
 pub type Vec3 = Vector3<f64>;
 
-/// Equal spheres bonded one to the next.
+/// Equal bonded spheres.
 pub struct Chain {
+    /// The spheres of each bond.
+    pub pairs: Vec<[usize; 2]>,
     pub bond: Bond,
     pub mass: f64,
     pub inertia: f64,
@@ -27,12 +29,30 @@ pub struct Chain {
 impl Chain {
     /// A straight chain along x at rest.
     pub fn new(bond: Bond, count: usize, radius: f64, density: f64, spacing: f64) -> Self {
+        let position = (0..count).map(|i| Vec3::x() * (spacing * i as f64)).collect();
+        Self::of((1..count).map(|k| [k - 1, k]).collect(), position, bond, radius, density)
+    }
+
+    /// A simple cubic lattice of touching spheres at rest, of 6 bonds of each sphere inside.
+    pub fn cubic(bond: Bond, side: usize, radius: f64, density: f64) -> Self {
+        let at = |i: usize| [i % side, i / side % side, i / (side * side)];
+        let count = side.pow(3);
+        let place = |i: usize| Vec3::from(at(i).map(|k| 2.0 * radius * k as f64));
+        let next = |i: usize, axis: usize| [i, i + side.pow(axis as u32)];
+        let pairs = (0..3)
+            .flat_map(|axis| (0..count).filter(move |i| at(*i)[axis] + 1 < side).map(move |i| next(i, axis)));
+        Self::of(pairs.collect(), (0..count).map(place).collect(), bond, radius, density)
+    }
+
+    fn of(pairs: Vec<[usize; 2]>, position: Vec<Vec3>, bond: Bond, radius: f64, density: f64) -> Self {
+        let count = position.len();
         let mass = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         let mut chain = Self {
             bond,
             mass,
             inertia: 0.4 * mass * radius * radius,
-            position: (0..count).map(|i| Vec3::x() * (spacing * i as f64)).collect(),
+            position,
+            pairs,
             velocity: vec![Vec3::zeros(); count],
             spin: vec![Vec3::zeros(); count],
             states: Vec::new(),
@@ -48,18 +68,19 @@ impl Chain {
 
     /// Bonds without stress between the spheres as they are.
     pub fn make_bonds(&mut self, dt: f64) {
-        self.states = (1..self.position.len()).map(|k| BondState::new(&self.pair(k - 1), dt)).collect();
+        self.states = (0..self.pairs.len()).map(|k| BondState::new(&self.pair(k), dt)).collect();
     }
 
     pub fn pair(&self, k: usize) -> BondedPair {
-        let apart = self.position[k + 1] - self.position[k];
+        let [i, j] = self.pairs[k];
+        let apart = self.position[j] - self.position[i];
         let distance = apart.norm();
-        let held = self.is_clamped && k == 0;
+        let held = self.is_clamped && i == 0;
         BondedPair {
             normal: apart / distance,
             distance,
-            velocity: self.velocity[k + 1] - self.velocity[k],
-            spins: [self.spin[k], self.spin[k + 1]],
+            velocity: self.velocity[j] - self.velocity[i],
+            spins: [self.spin[i], self.spin[j]],
             mass: if held { self.mass } else { 0.5 * self.mass },
             inverse_inertia: if held { 1.0 } else { 2.0 } / self.inertia,
         }
@@ -79,10 +100,11 @@ impl Chain {
                 self.states[k].length = 0.0;
                 continue;
             };
-            force[k] += pull;
-            force[k + 1] -= pull;
-            torque[k] += torques[0];
-            torque[k + 1] += torques[1];
+            let [i, j] = self.pairs[k];
+            force[i] += pull;
+            force[j] -= pull;
+            torque[i] += torques[0];
+            torque[j] += torques[1];
         }
         for i in usize::from(self.is_clamped)..force.len() {
             let now = [
