@@ -35,11 +35,11 @@ pub struct Particle {
 }
 
 /// Numbers that a law keeps of a contact beside its tangential displacement.
-const OF_LAW: usize = 5;
+const OF_LAW: usize = 6;
 
 /// Contacts in the packed memory of a particle, in an order that does not depend on neighbour lists:
 /// counts of sphere, body and wall contacts, then for each its key, tangential displacement and (not for spheres) torsional
-/// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the five numbers
+/// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the numbers
 /// of the law follow.
 fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let (counts, mut rest) = packed.split_at(3);

@@ -1,5 +1,6 @@
 //! The law of a contact: its normal direction, damping, Coulomb friction, and resistance to rolling and twisting.
 
+use crate::attraction::Attraction;
 use crate::encounter::Encounter;
 use crate::normal::{Approach, Linear, Normal, NormalLaw, Response};
 use crate::rolling::{Rolling, RollingCoefficients};
@@ -68,6 +69,8 @@ pub struct ContactLaw {
     pub rolling: Rolling,
     /// Resistance to twisting.
     pub twisting: Twisting,
+    /// Pull over a gap.
+    pub attraction: Attraction,
     /// −ln en/√(π² + ln² en).
     damping_ratio: f64,
 }
@@ -84,6 +87,7 @@ impl ContactLaw {
             tangential,
             rolling: Rolling::None,
             twisting: Twisting::None,
+            attraction: Attraction::None,
             damping_ratio: -log / (PI * PI + log * log).sqrt(),
         }
     }
@@ -111,6 +115,21 @@ impl ContactLaw {
     /// The same law with this resistance to twisting.
     pub fn with_twisting(self, twisting: Twisting) -> Self {
         Self { twisting, ..self }
+    }
+
+    /// The same law with this pull over a gap.
+    pub fn with_attraction(self, attraction: Attraction) -> Self {
+        Self { attraction, ..self }
+    }
+
+    /// Largest gap (m) at which bodies up to this effective radius (m) act on each other.
+    pub fn reach(&self, radius: f64) -> f64 {
+        self.normal.reach(radius).max(self.attraction.reach(radius))
+    }
+
+    /// Largest force (N) of bodies of this effective radius (m) up to an overlap (m).
+    pub fn force_bound(&self, radius: f64, overlap: f64) -> f64 {
+        self.normal.force_bound(radius, overlap) + self.attraction.force_bound(radius)
     }
 
     /// Damping rate γn = −ω0 ln en/√(π² + ln² en) (1/s) of bodies of a reduced mass (kg) at a stiffness dF/dδ = m ω0² (N/m);
@@ -163,6 +182,7 @@ impl ContactLaw {
             friction: self.friction,
             rolling: self.rolling.into(),
             twisting: self.twisting,
+            attraction: self.attraction,
             limits_by_total: matches!(self.tangential, Tangential::ContactTime { .. }),
         }
     }
@@ -185,6 +205,8 @@ pub struct PreparedLaw {
     friction: f64,
     rolling: RollingCoefficients,
     twisting: Twisting,
+    /// Pull over a gap.
+    pub attraction: Attraction,
     limits_by_total: bool,
 }
 
@@ -195,7 +217,8 @@ impl PreparedLaw {
     /// mobility there.
     #[inline(always)]
     pub fn at(&self, reduced_mass: f64, approach: &Approach, memory: &mut f64) -> Coefficients {
-        self.of_response(reduced_mass, self.normal.respond(approach, memory), self.memory_exponents)
+        let response = self.while_touching(self.normal.respond(approach, memory), approach, memory);
+        self.of_response(reduced_mass, response, self.memory_exponents)
     }
 
     /// Coefficients of a contact of bodies of a reduced mass (kg) under `normal`, the law's own.
@@ -208,7 +231,19 @@ impl PreparedLaw {
         memory: &mut f64,
     ) -> Coefficients {
         let exponents = if L::HERTZIAN { self.memory_exponents } else { [0.0; 2] };
-        self.of_response(reduced_mass, normal.respond(approach, memory), exponents)
+        let response = self.while_touching(normal.respond(approach, memory), approach, memory);
+        self.of_response(reduced_mass, response, exponents)
+    }
+
+    /// The response of bodies that pull at each other over a gap: there they are in contact only if they were and hold on.
+    #[inline(always)]
+    fn while_touching(&self, response: Response, approach: &Approach, memory: &mut f64) -> Response {
+        let is_held = *memory > 0.0 && self.normal.reach(approach.radius) > 0.0;
+        if self.attraction.is_active() && approach.overlap <= 0.0 && !is_held {
+            *memory = 0.0;
+            return Response { is_contact: false, ..response };
+        }
+        response
     }
 
     #[inline(always)]
@@ -238,6 +273,12 @@ impl PreparedLaw {
         self.tangential_per_mass * reduced_mass + self.tangential_per_root * (reduced_mass * stiffness).sqrt()
     }
 
+    /// Whether there is more to evaluate than the force of the contact.
+    #[inline(always)]
+    pub fn has_more(&self) -> bool {
+        self.has_couples() | self.attraction.is_active()
+    }
+
     /// Whether bodies resist rolling or twisting.
     #[inline(always)]
     pub fn has_couples(&self) -> bool {
@@ -246,12 +287,15 @@ impl PreparedLaw {
 
     /// Whether forces depend on the effective radius.
     pub fn takes_radius(&self) -> bool {
-        self.normal.is_hertzian() | (self.twisting != Twisting::None)
+        self.normal.is_hertzian() | (self.twisting != Twisting::None) | self.attraction.is_active()
     }
 
     /// Whether contacts keep more than their tangential displacement.
     pub fn keeps_more(&self) -> bool {
-        self.normal.keeps_memory() || self.rolling.keeps_angle() || self.twisting != Twisting::None
+        self.normal.keeps_memory()
+            || self.rolling.keeps_angle()
+            || self.twisting != Twisting::None
+            || self.attraction.keeps_volume()
     }
 }
 

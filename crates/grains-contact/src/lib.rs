@@ -15,6 +15,7 @@
 //! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17; Srinivasan 2019,
 //! ch. 3 and app. A.
 
+mod attraction;
 mod bond;
 mod collision;
 mod contact_patch;
@@ -33,6 +34,7 @@ mod tangential;
 mod twisting;
 mod van_der_waals;
 
+pub use attraction::{Attraction, Neighbourhood};
 pub use bond::{BeamShear, Bond, BondLoad, BondState, BondedPair, Section, Stiffness, Strength, Stress};
 pub use collision::Collision;
 pub use couple::{RollingContact, WoundAngles};

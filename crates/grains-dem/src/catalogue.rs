@@ -37,7 +37,7 @@ impl ContactTable {
     /// Prepares the table for bodies up to this bounding radius (m).
     pub(crate) fn prepare(&mut self, largest_radius: f64) {
         for of in self.laws.iter_mut().flatten() {
-            of.reach = of.law.normal.reach(largest_radius);
+            of.reach = of.law.reach(largest_radius);
         }
         self.reach = self.reach_up_to(largest_radius);
     }
@@ -56,12 +56,12 @@ impl ContactTable {
 
     /// The same for bodies up to a bounding radius (m).
     pub fn reach_up_to(&self, radius: f64) -> f64 {
-        self.laws().map(|law| law.normal.reach(radius)).fold(0.0, f64::max)
+        self.laws().map(|law| law.reach(radius)).fold(0.0, f64::max)
     }
 
     /// Largest force (N) of bodies up to this bounding radius (m) and overlap (m).
     pub(crate) fn force_bound(&self, radius: f64, overlap: f64) -> f64 {
-        self.laws().map(|law| law.normal.force_bound(radius, overlap)).fold(f64::MIN_POSITIVE, f64::max)
+        self.laws().map(|law| law.force_bound(radius, overlap)).fold(f64::MIN_POSITIVE, f64::max)
     }
 
     /// Law between two materials; the case guarantees one for every pair that can meet.

@@ -15,11 +15,13 @@ pub(crate) struct LawHistory {
     pub(crate) angles: WoundAngles,
     /// The number kept by the law of the normal direction.
     pub(crate) memory: f64,
+    /// Volume of the liquid bridge (m³).
+    pub(crate) bridge: f64,
 }
 
 impl LawHistory {
     /// Numbers in a message.
-    const LENGTH: usize = 5;
+    const LENGTH: usize = 6;
 
     /// Whether there is nothing to keep.
     pub(crate) fn is_empty(&self) -> bool {
@@ -37,17 +39,18 @@ impl LawHistory {
     }
 
     fn with_rolling(&self, rolling: Vec3) -> Self {
-        Self { angles: WoundAngles { rolling, twisting: self.angles.twisting + 0.0 }, memory: self.memory }
+        Self { angles: WoundAngles { rolling, twisting: self.angles.twisting + 0.0 }, ..*self }
     }
 
     fn write(&self, message: &mut Vec<f64>) {
-        let Self { angles: WoundAngles { rolling, twisting }, memory } = self;
-        message.extend([rolling.x, rolling.y, rolling.z, *twisting, *memory]);
+        let Self { angles: WoundAngles { rolling, twisting }, memory, bridge } = self;
+        message.extend([rolling.x, rolling.y, rolling.z, *twisting, *memory, *bridge]);
     }
 
     fn read(message: &[f64]) -> Self {
         let rolling = Vec3::new(message[0], message[1], message[2]);
-        Self { angles: WoundAngles { rolling, twisting: message[3] }, memory: message[4] }
+        let angles = WoundAngles { rolling, twisting: message[3] };
+        Self { angles, memory: message[4], bridge: message[5] }
     }
 }
 
@@ -339,7 +342,7 @@ mod tests {
             Simplex { len: 2, a: [tangential_displacement(1.0); 4], b: [tangential_displacement(2.0); 4] };
         let mut gathered = SavedHistories::default();
         let angles = WoundAngles { rolling: tangential_displacement(0.7), twisting: 0.2 };
-        let law = LawHistory { angles, memory: 1e-5 };
+        let law = LawHistory { angles, memory: 1e-5, bridge: 2e-12 };
         gathered.fill(
             3,
             true,

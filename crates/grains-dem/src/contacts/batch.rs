@@ -4,7 +4,7 @@ use super::lanes::{BLOCK, Columns, set, vector_at, whole_lanes};
 use super::load_quanta::LoadQuanta;
 use super::loads::{ContactLoads, ContactPoint};
 use crate::contact_history::LawHistory;
-use grains_contact::{Approach, NormalLaw, NormalVisitor, PreparedLaw, WoundAngles};
+use grains_contact::{Approach, Neighbourhood, NormalLaw, NormalVisitor, PreparedLaw, WoundAngles};
 use grains_geometry::Vec3;
 
 /// What is known of the contacts of a batch, column by column.
@@ -35,8 +35,8 @@ pub(crate) struct Batch<C> {
     pub(crate) columns: C,
     /// Tangential displacements (m), before and after.
     tangential_displacements: Columns<3>,
-    /// Angles rolled and twisted (rad) and the number kept by the law of the normal direction, before and after.
-    law_histories: Columns<5>,
+    /// What laws keep beside them, see [`LawHistory`], before and after.
+    law_histories: Columns<6>,
     /// Force on the first body (N).
     forces: Columns<3>,
     /// Torques (N m).
@@ -53,7 +53,7 @@ impl<C: Default> Default for Batch<C> {
             pair: [0; BLOCK],
             columns: C::default(),
             tangential_displacements: three,
-            law_histories: [[0.0; BLOCK]; 5],
+            law_histories: [[0.0; BLOCK]; 6],
             forces: three,
             torques: [three; 2],
             depth: [0.0; BLOCK],
@@ -73,14 +73,16 @@ impl<C> Batch<C> {
     /// Sets what the law keeps of the contact added last, if it does.
     #[inline(always)]
     pub(crate) fn set_law_history(&mut self, history: &LawHistory) {
-        let LawHistory { angles: WoundAngles { rolling, twisting }, memory } = history;
-        set(&mut self.law_histories, self.len - 1, [rolling.x, rolling.y, rolling.z, *twisting, *memory]);
+        let LawHistory { angles: WoundAngles { rolling, twisting }, memory, bridge } = history;
+        let row = [rolling.x, rolling.y, rolling.z, *twisting, *memory, *bridge];
+        set(&mut self.law_histories, self.len - 1, row);
     }
 
     /// What the law keeps of contact `k` after the step.
     #[inline(always)]
     pub(crate) fn law_history(&self, k: usize) -> LawHistory {
-        LawHistory { angles: angles_at(&self.law_histories, k), memory: self.law_histories[4][k] }
+        let [memory, bridge] = [4, 5].map(|column: usize| self.law_histories[column][k]);
+        LawHistory { angles: angles_at(&self.law_histories, k), memory, bridge }
     }
 
     /// Tangential displacement (m) of contact `k` after the step.
@@ -105,7 +107,7 @@ impl<C> Batch<C> {
 
 /// The angles of a contact.
 #[inline(always)]
-fn angles_at(histories: &Columns<5>, k: usize) -> WoundAngles {
+fn angles_at(histories: &Columns<6>, k: usize) -> WoundAngles {
     WoundAngles { rolling: vector_at(histories, k), twisting: histories[3][k] }
 }
 
@@ -116,9 +118,9 @@ impl<C: ContactColumns> Batch<C> {
         law.normal.visit(Evaluation { batch: self, law, quanta, dt });
     }
 
-    /// The same under the law's normal direction, with couples or without.
+    /// The same under the law's normal direction, with couples and pull over a gap or without.
     #[inline(always)]
-    fn evaluate_under<L: NormalLaw, const COUPLES: bool>(
+    fn evaluate_under<L: NormalLaw, const MORE: bool>(
         &mut self,
         normal: &L,
         law: &PreparedLaw,
@@ -132,17 +134,21 @@ impl<C: ContactColumns> Batch<C> {
             let encounter = point.encounter();
             let approach = Approach::of(&encounter, *effective_radius, dt);
             let mut memory = if L::KEEPS_MEMORY { law_histories[4][k] } else { 0.0 };
-            let law = law.under(normal, *effective_mass, &approach, &mut memory);
+            let now = law.under(normal, *effective_mass, &approach, &mut memory);
             let mut displacement = vector_at(tangential_displacements, k);
-            let mut loads = ContactLoads::of(point, &encounter, &law, &mut displacement, quanta, dt);
-            if COUPLES {
+            let mut force = now.force(&encounter, &mut displacement, dt);
+            let mut bridge = law_histories[5][k];
+            if MORE && law.attraction.is_active() {
+                let at = Neighbourhood { radius: *effective_radius, mass: *effective_mass, dt };
+                force += law.attraction.force(&encounter, &at, &mut bridge);
+            }
+            let mut loads = ContactLoads::of(point, &force, quanta);
+            if MORE {
                 let mut angles = angles_at(law_histories, k);
-                loads.add_couple(&encounter, &law, (&point.rolling(), &mut angles), quanta, dt);
-                set(
-                    law_histories,
-                    k,
-                    [angles.rolling.x, angles.rolling.y, angles.rolling.z, angles.twisting, memory],
-                );
+                loads.add_couple(&encounter, &now, (&point.rolling(), &mut angles), quanta, dt);
+                let rolled = angles.rolling;
+                let row = [rolled.x, rolled.y, rolled.z, angles.twisting, memory, bridge];
+                set(law_histories, k, row);
             } else if L::KEEPS_MEMORY {
                 law_histories[4][k] = memory;
             }
@@ -169,7 +175,7 @@ impl<C: ContactColumns> NormalVisitor for Evaluation<'_, C> {
     #[inline(always)]
     fn with<L: NormalLaw>(self, normal: &L) {
         let Self { batch, law, quanta, dt } = self;
-        if law.has_couples() {
+        if law.has_more() {
             batch.evaluate_under::<L, true>(normal, law, quanta, dt);
         } else {
             batch.evaluate_under::<L, false>(normal, law, quanta, dt);

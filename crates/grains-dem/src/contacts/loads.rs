@@ -27,19 +27,10 @@ pub(crate) struct ContactLoads {
 }
 
 impl ContactLoads {
-    /// Force of a contact under a law, and its torques.
-    ///
-    /// `tangential_displacement` (m) is what the contact keeps of its history, and is advanced by the step of `dt` (s).
+    /// A force (N) on the first body at a point, and its torques.
     #[inline(always)]
-    pub(crate) fn of(
-        point: &impl ContactPoint,
-        encounter: &Encounter,
-        law: &Coefficients,
-        tangential_displacement: &mut Vec3,
-        quanta: &LoadQuanta,
-        dt: f64,
-    ) -> Self {
-        let force = quanta.force(&law.force(encounter, tangential_displacement, dt));
+    pub(crate) fn of(point: &impl ContactPoint, force: &Vec3, quanta: &LoadQuanta) -> Self {
+        let force = quanta.force(force);
         Self { force, torques: point.torques(&force).map(|torque| quanta.torque(&torque)) }
     }
 

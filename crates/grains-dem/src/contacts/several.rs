@@ -6,10 +6,12 @@
 //! the restitution of the law. What the contacts do beside, such as rocking, is braked by the same dashpot at each,
 //! W_i (dδ_i/dt less their mean); all of it takes energy and none brings any.
 
-use super::loads::ContactPoint;
+use super::load_quanta::LoadQuanta;
+use super::loads::{ContactLoads, ContactPoint};
+use crate::contact_history::LawHistory;
 use crate::narrow_phase::Pose;
-use grains_contact::{Approach, Coefficients, Encounter, PreparedLaw, Sharing};
-use grains_geometry::{DepthNorm, Vec3};
+use grains_contact::{Approach, Coefficients, Encounter, Neighbourhood, PreparedLaw, Sharing};
+use grains_geometry::{DepthNorm, Mat3, Vec3};
 
 /// The law of two bodies.
 pub(crate) struct PairLaw<'a> {
@@ -90,13 +92,13 @@ impl SeveralContacts {
         self.sharing == Sharing::Potential && self.norm.weight(overlap) == 0.0
     }
 
-    /// The number that the law of the pair keeps, of those its contacts have: all have the same, or are new.
+    /// What the law of the pair keeps, of what its contacts have: all have the same, or are new.
     #[inline]
-    pub(crate) fn memory(&self, kept: impl Iterator<Item = f64>) -> f64 {
-        kept.fold(0.0, f64::max)
+    pub(crate) fn kept(&self, histories: impl Iterator<Item = LawHistory>) -> [f64; 2] {
+        histories.fold([0.0; 2], |[memory, bridge], law| [memory.max(law.memory), bridge.max(law.bridge)])
     }
 
-    /// Whether its contacts keep one number together.
+    /// Whether its contacts are one to the law, and keep the same.
     #[inline]
     pub(crate) fn is_one(&self) -> bool {
         self.sharing == Sharing::Potential
@@ -104,7 +106,7 @@ impl SeveralContacts {
 
     /// What one of the contacts sees of the law of the pair; the number it keeps is advanced by the step.
     #[inline]
-    pub(crate) fn one(
+    fn one(
         &self,
         point: &impl ContactPoint,
         patch: f64,
@@ -136,4 +138,51 @@ impl SeveralContacts {
         };
         (encounter, law)
     }
+
+    /// Loads of one of the contacts, of a patch if it is not a point; what it keeps is advanced by the step.
+    #[inline]
+    pub(crate) fn loads(
+        &self,
+        point: &impl ContactPoint,
+        patch: Option<PatchShare>,
+        law: &PairLaw,
+        kept: Kept,
+        quanta: &LoadQuanta,
+    ) -> ContactLoads {
+        let (dt, Kept { displacement, torsional_angle, history }) = (law.dt, kept);
+        let share = patch.as_ref().map_or(1.0, |patch| patch.weight);
+        let (encounter, one) = self.one(point, share, law, &mut history.memory);
+        let mut force = one.force(&encounter, displacement, dt);
+        let attraction = &law.law.attraction;
+        if attraction.is_active() {
+            let at = Neighbourhood { radius: law.effective_radius, mass: law.mass, dt };
+            let weight = self.weight(point.encounter().overlap, share);
+            force += attraction.force(&encounter, &at, &mut history.bridge) * weight;
+        }
+        let mut loads = ContactLoads::of(point, &force, quanta);
+        if one.has_couples() {
+            loads.add_couple(&encounter, &one, (&point.rolling(), &mut history.angles), quanta, dt);
+        }
+        if let Some(patch) = patch {
+            loads.add_patch(&encounter, &one, (&patch.second, torsional_angle), quanta, dt);
+        }
+        loads
+    }
+}
+
+/// The part of a patch in the contacts of two bodies.
+pub(crate) struct PatchShare {
+    /// Its weight (-).
+    pub(crate) weight: f64,
+    /// Second moment of its corners (m²), in the world.
+    pub(crate) second: Mat3,
+}
+
+/// What a contact keeps from one step to the next.
+pub(crate) struct Kept<'a> {
+    /// Tangential displacement (m).
+    pub(crate) displacement: &'a mut Vec3,
+    /// Torsional angle of a patch (rad).
+    pub(crate) torsional_angle: &'a mut f64,
+    pub(crate) history: &'a mut LawHistory,
 }

@@ -7,7 +7,7 @@ use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
-use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, PairLaw, SeveralContacts};
+use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use std::ops::Range;
@@ -89,8 +89,7 @@ fn add_contacts(
         effective_radius: catalogue.effective_radius(bodies, prepared),
         dt,
     };
-    let kept = found.items.iter().map(|item| histories.of(&mut group[item.place]).law.memory);
-    let memory = several.memory(kept);
+    let kept = several.kept(found.items.iter().map(|item| histories.of(&mut group[item.place]).law));
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;
     for item in &found.items {
@@ -103,21 +102,16 @@ fn add_contacts(
             continue;
         }
         if several.is_one() {
-            history.law.memory = memory;
+            [history.law.memory, history.law.bridge] = kept;
         }
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
-        let patch = found.footprint(item);
-        let patch_weight = patch.map_or(1.0, |patch| patch.weight);
-        let (encounter, law) = several.one(&point, patch_weight, &law, &mut history.law.memory);
-        let displacement = &mut history.tangential_displacement;
-        let mut loads = ContactLoads::of(&point, &encounter, &law, displacement, quanta, dt);
-        if law.has_couples() {
-            let rolled = (&point.rolling(), &mut history.law.angles);
-            loads.add_couple(&encounter, &law, rolled, quanta, dt);
-        }
-        if let Some(patch) = patch {
-            loads.add_patch(&encounter, &law, (&patch.second, &mut history.torsional_angle), quanta, dt);
-        }
+        let patch = found.footprint(item).map(|f| PatchShare { weight: f.weight, second: f.second });
+        let kept = Kept {
+            displacement: &mut history.tangential_displacement,
+            torsional_angle: &mut history.torsional_angle,
+            history: &mut history.law,
+        };
+        let loads = several.loads(&point, patch, &law, kept, quanta);
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
     pass.statistics.note(deepest / radius, || overlapping(particles, &group[0], catalogue));

@@ -8,7 +8,7 @@ use super::wall::WallLoad;
 use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
-use crate::contacts::{ContactLoads, ContactPass, ContactPoint, Overlapping, PairLaw, SeveralContacts};
+use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_geometry::{GjkError, Vec3};
@@ -101,7 +101,7 @@ fn add_body(
     let touching = (first, &list.touching[..], parts);
     let several = together(particles, touching, &center, (&mut law, scene), catalogue);
     let laws = list.laws.get(group.clone()).unwrap_or_default().iter();
-    let kept = several.is_one().then(|| several.memory(laws.map(|law| law.memory)));
+    let kept = several.is_one().then(|| several.kept(laws.copied()));
     for k in group.clone() {
         let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
         let Some(contact) = contact else {
@@ -109,7 +109,7 @@ fn add_body(
             continue;
         };
         let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
-        history.memory = kept.unwrap_or(history.memory);
+        [history.memory, history.bridge] = kept.unwrap_or([history.memory, history.bridge]);
         let load = &mut wall_loads[pair.wall as usize];
         let met = (pair, &mut history, &contact, &center);
         add_contact(particles, met, (scene, load), (&several, &law, inverse_inertia), pass);
@@ -152,18 +152,17 @@ fn add_contact(
     let (wall, state, body) = (&scene.walls[w], &scene.states[w], &particles.bodies[i]);
     let contact = WallPoint::of((body, center), state, found, inverse_inertia);
     let point = center + contact.arm;
-    let (quanta, dt) = (&pass.quanta, pass.dt);
-    let weight = found.footprint.as_ref().map_or(1.0, |patch| patch.weight);
-    let (encounter, law) = several.one(&contact, weight, law, &mut history.memory);
-    let displacement = &mut pair.tangential_displacement;
-    let mut loads = ContactLoads::of(&contact, &encounter, &law, displacement, quanta, dt);
-    if law.has_couples() {
-        loads.add_couple(&encounter, &law, (&contact.rolling(), &mut history.angles), quanta, dt);
-    }
-    if let Some(patch) = &found.footprint {
-        let second = state.rotation * patch.second * state.rotation.transpose();
-        loads.add_patch(&encounter, &law, (&second, &mut pair.torsional_angle), quanta, dt);
-    }
+    let quanta = &pass.quanta;
+    let patch = found.footprint.as_ref().map(|patch| PatchShare {
+        weight: patch.weight,
+        second: state.rotation * patch.second * state.rotation.transpose(),
+    });
+    let kept = Kept {
+        displacement: &mut pair.tangential_displacement,
+        torsional_angle: &mut pair.torsional_angle,
+        history,
+    };
+    let loads = several.loads(&contact, patch, law, kept, quanta);
     let radius = pass.catalogue.inscribed_radius(body);
     pass.statistics.note(found.overlap / radius, || {
         let other = format!("wall `{}`", wall.name);

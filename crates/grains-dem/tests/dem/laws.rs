@@ -2,8 +2,9 @@
 
 use crate::common::{Scene, knobbly_shapes, lattice, mixed_shapes, setup, wall};
 use grains_contact::{
-    CohesionArea, ContactLaw, Damping, Dmt, ElasticPlastic, Hertz, Jkr, Linear, Memory, Normal, Rolling,
-    Sjkr, Tangential, Tear, Twisting,
+    Attraction, BridgeViscosity, Capillary, CohesionArea, ContactLaw, Damping, Dmt, ElasticPlastic,
+    Formation, Hertz, Jkr, Linear, LiquidBridge, Memory, Normal, Rolling, Rupture, Sjkr, Supply, Tangential,
+    Tear, Twisting, VanDerWaals, Willett,
 };
 use grains_dem::{ContactTable, Dem, Kind, Motion, NewParticle, Skin, Surface, Wall};
 use grains_domain::SerialTransport;
@@ -22,6 +23,20 @@ fn mindlin(memory: Memory) -> Tangential {
 
 fn spring() -> Tangential {
     Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 }
+}
+
+/// Bridges of a tenth of a cubic millimetre, of a liquid of this viscosity (Pa s), that form between films (m).
+fn bridge(viscosity: f64, film: f64) -> Attraction {
+    let bridge = LiquidBridge {
+        surface_tension: 0.07,
+        contact_angle: 0.2,
+        capillary: Capillary::Willett(Willett::new(0.2)),
+        rupture: Rupture::Lian,
+        viscosity: BridgeViscosity { viscosity, min_gap: 0.01 },
+        formation: if film > 0.0 { Formation::Films } else { Formation::Contact },
+        supply: Supply::PerBridge(1e-11),
+    };
+    Attraction::LiquidBridge { bridge, film }
 }
 
 /// Laws of the normal direction, the adhesive ones without adhesion's energy where it is not asked for.
@@ -55,6 +70,10 @@ fn laws() -> Vec<ContactLaw> {
     };
     let mut laws: Vec<_> = normals(0.8, WORK).into_iter().zip(rules).map(of).collect();
     laws.push(laws[1].with_damping(Damping::Viscoelastic { time: 1e-6 }));
+    laws.extend([laws[0], laws[5]].map(|law| law.with_attraction(bridge(0.01, 2e-5))));
+    laws.push(laws[1].with_attraction(bridge(0.0, 0.0)));
+    let wide = VanDerWaals { hamaker: 1e-11, asperity: 0.0, inner: 1e-6, outer: 3e-5 };
+    laws.push(laws[2].with_attraction(Attraction::VanDerWaals(wide)));
     laws
 }
 
@@ -181,7 +200,8 @@ fn every_law_keeps_momentum_and_makes_no_energy() {
             assert!(p < 1e-12 * before.0.norm(), "{name} {case}: momentum off by {p}");
             assert!(l < 2e-5 * before.1.norm(), "{name} {case}: angular momentum off by {l}");
             // What pulls the bodies together makes kinetic energy of its own, which they need to part.
-            let pull = law.normal.pull_off(1e-3) * law.normal.reach(1e-3).max(1e-5);
+            let pull = law.normal.pull_off(1e-3) * law.normal.reach(1e-3).max(1e-5)
+                + law.attraction.force_bound(1e-3) * law.attraction.reach(1e-3);
             assert!(after.2 < before.2 * (1.0 + 1e-3), "{name} {case}: {} of the energy", after.2 / before.2);
             assert!(most < before.2 * (1.0 + 1e-3) + 10.0 * pull, "{name} {case}: {}", most / before.2);
         }
@@ -229,7 +249,7 @@ fn rebound(law: ContactLaw, shape: Shape, speed: f64, on_plane: bool, steps: f64
         setup.catalogue.contacts.set(0, 1, law);
     }
     let mut dem = Dem::new(setup, 0).unwrap();
-    let gap = 3.37e-2 * collision.contact_time * speed;
+    let gap = 3.37e-2 * collision.contact_time * speed + law.attraction.reach(effective);
     let add = |dem: &mut Dem, id: u64, z: f64, velocity: f64| {
         let record = NewParticle {
             id,
@@ -249,7 +269,8 @@ fn rebound(law: ContactLaw, shape: Shape, speed: f64, on_plane: bool, steps: f64
         add(&mut dem, 1, 0.0, 0.5 * speed);
     }
     let contact = steps * collision.contact_time / collision.shortest_time;
-    for _ in 0..(3.0 * contact) as usize {
+    let way = (law.reach(effective) + gap) / speed / (collision.shortest_time / steps);
+    for _ in 0..(3.0 * (contact + way)) as usize {
         dem.step(&SerialTransport).unwrap();
     }
     let after = dem.particles.bodies.iter().map(|body| body.velocity.z.abs()).fold(0.0, f64::max);
@@ -284,6 +305,27 @@ fn jkr_takes_the_energy_of_its_tear() {
             let found = rebound(law, Shape::sphere(radius).unwrap(), speed, on_plane, 400.0);
             assert!((found - wanted).abs() < 5e-3, "{tear:?} {on_plane} {speed}: {found} for {wanted}");
             assert!(wanted < 0.995 || speed > 0.03, "{tear:?} {on_plane} {speed}: {wanted}");
+        }
+    }
+}
+
+/// A bridge takes the work of its pull from contact to rupture, or from where films met.
+#[test]
+fn a_liquid_bridge_takes_its_work() {
+    let none = Tangential::Viscous { rate: 0.0 };
+    for (film, on_plane) in [(0.0, true), (0.0, false), (2e-5, true)] {
+        let radius: f64 = 1.5e-3;
+        let attraction = bridge(0.0, film);
+        let Attraction::LiquidBridge { bridge: liquid, .. } = attraction else { panic!("a bridge") };
+        let law = ContactLaw::linear(1e4, 1.0, 0.0, none).with_attraction(attraction);
+        let mass = 2500.0 * 4.0 / 3.0 * PI * radius.powi(3);
+        let (reduced, effective) = if on_plane { (mass, radius) } else { (0.5 * mass, 0.5 * radius) };
+        let work = liquid.work(2.0 * film, 1e-11, effective);
+        for share in [0.2, 0.5] {
+            let speed = (2.0 * work / share / reduced).sqrt();
+            let found = rebound(law, Shape::sphere(radius).unwrap(), speed, on_plane, 200.0);
+            let wanted = (1.0 - share).sqrt();
+            assert!((found / wanted - 1.0).abs() < 2e-3, "{film} {on_plane} {share}: {found} for {wanted}");
         }
     }
 }

@@ -1,0 +1,125 @@
+//! Forces between bodies that need not touch, beside those of their contact.
+
+use crate::encounter::Encounter;
+use crate::law::share_in_contact;
+use crate::liquid_bridge::{BridgeState, Film, Formation, LiquidBridge, Supply};
+use crate::van_der_waals::VanDerWaals;
+use nalgebra::Vector3;
+
+type Vec3 = Vector3<f64>;
+
+/// How two bodies pull at each other over a gap. Friction and rolling resistance do not feel it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Attraction {
+    /// Not at all.
+    #[default]
+    None,
+    /// By a bridge of liquid, which forms on contact, or where films of this thickness (m) on both bodies meet, and breaks at
+    /// its rupture distance: that of Lian, which is the same for all radii.
+    LiquidBridge {
+        /// The liquid, its bridges of one volume.
+        bridge: LiquidBridge,
+        /// Thickness of the films (m).
+        film: f64,
+    },
+    /// By van der Waals forces.
+    VanDerWaals(VanDerWaals),
+}
+
+/// How two bodies are placed, in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbourhood {
+    /// Effective radius R* (m).
+    pub radius: f64,
+    /// Effective mass (kg).
+    pub mass: f64,
+    /// Time step (s).
+    pub dt: f64,
+}
+
+impl Attraction {
+    /// Whether there is any.
+    #[inline(always)]
+    pub fn is_active(&self) -> bool {
+        *self != Self::None
+    }
+
+    /// Whether a pair keeps the volume of its bridge.
+    pub fn keeps_volume(&self) -> bool {
+        matches!(self, Self::LiquidBridge { .. })
+    }
+
+    /// Largest gap (m) at which bodies of this effective radius (m) act on each other.
+    pub fn reach(&self, radius: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::LiquidBridge { bridge, film } => match bridge.supply {
+                Supply::PerBridge(volume) => bridge.rupture_distance(volume, radius).max(2.0 * film),
+                Supply::ShareOfFilms(_) => f64::INFINITY,
+            },
+            Self::VanDerWaals(law) => law.outer,
+        }
+    }
+
+    /// Largest pull (N) between bodies of this effective radius (m).
+    pub fn force_bound(&self, radius: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::LiquidBridge { bridge, .. } => bridge.force_bound(radius),
+            Self::VanDerWaals(law) => law.pull(0.0, radius),
+        }
+    }
+
+    /// Pull at contact (N) between bodies of this effective radius (m).
+    pub fn pull_off(&self, radius: f64) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::LiquidBridge { bridge, .. } => match bridge.supply {
+                Supply::PerBridge(volume) => bridge.pull(0.0, volume, radius),
+                Supply::ShareOfFilms(_) => f64::NAN,
+            },
+            Self::VanDerWaals(law) => law.pull(0.0, radius),
+        }
+    }
+
+    /// Force on body 1 (N). `volume` is that of the bridge (m³), 0 without one; it forms and breaks here.
+    ///
+    /// The pull of a bridge is there at once when it forms, and goes when it breaks: the first and the last evaluation stand for
+    /// all of it since, or until. Its dashpots are implicit, c/(1 + c dt/m).
+    #[inline]
+    pub fn force(&self, encounter: &Encounter, at: &Neighbourhood, volume: &mut f64) -> Vec3 {
+        let Encounter { normal, overlap, velocity, .. } = *encounter;
+        match self {
+            Self::None => Vec3::zeros(),
+            Self::VanDerWaals(law) => normal * law.pull(-overlap, at.radius),
+            Self::LiquidBridge { bridge, film } => {
+                let gap = -overlap;
+                let opening = velocity.dot(&normal);
+                let is_old = *volume > 0.0;
+                let mut state = BridgeState { volume: *volume };
+                let body = Film { volume: f64::INFINITY, thickness: *film, beginning: 1 };
+                bridge.exchange(&mut state, gap, at.radius, &[body; 2]);
+                *volume = state.volume;
+                if state.volume == 0.0 {
+                    return Vec3::zeros();
+                }
+                let forming = match bridge.formation {
+                    Formation::Contact => 0.0,
+                    Formation::Films => 2.0 * film,
+                };
+                let margin = match is_old {
+                    true => bridge.rupture_distance(state.volume, at.radius) - gap,
+                    false => overlap + forming,
+                };
+                let share = share_in_contact(margin, opening, at.dt);
+                let implicit = |dashpot: f64| dashpot / (1.0 + dashpot * at.dt / at.mass);
+                let (gap, viscosity) = (gap.max(0.0), &bridge.viscosity);
+                let squeezing = implicit(viscosity.normal_dashpot(gap, at.radius));
+                let shearing = implicit(viscosity.tangential_dashpot(gap, at.radius));
+                let sliding = velocity - normal * opening;
+                let pull = bridge.pull(gap, state.volume, at.radius) * share;
+                normal * (pull + squeezing * opening) + sliding * shearing
+            }
+        }
+    }
+}
