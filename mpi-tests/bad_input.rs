@@ -214,6 +214,24 @@ const BEFORE_THE_RUN: &[Mistake] = &[
         &["contact[0].damping", "two stiffnesses"],
     ),
     mistake(
+        "a contact angle in degrees",
+        &[(
+            "\"glass\", \"glass\"]\n",
+            "\"glass\", \"glass\"]\nattraction = { kind = \"liquid_bridge\", volume = 1e-9, surface_tension = 0.07, contact_angle = 20 }\n",
+        )],
+        2,
+        &["contact[0].attraction.contact_angle", "1.57"],
+    ),
+    mistake(
+        "cut-offs the wrong way round",
+        &[(
+            "\"glass\", \"glass\"]\n",
+            "\"glass\", \"glass\"]\nattraction = { kind = \"van_der_waals\", hamaker = 1e-19, inner = 1e-7, outer = 1e-8 }\n",
+        )],
+        2,
+        &["contact[0].attraction.outer", "must be above inner"],
+    ),
+    mistake(
         "Poisson's ratio beyond one half",
         &[("density = 2500", "density = 2500\nyoungs_modulus = 1e7\npoissons_ratio = 0.7")],
         2,

@@ -41,7 +41,9 @@ pub use renamed::with_names_of_today;
 pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::Contact;
-pub use sections::contact_law::{CohesionArea, Damping, Memory, Normal, Rolling, Tangential, Tear, Twisting};
+pub use sections::contact_law::{
+    Attraction, Capillary, CohesionArea, Damping, Memory, Normal, Rolling, Tangential, Tear, Twisting,
+};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Domain, Exchange, Face};
 pub use sections::fluid::{

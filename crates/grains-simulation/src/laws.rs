@@ -1,13 +1,15 @@
 //! From the contacts of a case to contact laws.
 
 use grains_case::{
-    Case, CohesionArea as CaseArea, Contact, Damping as CaseDamping, Material, Memory as CaseMemory,
-    Normal as CaseNormal, Rolling as CaseRolling, Tangential as CaseTangential, Tear as CaseTear,
-    Twisting as CaseTwisting,
+    Attraction as CaseAttraction, Capillary as CaseCapillary, Case, CohesionArea as CaseArea, Contact,
+    Damping as CaseDamping, Material, Memory as CaseMemory, Normal as CaseNormal, Rolling as CaseRolling,
+    Tangential as CaseTangential, Tear as CaseTear, Twisting as CaseTwisting,
 };
 use grains_contact::{
-    CohesionArea, ContactLaw, Damping, Dmt, Elastic, ElasticPlastic, Hertz, Jkr, Linear, Memory, Normal,
-    Rolling, Sjkr, Tangential, Tear, Twisting, effective_modulus, effective_shear_modulus, work_of_adhesion,
+    Attraction, BridgeViscosity, Capillary, CohesionArea, ContactLaw, Damping, Dmt, Elastic, ElasticPlastic,
+    Formation, Hertz, Jkr, Linear, LiquidBridge, Memory, Normal, Rabinovich, Rolling, Rupture, Sjkr, Supply,
+    Tangential, Tear, Twisting, VanDerWaals, Willett, WillettShort, effective_modulus,
+    effective_shear_modulus, work_of_adhesion,
 };
 
 /// The law of a contact of a case.
@@ -29,6 +31,7 @@ pub(crate) fn law(case: &Case, contact: &Contact) -> ContactLaw {
         .with_damping(damping)
         .with_rolling(rolling(contact))
         .with_twisting(twisting)
+        .with_attraction(attraction(contact))
 }
 
 /// Elastic constants of two materials that have them.
@@ -117,5 +120,39 @@ fn rolling(contact: &Contact) -> Rolling {
         CaseRolling::Sds { stiffness, dashpot } => Rolling::Given { friction, stiffness, dashpot },
         CaseRolling::Epsd2 {} => Rolling::Tangential { friction },
         CaseRolling::Constant {} => Rolling::Constant { friction },
+    }
+}
+
+fn attraction(contact: &Contact) -> Attraction {
+    match contact.attraction {
+        CaseAttraction::None => Attraction::None,
+        CaseAttraction::VanDerWaals { hamaker, asperity, inner, outer } => {
+            Attraction::VanDerWaals(VanDerWaals { hamaker, asperity, inner, outer })
+        }
+        CaseAttraction::LiquidBridge {
+            volume,
+            surface_tension,
+            contact_angle,
+            force,
+            viscosity,
+            min_gap,
+            film,
+        } => {
+            let capillary = match force {
+                CaseCapillary::Willett => Capillary::Willett(Willett::new(contact_angle)),
+                CaseCapillary::WillettShort => Capillary::WillettShort(WillettShort::new(contact_angle)),
+                CaseCapillary::Rabinovich => Capillary::Rabinovich(Rabinovich::new(contact_angle)),
+            };
+            let bridge = LiquidBridge {
+                surface_tension,
+                contact_angle,
+                capillary,
+                rupture: Rupture::Lian,
+                viscosity: BridgeViscosity { viscosity, min_gap },
+                formation: if film > 0.0 { Formation::Films } else { Formation::Contact },
+                supply: Supply::PerBridge(volume),
+            };
+            Attraction::LiquidBridge { bridge, film }
+        }
     }
 }

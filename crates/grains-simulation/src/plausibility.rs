@@ -15,7 +15,7 @@ use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 25] = [
+const RULES: [fn(&Setting) -> Vec<Remark>; 26] = [
     walls::mesh_of_another_size,
     walls::wall_outside,
     walls::wall_too_late,
@@ -38,6 +38,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 25] = [
     laws::rayleigh_outrun,
     laws::glued,
     laws::softened_adhesion,
+    laws::odd_bridges,
     laws::restitution_without_effect,
     fine_step,
     many_steps,

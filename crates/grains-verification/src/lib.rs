@@ -4,6 +4,7 @@
 //! prints the table, `grains-mpi verify`, and the test of this crate asserts it.
 
 mod adhesion;
+mod bridges;
 mod impact;
 mod plasticity;
 mod rolling;
@@ -81,6 +82,14 @@ pub fn heading() -> String {
 
 /// All cases of all laws.
 pub fn all() -> Vec<Row> {
-    [impact::rows(), sliding::rows(), adhesion::rows(), plasticity::rows(), rolling::rows(), twisting::rows()]
-        .concat()
+    [
+        impact::rows(),
+        sliding::rows(),
+        adhesion::rows(),
+        plasticity::rows(),
+        rolling::rows(),
+        twisting::rows(),
+        bridges::rows(),
+    ]
+    .concat()
 }

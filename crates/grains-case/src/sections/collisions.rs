@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::Checker;
 use crate::sections::contact::Contact;
+use crate::sections::contact_law::Attraction;
 
 /// What happens when bodies meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -79,6 +80,12 @@ impl Collisions {
     /// Refuses contacts without what the model needs, and warns about what it leaves out.
     pub(crate) fn check_contacts(&self, contacts: &[Contact], checker: &mut Checker) {
         for (i, contact) in contacts.iter().enumerate() {
+            if self.is_hard() && contact.attraction != Attraction::None {
+                checker.warn(
+                    &format!("contact[{i}].attraction.kind"),
+                    "has no effect: hard collisions know no forces over a gap".into(),
+                );
+            }
             if self.is_hard() && contact.rolling_friction > 0.0 {
                 checker.warn(
                     &format!("contact[{i}].rolling_friction"),

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
-use crate::sections::contact_law::{Damping, Normal, Rolling, Tangential, Twisting};
+use crate::sections::contact_law::{Attraction, Capillary, Damping, Normal, Rolling, Tangential, Twisting};
 use crate::sections::material::Material;
 
 /// The law between two materials: normal force, damping, Coulomb friction, resistance to rolling and twisting.
@@ -59,6 +59,9 @@ pub struct Contact<Name = usize> {
     /// Resistance to twisting.
     #[serde(default)]
     pub twisting: Twisting,
+    /// Pull over a gap.
+    #[serde(default)]
+    pub attraction: Attraction,
 }
 
 impl<Name> Contact<Name> {
@@ -99,6 +102,7 @@ impl<Name> Contact<Name> {
             rolling_friction: self.rolling_friction,
             rolling: self.rolling,
             twisting: self.twisting,
+            attraction: self.attraction,
         }
     }
 }
@@ -196,6 +200,7 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
                 "\"epsd2\" takes the stiffness of a tangential spring, and there is none".into(),
             );
         }
+        check_attraction(contact, &key("attraction"), checker);
         let without_effect = [
             ("effective_modulus", contact.effective_modulus.is_some() && !is_hertzian),
             ("softening", contact.softening != 1.0 && !is_hertzian),
@@ -212,5 +217,36 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
                 "goes with elastic laws: \"elastic_plastic\" loses energy by its two stiffnesses".into(),
             );
         }
+    }
+}
+
+/// Refuses a pull that its law cannot have.
+fn check_attraction(contact: &Contact, key: &str, checker: &mut Checker) {
+    /// Largest contact angle of Willett's fit (rad).
+    const WIDEST: f64 = 50.0 * std::f64::consts::PI / 180.0;
+    match contact.attraction {
+        Attraction::None => return,
+        Attraction::LiquidBridge { contact_angle, force: Capillary::Willett, .. }
+            if contact_angle > WIDEST =>
+        {
+            checker.error(
+                &format!("{key}.contact_angle"),
+                "beyond 50 degrees (0.873), where Willett's fit ends: take force = \"rabinovich\"; the unit is rad"
+                    .into(),
+            );
+        }
+        Attraction::VanDerWaals { inner, outer, .. } if outer <= inner => {
+            checker.error(
+                &format!("{key}.outer"),
+                format!("must be above inner = {inner:e} m, below which the force grows no more"),
+            );
+        }
+        Attraction::LiquidBridge { .. } | Attraction::VanDerWaals { .. } => {}
+    }
+    if contact.normal.takes_work() {
+        checker.error(
+            &format!("{key}.kind"),
+            "goes with laws without adhesion of their own: take \"hertz\" or \"linear\", or remove it".into(),
+        );
     }
 }

@@ -186,6 +186,81 @@ fn rolling_damping() -> f64 {
     0.3
 }
 
+/// How two bodies pull at each other over a gap, beside their contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Attraction {
+    /// Not at all.
+    #[default]
+    None,
+    /// By bridges of liquid of one volume, which form on contact and break at a gap of (1 + θ/2) V^(1/3).
+    LiquidBridge {
+        /// Volume V of a bridge (m³).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-21, 1e-6]))]
+        volume: f64,
+        /// Surface tension (N/m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-3, 1]))]
+        surface_tension: f64,
+        /// Contact angle θ (rad).
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "maximum" = 1.5707963267948966))]
+        contact_angle: f64,
+        /// Force over the gap.
+        #[serde(default)]
+        force: Capillary,
+        /// Viscosity of the liquid (Pa s).
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "x-plausible" = [0, 100]))]
+        viscosity: f64,
+        /// Smallest gap over the effective radius that viscous forces see, the roughness (-).
+        #[serde(default = "roughness")]
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+        min_gap: f64,
+        /// Thickness of the films on both bodies (m), which form a bridge where they meet.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0))]
+        film: f64,
+    },
+    /// By van der Waals forces of surfaces with asperities.
+    VanDerWaals {
+        /// Hamaker constant (J).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-21, 1e-18]))]
+        hamaker: f64,
+        /// Radius of asperities (m); 0 for smooth bodies.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "x-plausible" = [0, 1e-5]))]
+        asperity: f64,
+        /// Gap below which the force grows no more (m).
+        #[serde(default = "inner_cut_off")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        inner: f64,
+        /// Gap beyond which there is none (m).
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        outer: f64,
+    },
+}
+
+/// Force of a liquid bridge over the gap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Capillary {
+    /// Full fit of Willett et al. (2000), for contact angles up to 50 degrees.
+    #[default]
+    Willett,
+    /// Its short form, 2π R γ cos θ/(1 + 1.05 s + 2.5 s²), s = h √(R/V).
+    WillettShort,
+    /// Rabinovich et al. (2005), corrected by Lambert.
+    Rabinovich,
+}
+
+fn roughness() -> f64 {
+    0.01
+}
+
+fn inner_cut_off() -> f64 {
+    4e-10
+}
+
 impl Tangential {
     /// That of a case that gives none: a spring, of Mindlin's stiffness where the contact is Hertzian.
     pub(crate) fn of(normal: &Normal) -> Self {

@@ -2,7 +2,7 @@
 
 use crate::laws;
 use crate::timestep::{Encounter, TimeStepChoice};
-use grains_case::{Case, Material};
+use grains_case::{Attraction, Case, Material};
 use grains_contact::ContactLaw;
 use grains_dem::{CollisionModel, ContactTable, DemSetup};
 
@@ -25,6 +25,8 @@ pub struct LawReport {
     pub reach: f64,
     /// Speed below which bodies that touch stay together (m/s), of laws that lose energy by the tear.
     pub sticking_speed: Option<f64>,
+    /// Volume of a liquid bridge over that of the cube of 2 R* (-).
+    pub bridge_volume: Option<f64>,
     /// Time of a Rayleigh wave over the smaller body (s), where the elastic constants of its material are known.
     pub rayleigh_time: Option<f64>,
 }
@@ -47,7 +49,7 @@ impl LawReport {
         let law = *contacts.law(a as u16, b as u16);
         let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let radius = encounter.effective_radius;
-        let pull_off = law.normal.pull_off(radius);
+        let pull_off = law.normal.pull_off(radius) + law.attraction.pull_off(radius);
         let modulus =
             law.normal.is_hertzian().then(|| laws::modulus(contact, [a, b].map(|m| &case.materials[m])));
         let of_body = case.materials.iter().find(|m| m.name == encounter.materials[0]);
@@ -57,9 +59,13 @@ impl LawReport {
             softening: contact.softening,
             pull_off,
             bond_number: (gravity > 0.0).then(|| pull_off / (encounter.mass * gravity)),
-            reach: law.normal.reach(radius),
+            reach: law.reach(radius),
             sticking_speed: (law.normal.reach(radius) > 0.0)
                 .then(|| sticking_speed(&law, encounter.reduced_mass, radius, case.time.impact_speed)),
+            bridge_volume: match contact.attraction {
+                Attraction::LiquidBridge { volume, .. } => Some(volume / (2.0 * radius).powi(3)),
+                _ => None,
+            },
             rayleigh_time: of_body.and_then(|m| rayleigh_time(m, encounter.radius)),
             law,
         }

@@ -1,7 +1,7 @@
 //! Contact laws: what has no effect, or more of it than is seldom meant.
 
 use super::setting::{Remark, Setting};
-use grains_case::{Damping, Material, Normal};
+use grains_case::{Attraction, Damping, Material, Normal};
 
 /// Properties of materials that no contact law takes.
 pub(super) fn properties_without_effect(s: &Setting) -> Vec<Remark> {
@@ -84,4 +84,19 @@ pub(super) fn restitution_without_effect(s: &Setting) -> Vec<Remark> {
         (format!("contact[{k}].restitution"), message.to_string())
     };
     other.map(remark).collect()
+}
+
+/// Bridges of volumes for which no law of their force is known.
+pub(super) fn odd_bridges(s: &Setting) -> Vec<Remark> {
+    /// Volumes over R³ of the fits (-).
+    const KNOWN: [f64; 2] = [1e-5, 0.1];
+    let odd = s.laws.iter().filter_map(|law| law.bridge_volume).find(|v| !(KNOWN[0]..=KNOWN[1]).contains(v));
+    let is_bridge = |c: &grains_case::Contact| matches!(c.attraction, Attraction::LiquidBridge { .. });
+    let place = s.case.contacts.iter().position(is_bridge);
+    let (Some(volume), Some(place)) = (odd, place) else { return Vec::new() };
+    let message = format!(
+        "{volume:.1e} of the cube of the radius of the smallest bodies, outside {:.0e} to {}, for which the force of bridges is known: check the unit (m3; a microlitre is 1e-9)",
+        KNOWN[0], KNOWN[1]
+    );
+    vec![(format!("contact[{place}].attraction.volume"), message)]
 }
