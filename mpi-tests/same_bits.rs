@@ -117,6 +117,23 @@ fn periodic_shear_of_cubes_cylinders_icosahedra_and_spheres() {
 }
 
 #[test]
+fn a_bed_that_a_lid_presses_and_shears_under_a_load() {
+    let moved = "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }";
+    let load = "{ kind = \"load\", axis = [0, 0, -2], pressure = 300, mass = 0.02, damping = 0.3, velocity = [-0.4, 0, 0] }";
+    let text = replaced(&case("shear.toml"), moved, load);
+    let decompositions = Decompositions { chosen: &[2, 4], given: &[[1, 1, 3]] };
+    let series = series(&compare_case("lid", text, &decompositions));
+    let last = |name: &str| series.column(name).last().copied().unwrap();
+    assert!(last("upper_way") > 0.02 && last("contacts") > 50.0, "{} m", last("upper_way"));
+    // The mean of the force from when the lid has come down to the bed.
+    let forces = series.column("upper_fz");
+    let late = &forces[forces.len() * 3 / 4..];
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    let load = 300.0 * 0.045 * 0.045;
+    assert!((mean / load - 1.0).abs() < 0.3, "{mean} N on the lid under {load} N");
+}
+
+#[test]
 fn drum_with_batches_of_insertion_and_a_lifter() {
     let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3], [4, 1, 1], [1, 1, 4]] };
     let series = series(&compare("drum", &decompositions));

@@ -108,7 +108,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     };
     let inserts = insert::check(raw.insert, &context, checker);
     let fluid = raw.fluid.map(|fluid| fluid.check(&fluid_context, &inserts, checker));
-    let walls = wall::check(raw.wall, &raw.domain, &names, checker);
+    let walls = wall::check(raw.wall, (&raw.domain, raw.collisions.is_hard()), &names, checker);
     let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, fluid.is_some());
     let time = raw.time.check(fastest, checker);
     let mut case = Case {

@@ -88,4 +88,6 @@ pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Parti
 pub use prescribed::PrescribedMotion;
 pub use totals::Totals;
 pub use verlet::Skin;
-pub use walls::{Motion, MotionTable, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};
+pub use walls::{
+    Loading, Motion, MotionTable, OpenTube, Surface, Travel, Wall, WallLoad, WallPlace, WallState,
+};

@@ -15,7 +15,7 @@ use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 25] = [
+const RULES: [fn(&Setting) -> Vec<Remark>; 26] = [
     walls::mesh_of_another_size,
     walls::wall_outside,
     walls::wall_too_late,
@@ -34,6 +34,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 25] = [
     sizes::wide_sizes,
     sizes::deep_cut_offs,
     walls::fast_wall,
+    walls::light_wall,
     laws::properties_without_effect,
     laws::rayleigh_outrun,
     laws::glued,

@@ -7,7 +7,7 @@ use crate::insertion::Insertions;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, half_step_back,
+    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, Travel, WallPlace, half_step_back,
     other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
@@ -71,13 +71,33 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     (arrays, texts)
 }
 
-/// A line per wall: its pose, and its place before it moves if it is not that of the case.
+/// A line per wall: its pose, its place before it moves if it is not that of the case, and its travel under a load with the
+/// axis, if it has one.
 fn walls(dem: &Dem) -> String {
-    let numbers = |place: &WallPlace| place.numbers().map(|x| format!("{:x}", x.to_bits())).join(" ");
-    let line = |(state, place): (&WallState, &Option<WallPlace>)| {
-        format!("{};{}\n", numbers(&state.pose()), place.as_ref().map(numbers).unwrap_or_default())
+    let words =
+        |numbers: &[f64]| numbers.iter().map(|x| format!("{:x}", x.to_bits())).collect::<Vec<_>>().join(" ");
+    let line = |k: usize| {
+        let pose = words(&dem.wall_states()[k].pose().numbers());
+        let place = dem.wall_places[k].map(|place| words(&place.numbers())).unwrap_or_default();
+        let travel = dem.setup.walls[k].motion.loading().map(|loading| {
+            let Travel { way, half_speed, speed } = dem.travels[k];
+            words(&[way, half_speed, speed, loading.axis.x, loading.axis.y, loading.axis.z])
+        });
+        format!("{pose};{place};{}\n", travel.unwrap_or_default())
     };
-    dem.wall_states().iter().zip(&dem.wall_places).map(line).collect()
+    (0..dem.setup.walls.len()).map(line).collect()
+}
+
+/// Travel of a wall under its load at a checkpoint, and the axis of that load.
+fn travel(words: &str) -> Option<(Travel, Vec3)> {
+    let [way, half_speed, speed, x, y, z] = reals(words)?.try_into().ok()?;
+    Some((Travel { way, half_speed, speed }, Vec3::new(x, y, z)))
+}
+
+/// Numbers written as the bits they are.
+fn reals(words: &str) -> Option<Vec<f64>> {
+    let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+    words.split_whitespace().map(bits).collect()
 }
 
 /// What a run that continues a checkpoint has found.
@@ -118,7 +138,7 @@ pub fn restore(
     let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
-    place_walls(dem, &file, (&before, &now, &changes), &numbering);
+    place_walls(dem, &file, &changes, (&numbering, ratio));
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
@@ -383,24 +403,25 @@ fn check_state(
 fn place_walls(
     dem: &mut Dem,
     file: &CheckpointFile,
-    (_, _, changes): (&Table, &Table, &[Change]),
-    numbering: &Numbering,
+    changes: &[Change],
+    (numbering, ratio): (&Numbering, f64),
 ) {
-    let place = |words: &str| {
-        let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-        let numbers: Vec<f64> = words.split_whitespace().map(bits).collect::<Option<_>>()?;
-        Some(WallPlace::from_numbers(&numbers.try_into().ok()?))
-    };
+    let place = |words: &str| Some(WallPlace::from_numbers(&reals(words)?.try_into().ok()?));
     let time = dem.time();
     for (old, line) in file.text(WALLS).unwrap_or("").lines().enumerate() {
         let Some(number) = numbering.wall(old as u16).map(usize::from) else { continue };
         let wall = &dem.setup.walls[number];
         let is_moved = changes.iter().any(|change| change.is_within(&["wall", &wall.name, "motion"]));
-        let (pose, own) = line.split_once(';').unwrap_or((line, ""));
+        let mut parts = line.split(';');
+        let [pose, own, travelled] = std::array::from_fn(|_| parts.next().unwrap_or(""));
         dem.wall_places[number] = match (is_moved, place(pose)) {
             (true, Some(pose)) => WallPlace::between(&wall.motion.at(time), &pose),
             _ => place(own),
         };
+        if let (Some(loading), Some((travel, axis))) = (wall.motion.loading(), travel(travelled)) {
+            let travel = if is_moved { travel.along(axis.dot(&loading.axis)) } else { travel };
+            dem.travels[number] = if ratio == 1.0 { travel } else { travel.with_other_step(ratio) };
+        }
     }
     dem.resume_at(dem.step);
 }

@@ -12,7 +12,7 @@ use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Motion, MotionTable, Skin, StepParameters, Wall,
+    HardModel, Loading, Motion, MotionTable, Skin, StepParameters, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
@@ -345,5 +345,10 @@ pub fn motion(motion: &CaseMotion) -> Motion {
             start,
             end,
         },
+        CaseMotion::Load { axis, mass, damping, max_speed, velocity, start, end, .. } => {
+            let force = motion.load().unwrap_or(0.0);
+            let (axis, velocity) = (Vec3::from(axis), Vec3::from(velocity));
+            Motion::Loaded(Loading { axis, force, mass, damping, max_speed, velocity, start, end })
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The granular phase of one rank and its step.
 
+mod loaded_walls;
 mod loads;
 mod observe;
 mod rebuild;

@@ -62,7 +62,9 @@ impl DemSetup {
     pub(super) fn quanta(&self) -> LoadQuanta {
         // Without particles, as beside a fluid alone, there are no loads.
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
-        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
+        let loadings = self.walls.iter().filter_map(|wall| wall.motion.loading());
+        let wall_load = loadings.map(|loading| loading.force.abs()).fold(0.0, f64::max);
+        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit, wall_load)
     }
 
     /// Largest gap (m) at which bodies act on each other, by lubrication or a contact law.

@@ -12,7 +12,7 @@ use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
 use crate::verlet::VerletLists;
-use crate::walls::{Motion, WallLoad, WallPlace, WallState};
+use crate::walls::{Motion, Travel, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
 
@@ -31,6 +31,8 @@ pub struct Dem {
     pub origin: Origin,
     /// Places of the walls before they move; none for those that lie where the case has them.
     pub wall_places: Vec<Option<WallPlace>>,
+    /// What loads have made of the walls they move, the same on all ranks.
+    pub travels: Vec<Travel>,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
     /// Particles with cargo that came and went, until they are taken.
@@ -61,6 +63,10 @@ pub struct Dem {
     pub(super) next_balance: u64,
     /// Steps from a build after which walls may have used up their allowance.
     pub(super) wall_steps: u64,
+    /// Scratch: forces (N) on the walls that loads move.
+    pub(super) loaded_forces: Vec<f64>,
+    /// Way (m) that loads may still move walls before the lists are rebuilt.
+    pub(super) way_left: f64,
     pub(super) error: Option<StepError>,
 }
 
@@ -75,6 +81,7 @@ impl Dem {
             step: 0,
             origin: Origin::default(),
             wall_places: vec![None; setup.walls.len()],
+            travels: vec![Travel::default(); setup.walls.len()],
             ledger: Ledger::default(),
             passages: Passages::default(),
             clock: Clock::default(),
@@ -95,6 +102,8 @@ impl Dem {
             work: WorkProfile::default(),
             next_balance: 0,
             wall_steps: u64::MAX,
+            loaded_forces: Vec::new(),
+            way_left: 0.0,
             error: None,
             decomposition,
             setup,
@@ -125,6 +134,11 @@ impl Dem {
     /// Moves a wall otherwise from now on, from where it is; all ranks must do so together.
     pub fn set_wall_motion(&mut self, wall: usize, motion: Motion) {
         let pose = self.states[wall].pose();
+        let axes = [&self.setup.walls[wall].motion, &motion].map(|m| m.loading().map(|loading| loading.axis));
+        self.travels[wall] = match axes {
+            [Some(before), Some(now)] => self.travels[wall].along(now.dot(&before)),
+            _ => Travel::default(),
+        };
         self.wall_places[wall] = WallPlace::between(&motion.at(self.time()), &pose);
         self.setup.walls[wall].motion = motion;
         self.place_walls();
@@ -239,10 +253,11 @@ impl Dem {
     pub(super) fn place_walls(&mut self) {
         let time = self.time();
         self.states.clear();
-        let walls = self.setup.walls.iter().zip(&self.wall_places);
-        self.states.extend(walls.map(|(wall, place)| match place {
-            Some(place) => wall.motion.at(time).of_place(place),
-            None => wall.motion.at(time),
+        let walls = self.setup.walls.iter().zip(&self.wall_places).zip(&self.travels);
+        self.states.extend(walls.map(|((wall, place), travel)| {
+            let state = wall.motion.at(time);
+            let state = place.as_ref().map_or(state, |place| state.of_place(place));
+            wall.motion.loading().map_or(state, |loading| state.travelled(loading, travel))
         }));
     }
 }

@@ -84,9 +84,11 @@ impl Dem {
         if !outcome.fast.is_empty() && self.setup.collisions != CollisionModel::Fixed {
             self.check_tunnelling(&outcome.fast);
         }
+        self.move_loaded_walls(transport);
         self.step += 1;
         self.steps_since_build += 1;
         self.place_walls();
+        self.check_loaded_walls();
         self.clock.charge(Phase::Motion);
         self.agree(outcome.is_stale, transport)
     }
@@ -97,7 +99,7 @@ impl Dem {
             Level::Failed
         } else if self.interrupt {
             Level::Interrupted
-        } else if is_stale || self.steps_since_build >= self.wall_steps {
+        } else if is_stale || self.steps_since_build >= self.wall_steps || self.way_left < 0.0 {
             Level::Stale
         } else {
             Level::Fine

@@ -10,6 +10,7 @@ mod failures;
 mod hard;
 mod impact;
 mod laws;
+mod loaded_walls;
 mod lubrication;
 mod oblique;
 mod open_tubes;
