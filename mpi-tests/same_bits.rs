@@ -124,7 +124,7 @@ fn a_bed_that_a_lid_presses_and_shears_under_a_load() {
     let decompositions = Decompositions { chosen: &[2, 4], given: &[[1, 1, 3]] };
     let series = series(&compare_case("lid", text, &decompositions));
     let last = |name: &str| series.column(name).last().copied().unwrap();
-    assert!(last("upper_way") > 0.02 && last("contacts") > 50.0, "{} m", last("upper_way"));
+    assert!(last("upper_displacement") > 0.02 && last("contacts") > 50.0, "{} m", last("upper_displacement"));
     // The mean of the force from when the lid has come down to the bed.
     let forces = series.column("upper_fz");
     let late = &forces[forces.len() * 3 / 4..];

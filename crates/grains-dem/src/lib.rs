@@ -67,6 +67,8 @@ mod particles;
 mod periodic_images;
 mod prescribed;
 mod rotation;
+mod shear;
+mod stress;
 mod totals;
 mod tunnelling;
 mod verlet;
@@ -86,6 +88,8 @@ pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;
 pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Particles};
 pub use prescribed::PrescribedMotion;
+pub use shear::Shear;
+pub use stress::{Stress, StressSums};
 pub use totals::Totals;
 pub use verlet::Skin;
 pub use walls::{

@@ -459,7 +459,7 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     const OF_PLANE: [(&str, &str); 2] = [("count", "-"), ("mass", "kg")];
     const OF_WALL: [(&str, &str); 6] =
         [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
-    const OF_LOADED_WALL: [(&str, &str); 2] = [("way", "m"), ("speed", "m/s")];
+    const OF_LOADED_WALL: [(&str, &str); 2] = [("displacement", "m"), ("speed", "m/s")];
     let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     for plane in &dem.setup.planes {
         columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));

@@ -77,6 +77,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         collisions: collisions(case, &parameters),
         overlap_limit: case.limits.overlap,
         global,
+        shear: None,
         outlets,
         ranks,
         catalogue,

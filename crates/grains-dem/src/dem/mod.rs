@@ -6,6 +6,7 @@ mod observe;
 mod rebuild;
 mod report;
 mod setup;
+mod sheared;
 mod state;
 mod step;
 

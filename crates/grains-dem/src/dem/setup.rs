@@ -7,6 +7,7 @@ use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
 use crate::integrate::StepParameters;
 use crate::prescribed::PrescribedMotion;
+use crate::shear::{Shear, SlidingImages};
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
 use grains_contact::Lubrication;
@@ -17,6 +18,8 @@ use grains_domain::{Balance, GlobalBox};
 pub struct DemSetup {
     /// The box.
     pub global: GlobalBox,
+    /// Simple shear of the box; its flow axis must not be divided between ranks.
+    pub shear: Option<Shear>,
     /// Faces −x, +x, −y, +y, −z, +z through which particles may leave.
     pub outlets: [bool; 6],
     /// Ranks per axis.
@@ -50,7 +53,7 @@ pub struct DemSetup {
 impl DemSetup {
     /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
     pub fn interaction_range(&self) -> f64 {
-        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach()
+        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach() + self.max_slide()
     }
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
@@ -72,6 +75,21 @@ impl DemSetup {
         self.lubrication
             .map_or(0.0, |lubrication| lubrication.range)
             .max(self.catalogue.contacts.reach_up_to(self.largest_radius))
+    }
+
+    /// Largest way (m) that sliding images go before lists are rebuilt.
+    pub(super) fn max_slide(&self) -> f64 {
+        self.sliding_images().map_or(0.0, |images| {
+            let of_a_step = images.speed.abs() * self.parameters.dt;
+            of_a_step + (self.skin.max * self.largest_radius).max(of_a_step)
+        })
+    }
+
+    /// The images of a sheared box.
+    pub(super) fn sliding_images(&self) -> Option<SlidingImages> {
+        // No particle goes farther than its radius in a step.
+        let fastest = self.largest_radius / self.parameters.dt;
+        self.shear.map(|shear| SlidingImages::new(shear, &self.global, fastest))
     }
 
     /// The walls as they are at a time (s).

@@ -11,6 +11,8 @@ use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
+use crate::shear::SlidingImages;
+use crate::stress::StressSums;
 use crate::verlet::VerletLists;
 use crate::walls::{Motion, Travel, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
@@ -33,6 +35,10 @@ pub struct Dem {
     pub wall_places: Vec<Option<WallPlace>>,
     /// What loads have made of the walls they move, the same on all ranks.
     pub travels: Vec<Travel>,
+    /// Offset (m) of the images of a sheared box at time zero, as if the present rate had been that always.
+    pub shear_start: f64,
+    /// Sums for the stress of a sheared box on this rank, until it is taken.
+    pub stress: StressSums,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
     /// Particles with cargo that came and went, until they are taken.
@@ -63,6 +69,10 @@ pub struct Dem {
     pub(super) next_balance: u64,
     /// Steps from a build after which walls may have used up their allowance.
     pub(super) wall_steps: u64,
+    /// Images of a sheared box.
+    pub(super) images: Option<SlidingImages>,
+    /// Their offset (m) when the lists were built.
+    pub(super) built_at: f64,
     /// Scratch: forces (N) on the walls that loads move.
     pub(super) loaded_forces: Vec<f64>,
     /// Way (m) that loads may still move walls before the lists are rebuilt.
@@ -82,6 +92,8 @@ impl Dem {
             origin: Origin::default(),
             wall_places: vec![None; setup.walls.len()],
             travels: vec![Travel::default(); setup.walls.len()],
+            shear_start: 0.0,
+            stress: StressSums::default(),
             ledger: Ledger::default(),
             passages: Passages::default(),
             clock: Clock::default(),
@@ -102,6 +114,8 @@ impl Dem {
             work: WorkProfile::default(),
             next_balance: 0,
             wall_steps: u64::MAX,
+            images: setup.sliding_images(),
+            built_at: 0.0,
             loaded_forces: Vec::new(),
             way_left: 0.0,
             error: None,
@@ -186,6 +200,7 @@ impl Dem {
         let mut record = *record;
         let snap = |x: f64| self.setup.global.quantum.snap(x);
         record.body.position = record.body.position.map(snap);
+        self.images.iter().for_each(|images| images.round(&mut record.body.velocity));
         record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
         self.histories.read(history);

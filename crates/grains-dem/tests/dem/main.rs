@@ -16,6 +16,7 @@ mod oblique;
 mod open_tubes;
 mod prescribed;
 mod same_bits;
+mod sheared;
 mod size_classes;
 mod two_bodies;
 mod walls;
