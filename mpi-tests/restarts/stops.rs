@@ -81,6 +81,12 @@ fn a_lid_under_a_load_stopped_at_every_step_goes_on_from_where_it_is() {
 }
 
 #[test]
+fn a_sheared_box_stopped_at_every_step_loses_no_part_of_its_stress() {
+    at_every_step("sheared", 9, 1);
+    at_every_step("sheared", 9, 4);
+}
+
+#[test]
 fn a_fluidised_bed_stopped_at_every_step_loses_no_row_and_no_snapshot() {
     at_every_step("bed", 9, 1);
 }

@@ -17,13 +17,14 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 11] = [
+const GOOD: [&str; 12] = [
     "adhesive.toml",
     "gravel.toml",
     "silo.toml",
     "mixture.toml",
     "composites.toml",
     "press.toml",
+    "sheared.toml",
     "single.toml",
     "channel.toml",
     "bed.toml",

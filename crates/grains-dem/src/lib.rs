@@ -39,6 +39,10 @@
 //! * Contact history (tangential displacement, GJK simplex) lives only while a pair touches, with a wall while it is
 //!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
+//! * Images of a sheared box slide by multiples of the quantum of positions, and velocities along the flow are multiples of a
+//!   quantum as well, so both sides of the border see the same separations and relative velocities. A particle crosses in the
+//!   step in which it meets the border.
+//! * The force on a wall that a load moves is summed exactly over all ranks.
 //!
 //! # Hard collisions
 //!

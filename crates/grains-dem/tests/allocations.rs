@@ -7,7 +7,7 @@
 mod common;
 
 use common::{Scene, lattice, law, mixed_shapes, setup, wall};
-use grains_dem::{CollisionModel, HardModel, Loading, Motion, Surface};
+use grains_dem::{CollisionModel, HardModel, Loading, Motion, Shear, Surface};
 use grains_domain::SerialTransport;
 use grains_geometry::Vec3;
 use grains_testing::CountingAllocator;
@@ -21,6 +21,25 @@ fn a_step_between_rebuilds_allocates_nothing() {
     for is_hard in [false, true] {
         quiet_steps_allocate_nothing(is_hard);
     }
+    quiet_steps_of_a_sheared_box_allocate_nothing();
+}
+
+fn quiet_steps_of_a_sheared_box_allocate_nothing() {
+    let mut setup = setup([0.02; 3], [true; 3], mixed_shapes(1e-3), law(true));
+    setup.planes.clear();
+    setup.parameters.gravity = Vec3::zeros();
+    setup.shear = Some(Shear { flow: 0, gradient: 2, rate: 5.0 });
+    let mut dem = Scene { setup, particles: lattice([0.0; 3], [0.02; 3], 2.5e-3, 4, 0.5) }.start([1; 3], 0);
+    let mut quiet = 0;
+    for step in 0..6000 {
+        let (before, rebuilds) = (ALLOCATOR.count(), dem.report.rebuilds);
+        dem.step(&SerialTransport).unwrap();
+        if step > 3000 && dem.report.rebuilds == rebuilds {
+            assert_eq!(ALLOCATOR.count() - before, 0, "step {step}");
+            quiet += 1;
+        }
+    }
+    assert!(quiet > 1000, "{quiet} steps without rebuild");
 }
 
 fn quiet_steps_allocate_nothing(is_hard: bool) {

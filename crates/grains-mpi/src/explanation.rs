@@ -2,7 +2,7 @@
 
 mod fluid;
 
-use grains_case::{Case, Face, Motion, ParticleMotion, TimeStep};
+use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep};
 use grains_simulation::check::{
     Basis, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
     MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
@@ -44,6 +44,7 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     contact_points(particles);
     walls(particles);
     loaded_walls(case);
+    shear(case);
     say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
     memory(report);
     match &particles.collisions {
@@ -222,6 +223,20 @@ fn loaded_walls(case: &Case) {
             say!("               and across it at ({u:.4e}, {v:.4e}, {w:.4e}) m/s");
         }
     }
+}
+
+/// Prints the shear of the box.
+fn shear(case: &Case) {
+    let Some(Shear { flow, gradient, rate }) = case.domain.shear else { return };
+    let height = case.domain.extents()[gradient as usize];
+    say!(
+        "shear          v_{} = {rate} 1/s x {}: images across {} slide at {:.4e} m/s along {}, which is not divided",
+        flow.name(),
+        gradient.name(),
+        gradient.name(),
+        rate * height,
+        flow.name()
+    );
 }
 
 /// Ranks per axis and the size of a subdomain.

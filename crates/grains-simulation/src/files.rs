@@ -349,6 +349,10 @@ impl Files {
         for load in &dem.prescribed_loads(transport) {
             values.extend(load.force.iter().chain(load.torque.iter()));
         }
+        if let Some(stress) = dem.take_stress(transport) {
+            values.extend(stress.total.iter().chain(&stress.kinetic));
+            values.push(stress.temperature);
+        }
         values.extend(of_fluid);
         let written = match &mut self.series {
             Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
@@ -472,6 +476,13 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     }
     for motion in &dem.setup.prescribed {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", motion.name), unit)));
+    }
+    if dem.setup.shear.is_some() {
+        const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
+        for part in ["stress", "kinetic_stress"] {
+            columns.extend(COMPONENTS.map(|component| (format!("{part}_{component}"), "Pa")));
+        }
+        columns.push(("granular_temperature".to_string(), "m2/s2"));
     }
     columns
 }

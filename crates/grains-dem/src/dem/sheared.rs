@@ -48,8 +48,9 @@ impl Dem {
     pub(super) fn slide_allowance(&self) -> (f64, u64) {
         let Some(images) = &self.images else { return (0.0, u64::MAX) };
         let of_a_step = images.speed.abs() * self.setup.parameters.dt;
-        let max = self.setup.skin.max * self.setup.largest_radius;
-        let steps = (max / of_a_step).min(self.setup.skin.horizon).max(1.0).floor();
+        let (skin, radius) = (&self.setup.skin, self.setup.largest_radius);
+        let way = (of_a_step * skin.horizon).clamp(skin.min * radius, skin.max * radius);
+        let steps = (way / of_a_step).max(1.0).floor();
         // Offsets are rounded: one step more than those that are made.
         (of_a_step * (steps + 1.0), steps as u64)
     }

@@ -84,6 +84,10 @@ impl Dem {
     /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
     pub fn new(mut setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         setup.catalogue.contacts.prepare(setup.largest_radius);
+        if let Some(shear) = setup.shear.filter(|shear| setup.ranks[shear.flow] != 1) {
+            let (axis, ranks) = (['x', 'y', 'z'][shear.flow], setup.ranks[shear.flow]);
+            return Err(DecompositionError::FlowDivided { axis, ranks });
+        }
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
         let mut dem = Self {

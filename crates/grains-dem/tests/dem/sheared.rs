@@ -5,7 +5,7 @@ use grains_contact::{ContactLaw, Linear, Tangential};
 use grains_dem::{
     Dem, DemSetup, ExchangeStrategy, Kind, NewParticle, ParticleRecord, Partner, Shear, Skin, StressSums,
 };
-use grains_domain::{SerialTransport, Transport};
+use grains_domain::{DecompositionError, SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
 use grains_testing::on_ranks;
 
@@ -271,4 +271,31 @@ fn stress_and_linear_profile_are_the_same_on_any_ranks() {
         let away = sum / count;
         assert!(away.abs() < 0.15 * rate * SIZE, "layer {k}: {away} m/s beside {} m/s", rate * SIZE);
     }
+}
+
+#[test]
+fn images_go_on_from_where_they_are_when_the_rate_changes() {
+    let start = |rate: f64| {
+        let mut scene = scene(vec![Shape::sphere(1.2e-3).unwrap()], law(true), (0, 2), rate);
+        scene.particles.clear();
+        Dem::new(scene.setup, 0).unwrap()
+    };
+    let (mut before, mut after) = (start(70.0), start(-31.0));
+    for step in [0, 1000, 123_457] {
+        before.resume_at(step);
+        after.resume_at(step);
+        after.set_shear_offset(before.shear_offset());
+        assert_eq!(after.shear_offset(), before.shear_offset());
+        after.resume_at(step + 10);
+        let way = after.shear_offset() - before.shear_offset();
+        assert!((way + 31.0 * SIZE * 10.0 * after.setup.parameters.dt).abs() < 1e-12, "{way} m");
+    }
+}
+
+#[test]
+fn the_flow_axis_must_not_be_divided() {
+    let scene = scene(vec![Shape::sphere(1.2e-3).unwrap()], law(true), (1, 2), 1.0);
+    let refused = Dem::new(DemSetup { ranks: [1, 2, 1], ..scene.setup.clone() }, 0);
+    assert_eq!(refused.err(), Some(DecompositionError::FlowDivided { axis: 'y', ranks: 2 }));
+    assert!(Dem::new(DemSetup { ranks: [2, 1, 2], ..scene.setup }, 0).is_ok());
 }
