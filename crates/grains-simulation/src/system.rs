@@ -291,7 +291,7 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
         return Ok(());
     }
     let message = format!(
-        "forces are rounded to multiples that follow the stiffest contact of the largest particle, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, or the ratio of the largest to the smallest particle"
+        "forces are rounded to multiples that follow the stiffest contact of the largest particle, or the largest load on a wall, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, the load, or the ratio of the largest to the smallest particle"
     );
     let force = |k: &usize| {
         let [a, b] = case.contacts[*k].between.map(|m| m as u16);

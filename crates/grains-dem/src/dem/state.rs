@@ -159,6 +159,7 @@ impl Dem {
         };
         self.wall_places[wall] = WallPlace::between(&motion.at(self.time()), &pose);
         self.setup.walls[wall].motion = motion;
+        self.quanta = self.setup.quanta();
         self.place_walls();
         // How long the lists are good depends on how fast walls move.
         self.stale = true;

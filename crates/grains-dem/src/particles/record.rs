@@ -195,13 +195,14 @@ mod tests {
     }
 
     #[test]
-    fn a_clone_arrives_shifted_and_otherwise_unchanged() {
+    fn a_clone_arrives_shifted_and_faster_and_otherwise_unchanged() {
         let (record, mut message) = (sample(), Vec::new());
         let image = Image { shift: Vec3::new(-1.0, 0.0, 2.0), sliding: Some((1, 0.5)) };
         write_clone(record.id, &record.body, &record.orientation, &image, &mut message);
         assert_eq!(message.len(), CLONE_LENGTH);
         let (id, body, orientation) = read_clone(&message);
-        assert_eq!((id, body.velocity, body.mass), (record.id, record.body.velocity, record.body.mass));
+        let velocity = record.body.velocity + Vec3::new(0.0, 0.5, 0.0);
+        assert_eq!((id, body.velocity, body.mass), (record.id, velocity, record.body.mass));
         assert_eq!(body.position, record.body.position + Vec3::new(-1.0, 0.0, 2.0));
         assert_eq!(orientation, record.orientation);
     }

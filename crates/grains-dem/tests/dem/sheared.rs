@@ -299,3 +299,43 @@ fn the_flow_axis_must_not_be_divided() {
     assert_eq!(refused.err(), Some(DecompositionError::FlowDivided { axis: 'y', ranks: 2 }));
     assert!(Dem::new(DemSetup { ranks: [2, 1, 2], ..scene.setup }, 0).is_ok());
 }
+
+/// Smooth spheres with e = 0.9 at a solid fraction of 0.3, beside Garzó and Dufty, Phys. Rev. E 59, 5895 (1999).
+#[test]
+fn stress_and_temperature_of_smooth_spheres_are_those_of_kinetic_theory() {
+    let (radius, count, rate) = (5e-4, 216_u32, 10.0);
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * f64::powi(radius, 3);
+    let edge = (f64::from(count) * volume / 0.3).cbrt();
+    let mut setup = setup([edge; 3], [true; 3], vec![Shape::sphere(radius).unwrap()], smooth(0.9));
+    setup.planes.clear();
+    setup.largest_radius = radius;
+    setup.parameters.gravity = Vec3::zeros();
+    // A contact lasts for a thousandth of the time of a unit of shear, and for 20 steps.
+    let time = 1e-3 / rate;
+    let mass = 2500.0 * volume;
+    let stiffness = 0.5 * mass * (std::f64::consts::PI / time).powi(2);
+    let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
+    setup.catalogue.contacts.set(0, 0, ContactLaw::new(Linear { stiffness }, 0.9, 0.0, tangential));
+    setup.parameters.dt = time / 20.0;
+    setup.skin.horizon = 300.0;
+    setup.shear = Some(Shear { flow: 0, gradient: 2, rate });
+    let mut particles = lattice([0.0; 3], [edge * 1.000001; 3], edge / 6.0, 1, 0.05);
+    particles.iter_mut().for_each(|particle| {
+        particle.scale = 1.0;
+        particle.angular_velocity = Vec3::zeros();
+    });
+    assert_eq!(particles.len(), count as usize);
+    let mut dem = Scene { setup, particles }.start([1; 3], 0);
+    let steps_of = |strain: f64| (strain / rate / dem.setup.parameters.dt) as u64;
+    let [start, measured] = [6.0, 14.0].map(steps_of);
+    (0..start).for_each(|_| dem.step(&SerialTransport).unwrap());
+    dem.take_stress(&SerialTransport);
+    (0..measured).for_each(|_| dem.step(&SerialTransport).unwrap());
+    let stress = dem.take_stress(&SerialTransport).unwrap();
+    let unit = (2.0 * radius * rate).powi(2);
+    let pressure = stress.total[..3].iter().sum::<f64>() / 3.0;
+    let found = [stress.temperature / unit, pressure / (2500.0 * unit), -stress.total[4] / (2500.0 * unit)];
+    for (found, expected) in found.into_iter().zip([1.236, 1.419, 0.393]) {
+        assert!((found / expected - 1.0).abs() < 0.15, "{found:.3} for {expected}");
+    }
+}
