@@ -28,6 +28,39 @@ fn analysed(home: &Path, what: &str, options: &[&str], column: &str) -> Vec<f64>
 const OUTPUT: &str = "directory = \"results\"";
 
 #[test]
+fn sheared_spheres_are_as_agitated_as_kinetic_theory_says() {
+    let home = folder("case_shear_flow");
+    let text = shortened(
+        "shear-flow/shear.toml",
+        &[
+            ("upper = [0.012039, 0.012039, 0.012039]\n", "upper = [7.041e-3, 7.041e-3, 7.041e-3]\n"),
+            ("upper = [0.012039, 0.012039, 0.012039] }", "upper = [7.041e-3, 7.041e-3, 7.041e-3] }"),
+            ("count = 1000", "count = 200"),
+            ("normal_stiffness = 1e4", "normal_stiffness = 1e3"),
+            ("dt = 1.25e-6", "dt = 4e-6"),
+            ("end = 3", "end = 1.5"),
+        ],
+    );
+    run_case(2, &home, &text, &[]).succeeded();
+    let series = series(&home.join("results"));
+    let steady = |name: &str| {
+        let column = series.column(name);
+        let late = &column[column.len() * 2 / 5..];
+        late.iter().sum::<f64>() / late.len() as f64
+    };
+    let unit = f64::powi(10.0 * 1e-3, 2);
+    let pressure = ["xx", "yy", "zz"].map(|part| steady(&format!("stress_{part}"))).iter().sum::<f64>() / 3.0;
+    let found = [
+        steady("granular_temperature") / unit,
+        pressure / (2500.0 * unit),
+        -steady("stress_xz") / (2500.0 * unit),
+    ];
+    for (found, theory) in found.into_iter().zip([1.236, 1.419, 0.393]) {
+        assert!((found / theory - 1.0).abs() < 0.15, "{found} for {theory}");
+    }
+}
+
+#[test]
 fn packing_of_cubes_is_as_dense_as_a_packing() {
     let home = folder("case_packing");
     let text = shortened(

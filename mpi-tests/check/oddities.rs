@@ -147,6 +147,29 @@ const ODDITIES: &[Oddity] = &[
         "the cut-offs keep 15.0 % of the log-normal distribution",
     ),
     (
+        "a lid lighter than what it lies on",
+        "shear.toml",
+        &[(
+            "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }",
+            "{ kind = \"load\", axis = [0, 0, -1], pressure = 1, mass = 1e-3, damping = 0.1 }",
+        )],
+        "wall[1].motion.mass",
+        "10.6 time steps",
+    ),
+    (
+        "a sheared lattice",
+        "sheared.toml",
+        &[
+            (
+                "kind = \"window\", window = { kind = \"box\", lower = [0, 0, 0], upper = [0.056, 0.048, 0.056] }, attempts = 10000",
+                "kind = \"lattice\", lower = [0, 0, 0], upper = [0.056, 0.048, 0.056], spacing = 8e-3",
+            ),
+            ("count = 300", "count = 200"),
+        ],
+        "insert[0].place",
+        "without a contact",
+    ),
+    (
         "an oscillation in kHz",
         "base.toml",
         &[(BOX, "SHAKEN")],

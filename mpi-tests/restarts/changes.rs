@@ -431,3 +431,54 @@ fn a_run_killed_after_a_restart_does_not_go_on_from_a_later_checkpoint() {
     run_case(2, &home, &text, &["--restart", "latest"]).succeeded();
     assert_eq!(series(&results).column("step"), (0..=20).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
 }
+
+#[test]
+fn the_rate_of_a_shear_may_change_at_a_restart_and_nothing_else_of_it() {
+    let home = folder("restarts_shear");
+    let stage = |end: f64, rate: f64| {
+        let text = replaced(&case("sheared.toml"), "rate = 20", &format!("rate = {rate}"));
+        replaced(&text, "end = 0.12", &format!("end = {end}"))
+    };
+    run_case(1, &home, &stage(0.05, 20.0), &[]).succeeded();
+    let output = run_case(2, &home, &stage(0.1, -12.0), &["--restart", "latest"]).succeeded();
+    assert!(output.stdout.contains("domain.shear.rate = -12"), "{}", output.text());
+    // Agitation is now that to another mean flow.
+    let series = series(&home.join("results"));
+    let agitation = series.column("granular_temperature");
+    let restarted = series.column("time").iter().position(|&time| time > 0.051).unwrap();
+    assert!(agitation[restarted] > 5.0 * agitation[restarted - 2], "{agitation:?}");
+    let other = replaced(&stage(0.12, -12.0), "gradient = \"z\"", "gradient = \"y\"");
+    let refused = run_case(1, &home, &other, &["--restart", "latest"]);
+    assert_ne!(refused.code, Some(0));
+    assert!(refused.text().contains("change its rate alone"), "{}", refused.text());
+}
+
+#[test]
+fn a_lid_whose_load_changes_goes_on_from_where_it_is() {
+    let home = folder("restarts_load");
+    let stage = |end: f64, motion: &str| {
+        let moved = "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }";
+        let text = replaced(&case("shear.toml"), moved, motion);
+        replaced(&text, "end = 0.16", &format!("end = {end}"))
+    };
+    let load = |force: f64| {
+        format!("{{ kind = \"load\", axis = [0, 0, -1], force = {force}, mass = 0.05, damping = 1 }}")
+    };
+    run_case(1, &home, &stage(0.02, &load(0.6)), &[]).succeeded();
+    run_case(2, &home, &stage(0.04, &load(0.2)), &["--restart", "latest"]).succeeded();
+    let series = series(&home.join("results"));
+    let (ways, speeds) = (series.column("upper_displacement"), series.column("upper_speed"));
+    // Nothing touches it yet: v' = (F − c v)/m, without a jump of place or speed.
+    let (mut speed, mut way) = (0.0, 0.0);
+    for (k, (found, found_speed)) in ways.iter().zip(&speeds).enumerate() {
+        assert!((found - way).abs() < 1e-3 * (way + 1e-3), "row {k}: {found} m for {way} m");
+        assert!(
+            (found_speed - speed).abs() < 0.02 * (speed + 0.01),
+            "row {k}: {found_speed} m/s for {speed} m/s"
+        );
+        let force = if k < 10 { 0.6 } else { 0.2 };
+        let decay = (-1.0 / 0.05 * 2e-3_f64).exp();
+        way += force * 2e-3 + (speed - force) * 0.05 * (1.0 - decay);
+        speed = force + (speed - force) * decay;
+    }
+}

@@ -73,6 +73,20 @@ fn a_sheared_packing_stopped_at_every_step_loses_no_row_and_no_snapshot() {
 }
 
 #[test]
+fn a_lid_under_a_load_stopped_at_every_step_goes_on_from_where_it_is() {
+    let moved = "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }";
+    let load = "{ kind = \"load\", axis = [0, 0, -1], force = 0.6, mass = 0.02, velocity = [0.2, 0.1, 0] }";
+    let text = replaced(&often("shear.toml", (9, 1)), moved, load);
+    stopped_at_every_step("lid", &text, 1e-5);
+}
+
+#[test]
+fn a_sheared_box_stopped_at_every_step_loses_no_part_of_its_stress() {
+    at_every_step("sheared", 9, 1);
+    at_every_step("sheared", 9, 4);
+}
+
+#[test]
 fn a_fluidised_bed_stopped_at_every_step_loses_no_row_and_no_snapshot() {
     at_every_step("bed", 9, 1);
 }

@@ -45,11 +45,10 @@ pub use sections::contact_law::{
     Attraction, Capillary, CohesionArea, Damping, Memory, Normal, Rolling, Tangential, Tear, Twisting,
 };
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
-pub use sections::domain::{Domain, Exchange, Face};
+pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
-    Axis, BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, Fluid, FluidField, FluidOutput,
-    Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved,
-    ResolvedMethod,
+    BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, Fluid, FluidField, FluidOutput, Formula,
+    FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved, ResolvedMethod,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::Material;

@@ -86,6 +86,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let end = raw.time.end;
     let not_spheres = names_of_other_shapes(&raw);
     raw.domain.check(checker);
+    check_shear(&raw, checker);
     check_gravity(raw.gravity, checker);
     let output = raw.output.check(&stem, end, checker);
     let fluid_context = fluid::Context {
@@ -108,7 +109,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     };
     let inserts = insert::check(raw.insert, &context, checker);
     let fluid = raw.fluid.map(|fluid| fluid.check(&fluid_context, &inserts, checker));
-    let walls = wall::check(raw.wall, &raw.domain, &names, checker);
+    let walls = wall::check(raw.wall, (&raw.domain, raw.collisions.is_hard()), &names, checker);
     let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, fluid.is_some());
     let time = raw.time.check(fastest, checker);
     let mut case = Case {
@@ -159,6 +160,32 @@ fn check_names(raw: &RawCase, checker: &mut Checker) -> Names {
         materials: checker.names("material", raw.material.iter().map(|m| m.name.clone()).collect()),
         shapes: checker.names("shape", raw.shape.iter().map(|s| s.name.clone()).collect()),
         flow_planes: checker.names("flow_plane", raw.flow_plane.iter().map(|p| p.name.clone()).collect()),
+    }
+}
+
+/// Refuses what a sheared box cannot hold: what has a place of its own, which images would not share.
+fn check_shear(raw: &RawCase, checker: &mut Checker) {
+    if raw.domain.shear.is_none() {
+        return;
+    }
+    let mut refuse = |is_there: bool, what: &str| {
+        if is_there {
+            let message = format!("a sheared box holds free particles alone; remove {what}");
+            checker.error("domain.shear", message);
+        }
+    };
+    refuse(!raw.wall.is_empty(), "[[wall]]");
+    refuse(!raw.flow_plane.is_empty(), "[[flow_plane]]");
+    refuse(raw.fluid.is_some(), "[fluid]");
+    refuse(raw.collisions.is_hard(), "collisions.model = \"hard\"");
+    for (i, insert) in raw.insert.iter().enumerate() {
+        let is_moved = insert.motion.as_ref().is_some_and(ParticleMotion::is_prescribed);
+        refuse(is_moved, &format!("insert[{i}].motion"));
+        let is_late = insert.start > 0.0 || insert.interval > 0.0;
+        refuse(
+            is_late,
+            &format!("start and interval of insert[{i}], whose particles are there from the beginning"),
+        );
     }
 }
 

@@ -17,12 +17,14 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 10] = [
+const GOOD: [&str; 12] = [
     "adhesive.toml",
     "gravel.toml",
     "silo.toml",
     "mixture.toml",
     "composites.toml",
+    "press.toml",
+    "sheared.toml",
     "single.toml",
     "channel.toml",
     "bed.toml",
@@ -564,4 +566,13 @@ fn contact_laws_are_asked_for_where_pairs_can_meet() {
         "walls, and none between them"
     );
     assert_eq!(asked(&[(&["a"], 1)], &[("b", 2.0)]), none, "a wall that never is");
+}
+
+#[test]
+fn a_pressure_acts_on_the_face_across_its_axis_and_a_force_as_it_is() {
+    let case = load("press.toml");
+    let loads: Vec<_> = case.walls.iter().map(|wall| wall.motion.as_ref().and_then(Motion::load)).collect();
+    assert_eq!(loads, [Some(100.0), Some(20.0)]);
+    let Some(Motion::Load { axis, area, max_speed, .. }) = case.walls[0].motion else { panic!("lid") };
+    assert_eq!((axis, area, max_speed), ([0.0, 0.0, -1.0], Some(1.0), f64::INFINITY));
 }

@@ -107,6 +107,30 @@ pub enum StepError {
         /// Force (N).
         force: f64,
     },
+    /// A wall under a load that bears more than the exact sums can hold.
+    #[error(
+        "the particles push wall `{wall}` with {force:.4e} N, beyond the {largest:.4e} N up to which their forces add up exactly: it hits them far harder than its load presses; let it begin nearer to the particles, or set max_speed or damping of its motion"
+    )]
+    WallLoad {
+        /// Name of the wall.
+        wall: String,
+        /// Force (N).
+        force: f64,
+        /// Largest force (N).
+        largest: f64,
+    },
+    /// A wall that its load has moved out of the box.
+    #[error(
+        "wall `{wall}` left the domain in step {step}, {way:.4e} m along its load from where the case puts it: nothing holds it there; lower the load, turn its axis round if it pulls, or set end of its motion"
+    )]
+    WallOutside {
+        /// Name of the wall.
+        wall: String,
+        /// Step.
+        step: u64,
+        /// Way along the axis of its load (m).
+        way: f64,
+    },
     /// The ledger does not close.
     #[error(
         "{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for"

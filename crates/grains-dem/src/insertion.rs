@@ -35,14 +35,16 @@ pub struct NewParticle {
 }
 
 impl NewParticle {
-    /// The particle's state when it is placed; it has flown freely until then.
+    /// The particle's state when it is placed, its velocity relative to the mean flow of a sheared box; it has flown freely until
+    /// then.
     pub fn record(&self, dem: &Dem) -> ParticleRecord {
         let catalogue = &dem.setup.catalogue;
         let shape = catalogue.shape(self.kind);
+        let velocity = self.velocity + dem.mean_flow(&self.position);
         let body = Body {
             position: self.position.map(|x| dem.setup.global.quantum.snap(x)),
             radius: shape.bounding_radius * self.scale,
-            velocity: self.velocity,
+            velocity,
             mass: catalogue.mass(self.kind, self.scale),
             angular_velocity: self.angular_velocity,
             kind: self.kind,
@@ -54,7 +56,7 @@ impl NewParticle {
             let frame = self.frame();
             frame * catalogue.inertia(&body).component_mul(&frame.tr_mul(&self.angular_velocity))
         };
-        let half_velocity = half_step_back(self.velocity, &dem.setup.parameters);
+        let half_velocity = half_step_back(velocity, &dem.setup.parameters);
         ParticleRecord {
             id: self.id,
             body,

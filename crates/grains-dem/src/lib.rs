@@ -39,6 +39,10 @@
 //! * Contact history (tangential displacement, GJK simplex) lives only while a pair touches, with a wall while it is
 //!   near, in consecutive steps, which the positions alone decide; so it does not matter when lists are rebuilt,
 //!   where a particle lives, or where a run was stopped and continued.
+//! * Images of a sheared box slide by multiples of the quantum of positions, and velocities along the flow are multiples of a
+//!   quantum as well, so both sides of the border see the same separations and relative velocities. A particle crosses in the
+//!   step in which it meets the border.
+//! * The force on a wall that a load moves is summed exactly over all ranks.
 //!
 //! # Hard collisions
 //!
@@ -67,6 +71,8 @@ mod particles;
 mod periodic_images;
 mod prescribed;
 mod rotation;
+mod shear;
+mod stress;
 mod totals;
 mod tunnelling;
 mod verlet;
@@ -86,6 +92,10 @@ pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;
 pub use particles::{Body, CARGO_LENGTH, Cargo, Kind, Load, ParticleRecord, Particles};
 pub use prescribed::PrescribedMotion;
+pub use shear::Shear;
+pub use stress::{Stress, StressSums};
 pub use totals::Totals;
 pub use verlet::Skin;
-pub use walls::{Motion, MotionTable, OpenTube, Surface, Wall, WallLoad, WallPlace, WallState};
+pub use walls::{
+    Loading, Motion, MotionTable, OpenTube, Surface, Travel, Wall, WallLoad, WallPlace, WallState,
+};

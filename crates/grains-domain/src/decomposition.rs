@@ -34,6 +34,16 @@ pub enum DecompositionError {
         /// Interaction range (m).
         range: f64,
     },
+    /// The axis along which images of a sheared box slide is divided.
+    #[error(
+        "{ranks} subdomains along {axis}, the axis of the flow of a sheared box, which must not be divided: take 1 there (domain.ranks), or another number of ranks"
+    )]
+    FlowDivided {
+        /// Axis name.
+        axis: char,
+        /// Ranks along it.
+        ranks: usize,
+    },
 }
 
 /// Division of the global box into equal subdomains, seen from one of them.

@@ -27,6 +27,13 @@ impl Direction {
         Direction(self.0.map(|c| -c))
     }
 
+    /// The direction without its step along an axis.
+    pub fn without(self, axis: usize) -> Direction {
+        let mut steps = self.0;
+        steps[axis] = 0;
+        Direction(steps)
+    }
+
     /// Whether the neighbour in this direction needs a clone of a particle in the buffers of these sides.
     ///
     /// `low` and `high` say per axis whether the particle lies in the buffer of that side: one side gives

@@ -31,6 +31,13 @@ impl GlobalBox {
         self.upper[axis] - self.lower[axis]
     }
 
+    /// Its eight corners (m).
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|k| {
+            std::array::from_fn(|a| if k >> a & 1 == 0 { self.lower[a] } else { self.upper[a] })
+        })
+    }
+
     /// Position moved by whole periods into the box (m); exact.
     pub fn wrap(&self, position: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|a| if self.periodic[a] { self.wrap_along(a, position[a]) } else { position[a] })

@@ -2,7 +2,7 @@
 
 mod fluid;
 
-use grains_case::{Case, Face, ParticleMotion, TimeStep};
+use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep};
 use grains_simulation::check::{
     Basis, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
     MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
@@ -43,6 +43,8 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     particles.sizes.iter().for_each(sizes);
     contact_points(particles);
     walls(particles);
+    loaded_walls(case);
+    shear(case);
     say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
     memory(report);
     match &particles.collisions {
@@ -197,6 +199,44 @@ fn walls(particles: &ParticleReport) {
         let names = names.join(", ");
         say!("open faces     {names}: no wall, no outlet, not periodic; a particle there ends the run");
     }
+}
+
+/// Prints what moves the walls that are under a load.
+fn loaded_walls(case: &Case) {
+    for wall in &case.walls {
+        let Some(Motion::Load { axis: [x, y, z], area, mass, damping, max_speed, velocity, .. }) =
+            &wall.motion
+        else {
+            continue;
+        };
+        let load = wall.motion.as_ref().and_then(Motion::load).unwrap_or(0.0);
+        let pressure =
+            area.map_or(String::new(), |area| format!(" ({:.4e} Pa on {area:.4e} m2)", load / area));
+        let limit = if max_speed.is_finite() { format!(", at up to {max_speed} m/s") } else { String::new() };
+        let damping = if *damping > 0.0 { format!(", damped by {damping:.3e} kg/s") } else { String::new() };
+        say!(
+            "  motion       {}: by a load of {load:.4e} N{pressure} along ({x:.4}, {y:.4}, {z:.4}), as a body of {mass:.3e} kg{damping}{limit}",
+            wall.name
+        );
+        let [u, v, w] = velocity;
+        if *velocity != [0.0; 3] {
+            say!("               and across it at ({u:.4e}, {v:.4e}, {w:.4e}) m/s");
+        }
+    }
+}
+
+/// Prints the shear of the box.
+fn shear(case: &Case) {
+    let Some(Shear { flow, gradient, rate }) = case.domain.shear else { return };
+    let height = case.domain.extents()[gradient as usize];
+    say!(
+        "shear          v_{} = {rate} 1/s x {}: images across {} slide at {:.4e} m/s along {}, which is not divided",
+        flow.name(),
+        gradient.name(),
+        gradient.name(),
+        rate * height,
+        flow.name()
+    );
 }
 
 /// Ranks per axis and the size of a subdomain.

@@ -8,7 +8,7 @@ use crate::restart::{Continued, HISTORY, INPUTS, State};
 use crate::wall_triangles::{WALL_FIELDS, triangles_of};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
-use grains_dem::{Dem, Totals};
+use grains_dem::{Dem, Loading, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
@@ -340,11 +340,18 @@ impl Files {
         values.extend([l.x, l.y, l.z]);
         values.extend([overlap[0], totals.max_speed, counts[2] as f64]);
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
-        for load in &loads {
+        for ((load, wall), state) in loads.iter().zip(&dem.setup.walls).zip(dem.wall_states()) {
             values.extend(load.force.iter().chain(load.torque.iter()));
+            if let Some(Loading { axis, .. }) = wall.motion.loading() {
+                values.extend([axis.dot(&state.translation), axis.dot(&state.velocity)]);
+            }
         }
         for load in &dem.prescribed_loads(transport) {
             values.extend(load.force.iter().chain(load.torque.iter()));
+        }
+        if let Some(stress) = dem.take_stress(transport) {
+            values.extend(stress.total.iter().chain(&stress.kinetic));
+            values.push(stress.temperature);
         }
         values.extend(of_fluid);
         let written = match &mut self.series {
@@ -456,15 +463,26 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     const OF_PLANE: [(&str, &str); 2] = [("count", "-"), ("mass", "kg")];
     const OF_WALL: [(&str, &str); 6] =
         [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
+    const OF_LOADED_WALL: [(&str, &str); 2] = [("displacement", "m"), ("speed", "m/s")];
     let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     for plane in &dem.setup.planes {
         columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));
     }
     for wall in &dem.setup.walls {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
+        if wall.motion.loading().is_some() {
+            columns.extend(OF_LOADED_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
+        }
     }
     for motion in &dem.setup.prescribed {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", motion.name), unit)));
+    }
+    if dem.setup.shear.is_some() {
+        const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
+        for part in ["stress", "kinetic_stress"] {
+            columns.extend(COMPONENTS.map(|component| (format!("{part}_{component}"), "Pa")));
+        }
+        columns.push(("granular_temperature".to_string(), "m2/s2"));
     }
     columns
 }

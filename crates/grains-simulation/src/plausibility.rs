@@ -10,12 +10,13 @@ mod walls;
 use crate::check::LawReport;
 use crate::insertion::Insertions;
 use crate::system::System;
-use grains_case::{Case, Insert, TimeStep};
+use grains_case::{Case, Insert, Place, TimeStep};
+use grains_geometry::Vec3;
 use setting::{LONG_DISPLACEMENT, Remark, Setting};
 pub use walls::bare_faces;
 
 /// Every rule; each looks at one kind of mistake.
-const RULES: [fn(&Setting) -> Vec<Remark>; 26] = [
+const RULES: &[fn(&Setting) -> Vec<Remark>] = &[
     walls::mesh_of_another_size,
     walls::wall_outside,
     walls::wall_too_late,
@@ -27,6 +28,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 26] = [
     flow::cfl_exceeded,
     flow::endless_acceleration,
     empty_domain,
+    sheared_lattice,
     walls::closed_outlet,
     walls::bare_face,
     slow_impact,
@@ -34,6 +36,7 @@ const RULES: [fn(&Setting) -> Vec<Remark>; 26] = [
     sizes::wide_sizes,
     sizes::deep_cut_offs,
     walls::fast_wall,
+    walls::light_wall,
     laws::properties_without_effect,
     laws::rayleigh_outrun,
     laws::glued,
@@ -100,6 +103,18 @@ fn empty_domain(s: &Setting) -> Vec<Remark> {
         extents[axis] * f64::EPSILON / smallest
     );
     vec![(format!("domain.upper[{axis}]"), message)]
+}
+
+/// Layers of a lattice at rest slide past each other in a shear, and never touch.
+fn sheared_lattice(s: &Setting) -> Vec<Remark> {
+    let is_still = |insert: &Insert| {
+        matches!(insert.place, Place::Lattice { .. }) && Vec3::from(insert.velocity) == Vec3::zeros()
+    };
+    if s.domain().shear.is_none() || !s.case.inserts.iter().all(is_still) {
+        return Vec::new();
+    }
+    let message = "layers of a lattice may slide past each other in a shear without a contact; place particles through a window or from a file";
+    vec![("insert[0].place".into(), message.to_string())]
 }
 
 fn slow_impact(s: &Setting) -> Vec<Remark> {

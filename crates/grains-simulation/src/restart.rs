@@ -7,8 +7,8 @@ use crate::insertion::Insertions;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, WallPlace, WallState, half_step_back,
-    other_half_step, renumber_walls,
+    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel, WallPlace,
+    half_step_back, other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -23,6 +23,8 @@ use toml::{Table, Value};
 pub const INPUTS: &str = "inputs";
 const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
+/// The offset of sliding images, and the sums for the stress since the last row.
+const SHEAR: &str = "shear";
 
 /// Arrays and texts of a checkpoint.
 pub type State = (Vec<Array>, Metadata);
@@ -33,9 +35,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     let (lengths, history) = dem.packed_history();
     let mut records = Vec::new();
     for i in 0..dem.particles.owned {
-        let mut record = dem.particles.record(i);
-        record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
-        record.write(&mut records);
+        dem.saved_record(i).write(&mut records);
     }
     let array = |name, width, values| Array { name, unit: "SI", width, values };
     let mut arrays = vec![
@@ -51,7 +51,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
     let passed: Vec<String> =
         crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
-    let texts = vec![
+    let mut texts: Metadata = vec![
         ("step".into(), dem.step.to_string()),
         ("time".into(), format!("{:?}", dem.time())),
         ("dt".into(), format!("{:x}", dem.setup.parameters.dt.to_bits())),
@@ -68,16 +68,43 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
             "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg)".into(),
         ),
     ];
+    if dem.setup.shear.is_some() {
+        let sums = dem.stress_sums(transport).numbers();
+        texts.push((SHEAR.into(), words(&[&[dem.shear_offset()][..], &sums].concat())));
+    }
     (arrays, texts)
 }
 
-/// A line per wall: its pose, and its place before it moves if it is not that of the case.
+/// Numbers as the bits they are.
+fn words(numbers: &[f64]) -> String {
+    numbers.iter().map(|x| format!("{:x}", x.to_bits())).collect::<Vec<_>>().join(" ")
+}
+
+/// A line per wall: its pose, its place before it moves if it is not that of the case, and its travel under a load with the
+/// axis, if it has one.
 fn walls(dem: &Dem) -> String {
-    let numbers = |place: &WallPlace| place.numbers().map(|x| format!("{:x}", x.to_bits())).join(" ");
-    let line = |(state, place): (&WallState, &Option<WallPlace>)| {
-        format!("{};{}\n", numbers(&state.pose()), place.as_ref().map(numbers).unwrap_or_default())
+    let line = |k: usize| {
+        let pose = words(&dem.wall_states()[k].pose().numbers());
+        let place = dem.wall_places[k].map(|place| words(&place.numbers())).unwrap_or_default();
+        let travel = dem.setup.walls[k].motion.loading().map(|loading| {
+            let Travel { way, half_speed, speed } = dem.travels[k];
+            words(&[way, half_speed, speed, loading.axis.x, loading.axis.y, loading.axis.z])
+        });
+        format!("{pose};{place};{}\n", travel.unwrap_or_default())
     };
-    dem.wall_states().iter().zip(&dem.wall_places).map(line).collect()
+    (0..dem.setup.walls.len()).map(line).collect()
+}
+
+/// Travel of a wall under its load at a checkpoint, and the axis of that load.
+fn travel(words: &str) -> Option<(Travel, Vec3)> {
+    let [way, half_speed, speed, x, y, z] = reals(words)?.try_into().ok()?;
+    Some((Travel { way, half_speed, speed }, Vec3::new(x, y, z)))
+}
+
+/// Numbers written as the bits they are.
+fn reals(words: &str) -> Option<Vec<f64>> {
+    let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+    words.split_whitespace().map(bits).collect()
 }
 
 /// What a run that continues a checkpoint has found.
@@ -118,7 +145,8 @@ pub fn restore(
     let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
-    place_walls(dem, &file, (&before, &now, &changes), &numbering);
+    restore_shear(dem, &file, is_first);
+    place_walls(dem, &file, &changes, (&numbering, ratio));
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
@@ -332,6 +360,13 @@ fn check_state(
             "{change}: positions have a meaning in their box alone; insert the particles of a snapshot instead (insert.place = {{ kind = \"file\", path = \"....vtkhdf\" }})"
         ));
     }
+    let of_shear =
+        |c: &&Change| c.is_within(&["domain", "shear"]) && !c.is_within(&["domain", "shear", "rate"]);
+    if let Some(change) = changes.iter().find(of_shear) {
+        return Err(format!(
+            "{change}: the particles are where the images of that shear have brought them; change its rate alone"
+        ));
+    }
     let tables = [before, now].map(|case| case.get("fluid").and_then(Value::as_table));
     if let [Some(old), Some(new)] = tables {
         let grid =
@@ -379,28 +414,39 @@ fn check_state(
     Ok(())
 }
 
+/// Lets the images of a sheared box go on from where they were; the first rank takes the sums for the stress.
+fn restore_shear(dem: &mut Dem, file: &CheckpointFile, is_first: bool) {
+    let Some(numbers) = file.text(SHEAR).and_then(reals) else { return };
+    let Some((offset, sums)) = numbers.split_first() else { return };
+    dem.set_shear_offset(*offset);
+    if let (true, Ok(sums)) = (is_first, sums.try_into()) {
+        dem.stress = StressSums::from_numbers(sums);
+    }
+}
+
 /// Gives the walls the places they had; one whose motion differs stays where it is.
 fn place_walls(
     dem: &mut Dem,
     file: &CheckpointFile,
-    (_, _, changes): (&Table, &Table, &[Change]),
-    numbering: &Numbering,
+    changes: &[Change],
+    (numbering, ratio): (&Numbering, f64),
 ) {
-    let place = |words: &str| {
-        let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-        let numbers: Vec<f64> = words.split_whitespace().map(bits).collect::<Option<_>>()?;
-        Some(WallPlace::from_numbers(&numbers.try_into().ok()?))
-    };
+    let place = |words: &str| Some(WallPlace::from_numbers(&reals(words)?.try_into().ok()?));
     let time = dem.time();
     for (old, line) in file.text(WALLS).unwrap_or("").lines().enumerate() {
         let Some(number) = numbering.wall(old as u16).map(usize::from) else { continue };
         let wall = &dem.setup.walls[number];
         let is_moved = changes.iter().any(|change| change.is_within(&["wall", &wall.name, "motion"]));
-        let (pose, own) = line.split_once(';').unwrap_or((line, ""));
+        let mut parts = line.split(';');
+        let [pose, own, travelled] = std::array::from_fn(|_| parts.next().unwrap_or(""));
         dem.wall_places[number] = match (is_moved, place(pose)) {
             (true, Some(pose)) => WallPlace::between(&wall.motion.at(time), &pose),
             _ => place(own),
         };
+        if let (Some(loading), Some((travel, axis))) = (wall.motion.loading(), travel(travelled)) {
+            let travel = if is_moved { travel.along(axis.dot(&loading.axis)) } else { travel };
+            dem.travels[number] = if ratio == 1.0 { travel } else { travel.with_other_step(ratio) };
+        }
     }
     dem.resume_at(dem.step);
 }

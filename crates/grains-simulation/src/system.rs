@@ -7,12 +7,14 @@ use crate::laws;
 use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
 use crate::wall_surfaces::surfaces;
-use grains_case::{Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion};
+use grains_case::{
+    Case, Composite, Exchange, Faces, ImpulseScheme as CaseScheme, Motion as CaseMotion, Shear as CaseShear,
+};
 use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Motion, MotionTable, Skin, StepParameters, Wall,
+    HardModel, Loading, Motion, MotionTable, Shear, Skin, StepParameters, Wall,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
@@ -50,11 +52,19 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let reach = reach.max(catalogue.contacts.reach_up_to(largest_radius));
     let skin = skin(case, largest_radius, reach);
     let range = 2.0 * largest_radius * (1.0 + skin.max) + reach;
+    let shear = domain.shear.map(shear);
     let of_fluid = fluid::min_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
+    let mut min_width = of_fluid.map(|width| width.max(2.0 * range));
+    if let Some(shear) = &shear {
+        min_width[shear.flow] = f64::INFINITY;
+    }
     let ranks = match domain.ranks {
         Some(given) => given.map(|n| n as usize),
-        None => choose_ranks(&global, ranks, of_fluid.map(|width| width.max(2.0 * range)), case.gravity),
+        None => choose_ranks(&global, ranks, min_width, case.gravity),
     };
+    if let Some(shear) = &shear {
+        check_shear(case, shear, (&global, ranks), (step.dt, largest_radius))?;
+    }
     let mut outlets = [false; 6];
     for face in &domain.outlets {
         outlets[2 * face.axis() + usize::from(face.is_upper())] = true;
@@ -77,6 +87,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         collisions: collisions(case, &parameters),
         overlap_limit: case.limits.overlap,
         global,
+        shear,
         outlets,
         ranks,
         catalogue,
@@ -89,6 +100,36 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     };
     resolved_loads(case, &setup, kinds)?;
     Ok(System { setup, step })
+}
+
+/// The shear of a case.
+fn shear(given: CaseShear) -> Shear {
+    Shear { flow: given.flow as usize, gradient: given.gradient as usize, rate: given.rate }
+}
+
+/// Refuses a flow axis that is divided, and images that slide past particles unseen in a step of `dt` (s).
+fn check_shear(
+    case: &Case,
+    shear: &Shear,
+    (global, ranks): (&GlobalBox, [usize; 3]),
+    (dt, largest_radius): (f64, f64),
+) -> Result<(), String> {
+    if ranks[shear.flow] != 1 {
+        let axis = ['x', 'y', 'z'][shear.flow];
+        let message = format!(
+            "the ranks of this job cannot be arranged without dividing {axis}, the axis of the flow: take another number of ranks"
+        );
+        return Err(case.about("domain.shear", message));
+    }
+    let way = (shear.rate * global.length(shear.gradient)).abs() * dt;
+    if way > largest_radius {
+        let message = format!(
+            "images slide {way:.2e} m in a time step, more than the radius of the largest particle ({largest_radius:.2e} m): lower time.dt to {:.1e} s, or the rate",
+            dt * largest_radius / way
+        );
+        return Err(case.about("domain.shear.rate", message));
+    }
+    Ok(())
 }
 
 fn exchange(given: Exchange) -> ExchangeStrategy {
@@ -250,7 +291,7 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
         return Ok(());
     }
     let message = format!(
-        "forces are rounded to multiples that follow the stiffest contact of the largest particle, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, or the ratio of the largest to the smallest particle"
+        "forces are rounded to multiples that follow the stiffest contact of the largest particle, or the largest load on a wall, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, the load, or the ratio of the largest to the smallest particle"
     );
     let force = |k: &usize| {
         let [a, b] = case.contacts[*k].between.map(|m| m as u16);
@@ -345,5 +386,10 @@ pub fn motion(motion: &CaseMotion) -> Motion {
             start,
             end,
         },
+        CaseMotion::Load { axis, mass, damping, max_speed, velocity, start, end, .. } => {
+            let force = motion.load().unwrap_or(0.0);
+            let (axis, velocity) = (Vec3::from(axis), Vec3::from(velocity));
+            Motion::Loaded(Loading { axis, force, mass, damping, max_speed, velocity, start, end })
+        }
     }
 }

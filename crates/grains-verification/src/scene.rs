@@ -78,6 +78,7 @@ impl Scene {
         };
         let setup = DemSetup {
             global: GlobalBox::new([0.0; 3], [2.0 * half; 3], [false; 3]),
+            shear: None,
             outlets: [false; 6],
             ranks: [1; 3],
             catalogue: Catalogue {

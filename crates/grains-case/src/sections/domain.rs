@@ -50,6 +50,37 @@ impl Face {
     }
 }
 
+/// An axis of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+impl Axis {
+    /// The axis as a case file names it.
+    pub fn name(self) -> &'static str {
+        ["x", "y", "z"][self as usize]
+    }
+}
+
+/// Simple shear of a box that is periodic along flow and gradient: its images across the gradient slide along the flow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shear {
+    /// Axis along which the particles flow: "x", "y" or "z".
+    pub flow: Axis,
+    /// Axis along which the velocity grows.
+    pub gradient: Axis,
+    /// Rate (1/s): velocity per height.
+    pub rate: f64,
+}
+
 /// The box that holds all particles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -61,6 +92,9 @@ pub struct Domain {
     /// Whether what leaves through one face of an axis enters at the other, per axis (x, y, z).
     #[serde(default)]
     pub periodic: [bool; 3],
+    /// Simple shear of the particles; the box is not divided along the flow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear: Option<Shear>,
     /// Faces through which particles may leave; anywhere else a leaving particle is an error.
     #[serde(default)]
     pub outlets: Vec<Face>,
@@ -135,8 +169,31 @@ impl Domain {
         })
     }
 
+    fn check_shear(&self, shear: &Shear, checker: &mut Checker) {
+        let Shear { flow, gradient, rate } = *shear;
+        let axes = [("flow", flow), ("gradient", gradient)];
+        for (key, axis) in axes.into_iter().filter(|(_, axis)| !self.periodic[*axis as usize]) {
+            let message = format!("{} is not periodic; make it so in domain.periodic", axis.name());
+            checker.error(&format!("domain.shear.{key}"), message);
+        }
+        if flow == gradient {
+            checker.error("domain.shear.gradient", "is the axis of the flow; choose one across it".into());
+        }
+        if rate == 0.0 {
+            checker.error("domain.shear.rate", "shears nothing; remove domain.shear".into());
+        }
+        if self.ranks.is_some_and(|ranks| ranks[flow as usize] != 1) {
+            let message = format!(
+                "divides {}, the axis of the flow of domain.shear, along which images slide; take 1 there",
+                flow.name()
+            );
+            checker.error("domain.ranks", message);
+        }
+    }
+
     pub(crate) fn check(&self, checker: &mut Checker) {
         checker.ordered_corners("domain", self.lower, self.upper);
+        self.shear.iter().for_each(|shear| self.check_shear(shear, checker));
         for (i, face) in self.outlets.iter().enumerate() {
             let path = format!("domain.outlets[{i}]");
             if self.periodic[face.axis()] {

@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checker;
+use crate::sections::domain::Domain;
 use crate::sections::motion_table::{self, TableRow};
-use crate::vector::norm;
+use crate::vector::{dot, norm};
 
 /// Prescribed motion of a wall or of particles, which rest outside [start, end).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -86,6 +87,42 @@ pub enum Motion {
         #[serde(skip)]
         rows: Vec<TableRow>,
     },
+    /// By a load along an axis, against the particles the wall presses on: m dv/dt = load + contact forces − c v. For walls.
+    Load {
+        /// Direction in which the load pushes the wall (-), of any length.
+        axis: [f64; 3],
+        /// Load over the area (Pa); negative pulls.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pressure: Option<f64>,
+        /// Area on which the pressure acts (m²); the face of the domain across the axis by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        area: Option<f64>,
+        /// Load (N), instead of the pressure.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        force: Option<f64>,
+        /// Mass of the wall (kg), which sets how fast it follows; its weight is part of the load.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        mass: f64,
+        /// Damping c (kg/s) of its motion along the axis.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0))]
+        damping: f64,
+        /// Largest speed along the axis (m/s).
+        #[serde(default = "super::infinity")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-infinite" = true))]
+        max_speed: f64,
+        /// Velocity across the axis (m/s), as of a plate that shears what it presses on.
+        #[serde(default)]
+        velocity: [f64; 3],
+        /// Time at which the motion begins (s).
+        #[serde(default)]
+        start: f64,
+        /// Time at which the motion ends (s).
+        #[serde(default = "super::infinity")]
+        #[schemars(extend("x-infinite" = true))]
+        end: f64,
+    },
 }
 
 /// What the particles of an insertion do.
@@ -116,6 +153,7 @@ impl Motion {
             Self::Oscillation { .. } => "oscillation",
             Self::Rotation { .. } => "rotation",
             Self::Table { .. } => "a table of times",
+            Self::Load { .. } => "a load",
         }
     }
 
@@ -124,7 +162,8 @@ impl Motion {
         match self {
             Self::Translation { start, end, .. }
             | Self::Oscillation { start, end, .. }
-            | Self::Rotation { start, end, .. } => (*start, *end),
+            | Self::Rotation { start, end, .. }
+            | Self::Load { start, end, .. } => (*start, *end),
             Self::Table { rows, .. } => {
                 let [first, last] = [rows.first(), rows.last()].map(|row| row.map_or(0.0, |row| row.time));
                 (first, last)
@@ -142,13 +181,22 @@ impl Motion {
         match self {
             Self::Rotation { point, axis, .. } => Some((*point, *axis)),
             Self::Table { point, axis, .. } => axis.map(|axis| (*point, axis)),
-            Self::Translation { .. } | Self::Oscillation { .. } => None,
+            Self::Translation { .. } | Self::Oscillation { .. } | Self::Load { .. } => None,
+        }
+    }
+
+    /// Load (N) along the axis of a wall that a load moves.
+    pub fn load(&self) -> Option<f64> {
+        match *self {
+            Self::Load { force: Some(force), .. } => Some(force),
+            Self::Load { pressure, area, .. } => Some(pressure? * area?),
+            _ => None,
         }
     }
 
     /// Largest speed (m/s) of points up to an arm (m) from the axis, and the key that gives it.
     ///
-    /// Between two rows of a table it is taken as 3/2 of the mean speed, as from rest to rest.
+    /// That of a load is known if it is limited. Between two rows of a table it is taken as 3/2 of the mean speed, as from rest to rest.
     pub fn speed(&self, arm: f64) -> (f64, &'static str) {
         match self {
             Self::Translation { velocity, .. } => (norm(*velocity), "velocity"),
@@ -156,6 +204,10 @@ impl Motion {
                 (std::f64::consts::TAU * frequency * norm(*amplitude), "amplitude")
             }
             Self::Rotation { angular_velocity, .. } => (angular_velocity.abs() * arm, "angular_velocity"),
+            Self::Load { velocity, max_speed, .. } if max_speed.is_finite() => {
+                (norm(*velocity).hypot(*max_speed), "max_speed")
+            }
+            Self::Load { velocity, .. } => (norm(*velocity), "velocity"),
             Self::Table { rows, .. } => {
                 let means = rows.windows(2).map(|pair| pair[0].mean_speed(&pair[1], arm));
                 (1.5 * means.fold(0.0, f64::max), "times")
@@ -167,7 +219,8 @@ impl Motion {
         match self {
             Self::Translation { start, end, .. }
             | Self::Oscillation { start, end, .. }
-            | Self::Rotation { start, end, .. } => {
+            | Self::Rotation { start, end, .. }
+            | Self::Load { start, end, .. } => {
                 checker.ordered_times(&format!("{path}.end"), ("start", *start), *end);
             }
             Self::Table { path: file, times, displacements, angles, rows, .. } => {
@@ -176,7 +229,9 @@ impl Motion {
             }
         }
         match self {
-            Self::Rotation { axis, .. } => *axis = checker.direction(&format!("{path}.axis"), *axis),
+            Self::Rotation { axis, .. } | Self::Load { axis, .. } => {
+                *axis = checker.direction(&format!("{path}.axis"), *axis)
+            }
             Self::Table { rows, point, axis, .. } => {
                 if let Some(axis) = axis {
                     *axis = checker.direction(&format!("{path}.axis"), *axis);
@@ -191,8 +246,52 @@ impl Motion {
         }
     }
 
+    /// Checks what a load takes, and gives it the area of the face of the domain across its axis if it has none.
+    pub(crate) fn check_load(
+        &mut self,
+        path: &str,
+        (domain, is_hard): (&Domain, bool),
+        checker: &mut Checker,
+    ) {
+        let Self::Load { axis, pressure, area, force, velocity, .. } = self else { return };
+        if is_hard {
+            let message = "a load moves walls against contact forces, which hard collisions have not; take collisions.model = \"soft\"";
+            checker.error(&format!("{path}.kind"), message.into());
+        }
+        if pressure.is_some() == force.is_some() {
+            let message = "give the load as either pressure (Pa) or force (N)";
+            checker.error(
+                &format!("{path}.{}", if force.is_some() { "force" } else { "pressure" }),
+                message.into(),
+            );
+        }
+        if force.is_some() && area.is_some() {
+            checker
+                .error(&format!("{path}.area"), "is that of a pressure; remove it, or give pressure".into());
+        }
+        let along = (0..3).find(|&a| axis[a].abs() == 1.0);
+        if let (Some(_), None) = (&pressure, &area) {
+            let [x, y, z] = domain.extents();
+            match along {
+                Some(a) => *area = Some([y * z, z * x, x * y][a]),
+                None => {
+                    let message = "missing key; an axis that is not one of the domain's goes with no face of it: give the area (m²)";
+                    checker.error(&format!("{path}.area"), message.into());
+                }
+            }
+        }
+        if dot(*velocity, *axis).abs() > 1e-9 * norm(*velocity) {
+            let message = "has a part along the axis, where the load moves the wall; remove that part";
+            checker.error(&format!("{path}.velocity"), message.into());
+        }
+    }
+
     /// Refuses what particles cannot do, which have no common axis but that of a rotation.
     pub(crate) fn check_of_particles(&self, path: &str, checker: &mut Checker) {
+        if let Self::Load { .. } = self {
+            let message = "a load moves walls alone; take another kind of motion for particles";
+            checker.error(&format!("{path}.kind"), message.into());
+        }
         if let Self::Table { rows, .. } = self
             && rows.iter().any(|row| row.angle != 0.0)
         {

@@ -123,10 +123,11 @@ impl<Name> Wall<Name> {
         Wall { name: label, material: name(material), from, until, kind, motion }
     }
 
-    fn check(&mut self, path: &str, domain: &Domain, checker: &mut Checker) {
+    fn check(&mut self, path: &str, (domain, is_hard): (&Domain, bool), checker: &mut Checker) {
         checker.ordered_times(&format!("{path}.until"), ("from", self.from), self.until);
         if let Some(motion) = &mut self.motion {
             motion.check(&format!("{path}.motion"), checker);
+            motion.check_load(&format!("{path}.motion"), (domain, is_hard), checker);
             if let Motion::Rotation { point: None, .. } = motion {
                 let message = "missing key; give a point of the axis (m), which a wall needs";
                 checker.error(&format!("{path}.motion.point"), message.into());
@@ -169,12 +170,12 @@ impl<Name> Wall<Name> {
 /// Checks the walls and resolves their materials.
 pub(crate) fn check(
     raw: Vec<Wall<String>>,
-    domain: &Domain,
+    (domain, is_hard): (&Domain, bool),
     names: &Names,
     checker: &mut Checker,
 ) -> Vec<Wall> {
     let walls = raw.into_iter().enumerate().map(|(i, mut wall)| {
-        wall.check(&format!("wall[{i}]"), domain, checker);
+        wall.check(&format!("wall[{i}]"), (domain, is_hard), checker);
         wall.rename(|name| {
             checker.reference(&format!("wall[{i}].material"), &name, "material", &names.materials)
         })

@@ -495,6 +495,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
     let mut grains = Grains::new(diameter, 2500.0, falling(dt), &[place]);
     let setup = DemSetup {
         global: GlobalBox::new([0.0; 3], [8e-3; 3], [true; 3]),
+        shear: None,
         outlets: [false; 6],
         ranks: [1; 3],
         catalogue: grains.catalogue.clone(),

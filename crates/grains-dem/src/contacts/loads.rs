@@ -75,5 +75,17 @@ impl ContactLoads {
             load.force -= self.force;
             load.torque += self.torques[1];
         }
+        if particles.virial.is_some() {
+            self.add_to_virial(particles, [a, b].map(|i| i as usize));
+        }
+    }
+
+    /// Adds F ⊗ (x_a − x_b); the other half of a contact with a clone is that of its owner.
+    fn add_to_virial(&self, particles: &mut Particles, [a, b]: [usize; 2]) {
+        let share = if a.max(b) < particles.owned { 1.0 } else { 0.5 };
+        let between = particles.bodies[a].position - particles.bodies[b].position;
+        if let Some(virial) = &mut particles.virial {
+            *virial += self.force * between.transpose() * share;
+        }
     }
 }

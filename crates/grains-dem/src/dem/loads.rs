@@ -31,6 +31,7 @@ impl Dem {
             return self.collide(&model, transport);
         }
         let mut statistics = PassStatistics::new(self.setup.overlap_limit);
+        self.begin_virial();
         self.add_pair_forces(With::Owned, &mut statistics);
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut statistics);
@@ -39,6 +40,7 @@ impl Dem {
         self.add_pair_forces(With::Clones, &mut statistics);
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
+        self.sum_stress();
         self.clock.charge(Phase::Walls);
         self.note(statistics);
         if self.particles.is_carrying() {

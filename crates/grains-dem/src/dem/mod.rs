@@ -1,10 +1,12 @@
 //! The granular phase of one rank and its step.
 
+mod loaded_walls;
 mod loads;
 mod observe;
 mod rebuild;
 mod report;
 mod setup;
+mod sheared;
 mod state;
 mod step;
 

@@ -70,7 +70,9 @@ impl Dem {
 
     fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) {
         let (wall_allowance, wall_steps) = self.wall_allowance();
-        self.wall_steps = wall_steps;
+        let loaded_allowance = self.loaded_allowance();
+        let (slide, slide_steps) = self.slide_allowance();
+        (self.wall_steps, self.way_left) = (wall_steps.min(slide_steps), loaded_allowance);
         let Self { particles, histories, decomposition, setup, exchange, neighbours, .. } = self;
         let context = ListContext {
             decomposition,
@@ -80,6 +82,8 @@ impl Dem {
             skin: setup.skin,
             largest_radius: setup.largest_radius,
             reach: setup.reach(),
+            images: self.images.as_ref(),
+            slide,
             dt: setup.parameters.dt,
             time: self.origin.time_of(self.step, setup.parameters.dt),
         };
@@ -88,10 +92,10 @@ impl Dem {
         let cells = Cells::new(decomposition, setup.largest_radius, &ranges, &counts);
         let cell_list = CellList::new(particles, stays, cells);
         particles.reorder(&cell_list.order);
-        neighbours.wall_allowance = wall_allowance;
+        neighbours.wall_allowance = wall_allowance + loaded_allowance;
         neighbours.choose_allowances(particles, &context);
         let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let range = |i: usize| neighbours.range_of(particles, i, context.reach) + largest;
+        let range = |i: usize| neighbours.range_of(particles, i, context.gap()) + largest;
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
         neighbours.build(particles, &cell_list, histories, &context);

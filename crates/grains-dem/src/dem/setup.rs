@@ -7,6 +7,7 @@ use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
 use crate::integrate::StepParameters;
 use crate::prescribed::PrescribedMotion;
+use crate::shear::{Shear, SlidingImages};
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
 use grains_contact::Lubrication;
@@ -17,6 +18,8 @@ use grains_domain::{Balance, GlobalBox};
 pub struct DemSetup {
     /// The box.
     pub global: GlobalBox,
+    /// Simple shear of the box; its flow axis must not be divided between ranks.
+    pub shear: Option<Shear>,
     /// Faces −x, +x, −y, +y, −z, +z through which particles may leave.
     pub outlets: [bool; 6],
     /// Ranks per axis.
@@ -50,7 +53,7 @@ pub struct DemSetup {
 impl DemSetup {
     /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
     pub fn interaction_range(&self) -> f64 {
-        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach()
+        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach() + self.max_slide()
     }
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
@@ -62,7 +65,9 @@ impl DemSetup {
     pub(super) fn quanta(&self) -> LoadQuanta {
         // Without particles, as beside a fluid alone, there are no loads.
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
-        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit)
+        let loadings = self.walls.iter().filter_map(|wall| wall.motion.loading());
+        let wall_load = loadings.map(|loading| loading.force.abs()).fold(0.0, f64::max);
+        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit, wall_load)
     }
 
     /// Largest gap (m) at which bodies act on each other, by lubrication or a contact law.
@@ -70,6 +75,21 @@ impl DemSetup {
         self.lubrication
             .map_or(0.0, |lubrication| lubrication.range)
             .max(self.catalogue.contacts.reach_up_to(self.largest_radius))
+    }
+
+    /// Largest way (m) that sliding images go before lists are rebuilt.
+    pub(super) fn max_slide(&self) -> f64 {
+        self.sliding_images().map_or(0.0, |images| {
+            let of_a_step = images.speed.abs() * self.parameters.dt;
+            of_a_step + (self.skin.max * self.largest_radius).max(of_a_step)
+        })
+    }
+
+    /// The images of a sheared box.
+    pub(super) fn sliding_images(&self) -> Option<SlidingImages> {
+        // No particle goes farther than its radius in a step.
+        let fastest = self.largest_radius / self.parameters.dt;
+        self.shear.map(|shear| SlidingImages::new(shear, &self.global, fastest))
     }
 
     /// The walls as they are at a time (s).

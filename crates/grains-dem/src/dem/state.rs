@@ -11,8 +11,10 @@ use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
+use crate::shear::SlidingImages;
+use crate::stress::StressSums;
 use crate::verlet::VerletLists;
-use crate::walls::{Motion, WallLoad, WallPlace, WallState};
+use crate::walls::{Motion, Travel, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
 
@@ -31,6 +33,12 @@ pub struct Dem {
     pub origin: Origin,
     /// Places of the walls before they move; none for those that lie where the case has them.
     pub wall_places: Vec<Option<WallPlace>>,
+    /// What loads have made of the walls they move, the same on all ranks.
+    pub travels: Vec<Travel>,
+    /// Offset (m) of the images of a sheared box at time zero, as if the present rate had been that always.
+    pub shear_start: f64,
+    /// Sums for the stress of a sheared box on this rank, until it is taken.
+    pub stress: StressSums,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
     /// Particles with cargo that came and went, until they are taken.
@@ -61,6 +69,14 @@ pub struct Dem {
     pub(super) next_balance: u64,
     /// Steps from a build after which walls may have used up their allowance.
     pub(super) wall_steps: u64,
+    /// Images of a sheared box.
+    pub(super) images: Option<SlidingImages>,
+    /// Their offset (m) when the lists were built.
+    pub(super) built_at: f64,
+    /// Scratch: forces (N) on the walls that loads move.
+    pub(super) loaded_forces: Vec<f64>,
+    /// Way (m) that loads may still move walls before the lists are rebuilt.
+    pub(super) way_left: f64,
     pub(super) error: Option<StepError>,
 }
 
@@ -68,6 +84,10 @@ impl Dem {
     /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
     pub fn new(mut setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         setup.catalogue.contacts.prepare(setup.largest_radius);
+        if let Some(shear) = setup.shear.filter(|shear| setup.ranks[shear.flow] != 1) {
+            let (axis, ranks) = (['x', 'y', 'z'][shear.flow], setup.ranks[shear.flow]);
+            return Err(DecompositionError::FlowDivided { axis, ranks });
+        }
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
         let mut dem = Self {
@@ -75,6 +95,9 @@ impl Dem {
             step: 0,
             origin: Origin::default(),
             wall_places: vec![None; setup.walls.len()],
+            travels: vec![Travel::default(); setup.walls.len()],
+            shear_start: 0.0,
+            stress: StressSums::default(),
             ledger: Ledger::default(),
             passages: Passages::default(),
             clock: Clock::default(),
@@ -95,6 +118,10 @@ impl Dem {
             work: WorkProfile::default(),
             next_balance: 0,
             wall_steps: u64::MAX,
+            images: setup.sliding_images(),
+            built_at: 0.0,
+            loaded_forces: Vec::new(),
+            way_left: 0.0,
             error: None,
             decomposition,
             setup,
@@ -125,8 +152,14 @@ impl Dem {
     /// Moves a wall otherwise from now on, from where it is; all ranks must do so together.
     pub fn set_wall_motion(&mut self, wall: usize, motion: Motion) {
         let pose = self.states[wall].pose();
+        let axes = [&self.setup.walls[wall].motion, &motion].map(|m| m.loading().map(|loading| loading.axis));
+        self.travels[wall] = match axes {
+            [Some(before), Some(now)] => self.travels[wall].along(now.dot(&before)),
+            _ => Travel::default(),
+        };
         self.wall_places[wall] = WallPlace::between(&motion.at(self.time()), &pose);
         self.setup.walls[wall].motion = motion;
+        self.quanta = self.setup.quanta();
         self.place_walls();
         // How long the lists are good depends on how fast walls move.
         self.stale = true;
@@ -172,6 +205,7 @@ impl Dem {
         let mut record = *record;
         let snap = |x: f64| self.setup.global.quantum.snap(x);
         record.body.position = record.body.position.map(snap);
+        self.images.iter().for_each(|images| images.round(&mut record.body.velocity));
         record.sides = sides(&self.setup.planes, &record.body.position, &self.setup.global);
         self.particles.push(&record);
         self.histories.read(history);
@@ -239,10 +273,11 @@ impl Dem {
     pub(super) fn place_walls(&mut self) {
         let time = self.time();
         self.states.clear();
-        let walls = self.setup.walls.iter().zip(&self.wall_places);
-        self.states.extend(walls.map(|(wall, place)| match place {
-            Some(place) => wall.motion.at(time).of_place(place),
-            None => wall.motion.at(time),
+        let walls = self.setup.walls.iter().zip(&self.wall_places).zip(&self.travels);
+        self.states.extend(walls.map(|((wall, place), travel)| {
+            let state = wall.motion.at(time);
+            let state = place.as_ref().map_or(state, |place| state.of_place(place));
+            wall.motion.loading().map_or(state, |loading| state.travelled(loading, travel))
         }));
     }
 }

@@ -48,6 +48,7 @@ impl Dem {
         }
         self.clock.start();
         self.finish_update(transport);
+        self.slide_images(self.stale);
         if self.stale {
             self.rebuild(transport)?;
             self.clock.charge(Phase::Lists);
@@ -84,11 +85,14 @@ impl Dem {
         if !outcome.fast.is_empty() && self.setup.collisions != CollisionModel::Fixed {
             self.check_tunnelling(&outcome.fast);
         }
+        let has_crossed = self.images.is_some_and(|images| images.follow(&mut self.particles));
+        self.move_loaded_walls(transport);
         self.step += 1;
         self.steps_since_build += 1;
         self.place_walls();
+        self.check_loaded_walls();
         self.clock.charge(Phase::Motion);
-        self.agree(outcome.is_stale, transport)
+        self.agree(outcome.is_stale || has_crossed, transport)
     }
 
     /// Agrees with the other ranks on errors, an interrupt, and stale lists.
@@ -97,7 +101,7 @@ impl Dem {
             Level::Failed
         } else if self.interrupt {
             Level::Interrupted
-        } else if is_stale || self.steps_since_build >= self.wall_steps {
+        } else if is_stale || self.steps_since_build >= self.wall_steps || self.way_left < 0.0 {
             Level::Stale
         } else {
             Level::Fine

@@ -1,10 +1,11 @@
 //! Clones of particles near a border: their creation and their updates.
 
+use super::link::Link;
 use super::messages::Exchange;
 use super::updates::{Origin, record_length};
 use crate::particles::{Body, CLONE_LENGTH, Particles, read_clone, write_clone};
 use grains_domain::{Direction, Transport};
-use grains_geometry::{Rotation, Vec3};
+use grains_geometry::Rotation;
 
 impl Exchange {
     /// Creates the clones of this rank after particles were sorted by cell.
@@ -45,7 +46,7 @@ impl Exchange {
                 let i = i as usize;
                 let orientation = particles.orientations.get(i).unwrap_or(&identity);
                 let message = &mut self.sent[peer];
-                write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.shift, message);
+                write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.image, message);
                 if gathers {
                     // Where the receiver finds it among all buffer particles, and by which way it came.
                     let slot = buffer.binary_search(&(i as u32)).unwrap_or(0);
@@ -64,7 +65,7 @@ impl Exchange {
             for &i in &link.sent {
                 let i = i as usize;
                 let mut body = particles.bodies[i];
-                body.position += link.shift;
+                (body.position, body.velocity) = link.image.motion_of(&body);
                 let orientation = *particles.orientations.get(i).unwrap_or(&identity);
                 particles.push_clone(particles.ids[i], body, orientation);
             }
@@ -82,10 +83,10 @@ impl Exchange {
                 particles.push_clone(id, body, orientation);
                 if let Some(&code) = record.get(CLONE_LENGTH) {
                     let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
-                    // Its way back is one of ours, with the opposite shift.
-                    let back = self.links.iter().find(|l| l.direction.opposite().index() == way);
-                    let shift = back.map_or(Vec3::zeros(), |link| -link.shift);
-                    self.updates.origins[k].push(Origin { slot: slot as u32, shift });
+                    // Its way back is one of ours, with the opposite image.
+                    let back = self.links.iter().position(|l| l.direction.opposite().index() == way);
+                    let link = back.unwrap_or(0) as u32;
+                    self.updates.origins[k].push(Origin { slot: slot as u32, link });
                 }
             }
             self.updates.filled[k] = first..particles.len();
@@ -103,7 +104,16 @@ impl Exchange {
             if low == [false; 3] && high == [false; 3] {
                 continue;
             }
-            for link in self.links.iter_mut().filter(|l| l.direction.needs_clone(low, high)) {
+            let is_near = |link: &Link| match link.image.sliding {
+                Some((flow, _)) => {
+                    // Where its image lies along the flow decides, not where it lies itself.
+                    let x = body.position[flow] + link.image.shift[flow];
+                    let is_there = x >= lower[flow] - range && x < upper[flow] + range;
+                    is_there && link.direction.without(flow).needs_clone(low, high)
+                }
+                None => link.direction.needs_clone(low, high),
+            };
+            for link in self.links.iter_mut().filter(|link| is_near(link)) {
                 link.sent.push(i as u32);
             }
             let links = &self.links;
@@ -121,7 +131,8 @@ impl Exchange {
             for (&i, clone) in link.sent.iter().zip(first..) {
                 let (i, before) = (i as usize, particles.bodies[clone].position);
                 let owner = particles.bodies[i];
-                particles.bodies[clone] = Body { position: owner.position + link.shift, ..owner };
+                let (position, velocity) = link.image.motion_of(&owner);
+                particles.bodies[clone] = Body { position, velocity, ..owner };
                 if turning {
                     particles.turn_to(clone, &before, particles.orientations[i]);
                 }

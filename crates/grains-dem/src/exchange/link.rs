@@ -1,5 +1,6 @@
 //! The neighbours of a subdomain.
 
+use crate::particles::Image;
 use grains_domain::Direction;
 use grains_geometry::Vec3;
 
@@ -8,7 +9,10 @@ use grains_geometry::Vec3;
 pub(crate) struct Link {
     pub(super) direction: Direction,
     pub(crate) rank: usize,
-    pub(crate) shift: Vec3,
+    /// What they see there of a particle.
+    pub(crate) image: Image,
+    /// From a particle to its image in a box that nothing shears (m).
+    pub(super) at_rest: Vec3,
     /// Owned particles cloned in this direction.
     pub(crate) sent: Vec<u32>,
 }

@@ -3,6 +3,8 @@
 use super::link::Link;
 use super::updates::{ExchangeStrategy, Traffic, Updates};
 use crate::memory_use::heap_bytes;
+use crate::particles::Image;
+use crate::shear::SlidingImages;
 use grains_domain::{Decomposition, Direction};
 use grains_geometry::Vec3;
 
@@ -11,6 +13,8 @@ use grains_geometry::Vec3;
 pub(crate) struct Exchange {
     pub(super) decomposition: Decomposition,
     pub(super) outlets: [bool; 6],
+    /// Images that slide, and their offset (m), if they do.
+    pub(super) sliding: Option<(SlidingImages, f64)>,
     pub(super) links: Vec<Link>,
     pub(super) own_rank: usize,
     /// Neighbour ranks other than the own one, ascending.
@@ -32,7 +36,9 @@ impl Exchange {
         let links: Vec<Link> = Direction::all()
             .filter_map(|direction| {
                 let (rank, shift) = decomposition.neighbour(direction)?;
-                Some(Link { direction, rank, shift: Vec3::from(shift), sent: Vec::new() })
+                let shift = Vec3::from(shift);
+                let image = Image { shift, sliding: None };
+                Some(Link { direction, rank, image, at_rest: shift, sent: Vec::new() })
             })
             .collect();
         let mut peers: Vec<usize> = links.iter().map(|l| l.rank).filter(|&r| r != own_rank).collect();
@@ -42,6 +48,7 @@ impl Exchange {
         Self {
             decomposition: decomposition.clone(),
             outlets,
+            sliding: None,
             links,
             own_rank,
             updates: Updates::new(&peers, strategy),
@@ -56,6 +63,17 @@ impl Exchange {
     /// Takes over borders that moved; neighbours stay who they are.
     pub(crate) fn divide(&mut self, decomposition: &Decomposition) {
         self.decomposition.cuts.clone_from(&decomposition.cuts);
+    }
+
+    /// Lets the images across the gradient of a shear slide, those above to an offset (m).
+    pub(crate) fn slide(&mut self, images: &SlidingImages, offset: f64) {
+        let (flow, gradient) = (images.shear.flow, images.shear.gradient);
+        self.sliding = Some((*images, offset));
+        for link in self.links.iter_mut().filter(|link| link.at_rest[gradient] != 0.0) {
+            let side = link.at_rest[gradient].signum();
+            link.image.shift[flow] = link.at_rest[flow] + side * offset;
+            link.image.sliding = Some((flow, side * images.speed));
+        }
     }
 
     /// What the updates of clones cost so far.

@@ -95,6 +95,9 @@ impl Exchange {
                 return Ok(None);
             }
         }
+        if let Some((images, offset)) = &self.sliding {
+            images.wrap(&mut body.position, [&mut body.velocity, &mut particles.half_velocity[i]], *offset);
+        }
         let wrapped = global.wrap(body.position.into());
         body.position = Vec3::from(wrapped);
         Ok(Some(self.decomposition.owner(wrapped)))

@@ -15,10 +15,10 @@
 use super::link::Link;
 use crate::memory_use::heap_bytes;
 use crate::particles::{
-    Particles, SPHERE_UPDATE_LENGTH, UPDATE_LENGTH, clone_update, read_motion, read_orientation,
+    Image, Particles, SPHERE_UPDATE_LENGTH, UPDATE_LENGTH, clone_update, read_motion, read_orientation,
 };
 use grains_domain::{Channel, Transport};
-use grains_geometry::{Rotation, Vec3};
+use grains_geometry::Rotation;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -51,11 +51,12 @@ pub struct Traffic {
     pub wait: f64,
 }
 
-/// Where the update of a clone stands in a message about all buffer particles of its owner, and its shift (m).
+/// Where the update of a clone stands in a message about all buffer particles of its owner, and the link of which its image is
+/// the opposite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin {
     pub(crate) slot: u32,
-    pub(crate) shift: Vec3,
+    pub(crate) link: u32,
 }
 
 /// The updates of one rank's clones until they are made anew.
@@ -152,7 +153,7 @@ impl Updates {
                     take_all(message, self.length, clones.clone(), particles);
                 }
             }
-            _ => self.gather(particles, transport),
+            _ => self.gather(links, particles, transport),
         }
     }
 
@@ -176,10 +177,10 @@ impl Updates {
     }
 }
 
-/// Owned particles that a peer has clones of, and the shifts (m) of these.
-fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Vec3)> {
+/// Owned particles that a peer has clones of, and which images these are.
+fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Image)> {
     let links = links.iter().filter(move |link| link.rank == peer);
-    links.flat_map(|link| link.sent.iter().map(|&i| (i, link.shift)))
+    links.flat_map(|link| link.sent.iter().map(|&i| (i, link.image)))
 }
 
 /// Numbers that tell of a clone.
@@ -192,13 +193,13 @@ pub(super) fn fill(
     message: &mut [f64],
     length: usize,
     particles: &Particles,
-    whom: impl Iterator<Item = (u32, Vec3)>,
+    whom: impl Iterator<Item = (u32, Image)>,
 ) {
     let identity = Rotation::identity();
-    for (record, (i, shift)) in message.chunks_exact_mut(length).zip(whom) {
+    for (record, (i, image)) in message.chunks_exact_mut(length).zip(whom) {
         let i = i as usize;
         let orientation = particles.orientations.get(i).unwrap_or(&identity);
-        record.copy_from_slice(&clone_update(&particles.bodies[i], orientation, &shift)[..length]);
+        record.copy_from_slice(&clone_update(&particles.bodies[i], orientation, &image)[..length]);
     }
 }
 

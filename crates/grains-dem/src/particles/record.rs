@@ -69,12 +69,38 @@ impl ParticleRecord {
 pub(crate) const CLONE_LENGTH: usize = FIXED_LENGTH + UPDATE_LENGTH;
 const FIXED_LENGTH: usize = 5;
 
-/// Appends what a neighbour needs to create a clone, its position moved by `shift` (m, exact).
+/// Where an image of a particle is, and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Image {
+    /// From the particle to it (m).
+    pub(crate) shift: Vec3,
+    /// Axis along which it moves otherwise, and by how much (m/s).
+    pub(crate) sliding: Option<(usize, f64)>,
+}
+
+impl Image {
+    /// Position (m) and velocity (m/s) of the image of a body; exact.
+    #[inline(always)]
+    pub(crate) fn motion_of(&self, body: &Body) -> (Vec3, Vec3) {
+        let mut velocity = body.velocity;
+        if let Some((axis, speed)) = self.sliding {
+            velocity[axis] += speed;
+        }
+        (body.position + self.shift, velocity)
+    }
+
+    /// The image of which this particle is one.
+    pub(crate) fn opposite(&self) -> Self {
+        Self { shift: -self.shift, sliding: self.sliding.map(|(axis, speed)| (axis, -speed)) }
+    }
+}
+
+/// Appends what a neighbour needs to create a clone, an image of the particle.
 pub(crate) fn write_clone(
     id: u64,
     body: &Body,
     orientation: &Rotation,
-    shift: &Vec3,
+    image: &Image,
     message: &mut Vec<f64>,
 ) {
     message.extend([
@@ -84,7 +110,7 @@ pub(crate) fn write_clone(
         body.radius,
         body.mass,
     ]);
-    message.extend(clone_update(body, orientation, shift));
+    message.extend(clone_update(body, orientation, image));
 }
 
 /// Reads a clone written by [`write_clone`].
@@ -108,11 +134,10 @@ pub(crate) const UPDATE_LENGTH: usize = 13;
 /// Those without orientation, of spheres.
 pub(crate) const SPHERE_UPDATE_LENGTH: usize = 9;
 
-/// All that changes of a clone between rebuilds, its position moved by `shift` (m, exact); the orientation (w, x, y, z)
-/// comes last.
+/// All that changes of a clone, an image of the particle, between rebuilds; the orientation (w, x, y, z) comes last.
 #[inline(always)]
-pub(crate) fn clone_update(body: &Body, orientation: &Rotation, shift: &Vec3) -> [f64; UPDATE_LENGTH] {
-    let (x, v, w) = (body.position + shift, body.velocity, body.angular_velocity);
+pub(crate) fn clone_update(body: &Body, orientation: &Rotation, image: &Image) -> [f64; UPDATE_LENGTH] {
+    let ((x, v), w) = (image.motion_of(body), body.angular_velocity);
     let q = orientation.quaternion();
     [x.x, x.y, x.z, v.x, v.y, v.z, w.x, w.y, w.z, q.w, q.i, q.j, q.k]
 }
@@ -170,12 +195,14 @@ mod tests {
     }
 
     #[test]
-    fn a_clone_arrives_shifted_and_otherwise_unchanged() {
+    fn a_clone_arrives_shifted_and_faster_and_otherwise_unchanged() {
         let (record, mut message) = (sample(), Vec::new());
-        write_clone(record.id, &record.body, &record.orientation, &Vec3::new(-1.0, 0.0, 2.0), &mut message);
+        let image = Image { shift: Vec3::new(-1.0, 0.0, 2.0), sliding: Some((1, 0.5)) };
+        write_clone(record.id, &record.body, &record.orientation, &image, &mut message);
         assert_eq!(message.len(), CLONE_LENGTH);
         let (id, body, orientation) = read_clone(&message);
-        assert_eq!((id, body.velocity, body.mass), (record.id, record.body.velocity, record.body.mass));
+        let velocity = record.body.velocity + Vec3::new(0.0, 0.5, 0.0);
+        assert_eq!((id, body.velocity, body.mass), (record.id, velocity, record.body.mass));
         assert_eq!(body.position, record.body.position + Vec3::new(-1.0, 0.0, 2.0));
         assert_eq!(orientation, record.orientation);
     }

@@ -35,6 +35,8 @@ pub struct Particles {
     pub cargo: Vec<Cargo>,
     /// Identities of those of prescribed motion, motion by motion.
     pub(crate) prescribed_ids: Vec<Range<u64>>,
+    /// Sum of F ⊗ (x_a − x_b) over the contacts of the step (N m), those with clones by half; if it is asked for.
+    pub(crate) virial: Option<Mat3>,
     has_orientations: bool,
     carrying: bool,
 }

@@ -25,8 +25,19 @@ impl VerletLists {
     }
 
     /// Distance (m) from the centre within which owned particle `i` may act before the lists are rebuilt.
-    pub(crate) fn range_of(&self, particles: &Particles, i: usize, reach: f64) -> f64 {
-        particles.bodies[i].radius + self.references[i].allowance + 0.5 * reach
+    pub(crate) fn range_of(&self, particles: &Particles, i: usize, gap: f64) -> f64 {
+        particles.bodies[i].radius + self.references[i].allowance + 0.5 * gap
+    }
+}
+
+/// Allowance of a clone (m): that of its owner, and beyond the border that images slide along how far they may.
+pub(super) fn clone_allowance(clone: &Body, context: &ListContext) -> f64 {
+    match context.images.filter(|images| images.side(&clone.position) != 0.0) {
+        Some(images) => {
+            let owner = Body { velocity: images.own_velocity(clone), ..*clone };
+            nominal_allowance(&owner, context) + context.slide
+        }
+        None => nominal_allowance(clone, context),
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) fn cutoffs(
         let body = &particles.bodies[i as usize];
         let class = size_class(body.radius, context.largest_radius);
         cutoffs[class] =
-            f64::max(cutoffs[class], body.radius + nominal_allowance(body, context) + 0.5 * context.reach);
+            f64::max(cutoffs[class], body.radius + nominal_allowance(body, context) + 0.5 * context.gap());
         counts[class] += 1;
     }
     (cutoffs, counts)

@@ -2,6 +2,7 @@
 
 use super::skin::Skin;
 use crate::catalogue::Catalogue;
+use crate::shear::SlidingImages;
 use crate::walls::{Wall, WallState};
 use grains_domain::Decomposition;
 
@@ -16,7 +17,18 @@ pub(crate) struct ListContext<'a> {
     pub(crate) largest_radius: f64,
     /// Largest gap at which bodies act on each other (m).
     pub(crate) reach: f64,
+    /// Images of a sheared box.
+    pub(crate) images: Option<&'a SlidingImages>,
+    /// How far these may slide before the lists are rebuilt (m).
+    pub(crate) slide: f64,
     pub(crate) dt: f64,
     /// Time of the positions (s).
     pub(crate) time: f64,
+}
+
+impl ListContext<'_> {
+    /// What two particles may be apart (m), beside what they go themselves, to act on each other before lists are rebuilt.
+    pub(crate) fn gap(&self) -> f64 {
+        self.reach + self.slide
+    }
 }

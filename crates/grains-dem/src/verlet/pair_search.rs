@@ -1,6 +1,6 @@
 //! The search for the pairs of the lists in the surrounding cells.
 
-use super::allowances::nominal_allowance;
+use super::allowances::clone_allowance;
 use super::cell_list::{CellList, Clones, held};
 use super::list_context::ListContext;
 use super::lists::{Inner, VerletLists};
@@ -146,7 +146,7 @@ impl VerletLists {
     fn probes(&self, particles: &Particles, context: &ListContext) -> Vec<[f64; 4]> {
         let probe = |(i, body): (usize, &Body)| {
             let allowance =
-                self.references.get(i).map_or_else(|| nominal_allowance(body, context), |own| own.allowance);
+                self.references.get(i).map_or_else(|| clone_allowance(body, context), |own| own.allowance);
             let p = body.position;
             [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.reach]
         };

@@ -1,6 +1,7 @@
 //! Walls: surfaces with a material, fixed or moving, present for all or part of a run.
 
 mod contacts;
+mod loading;
 mod loads;
 mod motion;
 mod open_tube;
@@ -14,6 +15,7 @@ mod wall;
 mod wall_point;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
+pub use loading::{Loading, Travel};
 pub(crate) use loads::add_forces;
 pub use motion::{Motion, WallPlace, WallState};
 pub use open_tube::OpenTube;

@@ -1,5 +1,6 @@
-//! Prescribed motions, as functions of time alone so that a restart cannot change them.
+//! Prescribed motions, as functions of time alone so that a restart cannot change them; what a load adds is state of the system.
 
+use super::loading::{Loading, Travel};
 use super::table::MotionTable;
 use grains_geometry::{Mat3, Rotation, Vec3};
 use nalgebra::{Rotation3, Unit};
@@ -48,6 +49,8 @@ pub enum Motion {
     },
     /// By displacements and angles given at times.
     Table(Arc<MotionTable>),
+    /// By a load along an axis, and at constant velocity across it: the first is state, which [`Motion::at`] leaves out.
+    Loaded(Loading),
 }
 
 /// Pose and velocity of a wall: a point p of its frame is at `rotation` p + `translation`.
@@ -124,6 +127,15 @@ impl WallState {
         }
     }
 
+    /// The state of a wall that a load has moved besides.
+    pub fn travelled(self, loading: &Loading, travel: &Travel) -> Self {
+        Self {
+            translation: self.translation + loading.axis * travel.way,
+            velocity: self.velocity + loading.axis * travel.speed,
+            ..self
+        }
+    }
+
     /// The pose at time zero, at rest.
     pub fn at_rest() -> Self {
         Self {
@@ -161,7 +173,8 @@ impl Motion {
         let rest = WallState::at_rest();
         match *self {
             Motion::Fixed => rest,
-            Motion::Translation { velocity, start, end } => WallState {
+            Motion::Translation { velocity, start, end }
+            | Motion::Loaded(Loading { velocity, start, end, .. }) => WallState {
                 translation: velocity * (time.min(end) - start).max(0.0),
                 velocity: if time >= start && time < end { velocity } else { Vec3::zeros() },
                 is_displaced: true,
@@ -217,15 +230,24 @@ impl Motion {
                 let [(_, angle), _] = table.at(time);
                 Rotation::from_axis_angle(&Unit::new_normalize(table.axis), angle)
             }
-            Motion::Fixed | Motion::Translation { .. } | Motion::Oscillation { .. } => Rotation::identity(),
+            Motion::Fixed | Motion::Translation { .. } | Motion::Oscillation { .. } | Motion::Loaded(_) => {
+                Rotation::identity()
+            }
         }
     }
 
-    /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin, while it moves.
+    /// The load that moves it, if one does.
+    pub fn loading(&self) -> Option<&Loading> {
+        if let Motion::Loaded(loading) = self { Some(loading) } else { None }
+    }
+
+    /// Bound on the speed (m/s) of the wall's points within `reach` (m) of the origin, while it moves; that by a load left out.
     pub fn max_speed(&self, reach: f64) -> f64 {
         match *self {
             Motion::Fixed => 0.0,
-            Motion::Translation { velocity, .. } => velocity.norm(),
+            Motion::Translation { velocity, .. } | Motion::Loaded(Loading { velocity, .. }) => {
+                velocity.norm()
+            }
             Motion::Oscillation { amplitude, frequency, .. } => amplitude.norm() * TAU * frequency,
             Motion::Rotation { point, rate, .. } => rate.abs() * (reach + point.norm()),
             Motion::Table(ref table) => {
@@ -247,7 +269,8 @@ impl Motion {
             Motion::Fixed => [f64::NEG_INFINITY; 2],
             Motion::Translation { start, end, .. }
             | Motion::Oscillation { start, end, .. }
-            | Motion::Rotation { start, end, .. } => [start, end],
+            | Motion::Rotation { start, end, .. }
+            | Motion::Loaded(Loading { start, end, .. }) => [start, end],
             Motion::Table(ref table) => table.interval(),
         }
     }

@@ -56,6 +56,29 @@ impl Surface {
         }
     }
 
+    /// Corners (m) of a box that holds it; none if it has no end.
+    pub fn extents(&self) -> Option<[Vec3; 2]> {
+        let around = |center: &Vec3, reach: f64| Some([center.add_scalar(-reach), center.add_scalar(reach)]);
+        match self {
+            Surface::Mesh(mesh) => Some(mesh.mesh().extents().into()),
+            Surface::Solid { center, bounding_radius, .. } => around(center, *bounding_radius),
+            Surface::OpenTube(tube) => around(&tube.center, tube.half_length.hypot(tube.radius)),
+            Surface::Plane { .. } | Surface::Tube { .. } => None,
+        }
+    }
+
+    /// Whether some of it may lie in the box of eight corners (m), in the wall's frame.
+    pub(crate) fn meets_box(&self, corners: &[Vec3; 8]) -> bool {
+        if let Surface::Plane { point, normal } = self {
+            let is_before = |corner: &Vec3| normal.dot(&(corner - point)) >= 0.0;
+            let is_behind = |corner: &Vec3| normal.dot(&(corner - point)) <= 0.0;
+            return corners.iter().any(is_before) && corners.iter().any(is_behind);
+        }
+        let lower = corners.iter().fold(corners[0], |low, corner| low.inf(corner));
+        let upper = corners.iter().fold(corners[0], |high, corner| high.sup(corner));
+        self.extents().is_none_or(|[from, to]| (0..3).all(|a| from[a] <= upper[a] && to[a] >= lower[a]))
+    }
+
     /// Whether contacts of all shapes with it need no distance query.
     pub(crate) fn has_closed_form(&self) -> bool {
         matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))

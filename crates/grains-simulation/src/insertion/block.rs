@@ -363,6 +363,10 @@ impl Block {
         };
         if let Some(rows) = &self.rows {
             rows.apply(id - self.first_id, &mut new);
+            if rows.have_velocities() {
+                // Those of a file include the mean flow of a sheared box.
+                new.velocity -= dem.mean_flow(&new.position);
+            }
         } else if let Some(sites) = self.sites(dem) {
             let site = (id - self.first_id) % self.batch();
             new.position = sites.position(site, &mut Draw::new(seed, id, purpose::NOISE));

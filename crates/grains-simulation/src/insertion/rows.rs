@@ -104,6 +104,11 @@ impl FileRows {
         (kind, scale)
     }
 
+    /// Whether rows tell velocities.
+    pub fn have_velocities(&self) -> bool {
+        self.columns.velocity.is_some()
+    }
+
     /// Gives a particle the place and motion of one of its rows.
     pub fn apply(&self, row: u64, new: &mut NewParticle) {
         let (columns, row) = (&self.columns, self.place(row));

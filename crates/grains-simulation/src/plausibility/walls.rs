@@ -5,22 +5,6 @@ use grains_case::{Case, Face, Motion, WallKind};
 use grains_dem::{OpenTube, Surface, Wall};
 use grains_geometry::{Core, TriMesh, Vec3};
 
-/// Corners (m) of the box about a surface that ends somewhere.
-fn extents(surface: &Surface) -> Option<[Vec3; 2]> {
-    match surface {
-        Surface::Mesh(mesh) => Some(mesh.mesh().extents().into()),
-        Surface::Solid { center, bounding_radius, .. } => {
-            let reach = Vec3::repeat(*bounding_radius);
-            Some([center - reach, center + reach])
-        }
-        Surface::OpenTube(tube) => {
-            let reach = Vec3::repeat(tube.half_length.hypot(tube.radius));
-            Some([tube.center - reach, tube.center + reach])
-        }
-        Surface::Plane { .. } | Surface::Tube { .. } => None,
-    }
-}
-
 pub(super) fn mesh_of_another_size(s: &Setting) -> Vec<Remark> {
     /// Diagonal of a mesh over that of the domain, between units that are a thousand apart.
     const USUAL: [f64; 2] = [1.0 / 300.0, 30.0];
@@ -55,7 +39,7 @@ pub(super) fn wall_outside(s: &Setting) -> Vec<Remark> {
     for (i, (wall, built)) in
         s.case.walls.iter().zip(s.walls).enumerate().filter(|(_, (w, _))| w.motion.is_none())
     {
-        let boxes: Option<Vec<[Vec3; 2]>> = built.surfaces.iter().map(extents).collect();
+        let boxes: Option<Vec<[Vec3; 2]>> = built.surfaces.iter().map(Surface::extents).collect();
         let Some(boxes) = boxes.filter(|boxes| !boxes.is_empty()) else { continue };
         let is_apart = |[from, to]: &[Vec3; 2]| (0..3).any(|a| from[a] > upper[a] || to[a] < lower[a]);
         if boxes.iter().all(is_apart) {
@@ -248,6 +232,33 @@ pub(super) fn fast_wall(s: &Setting) -> Vec<Remark> {
         }
     }
     remarks
+}
+
+/// Walls under a load that are so light that they swing on the particles within few steps.
+///
+/// N = A/(2 r)² contacts of stiffness k give a period 2π √(m/(N k)).
+pub(super) fn light_wall(s: &Setting) -> Vec<Remark> {
+    /// Steps per period below which the motion is not followed.
+    const STEPS: f64 = 20.0;
+    if !s.has_contacts {
+        return Vec::new();
+    }
+    let stiffness = s.case.contacts.iter().filter_map(|law| law.normal_stiffness).fold(0.0, f64::max);
+    let contact_area = 4.0 * s.smallest_radius() * s.smallest_radius();
+    let remark = |(i, wall): (usize, &grains_case::Wall)| {
+        let Some(Motion::Load { area: Some(area), mass, .. }) = wall.motion else { return None };
+        let contacts = (area / contact_area).max(1.0);
+        let period = std::f64::consts::TAU * (mass / (contacts * stiffness)).sqrt();
+        let least = mass * (STEPS * s.steps[0] / period).powi(2);
+        (period < STEPS * s.steps[0]).then(|| {
+            let message = format!(
+                "on {contacts:.0} contacts, as many as its area holds, the wall swings with a period of {:.1} time steps: it may not come to rest; take {least:.1e} kg or more, or lower time.dt",
+                period / s.steps[0]
+            );
+            (format!("wall[{i}].motion.mass"), message)
+        })
+    };
+    s.case.walls.iter().enumerate().filter_map(remark).collect()
 }
 
 /// Radius (m) of a surface about its middle.

@@ -18,7 +18,7 @@ pub(crate) use cells::check_thickness;
 pub use coupling::Coupling;
 pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
-pub use output::{Axis, FluidField, FluidOutput, Profile, ProfileKind};
+pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};

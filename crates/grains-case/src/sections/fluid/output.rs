@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checker;
-use crate::sections::domain::Domain;
+use crate::sections::domain::{Axis, Domain};
 
 /// A field of the fluid's snapshots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -23,18 +23,6 @@ pub enum FluidField {
 impl FluidField {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Velocity, Self::Pressure, Self::VoidFraction, Self::SolidVelocity];
-}
-
-/// An axis of coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Axis {
-    /// x.
-    X,
-    /// y.
-    Y,
-    /// z.
-    Z,
 }
 
 /// Where the fields are written as tables, at every snapshot and as means over time.
