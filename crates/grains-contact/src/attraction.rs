@@ -1,8 +1,8 @@
 //! Forces between bodies that need not touch, beside those of their contact.
 
 use crate::encounter::Encounter;
-use crate::law::share_in_contact;
 use crate::liquid_bridge::{BridgeState, Film, Formation, LiquidBridge, Supply};
+use crate::step_share::share_in_contact;
 use crate::van_der_waals::VanDerWaals;
 use nalgebra::Vector3;
 

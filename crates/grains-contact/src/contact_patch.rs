@@ -1,7 +1,8 @@
 //! Contacts over an area or a line: torques beside that of the force at their centre.
 
 use crate::encounter::Encounter;
-use crate::law::{Coefficients, begins, share_at_end, share_in_contact};
+use crate::law::Coefficients;
+use crate::step_share::{begins, share_at_end, share_in_contact};
 use nalgebra::{Matrix3, Vector3};
 
 type Vec3 = Vector3<f64>;

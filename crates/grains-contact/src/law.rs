@@ -4,7 +4,8 @@ use crate::attraction::Attraction;
 use crate::encounter::Encounter;
 use crate::normal::{Approach, Linear, Normal, NormalLaw, Response};
 use crate::rolling::{Rolling, RollingCoefficients};
-use crate::tangential::{Memory, Tangential, power};
+use crate::step_share::{begins, share_at_end, share_in_contact};
+use crate::tangential::{Memory, Tangential, on_cone, power};
 use crate::twisting::Twisting;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -372,36 +373,6 @@ impl Coefficients {
     pub fn has_couples(&self) -> bool {
         self.rolling.is_active() | (self.twisting != Twisting::None)
     }
-}
-
-/// Share of the step around this instant for which the bodies touch (-), from 1/2 to 3/2.
-///
-/// The dashpot force jumps when a contact begins or ends. The first and the last evaluation of a contact
-/// stand for all of it since, or until, the overlap is zero; without this the restitution would depend
-/// to first order in dt on where between two steps the bodies meet.
-#[inline(always)]
-pub(crate) fn share_in_contact(overlap: f64, opening: f64, dt: f64) -> f64 {
-    let way = opening.abs() * dt;
-    if overlap < way { 0.5 + overlap / way } else { 1.0 }
-}
-
-/// Whether a contact begins in this step: it is less than its share of it, less 1/2, old.
-#[inline(always)]
-pub(crate) fn begins(share: f64, opening: f64) -> bool {
-    (opening < 0.0) & (share != 1.0)
-}
-
-/// The share of [`share_in_contact`] of a contact that ends, else 1.
-#[inline(always)]
-pub(crate) fn share_at_end(share: f64, opening: f64) -> f64 {
-    if opening < 0.0 { 1.0 } else { share }
-}
-
-/// Whether a vector is longer than `limit`, and its share that is not.
-#[inline(always)]
-pub(crate) fn on_cone(vector: &Vec3, limit: f64) -> (bool, f64) {
-    let square = vector.norm_squared();
-    (square > limit * limit, limit / square.sqrt())
 }
 
 #[cfg(test)]

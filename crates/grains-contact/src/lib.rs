@@ -30,6 +30,7 @@ mod lubrication;
 mod normal;
 mod rolling;
 mod sharing;
+mod step_share;
 mod tangential;
 mod twisting;
 mod van_der_waals;

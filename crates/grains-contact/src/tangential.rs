@@ -1,5 +1,7 @@
 //! How contacts resist sliding.
 
+use nalgebra::Vector3;
+
 /// How a contact resists sliding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tangential {
@@ -82,4 +84,11 @@ pub(crate) fn power(ratio: [f64; 2], exponent: f64) -> f64 {
     } else {
         1.0
     }
+}
+
+/// Whether a vector is longer than `limit`, and its share that is not.
+#[inline(always)]
+pub(crate) fn on_cone(vector: &Vector3<f64>, limit: f64) -> (bool, f64) {
+    let square = vector.norm_squared();
+    (square > limit * limit, limit / square.sqrt())
 }

@@ -1,6 +1,5 @@
 //! What a case is and what it will cost, found before it runs: the values that `grains-mpi check` prints.
 
-mod laws;
 mod particles;
 mod sizes;
 
@@ -10,12 +9,12 @@ pub use crate::fluid::check::{
     CouplingReport, FluidReport, FluidStep, LubricationRange, ParticlesInFluid, PressureDrop, ResolvedReport,
     SettlingMotion, TooCoarse,
 };
+pub use crate::law_report::LawReport;
 pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeStepReason};
 pub use grains_case::Basis;
 pub use grains_contact::{ImpulseScheme, Sharing};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
-pub use laws::LawReport;
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 pub use sizes::SizeReport;
 

@@ -55,6 +55,7 @@ mod extreme_numbers;
 mod files;
 mod fluid;
 mod insertion;
+mod law_report;
 mod laws;
 mod lock;
 mod plausibility;

@@ -7,8 +7,8 @@ mod setting;
 mod sizes;
 mod walls;
 
-use crate::check::LawReport;
 use crate::insertion::Insertions;
+use crate::law_report::LawReport;
 use crate::system::System;
 use grains_case::{Case, Insert, Place, TimeStep};
 use grains_geometry::Vec3;

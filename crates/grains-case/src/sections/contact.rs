@@ -137,70 +137,12 @@ pub(crate) fn find(contacts: &[Contact], a: usize, b: usize) -> Option<usize> {
 pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: &mut Checker) {
     for (i, contact) in contacts.iter().enumerate() {
         let key = |name: &str| format!("contact[{i}].{name}");
-        let pair = contact.between.map(|m| materials.get(m));
-        let [Some(a), Some(b)] = pair else { continue };
-        let is_hertzian = contact.normal.is_hertzian();
-        let has = |of: fn(&Material) -> Option<f64>| of(a).is_some() && of(b).is_some();
-        let is_elastic = has(|m| m.youngs_modulus) && has(|m| m.poissons_ratio);
-        let materials = format!("\"{}\" and \"{}\"", a.name, b.name);
-        if !is_hertzian && contact.normal_stiffness.is_none() {
-            checker.error(
-                &key("normal_stiffness"),
-                "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" does without it, and Hertzian laws".into(),
-            );
-        }
-        if is_hertzian && contact.normal_stiffness.is_some() {
-            checker.error(
-                &key("normal_stiffness"),
-                "belongs to a linear spring; remove it, as this law takes the elastic constants of the materials".into(),
-            );
-        }
-        if is_hertzian && contact.effective_modulus.is_none() && !is_elastic {
-            checker.error(
-                &key("normal.kind"),
-                format!("takes youngs_modulus (Pa) and poissons_ratio of {materials}: give them in [[material]], or effective_modulus (Pa) here"),
-            );
-        }
-        let is_mindlin = matches!(contact.tangential(), Tangential::Mindlin { .. });
-        if is_mindlin && !is_hertzian {
-            checker.error(
-                &key("tangential.kind"),
-                "\"mindlin\" goes with Hertzian laws: set contact.normal, or take \"spring\"".into(),
-            );
-        } else if is_mindlin
-            && contact.effective_shear_modulus.is_none()
-            && !is_elastic
-            && contact.friction > 0.0
-        {
-            checker.error(
-                &key("tangential.kind"),
-                format!("\"mindlin\" takes youngs_modulus (Pa) and poissons_ratio of {materials}, or effective_shear_modulus (Pa) here"),
-            );
-        }
-        if matches!(contact.tangential(), Tangential::ContactTime { .. }) && contact.normal != Normal::Linear
-        {
-            checker.error(
-                &key("tangential.kind"),
-                "\"contact_time\" goes with a linear spring, whose contact time is the same at any speed"
-                    .into(),
-            );
-        }
-        if contact.normal.takes_work() && contact.work_of_adhesion.is_none() && !has(|m| m.surface_energy) {
-            checker.error(
-                &key("normal.kind"),
-                format!("takes surface_energy (J/m2) of {materials}: give it in [[material]], or work_of_adhesion (J/m2) here"),
-            );
-        }
-        if matches!(contact.rolling, Rolling::Epsd2 {})
-            && contact.rolling_friction > 0.0
-            && matches!(contact.tangential(), Tangential::Viscous { .. } | Tangential::ContactTime { .. })
-        {
-            checker.error(
-                &key("rolling.kind"),
-                "\"epsd2\" takes the stiffness of a tangential spring, and there is none".into(),
-            );
-        }
+        let [Some(a), Some(b)] = contact.between.map(|m| materials.get(m)) else { continue };
+        check_constants(contact, [a, b], &key, checker);
+        check_parts(contact, &key, checker);
         check_attraction(contact, &key("attraction"), checker);
+        let is_hertzian = contact.normal.is_hertzian();
+        let is_mindlin = matches!(contact.tangential(), Tangential::Mindlin { .. });
         let without_effect = [
             ("effective_modulus", contact.effective_modulus.is_some() && !is_hertzian),
             ("softening", contact.softening != 1.0 && !is_hertzian),
@@ -210,13 +152,81 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
         for (name, _) in without_effect.iter().filter(|(_, given)| *given) {
             checker.error(&key(name), "is not taken by this law; remove it, or set contact.normal".into());
         }
-        if matches!(contact.normal, Normal::ElasticPlastic { .. }) && contact.damping != Damping::Restitution
-        {
-            checker.error(
-                &key("damping"),
-                "goes with elastic laws: \"elastic_plastic\" loses energy by its two stiffnesses".into(),
-            );
-        }
+    }
+}
+
+/// Refuses laws without their constants.
+fn check_constants(
+    contact: &Contact,
+    [a, b]: [&Material; 2],
+    key: &impl Fn(&str) -> String,
+    checker: &mut Checker,
+) {
+    let is_hertzian = contact.normal.is_hertzian();
+    let has = |of: fn(&Material) -> Option<f64>| of(a).is_some() && of(b).is_some();
+    let is_elastic = has(|m| m.youngs_modulus) && has(|m| m.poissons_ratio);
+    let pair = format!("\"{}\" and \"{}\"", a.name, b.name);
+    match (is_hertzian, contact.normal_stiffness) {
+        (false, None) => checker.error(
+            &key("normal_stiffness"),
+            "missing key. Normal stiffness k_n (N/m). Only collisions.model = \"hard\" does without it, and Hertzian laws".into(),
+        ),
+        (true, Some(_)) => checker.error(
+            &key("normal_stiffness"),
+            "belongs to a linear spring; remove it, as this law takes the elastic constants of the materials".into(),
+        ),
+        _ => {}
+    }
+    if is_hertzian && contact.effective_modulus.is_none() && !is_elastic {
+        checker.error(
+            &key("normal.kind"),
+            format!("takes youngs_modulus (Pa) and poissons_ratio of {pair}: give them in [[material]], or effective_modulus (Pa) here"),
+        );
+    }
+    let takes_shear = matches!(contact.tangential(), Tangential::Mindlin { .. }) && contact.friction > 0.0;
+    if is_hertzian && takes_shear && contact.effective_shear_modulus.is_none() && !is_elastic {
+        checker.error(
+            &key("tangential.kind"),
+            format!("\"mindlin\" takes youngs_modulus (Pa) and poissons_ratio of {pair}, or effective_shear_modulus (Pa) here"),
+        );
+    }
+    if contact.normal.takes_work() && contact.work_of_adhesion.is_none() && !has(|m| m.surface_energy) {
+        checker.error(
+            &key("normal.kind"),
+            format!("takes surface_energy (J/m2) of {pair}: give it in [[material]], or work_of_adhesion (J/m2) here"),
+        );
+    }
+}
+
+/// Refuses parts of a law that do not go together.
+fn check_parts(contact: &Contact, key: &impl Fn(&str) -> String, checker: &mut Checker) {
+    let tangential = contact.tangential();
+    let has_spring = matches!(tangential, Tangential::Spring { .. } | Tangential::Mindlin { .. });
+    let is_plastic = matches!(contact.normal, Normal::ElasticPlastic { .. });
+    let misfits = [
+        (
+            matches!(tangential, Tangential::Mindlin { .. }) && !contact.normal.is_hertzian(),
+            "tangential.kind",
+            "\"mindlin\" goes with Hertzian laws: set contact.normal, or take \"spring\"",
+        ),
+        (
+            matches!(tangential, Tangential::ContactTime { .. }) && contact.normal != Normal::Linear,
+            "tangential.kind",
+            "\"contact_time\" goes with a linear spring, whose contact time is the same at any speed",
+        ),
+        (
+            matches!(contact.rolling, Rolling::Epsd2 {}) && contact.rolling_friction > 0.0 && !has_spring,
+            "rolling.kind",
+            "\"epsd2\" takes the stiffness of a tangential spring, and there is none",
+        ),
+        (
+            is_plastic && contact.damping != Damping::Restitution,
+            "damping",
+            "goes with elastic laws: \"elastic_plastic\" loses energy by its two stiffnesses",
+        ),
+    ];
+    for (_, name, message) in misfits.into_iter().filter(|(is_misfit, ..)| *is_misfit) {
+        checker.error(&key(name), message.into());
     }
 }
 

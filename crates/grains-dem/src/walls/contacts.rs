@@ -1,6 +1,7 @@
 //! Where particles touch walls.
 
-use super::pairs::{WallList, WallPair, WallScene};
+use super::list::WallList;
+use super::pairs::{WallPair, WallScene};
 use super::surface::Surface;
 use super::surface_contact::{SphereTouch, SurfaceContact};
 use crate::catalogue::{Catalogue, FaceContact};

@@ -1,7 +1,8 @@
 //! Loads of wall contacts: the law of particles, against a body of infinite mass.
 
 use super::contacts::{find_contacts, find_contacts_of_sphere, not_found};
-use super::pairs::{WallList, WallPair, WallScene};
+use super::list::WallList;
+use super::pairs::{WallPair, WallScene};
 use super::seams::hand_over_history;
 use super::surface_contact::SurfaceContact;
 use super::wall::WallLoad;

@@ -1,6 +1,7 @@
 //! Walls: surfaces with a material, fixed or moving, present for all or part of a run.
 
 mod contacts;
+mod list;
 mod loading;
 mod loads;
 mod motion;
@@ -15,11 +16,12 @@ mod wall;
 mod wall_point;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
+pub(crate) use list::WallList;
 pub use loading::{Loading, Travel};
 pub(crate) use loads::add_forces;
 pub use motion::{Motion, WallPlace, WallState};
 pub use open_tube::OpenTube;
-pub(crate) use pairs::{WallList, WallPair, WallScene};
+pub(crate) use pairs::{WallPair, WallScene};
 pub use surface::Surface;
 pub use table::MotionTable;
 pub use wall::{Wall, WallLoad};

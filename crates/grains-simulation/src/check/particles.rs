@@ -1,8 +1,8 @@
 //! What `check` finds of particles, walls and their contacts.
 
-use super::laws::LawReport;
 use super::sizes::SizeReport;
 use crate::insertion::Insertions;
+use crate::law_report::LawReport;
 use crate::plausibility;
 use crate::system;
 use crate::timestep::{Encounter, TimeStepChoice, recommended_without_fines};

@@ -1,7 +1,7 @@
 //! What the rules look at.
 
-use crate::check::LawReport;
 use crate::insertion::{Insertions, KindRange};
+use crate::law_report::LawReport;
 use grains_case::{Case, Domain, Insert};
 use grains_dem::{Catalogue, Wall};
 use grains_geometry::Vec3;

@@ -1,4 +1,4 @@
-//! What `check` finds of contact laws.
+//! What contact laws come to in a case.
 
 use crate::laws;
 use crate::timestep::{Encounter, TimeStepChoice};
