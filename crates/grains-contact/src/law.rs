@@ -218,13 +218,16 @@ impl PreparedLaw {
     /// mobility there.
     #[inline(always)]
     pub fn at(&self, reduced_mass: f64, approach: &Approach, memory: &mut f64) -> Coefficients {
-        let response = self.while_touching(self.normal.respond(approach, memory), approach, memory);
+        let mut response = self.normal.respond(approach, memory);
+        if self.attraction.is_active() {
+            response = while_touching(response, approach, memory);
+        }
         self.of_response(reduced_mass, response, self.memory_exponents)
     }
 
-    /// Coefficients of a contact of bodies of a reduced mass (kg) under `normal`, the law's own.
+    /// The same under `normal`, the law's own, of bodies that `PULLS` says pull at each other over a gap or do not.
     #[inline(always)]
-    pub fn under<L: NormalLaw>(
+    pub fn under<L: NormalLaw, const PULLS: bool>(
         &self,
         normal: &L,
         reduced_mass: f64,
@@ -232,19 +235,11 @@ impl PreparedLaw {
         memory: &mut f64,
     ) -> Coefficients {
         let exponents = if L::HERTZIAN { self.memory_exponents } else { [0.0; 2] };
-        let response = self.while_touching(normal.respond(approach, memory), approach, memory);
-        self.of_response(reduced_mass, response, exponents)
-    }
-
-    /// The response of bodies that pull at each other over a gap: there they are in contact only if they were and hold on.
-    #[inline(always)]
-    fn while_touching(&self, response: Response, approach: &Approach, memory: &mut f64) -> Response {
-        let is_held = *memory > 0.0 && self.normal.reach(approach.radius) > 0.0;
-        if self.attraction.is_active() && approach.overlap <= 0.0 && !is_held {
-            *memory = 0.0;
-            return Response { is_contact: false, ..response };
+        let mut response = normal.respond(approach, memory);
+        if PULLS {
+            response = while_touching(response, approach, memory);
         }
-        response
+        self.of_response(reduced_mass, response, exponents)
     }
 
     #[inline(always)]
@@ -274,12 +269,6 @@ impl PreparedLaw {
         self.tangential_per_mass * reduced_mass + self.tangential_per_root * (reduced_mass * stiffness).sqrt()
     }
 
-    /// Whether there is more to evaluate than the force of the contact.
-    #[inline(always)]
-    pub fn has_more(&self) -> bool {
-        self.has_couples() | self.attraction.is_active()
-    }
-
     /// Whether bodies resist rolling or twisting.
     #[inline(always)]
     pub fn has_couples(&self) -> bool {
@@ -298,6 +287,14 @@ impl PreparedLaw {
             || self.twisting != Twisting::None
             || self.attraction.keeps_volume()
     }
+}
+
+/// The response of bodies that pull at each other over a gap, where their law of contact does not act.
+#[inline(always)]
+fn while_touching(response: Response, approach: &Approach, memory: &mut f64) -> Response {
+    let is_apart = approach.overlap <= 0.0;
+    *memory = if is_apart { 0.0 } else { *memory };
+    Response { is_contact: response.is_contact & !is_apart, ..response }
 }
 
 impl Coefficients {

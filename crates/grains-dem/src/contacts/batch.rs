@@ -37,6 +37,8 @@ pub(crate) struct Batch<C> {
     tangential_displacements: Columns<3>,
     /// What laws keep beside them, see [`LawHistory`], before and after.
     law_histories: Columns<6>,
+    /// Pull on the first body over a gap (N), of a law that has one.
+    pulls: Columns<3>,
     /// Force on the first body (N).
     forces: Columns<3>,
     /// Torques (N m).
@@ -54,6 +56,7 @@ impl<C: Default> Default for Batch<C> {
             columns: C::default(),
             tangential_displacements: three,
             law_histories: [[0.0; BLOCK]; 6],
+            pulls: three,
             forces: three,
             torques: [three; 2],
             depth: [0.0; BLOCK],
@@ -111,45 +114,65 @@ fn angles_at(histories: &Columns<6>, k: usize) -> WoundAngles {
     WoundAngles { rolling: vector_at(histories, k), twisting: histories[3][k] }
 }
 
+#[inline(always)]
+fn set_angles(histories: &mut Columns<6>, k: usize, angles: &WoundAngles) {
+    let WoundAngles { rolling, twisting } = angles;
+    (histories[0][k], histories[1][k], histories[2][k]) = (rolling.x, rolling.y, rolling.z);
+    histories[3][k] = *twisting;
+}
+
 impl<C: ContactColumns> Batch<C> {
     /// Finds the loads of all contacts; the same arithmetic as one by one, in lanes of any width.
     #[inline(always)]
     pub(crate) fn evaluate(&mut self, law: &PreparedLaw, quanta: &LoadQuanta, dt: f64) {
+        if law.attraction.is_active() {
+            self.attract(law, dt);
+        }
         law.normal.visit(Evaluation { batch: self, law, quanta, dt });
     }
 
-    /// The same under the law's normal direction, with couples and pull over a gap or without.
+    /// Finds the pulls over gaps, which know functions that do not go through the lanes.
+    #[inline(never)]
+    fn attract(&mut self, law: &PreparedLaw, dt: f64) {
+        for k in 0..self.len.min(BLOCK) {
+            let BatchedContact { point, effective_mass, effective_radius, .. } = self.columns.contact(k);
+            let at = Neighbourhood { radius: effective_radius, mass: effective_mass, dt };
+            let bridge = &mut self.law_histories[5][k];
+            let pull = law.attraction.force(&point.encounter(), &at, bridge);
+            set(&mut self.pulls, k, pull.into());
+        }
+    }
+
+    /// Finds the loads under the law's normal direction, with couples and with pulls over gaps, or without.
     #[inline(always)]
-    fn evaluate_under<L: NormalLaw, const MORE: bool>(
+    fn evaluate_under<L: NormalLaw, const COUPLES: bool, const PULLS: bool>(
         &mut self,
         normal: &L,
         law: &PreparedLaw,
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let Self { columns, tangential_displacements, law_histories, forces, torques, depth, .. } = self;
+        let Self { columns, tangential_displacements, law_histories, pulls, forces, torques, depth, .. } =
+            self;
         for k in whole_lanes(self.len) {
             let contact = columns.contact(k);
             let BatchedContact { point, effective_mass, effective_radius, .. } = &contact;
             let encounter = point.encounter();
             let approach = Approach::of(&encounter, *effective_radius, dt);
             let mut memory = if L::KEEPS_MEMORY { law_histories[4][k] } else { 0.0 };
-            let now = law.under(normal, *effective_mass, &approach, &mut memory);
+            let now = law.under::<L, PULLS>(normal, *effective_mass, &approach, &mut memory);
             let mut displacement = vector_at(tangential_displacements, k);
             let mut force = now.force(&encounter, &mut displacement, dt);
-            let mut bridge = law_histories[5][k];
-            if MORE && law.attraction.is_active() {
-                let at = Neighbourhood { radius: *effective_radius, mass: *effective_mass, dt };
-                force += law.attraction.force(&encounter, &at, &mut bridge);
+            if PULLS {
+                force += vector_at(pulls, k);
             }
             let mut loads = ContactLoads::of(point, &force, quanta);
-            if MORE {
+            if COUPLES {
                 let mut angles = angles_at(law_histories, k);
                 loads.add_couple(&encounter, &now, (&point.rolling(), &mut angles), quanta, dt);
-                let rolled = angles.rolling;
-                let row = [rolled.x, rolled.y, rolled.z, angles.twisting, memory, bridge];
-                set(law_histories, k, row);
-            } else if L::KEEPS_MEMORY {
+                set_angles(law_histories, k, &angles);
+            }
+            if L::KEEPS_MEMORY {
                 law_histories[4][k] = memory;
             }
             set(tangential_displacements, k, displacement.into());
@@ -175,10 +198,10 @@ impl<C: ContactColumns> NormalVisitor for Evaluation<'_, C> {
     #[inline(always)]
     fn with<L: NormalLaw>(self, normal: &L) {
         let Self { batch, law, quanta, dt } = self;
-        if law.has_more() {
-            batch.evaluate_under::<L, true>(normal, law, quanta, dt);
-        } else {
-            batch.evaluate_under::<L, false>(normal, law, quanta, dt);
+        match (law.has_couples(), law.attraction.is_active()) {
+            (false, false) => batch.evaluate_under::<L, false, false>(normal, law, quanta, dt),
+            (true, false) => batch.evaluate_under::<L, true, false>(normal, law, quanta, dt),
+            (_, true) => batch.evaluate_under::<L, true, true>(normal, law, quanta, dt),
         }
     }
 }
