@@ -18,5 +18,6 @@ mod prescribed;
 mod same_bits;
 mod sheared;
 mod size_classes;
+mod size_ratio;
 mod two_bodies;
 mod walls;
