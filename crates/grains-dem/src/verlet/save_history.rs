@@ -36,11 +36,14 @@ impl VerletLists {
             if tangential_displacement == Vec3::zeros() && law.is_empty() {
                 continue;
             }
-            add(a, SphereHistory { partner: ids[b as usize], tangential_displacement }, &law.saved());
+            // With one sign of zero, whichever of the two bodies a list has it from.
+            let of_pair = |partner: u32, tangential_displacement: Vec3| SphereHistory {
+                partner: ids[partner as usize],
+                tangential_displacement: tangential_displacement + Vec3::zeros(),
+            };
+            add(a, of_pair(b, tangential_displacement), &law.saved());
             if b < owned {
-                let tangential_displacement = -tangential_displacement;
-                let history = SphereHistory { partner: ids[a as usize], tangential_displacement };
-                add(b, history, &law.seen_from_other());
+                add(b, of_pair(a, -tangential_displacement), &law.seen_from_other());
             }
         }
     }

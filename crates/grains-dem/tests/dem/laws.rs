@@ -26,7 +26,7 @@ fn spring() -> Tangential {
 }
 
 /// Bridges of a tenth of a cubic millimetre, of a liquid of this viscosity (Pa s), that form between films (m).
-fn bridge(viscosity: f64, film: f64) -> Attraction {
+pub fn bridge(viscosity: f64, film: f64) -> Attraction {
     let bridge = LiquidBridge {
         surface_tension: 0.07,
         contact_angle: 0.2,

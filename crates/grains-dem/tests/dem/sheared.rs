@@ -1,7 +1,8 @@
 //! Boxes under simple shear: the same bits whatever the ranks, what is conserved, and the stress.
 
 use crate::common::{Scene, State, knobbly_shapes, lattice, law, merged, mixed_shapes, setup, state_of};
-use grains_contact::{ContactLaw, Linear, Tangential};
+use crate::laws::bridge;
+use grains_contact::{ContactLaw, Jkr, Linear, Tangential, Tear};
 use grains_dem::{
     Dem, DemSetup, ExchangeStrategy, Kind, NewParticle, ParticleRecord, Partner, Shear, Skin, StressSums,
 };
@@ -25,6 +26,13 @@ fn scene(shapes: Vec<Shape>, law: ContactLaw, (flow, gradient): (usize, usize), 
 fn smooth(restitution: f64) -> ContactLaw {
     let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
     ContactLaw::new(Linear { stiffness: 1e5 }, restitution, 0.0, tangential)
+}
+
+/// A law whose forces act over a gap.
+fn sticky() -> ContactLaw {
+    let tangential = Tangential::Spring { stiffness_ratio: 2.0 / 7.0, damping_ratio: 0.5 };
+    let normal = Jkr { modulus: 5e6, work: 0.5, tear: Tear::Displacement };
+    ContactLaw::new(normal, 0.7, 0.5, tangential)
 }
 
 /// A state from which a run goes on.
@@ -72,13 +80,15 @@ fn run(scene: &Scene, ranks: [usize; 3], from: Option<&Stopped>, steps: u64) -> 
 #[test]
 fn a_sheared_box_has_the_same_bits_on_any_ranks_with_any_skin_and_after_a_restart() {
     let cases = [
-        (vec![Shape::sphere(1.2e-3).unwrap()], (0, 2)),
-        (mixed_shapes(1.1e-3), (1, 0)),
-        (knobbly_shapes(1.0e-3), (2, 1)),
+        (vec![Shape::sphere(1.2e-3).unwrap()], law(true), (0, 2)),
+        (vec![Shape::sphere(1.2e-3).unwrap()], sticky(), (0, 1)),
+        (vec![Shape::sphere(1.2e-3).unwrap()], law(true).with_attraction(bridge(1e-3, 2e-5)), (2, 0)),
+        (mixed_shapes(1.1e-3), law(true), (1, 0)),
+        (knobbly_shapes(1.0e-3), law(true), (2, 1)),
     ];
-    for (shapes, (flow, gradient)) in cases {
+    for (shapes, law, (flow, gradient)) in cases {
         let (steps, before) = (2400, 1117);
-        let mut scene = scene(shapes, law(true), (flow, gradient), -80.0);
+        let mut scene = scene(shapes, law, (flow, gradient), -80.0);
         scene.setup.parameters.dt = 3e-6;
         // The images have gone on for more than half a turn.
         let turned = -80.0 * 3e-6 * steps as f64;
