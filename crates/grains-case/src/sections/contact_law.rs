@@ -203,7 +203,7 @@ pub enum Attraction {
         surface_tension: f64,
         /// Contact angle θ (rad).
         #[serde(default)]
-        #[schemars(extend("minimum" = 0, "maximum" = 1.5707963267948966))]
+        #[schemars(extend("minimum" = 0, "maximum" = std::f64::consts::FRAC_PI_2))]
         contact_angle: f64,
         /// Force over the gap.
         #[serde(default)]
