@@ -27,7 +27,7 @@ pub struct LawReport {
     pub sticking_speed: Option<f64>,
     /// Volume of a liquid bridge over that of the cube of 2 R* (-).
     pub bridge_volume: Option<f64>,
-    /// Time of a Rayleigh wave over the smaller body (s), where the elastic constants of its material are known.
+    /// Time of a Rayleigh wave over the smaller body (s), where the elastic constants of its material are known; √softening times as long where it is softened.
     pub rayleigh_time: Option<f64>,
 }
 
@@ -66,7 +66,9 @@ impl LawReport {
                 Attraction::LiquidBridge { volume, .. } => Some(volume / (2.0 * radius).powi(3)),
                 _ => None,
             },
-            rayleigh_time: of_body.and_then(|m| rayleigh_time(m, encounter.radius)),
+            rayleigh_time: of_body
+                .and_then(|m| rayleigh_time(m, encounter.radius))
+                .map(|time| time * contact.softening.sqrt()),
             law,
         }
     }
