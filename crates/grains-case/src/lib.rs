@@ -41,9 +41,7 @@ pub use renamed::with_names_of_today;
 pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::Contact;
-pub use sections::contact_law::{
-    Attraction, Capillary, CohesionArea, Damping, Memory, Normal, Rolling, Tangential, Tear, Twisting,
-};
+pub use sections::contact_law::{Attraction, Capillary, Normal, Rolling, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{

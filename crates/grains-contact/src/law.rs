@@ -8,6 +8,8 @@ use crate::step_share::{begins, share_at_end, share_in_contact};
 use crate::tangential::{Memory, Tangential, on_cone, power};
 use crate::twisting::Twisting;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 type Vec3 = Vector3<f64>;
@@ -41,7 +43,8 @@ pub struct Coefficients {
 }
 
 /// How the normal direction loses energy.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Damping {
     /// So that bodies part with the restitution of the law, at any speed where they do not stick.
     #[default]
@@ -49,6 +52,7 @@ pub enum Damping {
     /// Viscoelastic bodies: the force A dF/dδ dδ/dt (Brilliantov et al. 1996). Restitution falls with the speed.
     Viscoelastic {
         /// Time A (s), which depends on the viscosities of the material.
+        #[schemars(extend("minimum" = 0))]
         time: f64,
     },
 }

@@ -1,6 +1,8 @@
 //! How contacts resist sliding.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How a contact resists sliding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,17 +49,18 @@ impl Tangential {
 }
 
 /// What a contact remembers of its sliding while its radius a, and with it the tangential stiffness, changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Memory {
     /// The force while the bodies approach, the displacement while they part, so that the force falls with the radius
-    /// (Thornton, Cummins and Cleary 2013): no cycle gains energy.
+    /// (Thornton, Cummins and Cleary 2013; LAMMPS mindlin_rescale/force): no cycle gains energy.
     #[default]
     ForceRescaled,
-    /// The force.
+    /// The force (LAMMPS mindlin/force).
     Force,
-    /// The displacement: a force grows with the load without any slip.
+    /// The displacement (LAMMPS mindlin): a force grows with the load without any slip.
     Displacement,
-    /// The displacement, which falls with the radius while the bodies part.
+    /// The displacement, which falls with the radius while the bodies part (LAMMPS mindlin_rescale).
     DisplacementRescaled,
 }
 

@@ -1,15 +1,13 @@
 //! From the contacts of a case to contact laws.
 
 use grains_case::{
-    Attraction as CaseAttraction, Capillary as CaseCapillary, Case, CohesionArea as CaseArea, Contact,
-    Damping as CaseDamping, Material, Memory as CaseMemory, Normal as CaseNormal, Rolling as CaseRolling,
-    Tangential as CaseTangential, Tear as CaseTear, Twisting as CaseTwisting,
+    Attraction as CaseAttraction, Capillary as CaseCapillary, Case, Contact, Material, Normal as CaseNormal,
+    Rolling as CaseRolling, Tangential as CaseTangential,
 };
 use grains_contact::{
-    Attraction, BridgeViscosity, Capillary, CohesionArea, ContactLaw, Damping, Dmt, Elastic, ElasticPlastic,
-    Formation, Hertz, Jkr, Linear, LiquidBridge, Memory, Normal, Rabinovich, Rolling, Rupture, Sjkr, Supply,
-    Tangential, Tear, Twisting, VanDerWaals, Willett, WillettShort, effective_modulus,
-    effective_shear_modulus, work_of_adhesion,
+    Attraction, BridgeViscosity, Capillary, ContactLaw, Dmt, Elastic, ElasticPlastic, Formation, Hertz, Jkr,
+    Linear, LiquidBridge, Normal, Rabinovich, Rolling, Rupture, Sjkr, Supply, Tangential, VanDerWaals,
+    Willett, WillettShort, effective_modulus, effective_shear_modulus, work_of_adhesion,
 };
 
 /// The law of a contact of a case.
@@ -19,18 +17,10 @@ pub(crate) fn law(case: &Case, contact: &Contact) -> ContactLaw {
         return ContactLaw::rigid(restitution, friction);
     }
     let pair = contact.between.map(|m| &case.materials[m]);
-    let damping = match contact.damping {
-        CaseDamping::Restitution => Damping::Restitution,
-        CaseDamping::Viscoelastic { time } => Damping::Viscoelastic { time },
-    };
-    let twisting = match contact.twisting {
-        CaseTwisting::None => Twisting::None,
-        CaseTwisting::Marshall => Twisting::Marshall,
-    };
     ContactLaw::new(normal(contact, pair), restitution, friction, tangential(contact, pair))
-        .with_damping(damping)
+        .with_damping(contact.damping)
         .with_rolling(rolling(contact))
-        .with_twisting(twisting)
+        .with_twisting(contact.twisting)
         .with_attraction(attraction(contact))
 }
 
@@ -62,20 +52,9 @@ fn normal(contact: &Contact, pair: [&Material; 2]) -> Normal {
         CaseNormal::Hertz => hertz.into(),
         CaseNormal::Dmt => Dmt { hertz, work: adhesion(contact, pair) }.into(),
         CaseNormal::Jkr { tear } => {
-            let tear = match tear {
-                CaseTear::Displacement => Tear::Displacement,
-                CaseTear::Load => Tear::Load,
-            };
             Jkr { modulus: hertz.modulus, work: adhesion(contact, pair), tear }.into()
         }
-        CaseNormal::Sjkr { energy_density, area } => {
-            let area = match area {
-                CaseArea::Circle => CohesionArea::Circle,
-                CaseArea::Lens => CohesionArea::Lens,
-                CaseArea::DoubleLens => CohesionArea::DoubleLens,
-            };
-            Sjkr { hertz, energy_density, area }.into()
-        }
+        CaseNormal::Sjkr { energy_density, area } => Sjkr { hertz, energy_density, area }.into(),
         CaseNormal::ElasticPlastic { adhesive_stiffness } => {
             ElasticPlastic::with_restitution(stiffness, contact.restitution, adhesive_stiffness).into()
         }
@@ -98,12 +77,7 @@ fn tangential(contact: &Contact, pair: [&Material; 2]) -> Tangential {
             Tangential::Mindlin {
                 stiffness_ratio,
                 damping_ratio: damping_ratio.unwrap_or_else(|| Tangential::equal_damping(stiffness_ratio)),
-                memory: match memory {
-                    CaseMemory::ForceRescaled => Memory::ForceRescaled,
-                    CaseMemory::Force => Memory::Force,
-                    CaseMemory::Displacement => Memory::Displacement,
-                    CaseMemory::DisplacementRescaled => Memory::DisplacementRescaled,
-                },
+                memory,
             }
         }
     }

@@ -39,7 +39,7 @@ fn separate(normal: Normal, speed: f64, restitution: f64) -> [f64; 3] {
     }
     // The first and the last stand for more or less than a step.
     let lasting = forces.get(1..forces.len().saturating_sub(1)).unwrap_or_default();
-    let [pull, gap] = lasting.iter().fold([0.0_f64; 2], |most, at| [most[0].max(-at.0), most[1].max(at.1)]);
+    let [pull, gap] = lasting.iter().fold([0.0_f64; 2], |max, at| [max[0].max(-at.0), max[1].max(at.1)]);
     [pull, gap, last / speed]
 }
 

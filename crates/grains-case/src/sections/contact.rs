@@ -1,10 +1,11 @@
 //! `[[contact]]`: the contact law of a pair of materials.
 
+use grains_contact::{Damping, Twisting};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
-use crate::sections::contact_law::{Attraction, Capillary, Damping, Normal, Rolling, Tangential, Twisting};
+use crate::sections::contact_law::{Attraction, Capillary, Normal, Rolling, Tangential};
 use crate::sections::material::Material;
 
 /// The law between two materials: normal force, damping, Coulomb friction, resistance to rolling and twisting.

@@ -1,5 +1,6 @@
 //! The parts of a contact law.
 
+use grains_contact::{CohesionArea, Memory, Tear};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -36,59 +37,6 @@ pub enum Normal {
         #[schemars(extend("minimum" = 0))]
         adhesive_stiffness: f64,
     },
-}
-
-/// Up to where bodies under JKR hold on to each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Tear {
-    /// To where no equilibrium is left at a given gap.
-    #[default]
-    Displacement,
-    /// To the pull-off force, as LAMMPS.
-    Load,
-}
-
-/// Which area of two overlapping spheres pulls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CohesionArea {
-    /// π R* δ, that of Hertz' circle.
-    Circle,
-    /// 2π R* δ, that in which the spheres intersect (LIGGGHTS sjkr).
-    Lens,
-    /// 4π R* δ (LIGGGHTS sjkr2 between particles).
-    DoubleLens,
-}
-
-/// How the normal direction loses energy.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Damping {
-    /// So that bodies part with `restitution` at any speed.
-    #[default]
-    Restitution,
-    /// By the time of viscoelastic bodies, A dF/dδ dδ/dt: restitution falls with the speed.
-    Viscoelastic {
-        /// Time A (s).
-        #[schemars(extend("minimum" = 0))]
-        time: f64,
-    },
-}
-
-/// What a contact remembers of its sliding while its radius changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Memory {
-    /// The force, which falls with the radius while the bodies part: no cycle gains energy (LAMMPS mindlin_rescale/force).
-    #[default]
-    ForceRescaled,
-    /// The force (LAMMPS mindlin/force).
-    Force,
-    /// The displacement (LAMMPS mindlin): a force grows with the load without any slip.
-    Displacement,
-    /// The displacement, which falls with the radius while the bodies part (LAMMPS mindlin_rescale).
-    DisplacementRescaled,
 }
 
 /// How a contact resists sliding; friction caps the force either way.
@@ -163,17 +111,6 @@ pub enum Rolling {
     Epsd2 {},
     /// The whole torque against any rolling (LIGGGHTS cdt): heaps creep.
     Constant {},
-}
-
-/// How a contact resists twisting about its normal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Twisting {
-    /// Not at all.
-    #[default]
-    None,
-    /// By tangential spring, dashpot and friction over the circle of contact (Marshall 2009).
-    Marshall,
 }
 
 impl Default for Rolling {

@@ -2,10 +2,13 @@
 
 use super::{Approach, Hertz, NormalLaw, Response};
 use crate::cube_root::cube_root;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Up to where two bodies that are pulled apart hold on to each other; both forms lose the energy beyond.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Tear {
     /// To where no equilibrium is left at a given distance, at 5/9 of the pull-off force.
     #[default]
@@ -79,8 +82,8 @@ impl NormalLaw for Jkr {
         let &Approach { overlap, opening, radius, dt } = approach;
         let (cube, length, depth) = self.scales(radius);
         let d = overlap / depth;
-        let held = *memory > 0.0;
-        let is_contact = (d > 0.0) | (held & (d > self.end()));
+        let adhered = *memory > 0.0;
+        let is_contact = (d > 0.0) | (adhered & (d > self.end()));
         *memory = if is_contact { 1.0 } else { 0.0 };
         let t = root(d.max(SMALLEST));
         let (t2, t3) = (t * t, t * t * t);
@@ -101,7 +104,7 @@ impl NormalLaw for Jkr {
             pressing: (elastic + 2.0 * pull_off).abs(),
             contact_radius,
             radii_around: [contact_radius * (1.0 + change), contact_radius * (1.0 - change)],
-            margin: if held { overlap - self.end() * depth } else { overlap },
+            margin: if adhered { overlap - self.end() * depth } else { overlap },
         }
     }
 

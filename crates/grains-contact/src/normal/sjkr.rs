@@ -1,10 +1,13 @@
 //! Simplified adhesion: a pull by the area of contact.
 
 use super::{Approach, Hertz, NormalLaw, Response};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Which area of two overlapping spheres pulls; codes differ by factors of two under one name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CohesionArea {
     /// π R* δ, that of Hertz' circle.
     Circle,

@@ -31,10 +31,10 @@ fn jkr_has_the_numbers_of_its_closed_forms() {
     is_close(law.reach(RADIUS), 2.5540 * unit_gap(), 1e-4);
     is_close(jkr(Tear::Load).reach(RADIUS), 1.22772 * unit_gap(), 1e-5);
     is_close(jkr(Tear::Load).reach(RADIUS), 4.87222e-7, 1e-5);
-    let mut held = 1.0;
-    let at_load = law.respond(&approach(-jkr(Tear::Load).reach(RADIUS)), &mut held);
+    let mut adhered = 1.0;
+    let at_load = law.respond(&approach(-jkr(Tear::Load).reach(RADIUS)), &mut adhered);
     is_close(at_load.elastic, -law.pull_off(RADIUS), 1e-12);
-    let at_end = law.respond(&approach(-law.reach(RADIUS) * (1.0 - 1e-9)), &mut held);
+    let at_end = law.respond(&approach(-law.reach(RADIUS) * (1.0 - 1e-9)), &mut adhered);
     is_close(at_end.elastic, -5.0 / 9.0 * law.pull_off(RADIUS), 1e-3);
     let touch = law.respond(&approach(1e-15), &mut 0.0);
     is_close(touch.elastic, -8.0 / 9.0 * law.pull_off(RADIUS), 1e-6);

@@ -189,13 +189,13 @@ fn dashpots_are_those_of_lubrication() {
     let dashpot = VISCOSITY.normal_dashpot(gap, radius);
     assert!((dashpot / (1.5 * PI * 1e-3 * a * a / gap) - 1.0).abs() < 1e-14);
     assert!((VISCOSITY.normal_dashpot(gap, a) / (4.0 * dashpot) - 1.0).abs() < 1e-14);
-    let most = 6.0 * PI * 1e-3 * radius;
+    let stokes = 6.0 * PI * 1e-3 * radius;
     for gap in [-1e-5, 0.0, 0.0099 * radius] {
-        assert!((VISCOSITY.normal_dashpot(gap, radius) / (100.0 * most) - 1.0).abs() < 1e-14);
-        let shearing = most * (8.0 / 15.0 * 100.0_f64.ln() + 0.9588);
+        assert!((VISCOSITY.normal_dashpot(gap, radius) / (100.0 * stokes) - 1.0).abs() < 1e-14);
+        let shearing = stokes * (8.0 / 15.0 * 100.0_f64.ln() + 0.9588);
         assert!((VISCOSITY.tangential_dashpot(gap, radius) / shearing - 1.0).abs() < 1e-14);
     }
-    assert!((VISCOSITY.tangential_dashpot(5.0 * radius, radius) / (0.9588 * most) - 1.0).abs() < 1e-14);
+    assert!((VISCOSITY.tangential_dashpot(5.0 * radius, radius) / (0.9588 * stokes) - 1.0).abs() < 1e-14);
 }
 
 #[test]

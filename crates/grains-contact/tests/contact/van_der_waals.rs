@@ -33,11 +33,11 @@ fn asperities_take_most_of_the_force() {
 fn the_force_is_continuous_at_both_cut_offs_and_its_work_is_its_integral() {
     let effective = 10e-6;
     for law in [SMOOTH, ROUGH] {
-        let most = law.pull(-1e-6, effective);
-        assert_eq!(most, law.pull(law.inner, effective));
-        assert!((law.pull(law.inner * (1.0 + 1e-9), effective) / most - 1.0).abs() < 1e-8);
+        let max_pull = law.pull(-1e-6, effective);
+        assert_eq!(max_pull, law.pull(law.inner, effective));
+        assert!((law.pull(law.inner * (1.0 + 1e-9), effective) / max_pull - 1.0).abs() < 1e-8);
         assert_eq!(law.pull(law.outer, effective), 0.0);
-        assert!(law.pull(law.outer * (1.0 - 1e-9), effective) < 1e-9 * most);
+        assert!(law.pull(law.outer * (1.0 - 1e-9), effective) < 1e-9 * max_pull);
         for from in [0.0, 1e-9, 3e-8, 2e-7] {
             let steps = 400_000;
             let (low, high): (f64, f64) = (f64::max(from, 1e-14).ln(), law.outer.ln());

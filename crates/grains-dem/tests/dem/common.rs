@@ -65,6 +65,21 @@ impl Scene {
         }))
     }
 
+    /// Contacts of all particles on one rank after a number of steps.
+    pub fn contacts_after(&self, steps: u64) -> usize {
+        on_ranks(1, |transport| {
+            let mut dem = self.start([1; 3], 0);
+            for _ in 0..steps {
+                dem.step(&transport).unwrap();
+            }
+            let mut contacts = 0;
+            dem.for_each_contact(|_| contacts += 1);
+            contacts
+        })
+        .iter()
+        .sum()
+    }
+
     /// One rank's system at step 0.
     pub fn start(&self, ranks: [usize; 3], rank: usize) -> Dem {
         let mut dem = Dem::new(DemSetup { ranks, ..self.setup.clone() }, rank).unwrap();

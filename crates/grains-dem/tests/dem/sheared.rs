@@ -166,17 +166,17 @@ fn momentum_changes_by_the_crossings_alone() {
         all.map(half).fold(Vec3::zeros(), |sum, p| sum + p)
     };
     let (start, unit) = (momentum(&dem), dem.particles.bodies[0].mass * 200.0 * SIZE);
-    let (mut most, scale) = (0.0_f64, unit * dem.particles.owned as f64);
+    let (mut max_crossings, scale) = (0.0_f64, unit * dem.particles.owned as f64);
     for _ in 0..3000 {
         dem.step(&SerialTransport).unwrap();
         dem.refresh(&SerialTransport).unwrap();
         let change = momentum(&dem) - start;
         let crossings = change.x / unit;
-        most = most.max(crossings.abs());
+        max_crossings = max_crossings.max(crossings.abs());
         let miss = Vec3::new((crossings - crossings.round()) * unit, change.y, change.z);
         assert!(miss.norm() < 1e-11 * scale, "{miss} beside {scale}");
     }
-    assert!(most >= 3.0, "particles cross: {most}");
+    assert!(max_crossings >= 3.0, "particles cross: {max_crossings}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Contact laws: what has no effect, or more of it than is seldom meant.
 
 use super::setting::{Remark, Setting};
-use grains_case::{Attraction, Damping, Material, Normal};
+use grains_case::{Attraction, Material, Normal};
+use grains_contact::Damping;
 
 /// Properties of materials that no contact law takes.
 pub(super) fn properties_without_effect(s: &Setting) -> Vec<Remark> {

@@ -249,10 +249,10 @@ pub(super) fn light_wall(s: &Setting) -> Vec<Remark> {
         let Some(Motion::Load { area: Some(area), mass, .. }) = wall.motion else { return None };
         let contacts = (area / contact_area).max(1.0);
         let period = std::f64::consts::TAU * (mass / (contacts * stiffness)).sqrt();
-        let least = mass * (STEPS * s.steps[0] / period).powi(2);
+        let min_mass = mass * (STEPS * s.steps[0] / period).powi(2);
         (period < STEPS * s.steps[0]).then(|| {
             let message = format!(
-                "on {contacts:.0} contacts, as many as its area holds, the wall swings with a period of {:.1} time steps: it may not come to rest; take {least:.1e} kg or more, or lower time.dt",
+                "on {contacts:.0} contacts, as many as its area holds, the wall swings with a period of {:.1} time steps: it may not come to rest; take {min_mass:.1e} kg or more, or lower time.dt",
                 period / s.steps[0]
             );
             (format!("wall[{i}].motion.mass"), message)
