@@ -153,9 +153,12 @@ impl Catalogue {
     /// Sum of the largest inverse moments of inertia (1/(kg m²)) of bodies under a law that asks for it, else 0.
     #[inline]
     pub(crate) fn inverse_inertia<const N: usize>(&self, bodies: [&Body; N], law: &PreparedLaw) -> f64 {
-        if !law.has_couples() {
-            return 0.0;
-        }
+        if law.has_couples() { self.largest_inverse_inertia(bodies) } else { 0.0 }
+    }
+
+    /// Sum of the largest inverse moments of inertia (1/(kg m²)) of bodies that move freely.
+    #[inline]
+    pub(crate) fn largest_inverse_inertia<const N: usize>(&self, bodies: [&Body; N]) -> f64 {
         let free = bodies.into_iter().filter(|body| !body.is_prescribed());
         free.map(|body| 1.0 / self.inertia(body).min()).sum()
     }

@@ -5,7 +5,7 @@
 //! hold the same history, so nothing is lost when one of the two particles moves away.
 
 use crate::memory_use::heap_bytes;
-use grains_contact::WoundAngles;
+use grains_contact::{BondState, WoundAngles};
 use grains_geometry::{Simplex, Vec3};
 
 /// What laws keep of a contact beside its tangential displacement, as seen from its first body.
@@ -105,6 +105,11 @@ impl<T: Copy> Rows<T> {
         heap_bytes(&self.first) + heap_bytes(&self.items)
     }
 
+    /// Whether no row has an item.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
     fn push_row(&mut self, items: impl IntoIterator<Item = T>) {
         self.items.extend(items);
         self.first.push(self.items.len() as u32);
@@ -151,6 +156,29 @@ pub(crate) struct WallHistory {
     pub(crate) contact: ContactHistory,
 }
 
+/// A bond, as seen from the particle of lower id.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BondHistory {
+    pub(crate) partner: u64,
+    pub(crate) kind: u16,
+    pub(crate) state: BondState,
+}
+
+impl BondHistory {
+    /// Numbers in a message.
+    const LENGTH: usize = 2 + BondState::NUMBERS;
+
+    fn write(&self, message: &mut Vec<f64>) {
+        message.extend([self.partner as f64, f64::from(self.kind)]);
+        message.extend(<[f64; BondState::NUMBERS]>::from(self.state));
+    }
+
+    fn read(message: &[f64]) -> Self {
+        let state: [f64; BondState::NUMBERS] = std::array::from_fn(|k| message[2 + k]);
+        Self { partner: message[0] as u64, kind: message[1] as u16, state: state.into() }
+    }
+}
+
 /// What tells apart the contacts of a particle with walls: wall, surface, part, element, and periodic image.
 pub(crate) type WallKey = (u16, u16, u16, u32, u8);
 
@@ -168,6 +196,7 @@ pub(crate) struct SavedHistories {
     pub(crate) sphere_laws: Rows<LawHistory>,
     pub(crate) part_pairs: Rows<PartHistory>,
     pub(crate) walls: Rows<WallHistory>,
+    pub(crate) bonds: Rows<BondHistory>,
 }
 
 /// Contact history of a particle, as of [`Dem::packed_history`](crate::Dem::packed_history), with walls that have
@@ -194,6 +223,7 @@ impl SavedHistories {
         spheres: impl Fn(&mut dyn FnMut(u32, SphereHistory, &LawHistory)),
         part_pairs: impl Fn(&mut dyn FnMut(u32, PartHistory)),
         walls: impl Fn(&mut dyn FnMut(u32, WallHistory)),
+        bonds: impl Fn(&mut dyn FnMut(u32, BondHistory)),
     ) {
         self.spheres.fill(
             owned,
@@ -209,22 +239,28 @@ impl SavedHistories {
         self.part_pairs.fill(owned, PartHistory { partner: 0, parts: [0; 2], contact }, part_pairs);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
         self.walls.fill(owned, WallHistory { wall, surface, part, element, image, contact }, walls);
+        let state = BondState::from([0.0; BondState::NUMBERS]);
+        self.bonds.fill(owned, BondHistory { partner: 0, kind: 0, state }, bonds);
     }
 
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        self.spheres.bytes() + self.sphere_laws.bytes() + self.part_pairs.bytes() + self.walls.bytes()
+        let contacts = self.spheres.bytes() + self.sphere_laws.bytes() + self.part_pairs.bytes();
+        contacts + self.walls.bytes() + self.bonds.bytes()
     }
 
     /// Appends one particle's histories to a message. A negative number of spheres says that the numbers of the law follow
-    /// each.
+    /// each, a negative number of walls that bonds follow all.
     pub(crate) fn write(&self, row: usize, message: &mut Vec<f64>) {
         let (spheres, part_pairs, walls) =
             (self.spheres.row(row), self.part_pairs.row(row), self.walls.row(row));
         let laws = self.sphere_laws.row(row);
         let count = spheres.len() as f64;
         let count = if laws.is_empty() { count } else { -count };
-        message.extend([count, part_pairs.len() as f64, walls.len() as f64]);
+        let bonds = self.bonds.row(row);
+        // −1 for none, so that the number tells also where there are no walls.
+        let of_walls = if bonds.is_empty() { walls.len() as f64 } else { -1.0 - walls.len() as f64 };
+        message.extend([count, part_pairs.len() as f64, of_walls]);
         for (k, m) in spheres.iter().enumerate() {
             message.extend([
                 m.partner as f64,
@@ -245,12 +281,17 @@ impl SavedHistories {
             message.extend([f64::from(m.element), f64::from(m.image)]);
             m.contact.write(message);
         }
+        if !bonds.is_empty() {
+            message.push(bonds.len() as f64);
+            bonds.iter().for_each(|bond| bond.write(message));
+        }
     }
 
     /// Reads one particle's histories as a new last row; returns the rest of the message.
     pub(crate) fn read<'a>(&mut self, message: &'a [f64]) -> &'a [f64] {
-        let counts = [0, 1, 2].map(|k| message[k].abs() as usize);
-        let with_laws = message[0] < 0.0;
+        let (with_laws, with_bonds) = (message[0] < 0.0, message[2] < 0.0);
+        let of_walls = if with_bonds { -1.0 - message[2] } else { message[2] };
+        let counts = [message[0].abs(), message[1], of_walls].map(|count| count as usize);
         let mut rest = &message[3..];
         let mut take = |n: usize| {
             let (head, tail) = rest.split_at(n);
@@ -277,6 +318,8 @@ impl SavedHistories {
             let (element, image) = (m[3] as u32, m[4] as u8);
             WallHistory { wall, surface, part, element, image, contact: ContactHistory::read(&mut take) }
         }));
+        let bonds = if with_bonds { take(1)[0] as usize } else { 0 };
+        self.bonds.push_row((0..bonds).map(|_| BondHistory::read(take(BondHistory::LENGTH))));
         rest
     }
 }
@@ -370,7 +413,14 @@ mod tests {
                 };
                 add(2, WallHistory { wall: 1, surface: 2, part: 3, element: 4, image: 5, contact })
             },
+            |add| {
+                let state = BondState::from([2e-3, 0.6, 0.0, 0.8, 1e-3, -2e-3, 3e-3]);
+                for (row, partner) in [(0, 8), (2, 7), (0, 9)] {
+                    add(row, BondHistory { partner, kind: 1, state });
+                }
+            },
         );
+        assert_eq!(gathered.bonds.row(0).iter().map(|m| m.partner).collect::<Vec<_>>(), [8, 9]);
         assert_eq!(gathered.spheres.row(2).iter().map(|m| m.partner).collect::<Vec<_>>(), [7, 9]);
         assert_eq!(gathered.sphere_laws.row(2), [law; 2]);
         assert!(gathered.spheres.row(1).is_empty() && gathered.spheres.row(99).is_empty());
@@ -381,6 +431,7 @@ mod tests {
             assert!(again.read(&message).is_empty());
             again.write(row, &mut copy);
             assert_eq!(message, copy);
+            assert_eq!(again.bonds.row(row).len(), gathered.bonds.row(row).len());
         }
     }
 

@@ -131,6 +131,86 @@ pub enum StepError {
         /// Way along the axis of its load (m).
         way: f64,
     },
+    /// A bonded particle that is not there.
+    #[error(
+        "particle {id} at {place} is bonded to particle {partner}, which is nowhere near: the time step is too large for the bonds"
+    )]
+    BondLost {
+        /// Identity.
+        id: u64,
+        /// The other.
+        partner: u64,
+        /// Position.
+        place: String,
+    },
+    /// A bond that nothing can call a beam any more.
+    #[error(
+        "the bond of particles {id} and {other} at {place} is {length:.4e} m long, {first:.4e} m when it was made: it should have broken before (tensile_strength of [[bond]]), or the time step is too large for it"
+    )]
+    Overstretched {
+        /// Identity.
+        id: u64,
+        /// The other.
+        other: u64,
+        /// Length (m).
+        length: f64,
+        /// Length when it was made (m).
+        first: f64,
+        /// Position.
+        place: String,
+    },
+    /// A bond whose vibrations the time step does not resolve.
+    #[error(
+        "the bond of particles {id} and {other} vibrates with half a period of {time:.2e} s, fewer than 5 time steps: lower time.dt to {dt:.1e} s, or make the bond softer (radius or youngs_modulus of [[bond]])"
+    )]
+    StiffBond {
+        /// Identity.
+        id: u64,
+        /// The other.
+        other: u64,
+        /// Half its shortest period (s).
+        time: f64,
+        /// Time step that would do (s).
+        dt: f64,
+    },
+    /// A kind of bonds that joined nobody.
+    #[error(
+        "bond[{kind}] bonded nothing: no two particles that it may join were within {distance:.2e} m of each other (distance, between and at of [[bond]])"
+    )]
+    NothingBonded {
+        /// Number of the kind.
+        kind: usize,
+        /// Largest gap (m).
+        distance: f64,
+    },
+    /// A pair of a table that was not bonded.
+    #[error(
+        "bond[{kind}]: {missing} of the {pairs} pairs of its table were not bonded, the first of them particles {} and {}: both must be there, within its distance, and not both of prescribed motion", pair[0], pair[1]
+    )]
+    Unbonded {
+        /// Number of the kind.
+        kind: usize,
+        /// Identities of the first.
+        pair: [u64; 2],
+        /// How many.
+        missing: usize,
+        /// Pairs of the table.
+        pairs: usize,
+    },
+    /// The ledger of bonds does not close.
+    #[error(
+        "{made} ends of bonds were made, {there} are there, {broken} broke and {left} left with particles: the rest is unaccounted for"
+    )]
+    BondLedger {
+        /// Made so far.
+        made: u64,
+        /// There now.
+        there: u64,
+        /// Broken so far.
+        broken: u64,
+        /// Left with particles so far.
+        left: u64,
+    },
     /// The ledger does not close.
     #[error(
         "{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for"

@@ -15,6 +15,7 @@
 //! particles      a particle as contacts see it, the arrays, and the records in which particles travel
 //! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
 //! exchange       migration, clones, and their updates
+//! bonds          bonds between particles: made, found again, loads
 //! contacts       loads of a contact, batches in lanes, exact sums; spheres
 //! narrow_phase   convex parts where they are, distance, separating planes, contact patches
 //! non_spherical  contacts between particles that are not both spheres
@@ -51,6 +52,7 @@
 //!
 //! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009; Srinivasan 2019, ch. 3.
 
+mod bonds;
 mod catalogue;
 mod clock;
 mod contact_history;
@@ -78,6 +80,7 @@ mod tunnelling;
 mod verlet;
 mod walls;
 
+pub use bonds::{BondKind, BondLedger, BondRadius, Bonded};
 pub use catalogue::{Catalogue, ContactTable, FaceContact};
 pub use clock::{Clock, Phase};
 pub use contact_history::renumber_walls;

@@ -93,6 +93,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         catalogue,
         largest_radius,
         skin,
+        bonds: Vec::new(),
         lubrication,
         prescribed: Vec::new(),
         exchange: exchange(domain.exchange),

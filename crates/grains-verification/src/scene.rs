@@ -94,6 +94,7 @@ impl Scene {
             largest_radius: ball.radius,
             overlap_limit: 0.99,
             skin: Skin::default(),
+            bonds: Vec::new(),
             lubrication: None,
             prescribed: Vec::new(),
             balance: None,

@@ -21,6 +21,7 @@ pub use section::{BeamShear, Section, Stiffness};
 pub use strength::{Strength, Stress};
 
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 type Vec3 = Vector3<f64>;
 
@@ -144,6 +145,18 @@ impl Bond {
         })
     }
 
+    /// Half the shortest period (s), π √(m/K), of any spring of a bond of this length (m) between bodies of this reduced mass
+    /// (kg) and sum of inverse moments of inertia (1/(kg m²)).
+    pub fn half_period(&self, length: f64, mass: f64, inverse_inertia: f64) -> f64 {
+        let Stiffness { axial, shear, bending, torsion } = self.section.stiffness(length);
+        let rates = [
+            axial / mass,
+            shear * sheared(length, mass, inverse_inertia),
+            bending.max(torsion) * inverse_inertia,
+        ];
+        PI / rates.into_iter().fold(0.0, f64::max).sqrt()
+    }
+
     /// Elastic energy U (J) at the instant half a step `dt` (s) after that of the state.
     pub fn energy(&self, state: &BondState, pair: &BondedPair, dt: f64) -> f64 {
         let [one, two] = pair.spins;
@@ -169,7 +182,7 @@ impl Bond {
             damped(stiffness, mass) + stiff * (3.0 * stiff * dt / mass).min(0.5)
         };
         let inertia = 1.0 / pair.inverse_inertia;
-        let sheared = 1.0 / (1.0 / pair.mass + 0.25 * rest * rest * pair.inverse_inertia);
+        let sheared = 1.0 / sheared(rest, pair.mass, pair.inverse_inertia);
         Stiffness {
             axial: damped(stiffness.axial, pair.mass),
             shear: steady(stiffness.shear, sheared),
@@ -177,6 +190,12 @@ impl Bond {
             torsion: steady(stiffness.torsion, inertia),
         }
     }
+}
+
+/// Inverse of the mass (1/kg) that the shear spring of a bond of this length (m) moves.
+#[inline(always)]
+fn sheared(length: f64, mass: f64, inverse_inertia: f64) -> f64 {
+    1.0 / mass + 0.25 * length * length * inverse_inertia
 }
 
 /// The vector with its part along an axis scaled by one factor, and that across by another.

@@ -1,6 +1,8 @@
 //! Stiffnesses of a beam of circular section.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 use super::Stress;
@@ -10,21 +12,21 @@ type Vec3 = Vector3<f64>;
 /// What the stiffness of a beam against shear is made of.
 ///
 /// A two-node beam whose ends move across it by Δ without turning bends as well as shears: Δ/Q = l/(κ G A) + l³/(12 E I).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum BeamShear {
-    /// Both (Timoshenko), with the shear factor κ (-), 0.9 for a circle: exact at the nodes for loads at the nodes.
-    Timoshenko(f64),
+    /// Both (Timoshenko), with the shear factor κ = 0.9 of a circle: exact at the nodes for loads at the nodes.
+    #[default]
+    Timoshenko,
     /// l/(G A) alone (Potyondy and Cundall 2004, DIRT): for one element, bending across it is left out; a chain of N errs by 1/N².
     ShearOnly,
     /// l³/(12 E I) alone (Euler and Bernoulli): no shear; too stiff where l is a few radii.
     BendingOnly,
 }
 
-impl Default for BeamShear {
-    /// [`BeamShear::Timoshenko`] with κ = 0.9.
-    fn default() -> Self {
-        Self::Timoshenko(0.9)
-    }
+impl BeamShear {
+    /// Shear factor κ of a circular section (-).
+    pub const FACTOR: f64 = 0.9;
 }
 
 /// Circular section of a bond and its moduli.
@@ -71,7 +73,7 @@ impl Section {
     pub fn stiffness(&self, length: f64) -> Stiffness {
         let (area, moment) = (self.area(), self.second_moment());
         let (shears, bends) = match self.shear {
-            BeamShear::Timoshenko(factor) => (1.0 / factor, 1.0),
+            BeamShear::Timoshenko => (1.0 / BeamShear::FACTOR, 1.0),
             BeamShear::ShearOnly => (1.0, 0.0),
             BeamShear::BendingOnly => (0.0, 1.0),
         };

@@ -78,7 +78,7 @@ fn a_cantilever_bends_as_a_beam() {
             let euler = force / spacing * length.powi(4)
                 / (8.0 * chain.bond.section.young * chain.bond.section.second_moment());
             let wanted = match shear {
-                BeamShear::Timoshenko(factor) => nodal_deflection(&chain, spacing, factor).iter().sum(),
+                BeamShear::Timoshenko => nodal_deflection(&chain, spacing, BeamShear::FACTOR).iter().sum(),
                 BeamShear::BendingOnly => nodal_deflection(&chain, spacing, 1.0)[0],
                 // Each element bends in steps: the sum of the angles of the elements before it, turned at mid-length.
                 BeamShear::ShearOnly => {

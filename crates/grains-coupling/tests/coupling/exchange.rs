@@ -505,6 +505,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         largest_radius: 0.5 * diameter,
         overlap_limit: 0.5,
         skin: Skin::default(),
+        bonds: Vec::new(),
         lubrication: None,
         prescribed: Vec::new(),
         balance: None,

@@ -1,6 +1,5 @@
 //! How loads are rounded so that their sums are exact.
 
-use crate::catalogue::ContactTable;
 use grains_domain::Quantum;
 use grains_geometry::Vec3;
 
@@ -14,15 +13,14 @@ pub(crate) struct LoadQuanta {
 }
 
 impl LoadQuanta {
-    /// Quanta for the largest force of a contact up to the overlap limit of the largest body, with a margin
-    /// of some ten such contacts in one direction.
+    /// Quanta for this largest force (N) of a contact or bond of bodies up to this bounding radius (m), with a margin of some ten
+    /// such contacts in one direction.
     ///
-    /// `overlap` is the overlap limit over the radius. Sums over all contacts of a wall that a load of `wall_load` (N) moves are
+    /// Sums over all contacts of a wall that a load of `wall_load` (N) moves are
     /// exact as well, with a margin for what stops it. A quantum changes a velocity by some
     /// 10⁻¹³ m/s per step, about what f64 itself does at metres per second.
-    pub(crate) fn new(contacts: &ContactTable, largest_radius: f64, overlap: f64, wall_load: f64) -> Self {
-        let of_contacts = 32.0 * contacts.force_bound(largest_radius, overlap * largest_radius);
-        let largest = of_contacts.max(256.0 * wall_load);
+    pub(crate) fn new(largest_of_one: f64, largest_radius: f64, wall_load: f64) -> Self {
+        let largest = (32.0 * largest_of_one).max(256.0 * wall_load);
         let (force, torque) =
             (Quantum::for_sums_below(largest), Quantum::for_sums_below(largest * largest_radius));
         Self { force, torque, largest_force: 0.25 * largest }

@@ -1,6 +1,8 @@
 //! The loads of the contacts of a step.
 
+use super::setup::DemSetup;
 use super::state::Dem;
+use crate::bonds::{self, BondPass};
 use crate::clock::Phase;
 use crate::contacts::{ContactPass, PassStatistics, add_sphere_forces};
 use crate::hard::{CollisionModel, ContactSolver, HardModel};
@@ -33,11 +35,13 @@ impl Dem {
         let mut statistics = PassStatistics::new(self.setup.overlap_limit);
         self.begin_virial();
         self.add_pair_forces(With::Owned, &mut statistics);
+        self.add_bond_forces(With::Owned);
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut statistics);
         self.clock.charge(Phase::Walls);
         self.finish_update(transport);
         self.add_pair_forces(With::Clones, &mut statistics);
+        self.add_bond_forces(With::Clones);
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
         self.sum_stress();
@@ -87,6 +91,24 @@ impl Dem {
         };
         add_sphere_forces(particles, spheres, &mut pass);
         non_spherical::add_forces(particles, (&mut neighbours.part_pairs, range), &mut pass);
+    }
+
+    /// Adds the loads of bonds of owned particles with each other, or with clones.
+    fn add_bond_forces(&mut self, with: With) {
+        let Self { particles, neighbours, setup, quanta, .. } = self;
+        let (bonds, others) = neighbours.bonds.bonds.split_at_mut(neighbours.bonds.inner);
+        let bonds = match with {
+            With::Owned => bonds,
+            With::Clones => others,
+        };
+        let DemSetup { bonds: kinds, catalogue, parameters, .. } = &*setup;
+        let (quanta, dt) = (*quanta, parameters.dt);
+        let mut pass = BondPass { kinds, catalogue, quanta, dt, broken: 0, error: None };
+        bonds::add_forces(particles, bonds, &mut pass);
+        self.error = self.error.take().or(pass.error);
+        self.bond_ledger.broken += pass.broken;
+        // Pairs whose bond broke meet as others do.
+        self.has_broken |= pass.broken > 0;
     }
 
     fn add_wall_forces(&mut self, statistics: &mut PassStatistics) {

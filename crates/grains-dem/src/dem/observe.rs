@@ -2,6 +2,7 @@
 
 use super::report::Ledger;
 use super::state::Dem;
+use crate::bonds::BondLedger;
 use crate::error::StepError;
 use crate::exchange::Traffic;
 use crate::flow_planes::{Crossings, count_crossings};
@@ -59,6 +60,25 @@ impl Dem {
         }
         let missing = inserted as i64 - left as i64 - inside as i64;
         Err(StepError::Ledger { inserted, inside, left, missing })
+    }
+
+    /// Checks that every bond made is there, has broken or has left; returns bonds there and broken, of all ranks.
+    ///
+    /// # Errors
+    /// Bonds that are unaccounted for.
+    pub fn check_bonds(&self, transport: &impl Transport) -> Result<[u64; 2], StepError> {
+        let BondLedger { made, broken, left } = self.bond_ledger;
+        let there = match self.history_saved {
+            true => (0..self.particles.owned).map(|i| self.histories.bonds.row(i).len() as u64).sum(),
+            false => self.neighbours.bonds.owned_ends(self.particles.owned),
+        };
+        let mut counts = [made, there, broken, left];
+        transport.sum_counts(&mut counts);
+        let [made, there, broken, left] = counts;
+        match made == there + broken + left {
+            true => Ok([there / 2, broken / 2]),
+            false => Err(StepError::BondLedger { made, there, broken, left }),
+        }
     }
 
     /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.

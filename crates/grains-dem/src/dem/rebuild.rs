@@ -2,11 +2,12 @@
 
 use super::report::Failure;
 use super::state::Dem;
+use crate::bonds::{BondKind, Forming};
 use crate::contact_history::SavedHistories;
 use crate::error::{StepError, vector};
 use crate::flow_planes::count_crossings;
 use crate::tunnelling;
-use crate::verlet::{CellList, ListContext, cutoffs};
+use crate::verlet::{BondChanges, CellList, ListContext, cutoffs};
 use grains_domain::{Cells, Transport};
 
 impl Dem {
@@ -23,13 +24,14 @@ impl Dem {
         match exchange.migrate(particles, histories, transport) {
             Ok(migration) => {
                 self.ledger.left += migration.left;
+                self.bond_ledger.left += migration.bonds_left;
                 self.passages.left.extend(migration.carriers_left);
                 stays = migration.stays;
             }
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
         self.check(transport)?;
-        self.sort_and_list(&stays, transport);
+        self.sort_and_list(&stays, transport)?;
         // The history is in the lists now.
         self.histories = SavedHistories::default();
         self.history_saved = false;
@@ -68,12 +70,15 @@ impl Dem {
         }
     }
 
-    fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) {
+    fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) -> Result<(), Failure> {
         let (wall_allowance, wall_steps) = self.wall_allowance();
         let loaded_allowance = self.loaded_allowance();
         let (slide, slide_steps) = self.slide_allowance();
         (self.wall_steps, self.way_left) = (wall_steps.min(slide_steps), loaded_allowance);
+        let is_due: Vec<bool> = self.setup.bonds.iter().map(|kind| self.makes(kind)).collect();
         let Self { particles, histories, decomposition, setup, exchange, neighbours, .. } = self;
+        let forming =
+            is_due.contains(&true).then(|| Forming { kinds: &setup.bonds, is_due, dt: setup.parameters.dt });
         let context = ListContext {
             decomposition,
             catalogue: &setup.catalogue,
@@ -81,9 +86,11 @@ impl Dem {
             states: &self.states,
             skin: setup.skin,
             largest_radius: setup.largest_radius,
-            reach: setup.reach(),
+            reach: setup.reach().max(forming.as_ref().map_or(0.0, Forming::reach)),
             images: self.images.as_ref(),
             slide,
+            forming: forming.as_ref(),
+            may_leave: setup.outlets.contains(&true),
             dt: setup.parameters.dt,
             time: self.origin.time_of(self.step, setup.parameters.dt),
         };
@@ -95,10 +102,26 @@ impl Dem {
         neighbours.wall_allowance = wall_allowance + loaded_allowance;
         neighbours.choose_allowances(particles, &context);
         let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let range = |i: usize| neighbours.range_of(particles, i, context.gap()) + largest;
+        let longest = setup.longest_bond();
+        let range = |i: usize| {
+            let range = neighbours.range_of(particles, i, context.gap()) + largest;
+            let is_bonded = !histories.bonds.row(cell_list.order[i] as usize).is_empty();
+            if is_bonded { range.max(longest) } else { range }
+        };
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
-        neighbours.build(particles, &cell_list, histories, &context);
+        let BondChanges { made, left, error } = neighbours.build(particles, &cell_list, histories, &context);
+        let checked =
+            forming.map_or(Ok(()), |forming| forming.check(&neighbours.bonds, particles, transport));
+        self.bond_ledger.made += made.ends;
+        self.bond_ledger.left += left;
+        self.error = self.error.take().or(error).or(made.error).or(checked.err());
+        self.check(transport)
+    }
+
+    /// Whether bonds of a kind are made in this step.
+    pub(super) fn makes(&self, kind: &BondKind) -> bool {
+        self.origin.step_at(kind.time, self.setup.parameters.dt) == self.step
     }
 
     /// Whether there is one particle at most, and no wall: nothing can be missed, however far it goes.

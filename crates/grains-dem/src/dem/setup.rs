@@ -1,5 +1,6 @@
 //! What defines a granular system.
 
+use crate::bonds::BondKind;
 use crate::catalogue::Catalogue;
 use crate::contacts::LoadQuanta;
 use crate::exchange::ExchangeStrategy;
@@ -40,6 +41,8 @@ pub struct DemSetup {
     pub skin: Skin,
     /// What happens when bodies meet.
     pub collisions: CollisionModel,
+    /// Kinds of bonds.
+    pub bonds: Vec<BondKind>,
     /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
     /// What prescribes the motion of some particles; [`Dem::prescribe`](crate::Dem::prescribe) changes it.
@@ -53,7 +56,13 @@ pub struct DemSetup {
 impl DemSetup {
     /// Distance (m) of the centres up to which particles may act on each other before lists are rebuilt.
     pub fn interaction_range(&self) -> f64 {
-        2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach() + self.max_slide()
+        let of_contacts = 2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach() + self.max_slide();
+        of_contacts.max(self.longest_bond())
+    }
+
+    /// Largest length (m) of any bond.
+    pub fn longest_bond(&self) -> f64 {
+        self.bonds.iter().map(|kind| kind.longest(self.largest_radius)).fold(0.0, f64::max)
     }
 
     /// The multiples to which forces (N) and torques (N m) of contacts are rounded, so that their sums are exact.
@@ -67,7 +76,9 @@ impl DemSetup {
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
         let loadings = self.walls.iter().filter_map(|wall| wall.motion.loading());
         let wall_load = loadings.map(|loading| loading.force.abs()).fold(0.0, f64::max);
-        LoadQuanta::new(&self.catalogue.contacts, radius, self.overlap_limit, wall_load)
+        let of_bonds = self.bonds.iter().map(|kind| kind.force_bound(radius)).fold(0.0, f64::max);
+        let of_contacts = self.catalogue.contacts.force_bound(radius, self.overlap_limit * radius);
+        LoadQuanta::new(of_contacts.max(of_bonds), radius, wall_load)
     }
 
     /// Largest gap (m) at which bodies act on each other, by lubrication or a contact law.

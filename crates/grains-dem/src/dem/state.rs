@@ -2,6 +2,7 @@
 
 use super::report::{Ledger, Origin, Passages, StepReport};
 use super::setup::DemSetup;
+use crate::bonds::BondLedger;
 use crate::clock::Clock;
 use crate::contact_history::SavedHistories;
 use crate::contacts::LoadQuanta;
@@ -41,6 +42,8 @@ pub struct Dem {
     pub stress: StressSums,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
+    /// Ends of bonds on this rank.
+    pub bond_ledger: BondLedger,
     /// Particles with cargo that came and went, until they are taken.
     pub passages: Passages,
     /// Time by phase.
@@ -63,6 +66,8 @@ pub struct Dem {
     /// Whether `histories` holds the history of all pairs, and the lists are to be rebuilt.
     pub(super) history_saved: bool,
     pub(super) stale: bool,
+    /// Whether a bond broke in this step.
+    pub(super) has_broken: bool,
     pub(super) steps_since_build: u64,
     pub(super) work: WorkProfile,
     /// First step at which the work is looked at again.
@@ -99,6 +104,7 @@ impl Dem {
             shear_start: 0.0,
             stress: StressSums::default(),
             ledger: Ledger::default(),
+            bond_ledger: BondLedger::default(),
             passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
@@ -114,6 +120,7 @@ impl Dem {
             states: Vec::new(),
             history_saved: true,
             stale: true,
+            has_broken: false,
             steps_since_build: 0,
             work: WorkProfile::default(),
             next_balance: 0,

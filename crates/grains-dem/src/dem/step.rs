@@ -92,7 +92,8 @@ impl Dem {
         self.place_walls();
         self.check_loaded_walls();
         self.clock.charge(Phase::Motion);
-        self.agree(outcome.is_stale || has_crossed, transport)
+        let has_broken = std::mem::take(&mut self.has_broken);
+        self.agree(outcome.is_stale || has_crossed || has_broken, transport)
     }
 
     /// Agrees with the other ranks on errors, an interrupt, and stale lists.
@@ -101,7 +102,11 @@ impl Dem {
             Level::Failed
         } else if self.interrupt {
             Level::Interrupted
-        } else if is_stale || self.steps_since_build >= self.wall_steps || self.way_left < 0.0 {
+        } else if is_stale
+            || self.setup.bonds.iter().any(|kind| self.makes(kind))
+            || self.steps_since_build >= self.wall_steps
+            || self.way_left < 0.0
+        {
             Level::Stale
         } else {
             Level::Fine

@@ -13,6 +13,8 @@ pub(crate) struct Migration {
     pub(crate) stays: Vec<u32>,
     /// How many left the box through an outlet.
     pub(crate) left: u64,
+    /// How many ends of bonds they had.
+    pub(crate) bonds_left: u64,
     /// Those of them that carried something.
     pub(crate) carriers_left: Vec<(Body, Cargo)>,
 }
@@ -32,7 +34,7 @@ impl Exchange {
         particles.drop_clones();
         let mut stays = Vec::new();
         self.sent.iter_mut().for_each(Vec::clear);
-        let (mut failure, mut left, mut carriers_left) = (None, 0, Vec::new());
+        let (mut failure, mut left, mut bonds_left, mut carriers_left) = (None, 0, 0, Vec::new());
         for i in 0..particles.owned {
             match self.destination(particles, i) {
                 Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
@@ -46,6 +48,7 @@ impl Exchange {
                 },
                 Ok(None) => {
                     left += 1;
+                    bonds_left += histories.bonds.row(i).len() as u64;
                     carriers_left.extend(particles.cargo.get(i).map(|cargo| (particles.bodies[i], *cargo)));
                 }
                 Err(error) => failure = failure.or(Some(error)),
@@ -69,7 +72,7 @@ impl Exchange {
                 rest = histories.read(rest);
             }
         }
-        Ok(Migration { stays, left, carriers_left })
+        Ok(Migration { stays, left, bonds_left, carriers_left })
     }
 
     /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.

@@ -1,6 +1,7 @@
 //! What the Verlet lists are built from.
 
 use super::skin::Skin;
+use crate::bonds::Forming;
 use crate::catalogue::Catalogue;
 use crate::shear::SlidingImages;
 use crate::walls::{Wall, WallState};
@@ -21,6 +22,10 @@ pub(crate) struct ListContext<'a> {
     pub(crate) images: Option<&'a SlidingImages>,
     /// How far these may slide before the lists are rebuilt (m).
     pub(crate) slide: f64,
+    /// Bonds to be made.
+    pub(crate) forming: Option<&'a Forming<'a>>,
+    /// Whether a bonded particle may have left the box.
+    pub(crate) may_leave: bool,
     pub(crate) dt: f64,
     /// Time of the positions (s).
     pub(crate) time: f64,

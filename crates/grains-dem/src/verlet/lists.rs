@@ -1,6 +1,8 @@
 //! The Verlet lists of one rank.
 
+use super::pair_search::BondChanges;
 use super::skin::Reference;
+use crate::bonds::BondList;
 use crate::contact_history::LawHistory;
 use crate::contacts::SpherePair;
 use crate::memory_use::heap_bytes;
@@ -9,7 +11,7 @@ use crate::walls::WallList;
 use grains_geometry::Rotation;
 
 /// The Verlet lists of one rank.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct VerletLists {
     pub(crate) references: Vec<Reference>,
     /// Orientations when the lists were built; empty if all shapes are spheres.
@@ -19,10 +21,13 @@ pub(crate) struct VerletLists {
     pub(crate) sphere_laws: Vec<LawHistory>,
     pub(crate) part_pairs: PartPairList,
     pub(crate) walls: WallList,
+    pub(crate) bonds: BondList,
     /// How many pairs, at the beginning of the lists, are of two owned particles.
     pub(crate) inner: Inner,
     /// Distance any wall may move before the lists are rebuilt (m).
     pub(crate) wall_allowance: f64,
+    /// What became of bonds in the search under way.
+    pub(super) bond_changes: BondChanges,
     /// Scratch: parts of two bodies near each other.
     pub(super) near_parts: [Vec<u16>; 2],
 }
@@ -37,13 +42,16 @@ pub(crate) struct Inner {
 impl VerletLists {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        let Self { references, reference_orientations, spheres, sphere_laws, part_pairs, walls, .. } = self;
+        let Self {
+            references, reference_orientations, spheres, sphere_laws, part_pairs, walls, bonds, ..
+        } = self;
         let walls = heap_bytes(&walls.pairs) + heap_bytes(&walls.laws) + heap_bytes(&walls.simplexes);
         heap_bytes(references)
             + heap_bytes(reference_orientations)
             + heap_bytes(spheres)
             + heap_bytes(sphere_laws)
             + part_pairs.bytes()
+            + bonds.bytes()
             + walls
     }
 

@@ -17,5 +17,6 @@ mod work;
 pub(crate) use cell_list::{CellList, cutoffs};
 pub(crate) use list_context::ListContext;
 pub(crate) use lists::{Inner, VerletLists};
+pub(crate) use pair_search::BondChanges;
 pub(crate) use skin::Reference;
 pub use skin::Skin;

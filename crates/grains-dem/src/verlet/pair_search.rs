@@ -5,9 +5,11 @@ use super::cell_list::{CellList, Clones, held};
 use super::list_context::ListContext;
 use super::lists::{Inner, VerletLists};
 use super::wall_search::WallSearch;
+use crate::bonds::{Made, are_bonded};
 use crate::catalogue::Catalogue;
 use crate::contact_history::SavedHistories;
 use crate::contacts::SpherePair;
+use crate::error::StepError;
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
@@ -27,6 +29,17 @@ struct Search<'a> {
     histories: &'a SavedHistories,
     context: &'a ListContext<'a>,
     all_spheres: bool,
+    has_bonds: bool,
+}
+
+/// What became of bonds while lists were built: numbers of ends of owned particles.
+#[derive(Debug, Default)]
+pub(crate) struct BondChanges {
+    /// Bonds made.
+    pub(crate) made: Made,
+    /// Ends whose partner has left the box.
+    pub(crate) left: u64,
+    pub(crate) error: Option<StepError>,
 }
 
 impl Search<'_> {
@@ -44,7 +57,7 @@ impl VerletLists {
         cell_list: &CellList,
         histories: &SavedHistories,
         context: &ListContext,
-    ) {
+    ) -> BondChanges {
         particles.path_length.fill(0.0);
         self.spheres.clear();
         self.sphere_laws.clear();
@@ -52,7 +65,10 @@ impl VerletLists {
         let has_clones = particles.len() > particles.owned;
         let clones = if has_clones { Clones::new(particles, &cell_list.cells) } else { Clones::default() };
         let (probes, all_spheres) = (self.probes(particles, context), context.catalogue.all_spheres());
-        let search = Search { particles, cell_list, clones, probes, histories, context, all_spheres };
+        let has_bonds = !histories.bonds.is_empty() || context.forming.is_some();
+        let search =
+            Search { particles, cell_list, clones, probes, histories, context, all_spheres, has_bonds };
+        self.find_bonds(&search);
         let grids = cell_list.cells.grids();
         for (k, grid) in grids.iter().enumerate() {
             self.pair_owned(&search, grid, &grids[..k]);
@@ -66,6 +82,27 @@ impl VerletLists {
         }
         self.part_pairs.reserve();
         self.find_walls(&search);
+        self.bonds.sort(particles.owned);
+        std::mem::take(&mut self.bond_changes)
+    }
+
+    /// Finds the bonds there are; those to be made follow with the pairs.
+    fn find_bonds(&mut self, search: &Search) {
+        let &Search { particles, cell_list, histories, context, .. } = search;
+        match self.bonds.find(particles, histories, &cell_list.order, context.may_leave) {
+            Ok(left) => self.bond_changes.left = left,
+            Err(error) => self.bond_changes.error = Some(error),
+        }
+    }
+
+    /// Whether two particles are bonded, maybe from now on.
+    fn bonds_pair(&mut self, search: &Search, i: usize, j: usize) -> bool {
+        let &Search { particles, cell_list, histories, context, .. } = search;
+        let (bonds, made) = (&mut self.bonds, &mut self.bond_changes.made);
+        are_bonded(histories, cell_list.order[i] as usize, particles.ids[j])
+            || context
+                .forming
+                .is_some_and(|forming| forming.bond(bonds, particles, [i, j], context.catalogue, made))
     }
 
     /// Pairs of owned particles, those of one grid with each other and with larger ones.
@@ -165,6 +202,9 @@ impl VerletLists {
             }
             let &Search { particles, cell_list, histories, context, all_spheres, .. } = search;
             if particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed() {
+                continue;
+            }
+            if search.has_bonds && self.bonds_pair(search, i, j) {
                 continue;
             }
             let both_spheres = all_spheres

@@ -1,7 +1,10 @@
 //! Contact history saved from the pairs, row by row.
 
 use super::lists::VerletLists;
-use crate::contact_history::{LawHistory, PartHistory, SavedHistories, SphereHistory, WallHistory};
+use crate::bonds::ListedBond;
+use crate::contact_history::{
+    BondHistory, LawHistory, PartHistory, SavedHistories, SphereHistory, WallHistory,
+};
 use crate::contacts::SpherePair;
 use crate::non_spherical::PartPair;
 use crate::particles::Particles;
@@ -26,7 +29,19 @@ impl VerletLists {
             |add| self.save_spheres(particles, add),
             |add| self.save_parts(particles, add),
             |add| self.save_walls(particles, walls, global, add),
+            |add| self.save_bonds(particles, add),
         );
+    }
+
+    fn save_bonds(&self, particles: &Particles, add: &mut dyn FnMut(u32, BondHistory)) {
+        for bond in self.bonds.bonds.iter().filter(|bond| !bond.is_broken) {
+            let &ListedBond { ends: [a, b], kind, state, .. } = bond;
+            for (own, other) in [(a, b), (b, a)] {
+                if (own as usize) < particles.owned {
+                    add(own, BondHistory { partner: particles.ids[other as usize], kind, state });
+                }
+            }
+        }
     }
 
     fn save_spheres(&self, particles: &Particles, add: &mut dyn FnMut(u32, SphereHistory, &LawHistory)) {

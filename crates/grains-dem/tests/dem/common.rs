@@ -184,6 +184,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         largest_radius,
         overlap_limit: 0.3,
         skin: Skin::default(),
+        bonds: Vec::new(),
         lubrication: None,
         prescribed: Vec::new(),
         balance: None,

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod bonds;
 mod bounce;
 mod cargo;
 mod common;
