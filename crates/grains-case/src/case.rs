@@ -2,6 +2,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::raw::RawCase;
+use crate::sections::bond::Bond;
 use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
@@ -37,6 +38,8 @@ pub struct Case {
     pub collisions: Collisions,
     /// Contact laws, see [`Case::contact`].
     pub contacts: Vec<Contact>,
+    /// Beams between particles.
+    pub bonds: Vec<Bond>,
     /// How faces and composites touch.
     pub contact_points: ContactPoints,
     /// Forms of particles; their position is their index.
@@ -69,6 +72,7 @@ impl PartialEq for Case {
             && (&self.domain, &self.time) == (&other.domain, &other.time)
             && self.collisions == other.collisions
             && (&self.materials, &self.contacts) == (&other.materials, &other.contacts)
+            && self.bonds == other.bonds
             && self.contact_points == other.contact_points
             && (&self.shapes, &self.inserts) == (&other.shapes, &other.inserts)
             && (&self.walls, &self.flow_planes) == (&other.walls, &other.flow_planes)
@@ -135,6 +139,7 @@ impl Case {
             material: self.materials.clone(),
             collisions: self.collisions.clone(),
             contact: self.contacts.iter().map(|c| c.clone().rename(|_, index| material(index))).collect(),
+            bond: self.bonds.iter().map(|b| b.clone().rename(|_, index| material(index))).collect(),
             contact_points: self.contact_points.clone(),
             shape: self.shapes.clone(),
             insert: self.inserts.iter().map(insert).collect(),

@@ -38,6 +38,7 @@ pub use diagnostic::{CaseErrors, Diagnostic};
 pub use particle_file::{FileTotals, ParticleColumns};
 pub use raw::RawCase;
 pub use renamed::with_names_of_today;
+pub use sections::bond::Bond;
 pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::Contact;

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::sections::bond::Bond;
 use crate::sections::collisions::Collisions;
 use crate::sections::contact::Contact;
 use crate::sections::contact_points::ContactPoints;
@@ -48,6 +49,9 @@ pub struct RawCase {
     /// Contact laws, one per pair of materials that can meet.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact: Vec<Contact<String>>,
+    /// Beams between particles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bond: Vec<Bond<String>>,
     /// How faces and composites touch.
     #[serde(default)]
     pub contact_points: ContactPoints,

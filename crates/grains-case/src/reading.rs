@@ -11,7 +11,7 @@ use crate::raw::RawCase;
 use crate::renamed::with_names_of_today;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::shape::ShapeKind;
-use crate::sections::{contact, fluid, insert, run, shape, wall};
+use crate::sections::{bond, contact, fluid, insert, run, shape, wall};
 use crate::source::Source;
 use crate::structure;
 use crate::vector::norm;
@@ -112,12 +112,14 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let walls = wall::check(raw.wall, (&raw.domain, raw.collisions.is_hard()), &names, checker);
     let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, fluid.is_some());
     let time = raw.time.check(fastest, checker);
+    let bonds = bond::Context { names: &names, is_hard: raw.collisions.is_hard(), end };
     let mut case = Case {
         name: raw.name.unwrap_or_else(|| stem.to_string()),
         seed: raw.seed,
         gravity: raw.gravity,
         collisions: raw.collisions.check(checker),
         contacts: contact::check(raw.contact, &names, checker),
+        bonds: bond::check(raw.bond, &bonds, checker),
         contact_points: raw.contact_points,
         shapes: shape::check(raw.shape, checker),
         inserts,
@@ -155,6 +157,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
 /// Checks every name and keeps those that others refer to.
 fn check_names(raw: &RawCase, checker: &mut Checker) -> Names {
     checker.names("insert", raw.insert.iter().map(|i| i.name.clone()).collect());
+    checker.names("bond", raw.bond.iter().map(|b| b.name.clone()).collect());
     checker.names("wall", raw.wall.iter().map(|w| w.name.clone()).collect());
     Names {
         materials: checker.names("material", raw.material.iter().map(|m| m.name.clone()).collect()),

@@ -4,8 +4,8 @@ mod fluid;
 
 use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep};
 use grains_simulation::check::{
-    Basis, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport, MassSource,
-    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
+    Basis, BondReport, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport,
+    MassSource, MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
 };
 use grains_simulation::duration;
 
@@ -281,6 +281,7 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
         );
     }
     particles.laws.iter().for_each(|law| contact_law(law, particles.step.dt));
+    particles.step.bonds.iter().for_each(|bond| bonds(bond, particles));
     let (deepest, limit) = (particles.max_overlap, case.limits.overlap);
     if deepest > limit {
         say!(
@@ -327,6 +328,30 @@ fn contact_law(report: &LawReport, dt: f64) {
     }
     if !parts.is_empty() {
         say!("  law          {a} - {b}: {}; {}", report.law.normal.name(), parts.join("; "));
+    }
+}
+
+/// Prints what bonds come to.
+fn bonds(report: &BondReport, particles: &ParticleReport) {
+    let [axial, shear, bending, torsion] = report.stiffnesses;
+    let strength = match report.strength.is_finite() {
+        true => format!("tears at {:.3e} N", report.strength),
+        false => "no tensile strength".to_string(),
+    };
+    let weights = report.weights.filter(|weights| weights.is_finite());
+    let weights = weights.map(|n| format!(", {n:.3e} weights of the lightest")).unwrap_or_default();
+    say!(
+        "  bonds        {}: radius {:.3e} m, {strength}{weights}; half period {:.3e} s, T/dt = {:.2}",
+        report.name,
+        report.radius,
+        report.half_period,
+        report.half_period / particles.step.dt
+    );
+    say!(
+        "               stiffness {axial:.3e} N/m along, {shear:.3e} N/m across, {bending:.3e} N m bending, {torsion:.3e} N m torsion"
+    );
+    if particles.placed_bonds > 0 {
+        say!("               {} bonds at the beginning", particles.placed_bonds);
     }
 }
 

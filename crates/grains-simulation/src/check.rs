@@ -3,6 +3,7 @@
 mod particles;
 mod sizes;
 
+pub use crate::bonds::BondReport;
 pub use crate::cost::Cost;
 pub use crate::fluid::FluidStepLimit;
 pub use crate::fluid::check::{
@@ -96,12 +97,12 @@ fn decomposition(case: &Case, setup: &DemSetup, ranks: usize) -> Result<Decompos
     Ok(decomposition)
 }
 
-/// Inserts what a run would insert at its first step; returns how many, and the walls as they are then.
+/// Inserts what a run would insert at its first step; returns how many, how many bonds they have, and the walls as they are then.
 fn trial(
     case: &Case,
     catalogue: Catalogue,
     mut insertions: Insertions,
-) -> Result<(u64, WallTriangles), String> {
+) -> Result<([u64; 2], WallTriangles), String> {
     let mut setup = system::build(case, 1, catalogue, insertions.kinds())?.setup;
     setup.ranks = [1; 3];
     let mut dem = system::dem(case, setup, 0)?;
@@ -112,6 +113,9 @@ fn trial(
     })?;
     match insertions.starting_overlap(case, &dem) {
         Some(message) => Err(message),
-        None => Ok((dem.particles.owned as u64, triangles_of(&dem))),
+        None => {
+            let [bonds, _] = dem.check_bonds(&SerialTransport).map_err(|e| e.to_string())?;
+            Ok(([dem.particles.owned as u64, bonds], triangles_of(&dem)))
+        }
     }
 }

@@ -19,12 +19,13 @@ use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
 
 /// Fields of a particle snapshot when none is left out.
-const PARTICLE_FIELDS: [FieldSpec; 14] = [
+const PARTICLE_FIELDS: [FieldSpec; 15] = [
     FieldSpec::integer("id"),
     FieldSpec::integer("shape"),
     FieldSpec::integer("material"),
     FieldSpec::integer("coordination"),
     FieldSpec::integer("wall_contacts"),
+    FieldSpec::integer("bonds"),
     FieldSpec::real("radius", "m", 1),
     FieldSpec::real("scale", "-", 1),
     FieldSpec::real("orientation_wxyz", "-", 4),
@@ -48,12 +49,17 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
             "angular_velocity" => Field::AngularVelocity,
             "force" => Field::Force,
             "torque" => Field::Torque,
+            "bonds" => Field::Bonds,
             "fluid_force" => Field::FluidForce,
             "fluid_torque" => Field::FluidTorque,
             _ => return true,
         };
-        let is_of_flow = matches!(optional, Field::FluidForce | Field::FluidTorque);
-        case.output.fields.contains(&optional) && (is_resolved || !is_of_flow)
+        let exists = match optional {
+            Field::FluidForce | Field::FluidTorque => is_resolved,
+            Field::Bonds => !case.bonds.is_empty(),
+            _ => true,
+        };
+        case.output.fields.contains(&optional) && exists
     };
     PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
 }
@@ -113,6 +119,7 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "material" => integers(&|i| i64::from(body(i).kind.material)),
         "coordination" => integers(&|i| i64::from(neighbours[i])),
         "wall_contacts" => integers(&|i| i64::from(walls[i])),
+        "bonds" => Values::Integer(dem.bonds_of_each().into_iter().map(i64::from).collect()),
         "radius" => reals(&|i| body(i).radius),
         "scale" => reals(&|i| body(i).radius / dem.setup.catalogue.shape(body(i).kind).bounding_radius),
         "velocity" => vectors(&|i| body(i).velocity),
@@ -339,6 +346,10 @@ impl Files {
         values.extend([totals.kinetic_translation, totals.kinetic_rotation, totals.potential, p.x, p.y, p.z]);
         values.extend([l.x, l.y, l.z]);
         values.extend([overlap[0], totals.max_speed, counts[2] as f64]);
+        if !dem.setup.bonds.is_empty() {
+            let bonds = dem.check_bonds(transport).map_err(|e| RunError::unphysical(e.to_string()))?;
+            values.extend(bonds.map(|count| count as f64));
+        }
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
         for ((load, wall), state) in loads.iter().zip(&dem.setup.walls).zip(dem.wall_states()) {
             values.extend(load.force.iter().chain(load.torque.iter()));
@@ -465,6 +476,9 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
     const OF_LOADED_WALL: [(&str, &str); 2] = [("displacement", "m"), ("speed", "m/s")];
     let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
+    if !dem.setup.bonds.is_empty() {
+        columns.extend(["bonds", "broken_bonds"].map(|name| (name.to_string(), "-")));
+    }
     for plane in &dem.setup.planes {
         columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));
     }

@@ -44,6 +44,7 @@
 //!
 //! Messages go to [`log`], on one rank. An error on one rank is an error on all; ranks that did not meet it have no text.
 
+mod bonds;
 mod changes;
 pub mod check;
 mod convex;

@@ -7,8 +7,8 @@ use crate::insertion::Insertions;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel, WallPlace,
-    half_step_back, other_half_step, renumber_walls,
+    BondLedger, CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel,
+    WallPlace, half_step_back, other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -46,7 +46,8 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     if dem.particles.is_carrying() {
         arrays.push(array("cargo", CARGO_LENGTH, Values::Real(dem.particles.cargo.concat())));
     }
-    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.deep_penetrations];
+    let BondLedger { made, broken, left } = dem.bond_ledger;
+    let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.deep_penetrations, made, broken, left];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
     let passed: Vec<String> =
@@ -219,7 +220,9 @@ fn restore_particles(
 fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Table, &[Change])) {
     let ledger = numbers(file, "ledger");
     (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
-    dem.report.deep_penetrations = ledger.get(2).map_or(0, |&count| count as u64);
+    let later = |k: usize| ledger.get(k).map_or(0, |&count| count as u64);
+    dem.report.deep_penetrations = later(2);
+    dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
     let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
     let counts: Vec<(i64, f64)> = words
         .chunks_exact(2)
@@ -345,6 +348,24 @@ impl Numbering {
     }
 }
 
+/// Refuses bonds that have other places among all of the case than at the checkpoint, and new ones that would never be made.
+fn check_bonds(cases: [&Table; 2], dem: &Dem) -> Result<(), String> {
+    let [old, new] = cases.map(|case| changes::names(case, "bond"));
+    if !new.starts_with(&old) {
+        return Err(format!(
+            "its particles are joined by the bonds {old:?}, and the case has {new:?}: keep these first, in their order"
+        ));
+    }
+    let late = (old.len()..new.len()).find(|&k| dem.setup.bonds[k].time < dem.time());
+    late.map_or(Ok(()), |k| {
+        let (at, time) = (dem.setup.bonds[k].time, dem.time());
+        Err(format!(
+            "bond `{}` is to be made at {at} s, before the {time} s of the checkpoint: raise its at",
+            new[k]
+        ))
+    })
+}
+
 /// Refuses a state that has no meaning in the case.
 fn check_state(
     file: &CheckpointFile,
@@ -367,6 +388,7 @@ fn check_state(
             "{change}: the particles are where the images of that shear have brought them; change its rate alone"
         ));
     }
+    check_bonds([before, now], dem)?;
     let tables = [before, now].map(|case| case.get("fluid").and_then(Value::as_table));
     if let [Some(old), Some(new)] = tables {
         let grid =

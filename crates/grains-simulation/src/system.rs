@@ -1,5 +1,6 @@
 //! From a checked case to a granular system.
 
+use crate::bonds;
 use crate::error::RunError;
 use crate::fluid;
 use crate::insertion::KindRange;
@@ -51,7 +52,9 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
     let reach = lubrication.map_or(0.0, |lubrication| lubrication.range);
     let reach = reach.max(catalogue.contacts.reach_up_to(largest_radius));
     let skin = skin(case, largest_radius, reach);
-    let range = 2.0 * largest_radius * (1.0 + skin.max) + reach;
+    let kinds_of_bonds = bonds::kinds(case);
+    let longest_bond = kinds_of_bonds.iter().map(|kind| kind.longest(largest_radius)).fold(0.0, f64::max);
+    let range = (2.0 * largest_radius * (1.0 + skin.max) + reach).max(longest_bond);
     let shear = domain.shear.map(shear);
     let of_fluid = fluid::min_widths(case, &catalogue, kinds, skin.max * largest_radius)?;
     let mut min_width = of_fluid.map(|width| width.max(2.0 * range));
@@ -93,13 +96,14 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         catalogue,
         largest_radius,
         skin,
-        bonds: Vec::new(),
+        bonds: kinds_of_bonds,
         lubrication,
         prescribed: Vec::new(),
         exchange: exchange(domain.exchange),
         balance,
     };
     resolved_loads(case, &setup, kinds)?;
+    bonds::check_lengths(case, &setup)?;
     Ok(System { setup, step })
 }
 

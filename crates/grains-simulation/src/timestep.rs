@@ -1,5 +1,6 @@
 //! The time step: what limits it, what is recommended, and whether the case's own will do.
 
+use crate::bonds::BondReport;
 use crate::insertion::KindRange;
 use grains_case::{Case, TimeStep};
 use grains_contact::{Collision, Sharing, reduced_mass};
@@ -59,6 +60,8 @@ pub struct TimeStepChoice {
     pub recommended: f64,
     /// All collisions that can happen.
     pub encounters: Vec<Encounter>,
+    /// What bonds come to.
+    pub bonds: Vec<BondReport>,
     /// What decided the recommended step.
     pub reason: TimeStepReason,
     /// Warning about the step of the case.
@@ -84,6 +87,15 @@ pub enum TimeStepReason {
         /// Names of the two materials.
         pair: [String; 2],
     },
+    /// Half the shortest period of a bond, which takes a number of steps.
+    BondPeriod {
+        /// Half the period (s).
+        time: f64,
+        /// Name of the bonds.
+        name: String,
+        /// Steps in it, `time.steps_per_contact` (-).
+        steps: f64,
+    },
     /// The displacement of hard bodies per step at `time.impact_speed`.
     Displacement {
         /// Displacement over the smallest radius (-).
@@ -107,6 +119,9 @@ impl fmt::Display for TimeStepReason {
         match self {
             Self::ContactTime { time, pair: [a, b], steps } => {
                 write!(f, "shortest contact time {time:.4e} s ({a} - {b}) over {steps} steps")
+            }
+            Self::BondPeriod { time, name, steps } => {
+                write!(f, "half the shortest period {time:.4e} s of bonds ({name}) over {steps} steps")
             }
             Self::TangentialDamping { limit, pair: [a, b] } => {
                 write!(f, "half the stability limit {limit:.4e} s of tangential damping ({a} - {b})")
@@ -146,9 +161,11 @@ impl fmt::Display for Resolution {
 }
 
 impl TimeStepChoice {
-    /// Shortest contact time over the time step (-).
+    /// Shortest contact time, or half period of a bond, over the time step (-).
     fn steps_per_contact(&self) -> f64 {
-        self.encounters.iter().map(|e| e.shortest_contact).fold(f64::INFINITY, f64::min) / self.dt
+        let contacts = self.encounters.iter().map(|e| e.shortest_contact);
+        let bonds = self.bonds.iter().map(|bond| bond.half_period);
+        contacts.chain(bonds).fold(f64::INFINITY, f64::min) / self.dt
     }
 
     /// How finely the step resolves collisions.
@@ -210,9 +227,17 @@ pub fn choose(case: &Case, catalogue: &Catalogue, kinds: &[KindRange]) -> Result
             recommended = (0.5 * e.tangential_limit, reason);
         }
     }
+    let bonds = BondReport::of_all(case, catalogue, kinds);
+    for bond in &bonds {
+        let by_bond = bond.half_period / wanted;
+        if by_bond < recommended.0 {
+            let (time, name) = (bond.half_period, bond.name.clone());
+            recommended = (by_bond, TimeStepReason::BondPeriod { time, name, steps: wanted });
+        }
+    }
     let (dt, reason) = recommended;
     let (dt, reason) = if dt.is_finite() { (dt, reason) } else { of_free_flight(case, kinds) };
-    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
+    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, bonds, reason, warning: None };
     match case.time.dt {
         TimeStep::Auto => choice.dt = rounded_down(dt),
         TimeStep::Seconds(given) => {
@@ -264,7 +289,7 @@ pub fn of_fluid(case: &Case) -> TimeStepChoice {
         TimeStep::Seconds(given) => (given, TimeStepReason::FluidStep),
         TimeStep::Auto => (shortest / TICKS / halvings.exp2(), TimeStepReason::Tick),
     };
-    TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), reason, warning: None }
+    TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), bonds: Vec::new(), reason, warning: None }
 }
 
 /// Chooses the time step of hard collisions, which last no time: bodies must not get far into each other.
@@ -275,7 +300,8 @@ fn choose_for_impulses(case: &Case, encounters: Vec<Encounter>) -> Result<TimeSt
     let dt = way * smallest_radius(&encounters) / case.time.impact_speed;
     let dt = if dt.is_finite() { dt } else { 1e-3 * case.time.end };
     let reason = TimeStepReason::Displacement { over_radius: way };
-    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, reason, warning: None };
+    let bonds = Vec::new();
+    let mut choice = TimeStepChoice { dt, recommended: dt, encounters, bonds, reason, warning: None };
     let TimeStep::Seconds(given) = case.time.dt else {
         choice.dt = rounded_down(dt);
         return Ok(choice);

@@ -4,6 +4,7 @@
 //! index (`usize`) once checked. Keywords of the schema that belong to no standard: `x-plausible`, the
 //! range outside which a value draws a warning, and `x-infinite`, set where `inf` is a sensible value.
 
+pub mod bond;
 pub mod collisions;
 pub mod composite;
 pub mod contact;

@@ -36,6 +36,8 @@ pub enum Field {
     Force,
     /// Torque of the contacts (N m).
     Torque,
+    /// Bonds that hold the particle.
+    Bonds,
     /// Force of the flow around a resolved particle (N), without buoyancy.
     FluidForce,
     /// Torque of that flow (N m).
@@ -44,7 +46,7 @@ pub enum Field {
 
 impl Field {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Material,
         Self::Coordination,
         Self::WallContacts,
@@ -52,6 +54,7 @@ impl Field {
         Self::AngularVelocity,
         Self::Force,
         Self::Torque,
+        Self::Bonds,
         Self::FluidForce,
         Self::FluidTorque,
     ];

@@ -39,9 +39,13 @@ impl BondList {
         heap_bytes(&self.bonds)
     }
 
-    /// Ends of bonds that this rank's particles have.
-    pub(crate) fn owned_ends(&self, owned: usize) -> u64 {
-        self.bonds.iter().filter(|bond| !bond.is_broken).map(|bond| bond.owned_ends(owned)).sum()
+    /// Number of bonds of each owned particle.
+    pub(crate) fn of_each(&self, owned: usize) -> Vec<u32> {
+        let mut counts = vec![0; owned];
+        for &end in self.bonds.iter().filter(|bond| !bond.is_broken).flat_map(|bond| &bond.ends) {
+            counts.get_mut(end as usize).into_iter().for_each(|count| *count += 1);
+        }
+        counts
     }
 
     /// Adds a bond of particle `i` with `j`; that of two owned particles is to be added once.

@@ -68,16 +68,22 @@ impl Dem {
     /// Bonds that are unaccounted for.
     pub fn check_bonds(&self, transport: &impl Transport) -> Result<[u64; 2], StepError> {
         let BondLedger { made, broken, left } = self.bond_ledger;
-        let there = match self.history_saved {
-            true => (0..self.particles.owned).map(|i| self.histories.bonds.row(i).len() as u64).sum(),
-            false => self.neighbours.bonds.owned_ends(self.particles.owned),
-        };
+        let there = self.bonds_of_each().into_iter().map(u64::from).sum();
         let mut counts = [made, there, broken, left];
         transport.sum_counts(&mut counts);
         let [made, there, broken, left] = counts;
         match made == there + broken + left {
             true => Ok([there / 2, broken / 2]),
             false => Err(StepError::BondLedger { made, there, broken, left }),
+        }
+    }
+
+    /// Number of bonds of each owned particle.
+    pub fn bonds_of_each(&self) -> Vec<u32> {
+        let owned = self.particles.owned;
+        match self.history_saved {
+            true => (0..owned).map(|i| self.histories.bonds.row(i).len() as u32).collect(),
+            false => self.neighbours.bonds.of_each(owned),
         }
     }
 

@@ -27,6 +27,8 @@ pub struct ParticleReport {
     pub count: u64,
     /// Those inserted at the beginning.
     pub placed: u64,
+    /// Bonds made at the beginning.
+    pub placed_bonds: u64,
     /// Mass of all (kg).
     pub mass: f64,
     /// The shapes of the case.
@@ -74,7 +76,7 @@ impl ParticleReport {
         case: &Case,
         (setup, insertions): (&DemSetup, &Insertions),
         step: TimeStepChoice,
-        (placed, ranks): (u64, usize),
+        ([placed, placed_bonds], ranks): ([u64; 2], usize),
     ) -> Result<Self, String> {
         let catalogue = &setup.catalogue;
         let is_mixed = !catalogue.all_spheres();
@@ -89,6 +91,7 @@ impl ParticleReport {
         Ok(Self {
             count: insertions.total(),
             placed,
+            placed_bonds,
             mass: insertions.mass(case, catalogue),
             shapes: catalogue.shapes.iter().map(ShapeReport::of).collect::<Result<_, _>>()?,
             sizes: SizeReport::of_all(case, catalogue, insertions),
