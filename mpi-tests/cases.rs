@@ -157,3 +157,39 @@ fn a_small_column_collapses_and_all_of_it_is_found() {
     assert!(out.first().unwrap() < &0.2 && out.last().unwrap() > &0.5, "{out:?}");
     assert_eq!(series(&home.join("results")).column("particles").last(), Some(&200.0));
 }
+
+#[test]
+fn a_bonded_row_of_beads_swings_to_twice_the_deflection_of_a_beam() {
+    const BEADS: usize = 7;
+    let home = folder("case_bonds");
+    let text = shortened(
+        "bonds/cantilever.toml",
+        &[
+            ("end = 0.5", "end = 0.008"),
+            ("count = 19", "count = 7"),
+            ("upper = [0.039, 0.001, 0.001]", "upper = [0.015, 0.001, 0.001]"),
+            ("upper = [0.045, 0.01, 0.01]", "upper = [0.02, 0.01, 0.01]"),
+            ("particles = 5e-4", "particles = 4e-5"),
+            ("directory = \"results/bonds/cantilever\"", OUTPUT),
+        ],
+    );
+    run_case(2, &home, &text, &[]).succeeded();
+    let series = series(&home.join("results"));
+    assert!(series.column("bonds").iter().all(|&bonds| bonds == BEADS as f64));
+    let file = hdf5::File::open(home.join("results/particles.vtkhdf")).unwrap();
+    let points = file.dataset("VTKHDF/Points").unwrap().read_raw::<f64>().unwrap();
+    let ids = file.dataset("VTKHDF/PointData/id").unwrap().read_raw::<i64>().unwrap();
+    let heights = points.chunks_exact(3).map(|point| point[2]);
+    let tip = heights.zip(ids).filter(|(_, id)| *id == BEADS as i64).map(|(z, _)| z);
+    let lowest = tip.fold(0.0, f64::min);
+    let (area, young) = (1e-6 * std::f64::consts::PI, 2e7);
+    let bending = young * area * 0.25e-6;
+    let weight = 2500.0 * 4.0 / 3.0 * 1e-3 * area * 9.81;
+    let (span, shearing) = (2e-3 * BEADS as f64, 0.9 * young / 2.5 * area);
+    let static_deflection: f64 = (1..=BEADS)
+        .map(|k| 2e-3 * k as f64)
+        .map(|x| weight * (x * x * (3.0 * span - x) / (6.0 * bending) + x / shearing))
+        .sum();
+    let ratio = -lowest / static_deflection;
+    assert!((1.97..2.06).contains(&ratio), "{ratio} times the static deflection");
+}

@@ -16,7 +16,7 @@ import pandas as pd
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 RESULTS = Path("results/bonds")
-RADIUS, SPEED = 5e-3, 0.2
+RADIUS, SPEED = 5e-3, 0.05
 STRENGTHS = {"0.5 MPa": (5e5, 1e6), "1 MPa": (1e6, 2e6)}
 
 
@@ -25,7 +25,8 @@ def run(case):
 
 
 def ball(packing, table):
-    """Writes the spheres of the last state of a packing that lie in a ball at its middle; returns their number and solid fraction."""
+    """Writes the spheres of the last state of a packing that lie in a ball at its middle; returns their number, the solid fraction,
+    and the heights (m) of plates that touch the ball."""
     with h5py.File(packing / "particles.vtkhdf") as file:
         group = file["VTKHDF"]
         first, count = group["Steps/PointOffsets"][-1], group["NumberOfPoints"][-1]
@@ -35,17 +36,19 @@ def ball(packing, table):
     inside = points[np.linalg.norm(points - middle, axis=1) < RADIUS - grain] - middle
     pd.DataFrame(inside, columns=["x", "y", "z"]).to_csv(table, index=False)
     core = np.linalg.norm(points - middle, axis=1) < 0.7 * RADIUS
-    return len(inside), core.sum() * (grain / (0.7 * RADIUS)) ** 3
+    plates = inside[:, 2].min() - grain, inside[:, 2].max() + grain
+    return len(inside), core.sum() * (grain / (0.7 * RADIUS)) ** 3, plates
 
 
-def crush(name, strengths):
-    """Crushes the ball with bonds of these strengths; returns the time series."""
+def crush(name, strengths, plates):
+    """Crushes the ball between plates at these heights with bonds of these strengths; returns the time series."""
     text = (HERE / "crush.toml").read_text()
     directory = RESULTS / f"crush-{name.replace(' ', '-')}"
     changes = [("tensile_strength = 1e6", f"tensile_strength = {strengths[0]:g}")]
     changes += [("shear_strength = 2e6", f"shear_strength = {strengths[1]:g}")]
     changes += [('path = "ball.csv"', f'path = "{(RESULTS / "ball.csv").resolve()}"')]
     changes += [('directory = "results/bonds/crush"', f'directory = "{directory}"')]
+    changes += [(f"point = [0, 0, {given}]", f"point = [0, 0, {height:.9g}]") for given, height in zip((-0.005, 0.005), plates)]
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
@@ -60,11 +63,11 @@ def main():
     RESULTS.mkdir(parents=True, exist_ok=True)
     if not (RESULTS / "pack/series.csv").exists():
         run(HERE / "pack.toml")
-    count, fraction = ball(RESULTS / "pack", RESULTS / "ball.csv")
+    count, fraction, plates = ball(RESULTS / "pack", RESULTS / "ball.csv")
     print(f"{count} spheres, solid fraction {fraction:.3f}")
     figure, axes = plt.subplots(2, 1, sharex=True, figsize=(6, 5))
     for name, strengths in STRENGTHS.items():
-        series = crush(name, strengths)
+        series = crush(name, strengths, plates)
         way = 1e3 * SPEED * series.time
         force = series.piston_fz.rolling(5, center=True).mean()
         anvil = -series.anvil_fz.rolling(5, center=True).mean()

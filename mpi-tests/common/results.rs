@@ -37,14 +37,18 @@ pub struct Particle {
 /// Numbers that a law keeps of a contact beside its tangential displacement.
 const OF_LAW: usize = 6;
 
+/// Numbers of a bond: partner, kind, and state.
+const OF_BOND: usize = 9;
+
 /// Contacts in the packed memory of a particle, in an order that does not depend on neighbour lists:
 /// counts of sphere, body and wall contacts, then for each its key, tangential displacement and (not for spheres) torsional
 /// angle and simplex. A negative count of spheres, or 16 added to the points of a simplex, says that the numbers
-/// of the law follow.
+/// of the law follow; a negative count of walls, less one, that bonds do.
 fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
     let (counts, mut rest) = packed.split_at(3);
     let mut contacts = Vec::new();
     for (kind, &count) in counts.iter().enumerate() {
+        let count = if kind == 2 && count < 0.0 { -1.0 - count } else { count };
         for _ in 0..count.abs() as usize {
             let fixed = [4, 7, 9][kind];
             let length = if kind == 0 {
@@ -57,6 +61,12 @@ fn contacts(packed: &[f64]) -> Vec<Vec<u64>> {
             contacts.push([&[kind as u64], &*bits(contact)].concat());
             rest = after;
         }
+    }
+    if counts[2] < 0.0 {
+        let (count, bonds) = rest.split_at(1);
+        assert_eq!(bonds.len(), OF_BOND * count[0] as usize, "bonds in the packed memory");
+        contacts.extend(bonds.chunks_exact(OF_BOND).map(|bond| [&[3], &*bits(bond)].concat()));
+        rest = &[];
     }
     assert!(rest.is_empty(), "the packed memory has another form");
     contacts.sort();

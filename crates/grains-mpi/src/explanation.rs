@@ -341,7 +341,7 @@ fn bonds(report: &BondReport, particles: &ParticleReport) {
     let weights = report.weights.filter(|weights| weights.is_finite());
     let weights = weights.map(|n| format!(", {n:.3e} weights of the lightest")).unwrap_or_default();
     say!(
-        "  bonds        {}: radius {:.3e} m, {strength}{weights}; half period {:.3e} s, T/dt = {:.2}",
+        "  bonds        {}: radius {:.3e} m, {strength}{weights}; half its shortest period {:.3e} s, {:.1} steps",
         report.name,
         report.radius,
         report.half_period,

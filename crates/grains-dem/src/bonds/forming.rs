@@ -2,7 +2,7 @@
 
 use super::forces::{bonded_pair, half_period};
 use super::kind::{BondKind, Bonded};
-use super::list::BondList;
+use super::list::{BondList, ListedBond};
 use crate::catalogue::Catalogue;
 use crate::contact_history::SavedHistories;
 use crate::error::StepError;
@@ -75,19 +75,22 @@ impl Forming<'_> {
         particles: &Particles,
         transport: &impl Transport,
     ) -> Result<(), StepError> {
+        let ids = |bond: &ListedBond| bond.ends.map(|end| particles.ids[end as usize]);
         for (k, kind) in self.due() {
-            let of_kind = || bonds.bonds.iter().filter(|bond| usize::from(bond.kind) == k);
-            let mut ends = [of_kind().map(|bond| bond.owned_ends(particles.owned)).sum::<u64>()];
+            // A pair that is bonded already keeps the bond it has.
+            let is_wanted = |bond: &&ListedBond| match &kind.bonded {
+                Bonded::Materials(_) => usize::from(bond.kind) == k,
+                Bonded::Pairs(pairs) => pairs.binary_search(&ids(bond)).is_ok(),
+            };
+            let wanted = || bonds.bonds.iter().filter(is_wanted);
+            let mut ends = [wanted().map(|bond| bond.owned_ends(particles.owned)).sum::<u64>()];
             transport.sum_counts(&mut ends);
             let count = ends[0] / 2;
             if let Bonded::Pairs(pairs) = &kind.bonded
                 && count < pairs.len() as u64
             {
                 let mut found = vec![0; pairs.len()];
-                for bond in of_kind() {
-                    let ids = bond.ends.map(|end| particles.ids[end as usize]);
-                    pairs.binary_search(&ids).into_iter().for_each(|row| found[row] = 1);
-                }
+                wanted().filter_map(|bond| pairs.binary_search(&ids(bond)).ok()).for_each(|row| found[row] = 1);
                 transport.sum_counts(&mut found);
                 let first = found.iter().position(|&times| times == 0).unwrap_or(0);
                 let missing = found.iter().filter(|&&times| times == 0).count();
