@@ -8,7 +8,7 @@ use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
     BondLedger, CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel,
-    WallPlace, half_step_back, other_half_step, renumber_walls,
+    WallPlace, WornElement, half_step_back, other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -25,6 +25,9 @@ const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
 /// The offset of sliding images, and the sums for the stress since the last row.
 const SHEAR: &str = "shear";
+/// What has worn off the elements of walls, and the volumes of the quanta in which that is counted.
+const WORN: &str = "worn";
+const WORN_QUANTA: &str = "worn_quanta";
 
 /// Arrays and texts of a checkpoint.
 pub type State = (Vec<Array>, Metadata);
@@ -73,7 +76,45 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         let sums = dem.stress_sums(transport).numbers();
         texts.push((SHEAR.into(), words(&[&[dem.shear_offset()][..], &sums].concat())));
     }
+    if dem.has_wear() {
+        let is_first = transport.rank() == 0;
+        let worn = dem.worn_elements(transport).into_iter().filter(|_| is_first).flat_map(worn_row);
+        arrays.push(array(WORN, WORN_WIDTH, Values::Integer(worn.collect())));
+        let quanta = dem.worn_quanta().into_iter().map(|volume| volume.unwrap_or(0.0));
+        texts.push((WORN_QUANTA.into(), words(&quanta.collect::<Vec<_>>())));
+    }
     (arrays, texts)
+}
+
+/// Whole numbers of a row of what has worn off.
+const WORN_WIDTH: usize = 5;
+
+fn worn_row(worn: WornElement) -> [i64; WORN_WIDTH] {
+    let WornElement { wall, surface, element, quanta } = worn;
+    [wall.into(), surface.into(), element.into(), (quanta >> 64) as i64, quanta as i64]
+}
+
+/// Gives the walls what has worn off them; of one of another form nothing has.
+fn restore_worn(dem: &mut Dem, file: &CheckpointFile, numbering: &Numbering) -> Result<(), RunError> {
+    let Some(before) = file.text(WORN_QUANTA).and_then(reals) else { return Ok(()) };
+    let now = dem.worn_quanta();
+    for row in file.integer(WORN)?.chunks_exact(WORN_WIDTH) {
+        let &[wall, surface, element, high, low] = row else { continue };
+        let (Some(number), Some(&old)) = (numbering.wall(wall as u16), before.get(wall as usize)) else {
+            continue;
+        };
+        let Some(new) = now[usize::from(number)] else { continue };
+        let quanta = (u128::from(high as u64) << 64) | u128::from(low as u64);
+        // The volume stays where a restart changes the wear or the stiffness.
+        let quanta = if old == new { quanta } else { (quanta as f64 * (old / new)).round() as u128 };
+        dem.restore_worn(WornElement {
+            wall: number,
+            surface: surface as u16,
+            element: element as u32,
+            quanta,
+        });
+    }
+    Ok(())
 }
 
 /// Numbers as the bits they are.
@@ -148,6 +189,7 @@ pub fn restore(
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     restore_shear(dem, &file, is_first);
     place_walls(dem, &file, &changes, (&numbering, ratio));
+    restore_worn(dem, &file, &numbering)?;
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
@@ -320,10 +362,10 @@ impl Numbering {
             let place = |name: &String| names.iter().position(|n| n == name).map(|k| k as u16);
             changes::names(before, section).iter().map(place).collect()
         };
-        // Neither when a wall is there, nor how it moves, nor what it is of changes where particles touch it.
+        // Neither when a wall is there, nor how it moves and wears, nor what it is of changes where particles touch it.
         let is_formed_otherwise = |name: &str| {
             let of_wall = |change: &&Change| change.is_within(&["wall", name]);
-            let other = ["motion", "from", "until", "material"];
+            let other = ["motion", "from", "until", "material", "wear"];
             changes.iter().filter(of_wall).any(|c| c.key.get(2).is_none_or(|key| !other.contains(&&**key)))
         };
         let names = changes::names(before, "wall");
