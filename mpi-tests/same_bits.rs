@@ -7,7 +7,6 @@ mod common;
 
 use common::results::{assert_same_series, assert_same_state, checkpoints, series, snapshots, step_of};
 use common::{case, folder, replaced, run_case};
-use grains_geometry::Vec3;
 use std::fs;
 use std::path::Path;
 
@@ -92,7 +91,10 @@ fn silo_with_a_plate_that_moves_away_and_an_outlet() {
     let worn = last("silo_worn_volume");
     assert!(worn > 0.0 && series.column("silo_sliding_power").iter().any(|&power| power > 0.0));
     let [of_triangles, hopper] = worn_volumes(&results);
-    assert!((of_triangles / worn - 1.0).abs() < 1e-12, "{of_triangles} m3 in the field, {worn} m3 in the series");
+    assert!(
+        (of_triangles / worn - 1.0).abs() < 1e-12,
+        "{of_triangles} m3 in the field, {worn} m3 in the series"
+    );
     assert!(0.0 < hopper && hopper < worn, "{hopper} m3 of {worn} m3 are worn off the hopper");
 }
 
@@ -103,14 +105,18 @@ fn worn_volumes(results: &Path) -> [f64; 2] {
     let points = root.dataset("Points").unwrap().read_raw::<f64>().unwrap();
     let corners = root.dataset("Polygons/Connectivity").unwrap().read_raw::<i64>().unwrap();
     let depths = root.dataset("CellData/worn_depth").unwrap().read_raw::<f64>().unwrap();
-    let cells = *root.dataset("Polygons/NumberOfCells").unwrap().read_raw::<i64>().unwrap().last().unwrap() as usize;
+    let cells =
+        *root.dataset("Polygons/NumberOfCells").unwrap().read_raw::<i64>().unwrap().last().unwrap() as usize;
     let points = &points[points.len() - 3 * *snapshots(&path).1.last().unwrap() as usize..];
     let corners = &corners[corners.len() - 3 * cells..];
     let mut sums = [0.0; 2];
     for (triangle, depth) in corners.chunks(3).zip(&depths[depths.len() - cells..]) {
-        let [a, b, c] = [0, 1, 2].map(|k| Vec3::from_column_slice(&points[3 * triangle[k] as usize..][..3]));
-        let volume = 0.5 * (b - a).cross(&(c - a)).norm() * depth;
-        let is_hopper = [a, b, c].iter().all(|p| p.z < 0.0301);
+        let place = |corner: usize, axis: usize| points[3 * triangle[corner] as usize + axis];
+        let edge = |corner: usize, axis: usize| place(corner, axis) - place(0, axis);
+        let normal = |[a, b]: [usize; 2]| edge(1, a) * edge(2, b) - edge(1, b) * edge(2, a);
+        let area = 0.5 * [[0, 1], [1, 2], [2, 0]].map(|axes| normal(axes).powi(2)).iter().sum::<f64>().sqrt();
+        let volume = area * depth;
+        let is_hopper = (0..3).all(|corner| place(corner, 2) < 0.0301);
         sums[0] += volume;
         sums[1] += if is_hopper { volume } else { 0.0 };
     }
@@ -192,7 +198,10 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
     }
     for wall in ["drum_worn_volume", "lifter_worn_volume"] {
         let volumes = series.column(wall);
-        assert!(volumes.is_sorted() && volumes.last().is_some_and(|&volume| volume > 0.0), "{wall}: {volumes:?}");
+        assert!(
+            volumes.is_sorted() && volumes.last().is_some_and(|&volume| volume > 0.0),
+            "{wall}: {volumes:?}"
+        );
     }
 }
 

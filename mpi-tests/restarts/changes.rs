@@ -80,7 +80,9 @@ fn a_drum_whose_speed_changes_goes_on_from_where_it_is() {
     let turning = |end: f64, rate: f64| {
         let text = replaced(&case("drum.toml"), "end = 0.24", &format!("end = {end}"));
         let hardness = if rate == 12.0 { 1e9 } else { 4e9 };
-        let motion = format!("angular_velocity = {rate} }}\nwear = {{ coefficient = 1e-3, hardness = {hardness:e} }}\n");
+        let motion = format!(
+            "angular_velocity = {rate} }}\nwear = {{ coefficient = 1e-3, hardness = {hardness:e} }}\n"
+        );
         text.replace("angular_velocity = 12 }\n", &motion)
     };
     run_case(2, &home, &turning(0.08, 12.0), &[]).succeeded();

@@ -104,7 +104,11 @@ impl SlidingSums {
     /// Notes a contact that exerts a force (N) on its particle through a step of `dt` (s).
     #[inline]
     pub(super) fn note(&mut self, pair: &WallPair, encounter: &Encounter, force: &Vec3, dt: f64) {
-        let Encounter { normal, velocity, .. } = encounter;
+        let Encounter { normal, overlap, velocity, .. } = encounter;
+        // What presses over a gap is liquid.
+        if *overlap <= 0.0 {
+            return;
+        }
         let pressing = (-force.dot(normal)).max(0.0);
         let sliding = velocity - normal * velocity.dot(normal);
         let quanta = (pressing * sliding.norm() * dt / self.quantum).round();
@@ -114,7 +118,7 @@ impl SlidingSums {
         }
     }
 
-    /// The step is done.
+    /// The step is done; to be called once in each.
     pub(crate) fn finish(&mut self) {
         for &Slide { wall, surface, element, quanta } in &self.slides {
             add(&mut self.done, WornElement { wall, surface, element, quanta: quanta as u128 });
@@ -158,9 +162,11 @@ fn add(done: &mut [Vec<Vec<u128>>], worn: WornElement) {
 
 /// Sums whole numbers over the ranks, in four parts of 32 bits.
 fn sum_exactly(numbers: &mut [u128], transport: &impl Transport) {
-    let part = |number: u128, k: usize| (number >> (32 * k)) as u32;
-    let mut parts: Vec<u64> =
-        numbers.iter().flat_map(|&number| (0..4).map(move |k| u64::from(part(number, k)))).collect();
+    if numbers.is_empty() {
+        return;
+    }
+    let split = |number: &u128| [0, 32, 64, 96].map(|shift| u64::from((number >> shift) as u32));
+    let mut parts: Vec<u64> = numbers.iter().flat_map(split).collect();
     transport.sum_counts(&mut parts);
     for (number, parts) in numbers.iter_mut().zip(parts.chunks_exact(4)) {
         *number = (0..4).map(|k| u128::from(parts[k]) << (32 * k)).sum();

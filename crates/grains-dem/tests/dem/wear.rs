@@ -191,6 +191,19 @@ fn drum(skin: Skin) -> Scene {
     Scene { setup, particles }
 }
 
+#[test]
+fn liquid_that_presses_over_a_gap_does_not_wear() {
+    let (gap, speed, steps) = (2e-5, 0.1, 30);
+    let law = contact_law(0.0).with_attraction(bridge(0.05, gap));
+    let at = [Vec3::new(0.5 * SIZE, 0.5 * SIZE, FLOOR + gap), Vec3::z() * -speed];
+    let mut dem = resting(ball(), floor(sliding_at(Vec3::x() * 0.3)), law, at);
+    let worn = worn_in(&mut dem, steps);
+    let height = dem.particles.bodies[0].position.z - FLOOR - RADIUS;
+    let load = dem.wall_loads(&SerialTransport)[0].force.z;
+    assert!(height > 0.0 && load < 0.0, "a gap of {height} m, {load} N on the floor");
+    assert_eq!(worn, 0.0);
+}
+
 /// What a run continues from.
 struct Stopped {
     particles: Vec<(ParticleRecord, Vec<f64>)>,
