@@ -4,11 +4,12 @@ use crate::changes::{self, Change};
 use crate::error::RunError;
 use crate::fluid::FluidPhase;
 use crate::insertion::Insertions;
+use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
     BondLedger, CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel,
-    WallPlace, WornElement, half_step_back, other_half_step, renumber_walls,
+    WallPlace, half_step_back, other_half_step, renumber_walls,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -25,9 +26,6 @@ const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
 /// The offset of sliding images, and the sums for the stress since the last row.
 const SHEAR: &str = "shear";
-/// What has worn off the elements of walls, and the volumes of the quanta in which that is counted.
-const WORN: &str = "worn";
-const WORN_QUANTA: &str = "worn_quanta";
 
 /// Arrays and texts of a checkpoint.
 pub type State = (Vec<Array>, Metadata);
@@ -76,49 +74,13 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         let sums = dem.stress_sums(transport).numbers();
         texts.push((SHEAR.into(), words(&[&[dem.shear_offset()][..], &sums].concat())));
     }
-    if dem.has_wear() {
-        let is_first = transport.rank() == 0;
-        let worn = dem.worn_elements(transport).into_iter().filter(|_| is_first).flat_map(worn_row);
-        arrays.push(array(WORN, WORN_WIDTH, Values::Integer(worn.collect())));
-        let quanta = dem.worn_quanta().into_iter().map(|volume| volume.unwrap_or(0.0));
-        texts.push((WORN_QUANTA.into(), words(&quanta.collect::<Vec<_>>())));
-    }
-    (arrays, texts)
-}
-
-/// Whole numbers of a row of what has worn off.
-const WORN_WIDTH: usize = 5;
-
-fn worn_row(worn: WornElement) -> [i64; WORN_WIDTH] {
-    let WornElement { wall, surface, element, quanta } = worn;
-    [wall.into(), surface.into(), element.into(), (quanta >> 64) as i64, quanta as i64]
-}
-
-/// Gives the walls what has worn off them; of one of another form nothing has.
-fn restore_worn(dem: &mut Dem, file: &CheckpointFile, numbering: &Numbering) -> Result<(), RunError> {
-    let Some(before) = file.text(WORN_QUANTA).and_then(reals) else { return Ok(()) };
-    let now = dem.worn_quanta();
-    for row in file.integer(WORN)?.chunks_exact(WORN_WIDTH) {
-        let &[wall, surface, element, high, low] = row else { continue };
-        let (Some(number), Some(&old)) = (numbering.wall(wall as u16), before.get(wall as usize)) else {
-            continue;
-        };
-        let Some(new) = now[usize::from(number)] else { continue };
-        let quanta = (u128::from(high as u64) << 64) | u128::from(low as u64);
-        // The volume stays where a restart changes the wear or the stiffness.
-        let quanta = if old == new { quanta } else { (quanta as f64 * (old / new)).round() as u128 };
-        dem.restore_worn(WornElement {
-            wall: number,
-            surface: surface as u16,
-            element: element as u32,
-            quanta,
-        });
-    }
-    Ok(())
+    let mut state = (arrays, texts);
+    wear::save(dem, &mut state, transport);
+    state
 }
 
 /// Numbers as the bits they are.
-fn words(numbers: &[f64]) -> String {
+pub fn words(numbers: &[f64]) -> String {
     numbers.iter().map(|x| format!("{:x}", x.to_bits())).collect::<Vec<_>>().join(" ")
 }
 
@@ -144,7 +106,7 @@ fn travel(words: &str) -> Option<(Travel, Vec3)> {
 }
 
 /// Numbers written as the bits they are.
-fn reals(words: &str) -> Option<Vec<f64>> {
+pub fn reals(words: &str) -> Option<Vec<f64>> {
     let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
     words.split_whitespace().map(bits).collect()
 }
@@ -189,7 +151,7 @@ pub fn restore(
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     restore_shear(dem, &file, is_first);
     place_walls(dem, &file, &changes, (&numbering, ratio));
-    restore_worn(dem, &file, &numbering)?;
+    wear::restore(dem, &file, |wall| numbering.wall(wall))?;
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));

@@ -170,7 +170,7 @@ fn drum(skin: Skin) -> Scene {
     let sides = 24;
     let rim = |k: usize| {
         let angle = 2.0 * PI * (k / 2) as f64 / sides as f64;
-        let along = if k % 2 == 0 { -0.9 } else { 0.9 };
+        let along = if k.is_multiple_of(2) { -0.9 } else { 0.9 };
         center + Vec3::new(0.43 * angle.cos(), along, 0.43 * angle.sin()) * SIZE
     };
     let faces =
