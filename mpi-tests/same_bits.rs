@@ -79,12 +79,48 @@ fn copy_folder(from: &Path, to: &Path) {
 #[test]
 fn silo_with_a_plate_that_moves_away_and_an_outlet() {
     let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 1, 3], [2, 2, 2], [5, 1, 1]] };
-    let series = series(&compare("silo", &decompositions));
+    let wears = "wear = { coefficient = 1e-4, hardness = 1e9 }\n\n[[wall]]\nname = \"plate\"";
+    let text = replaced(&case("silo.toml"), "[[wall]]\nname = \"plate\"", wears);
+    let results = compare_case("silo", text, &decompositions);
+    let series = series(&results);
     // The case does what it is for: beads pass the opening and leave, the plate is gone.
     let last = |name: &str| series.column(name).last().copied().unwrap();
     assert!(last("opening_count") > last("left") && last("left") > 0.0, "beads left");
     assert_eq!(last("inserted"), 180.0);
     assert!(series.column("plate_fz").iter().any(|&f| f != 0.0) && last("plate_fz") == 0.0, "the plate");
+    let worn = last("silo_worn_volume");
+    assert!(worn > 0.0 && series.column("silo_sliding_power").iter().any(|&power| power > 0.0));
+    let [of_triangles, hopper] = worn_volumes(&results);
+    assert!(
+        (of_triangles / worn - 1.0).abs() < 1e-12,
+        "{of_triangles} m3 in the field, {worn} m3 in the series"
+    );
+    assert!(0.0 < hopper && hopper < worn, "{hopper} m3 of {worn} m3 are worn off the hopper");
+}
+
+/// Volumes (m³) worn off all walls, and off their triangles below z = 3 cm, in the last snapshot: depth times area.
+fn worn_volumes(results: &Path) -> [f64; 2] {
+    let path = results.join("walls.vtkhdf");
+    let root = hdf5::File::open(&path).unwrap().group("VTKHDF").unwrap();
+    let points = root.dataset("Points").unwrap().read_raw::<f64>().unwrap();
+    let corners = root.dataset("Polygons/Connectivity").unwrap().read_raw::<i64>().unwrap();
+    let depths = root.dataset("CellData/worn_depth").unwrap().read_raw::<f64>().unwrap();
+    let cells =
+        *root.dataset("Polygons/NumberOfCells").unwrap().read_raw::<i64>().unwrap().last().unwrap() as usize;
+    let points = &points[points.len() - 3 * *snapshots(&path).1.last().unwrap() as usize..];
+    let corners = &corners[corners.len() - 3 * cells..];
+    let mut sums = [0.0; 2];
+    for (triangle, depth) in corners.chunks(3).zip(&depths[depths.len() - cells..]) {
+        let place = |corner: usize, axis: usize| points[3 * triangle[corner] as usize + axis];
+        let edge = |corner: usize, axis: usize| place(corner, axis) - place(0, axis);
+        let normal = |[a, b]: [usize; 2]| edge(1, a) * edge(2, b) - edge(1, b) * edge(2, a);
+        let area = 0.5 * [[0, 1], [1, 2], [2, 0]].map(|axes| normal(axes).powi(2)).iter().sum::<f64>().sqrt();
+        let volume = area * depth;
+        let is_hopper = (0..3).all(|corner| place(corner, 2) < 0.0301);
+        sums[0] += volume;
+        sums[1] += if is_hopper { volume } else { 0.0 };
+    }
+    sums
 }
 
 #[test]
@@ -148,7 +184,10 @@ fn balls_and_cubes_in_a_sheared_box() {
 #[test]
 fn drum_with_batches_of_insertion_and_a_lifter() {
     let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3], [4, 1, 1], [1, 1, 4]] };
-    let series = series(&compare("drum", &decompositions));
+    // Both walls turn, and wear.
+    let turning = "angular_velocity = 12 }\n";
+    let wears = format!("{turning}wear = {{ coefficient = 1e-4, hardness = 1e9 }}\n");
+    let series = series(&compare_case("drum", case("drum.toml").replace(turning, &wears), &decompositions));
     let inserted = series.column("inserted");
     assert_eq!((inserted[0], *inserted.last().unwrap()), (0.0, 64.0));
     // The restarts from the first checkpoint, at 0.04 s, come in the middle of the batches.
@@ -156,6 +195,13 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
     assert!((1.0..64.0).contains(&inserted[at_checkpoint]), "{} inserted", inserted[at_checkpoint]);
     for wall in ["drum_fz", "lifter_fz"] {
         assert!(series.column(wall).iter().any(|&f| f != 0.0), "the {wall} is touched");
+    }
+    for wall in ["drum_worn_volume", "lifter_worn_volume"] {
+        let volumes = series.column(wall);
+        assert!(
+            volumes.is_sorted() && volumes.last().is_some_and(|&volume| volume > 0.0),
+            "{wall}: {volumes:?}"
+        );
     }
 }
 

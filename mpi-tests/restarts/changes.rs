@@ -76,9 +76,14 @@ fn lifter(folder: &Path) -> f64 {
 #[test]
 fn a_drum_whose_speed_changes_goes_on_from_where_it_is() {
     let home = folder("restarts_drum");
+    // The drum is hardened as well.
     let turning = |end: f64, rate: f64| {
         let text = replaced(&case("drum.toml"), "end = 0.24", &format!("end = {end}"));
-        text.replace("angular_velocity = 12", &format!("angular_velocity = {rate}"))
+        let hardness = if rate == 12.0 { 1e9 } else { 4e9 };
+        let motion = format!(
+            "angular_velocity = {rate} }}\nwear = {{ coefficient = 1e-3, hardness = {hardness:e} }}\n"
+        );
+        text.replace("angular_velocity = 12 }\n", &motion)
     };
     run_case(2, &home, &turning(0.08, 12.0), &[]).succeeded();
     assert!((lifter(&home.join("results")) - 12.0 * 0.08).abs() < 1e-9);
@@ -90,6 +95,14 @@ fn a_drum_whose_speed_changes_goes_on_from_where_it_is() {
     // No particle is thrown by a wall that jumps.
     let speed = |folder: &Path| series(folder).column("max_speed").into_iter().fold(0.0, f64::max);
     assert!(speed(&slower) < 1.5 * speed(&home.join("results")), "{}", speed(&slower));
+    // What has worn off stays, and a wall four times as hard wears a fourth.
+    staged(2, &home, &into("softer", &text.replace("hardness = 4e9", "hardness = 1e9")), "results");
+    let worn = |folder: &str| *series(&home.join(folder)).column("drum_worn_volume").last().unwrap();
+    let [first, hard, soft] = ["results", "slower", "softer"].map(worn);
+    assert!(
+        first > 0.0 && ((soft - first) / (hard - first) - 4.0).abs() < 1e-9,
+        "{first}, {hard}, {soft} m3"
+    );
     // From there it is continued like any run: the places of its walls are in its checkpoints.
     let own = home.join("own");
     fs::create_dir(&own).unwrap();

@@ -75,7 +75,7 @@ fn a_sheared_packing_stopped_at_every_step_loses_no_row_and_no_snapshot() {
 #[test]
 fn a_lid_under_a_load_stopped_at_every_step_goes_on_from_where_it_is() {
     let moved = "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }";
-    let load = "{ kind = \"load\", axis = [0, 0, -1], force = 0.6, mass = 0.02, velocity = [0.2, 0.1, 0] }";
+    let load = "{ kind = \"load\", axis = [0, 0, -1], force = 0.6, mass = 0.02, velocity = [0.2, 0.1, 0] }\nwear = { coefficient = 1e-4, hardness = 1e9 }";
     let text = replaced(&often("shear.toml", (9, 1)), moved, load);
     stopped_at_every_step("lid", &text, 1e-5);
 }

@@ -2,7 +2,7 @@
 
 mod fluid;
 
-use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep};
+use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep, Wear};
 use grains_simulation::check::{
     Basis, BondReport, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport,
     MassSource, MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
@@ -44,6 +44,7 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     contact_points(particles);
     walls(particles);
     loaded_walls(case);
+    wear(case);
     shear(case);
     say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
     memory(report);
@@ -198,6 +199,18 @@ fn walls(particles: &ParticleReport) {
         let names: Vec<&str> = particles.open_faces.iter().copied().map(Face::name).collect();
         let names = names.join(", ");
         say!("open faces     {names}: no wall, no outlet, not periodic; a particle there ends the run");
+    }
+}
+
+/// Prints how walls wear.
+fn wear(case: &Case) {
+    for wall in &case.walls {
+        let Some(Wear { coefficient, hardness }) = wall.wear else { continue };
+        say!(
+            "  wear         {}: K = {coefficient:.3e}, H = {hardness:.3e} Pa: {:.3e} m3 per N of normal force and m of sliding",
+            wall.name,
+            coefficient / hardness
+        );
     }
 }
 

@@ -115,7 +115,8 @@ fn trial(
         Some(message) => Err(message),
         None => {
             let [bonds, _] = dem.check_bonds(&SerialTransport).map_err(|e| e.to_string())?;
-            Ok(([dem.particles.owned as u64, bonds], triangles_of(&dem)))
+            let walls = triangles_of(&dem, &dem.worn_volumes(&SerialTransport));
+            Ok(([dem.particles.owned as u64, bonds], walls))
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::files::particle_fields;
 use crate::fluid;
 use crate::insertion::Insertions;
-use crate::wall_triangles::{WALL_FIELDS, WallTriangles};
+use crate::wall_triangles::{WallTriangles, wall_fields};
 use grains_case::{Case, Precision};
 use grains_dem::Catalogue;
 use grains_geometry::Shape;
@@ -59,7 +59,8 @@ impl Cost {
             true => 0.0,
             false => {
                 let triangles = walls.walls.len() as f64;
-                walls.points.len() as f64 * real + triangles * (TRIANGLE + bytes_of(&WALL_FIELDS, real))
+                let fields = wall_fields(case.walls.iter().any(|wall| wall.wear.is_some()));
+                walls.points.len() as f64 * real + triangles * (TRIANGLE + bytes_of(&fields, real))
             }
         };
         let columns = 20.0 + 6.0 * case.walls.len() as f64 + 2.0 * case.flow_planes.len() as f64;

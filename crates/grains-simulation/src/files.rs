@@ -5,7 +5,7 @@ use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
-use crate::wall_triangles::{WALL_FIELDS, triangles_of};
+use crate::wall_triangles::{triangles_of, wall_fields};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Loading, Totals};
@@ -198,7 +198,7 @@ impl Files {
         let has_particles = case.output.particles > 0.0 && !case.inserts.is_empty();
         let particles = open("particles.vtkhdf", has_particles, &particle_fields, false)?;
         let has_walls = has_particles && !case.walls.is_empty();
-        let walls = open("walls.vtkhdf", has_walls, &WALL_FIELDS, true)?;
+        let walls = open("walls.vtkhdf", has_walls, &wall_fields(dem.has_wear()), true)?;
         let surfaces = open("surfaces.vtkhdf", case.output.surfaces > 0.0, &SURFACE_FIELDS, true)?;
         let fluid_files =
             fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
@@ -254,8 +254,12 @@ impl Files {
             file.append(&Step { time: dem.time(), points: &points, triangles: &[], fields: &fields })?;
         }
         if let Some(file) = self.walls.as_mut().filter(|file| !file.holds(dem.time())) {
-            let surface = if transport.rank() == 0 { triangles_of(dem) } else { Default::default() };
-            let fields = [Data::Integer(&surface.walls), Data::Real(&surface.velocities)];
+            let worn = dem.worn_volumes(transport);
+            let surface = if transport.rank() == 0 { triangles_of(dem, &worn) } else { Default::default() };
+            let mut fields = vec![Data::Integer(&surface.walls), Data::Real(&surface.velocities)];
+            if dem.has_wear() {
+                fields.push(Data::Real(&surface.worn_depths));
+            }
             file.append(&Step {
                 time: dem.time(),
                 points: &surface.points,
@@ -331,7 +335,7 @@ impl Files {
     ) -> Result<Row, RunError> {
         let totals = dem.totals(transport);
         let crossings = dem.crossings(transport);
-        let loads = dem.wall_loads(transport);
+        let (loads, worn) = (dem.wall_loads(transport), dem.worn_walls(transport));
         let (neighbours, walls) = dem.coordination();
         let count = |list: &[u32]| list.iter().map(|&c| u64::from(c)).sum::<u64>();
         let (report, ledger) = (&dem.report, &dem.ledger);
@@ -351,11 +355,13 @@ impl Files {
             values.extend(bonds.map(|count| count as f64));
         }
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
-        for ((load, wall), state) in loads.iter().zip(&dem.setup.walls).zip(dem.wall_states()) {
+        let walls = dem.setup.walls.iter().zip(dem.wall_states());
+        for ((load, worn), (wall, state)) in loads.iter().zip(worn).zip(walls) {
             values.extend(load.force.iter().chain(load.torque.iter()));
             if let Some(Loading { axis, .. }) = wall.motion.loading() {
                 values.extend([axis.dot(&state.translation), axis.dot(&state.velocity)]);
             }
+            values.extend(worn.iter().flat_map(|worn| [worn.volume, worn.sliding_power]));
         }
         for load in &dem.prescribed_loads(transport) {
             values.extend(load.force.iter().chain(load.torque.iter()));
@@ -475,6 +481,7 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     const OF_WALL: [(&str, &str); 6] =
         [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
     const OF_LOADED_WALL: [(&str, &str); 2] = [("displacement", "m"), ("speed", "m/s")];
+    const OF_WORN_WALL: [(&str, &str); 2] = [("worn_volume", "m3"), ("sliding_power", "W")];
     let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     if !dem.setup.bonds.is_empty() {
         columns.extend(["bonds", "broken_bonds"].map(|name| (name.to_string(), "-")));
@@ -486,6 +493,9 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
         if wall.motion.loading().is_some() {
             columns.extend(OF_LOADED_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
+        }
+        if wall.wear.is_some() {
+            columns.extend(OF_WORN_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
         }
     }
     for motion in &dem.setup.prescribed {

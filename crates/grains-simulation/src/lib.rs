@@ -72,6 +72,7 @@ mod timestep;
 mod views;
 mod wall_surfaces;
 mod wall_triangles;
+mod wear;
 
 pub use duration::duration;
 pub use error::{ErrorKind, RunError, agreed};

@@ -4,6 +4,7 @@ use crate::changes::{self, Change};
 use crate::error::RunError;
 use crate::fluid::FluidPhase;
 use crate::insertion::Insertions;
+use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
@@ -73,11 +74,13 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         let sums = dem.stress_sums(transport).numbers();
         texts.push((SHEAR.into(), words(&[&[dem.shear_offset()][..], &sums].concat())));
     }
-    (arrays, texts)
+    let mut state = (arrays, texts);
+    wear::save(dem, &mut state, transport);
+    state
 }
 
 /// Numbers as the bits they are.
-fn words(numbers: &[f64]) -> String {
+pub fn words(numbers: &[f64]) -> String {
     numbers.iter().map(|x| format!("{:x}", x.to_bits())).collect::<Vec<_>>().join(" ")
 }
 
@@ -103,7 +106,7 @@ fn travel(words: &str) -> Option<(Travel, Vec3)> {
 }
 
 /// Numbers written as the bits they are.
-fn reals(words: &str) -> Option<Vec<f64>> {
+pub fn reals(words: &str) -> Option<Vec<f64>> {
     let bits = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
     words.split_whitespace().map(bits).collect()
 }
@@ -148,6 +151,7 @@ pub fn restore(
     check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     restore_shear(dem, &file, is_first);
     place_walls(dem, &file, &changes, (&numbering, ratio));
+    wear::restore(dem, &file, |wall| numbering.wall(wall))?;
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
@@ -320,10 +324,10 @@ impl Numbering {
             let place = |name: &String| names.iter().position(|n| n == name).map(|k| k as u16);
             changes::names(before, section).iter().map(place).collect()
         };
-        // Neither when a wall is there, nor how it moves, nor what it is of changes where particles touch it.
+        // Neither when a wall is there, nor how it moves and wears, nor what it is of changes where particles touch it.
         let is_formed_otherwise = |name: &str| {
             let of_wall = |change: &&Change| change.is_within(&["wall", name]);
-            let other = ["motion", "from", "until", "material"];
+            let other = ["motion", "from", "until", "material", "wear"];
             changes.iter().filter(of_wall).any(|c| c.key.get(2).is_none_or(|key| !other.contains(&&**key)))
         };
         let names = changes::names(before, "wall");

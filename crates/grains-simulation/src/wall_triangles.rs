@@ -7,8 +7,14 @@ use grains_output::FieldSpec;
 use nalgebra::Rotation3;
 use std::f64::consts::TAU;
 
-/// Fields of the triangles of walls.
-pub const WALL_FIELDS: [FieldSpec; 2] = [FieldSpec::integer("wall"), FieldSpec::real("velocity", "m/s", 3)];
+/// Fields of the triangles of walls, of which some wear or none.
+pub fn wall_fields(has_wear: bool) -> Vec<FieldSpec> {
+    let mut fields = vec![FieldSpec::integer("wall"), FieldSpec::real("velocity", "m/s", 3)];
+    if has_wear {
+        fields.push(FieldSpec::real("worn_depth", "m", 1));
+    }
+    fields
+}
 
 /// Triangles of all walls that exist now.
 #[derive(Clone, Debug, Default)]
@@ -21,17 +27,23 @@ pub struct WallTriangles {
     pub walls: Vec<i64>,
     /// Velocity of each triangle's middle (m/s), `[triangles][3]`.
     pub velocities: Vec<f64>,
+    /// Mean depth (m) to which each triangle is worn.
+    pub worn_depths: Vec<f64>,
 }
 
-/// The triangles of the walls of a system, where they are now.
-pub fn triangles_of(dem: &Dem) -> WallTriangles {
+/// The triangles of the walls of a system, where they are now; of each surface of each wall that wears with the volumes (m³) of
+/// its elements, as of [`Dem::worn_volumes`].
+pub fn triangles_of(dem: &Dem, worn: &[Vec<Vec<f64>>]) -> WallTriangles {
     let mut all = WallTriangles::default();
     for (index, (wall, state)) in dem.setup.walls.iter().zip(dem.wall_states()).enumerate() {
         if !wall.exists_at(dem.time()) {
             continue;
         }
-        for surface in &wall.surfaces {
-            all.add(&tessellated(surface, &dem.setup.global), state, index);
+        for (k, surface) in wall.surfaces.iter().enumerate() {
+            let mesh = tessellated(surface, &dem.setup.global);
+            all.add(&mesh, state, index);
+            let volumes = worn[index].get(k).map_or(&[][..], Vec::as_slice);
+            all.worn_depths.extend(worn_depths(&mesh, volumes));
         }
     }
     all
@@ -48,6 +60,23 @@ impl WallTriangles {
             let middle = triangle.iter().map(|&k| place(&mesh.vertices[k as usize])).sum::<Vec3>() / 3.0;
             self.velocities.extend(<[f64; 3]>::from(state.velocity_at(&middle)));
         }
+    }
+}
+
+/// Worn depth (m) of each triangle: its volume over its area, or that of the whole surface where its volume alone is known.
+fn worn_depths(mesh: &TriMesh, volumes: &[f64]) -> Vec<f64> {
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|k| mesh.vertices[k as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let areas = mesh.triangles.iter().map(area);
+    match *volumes {
+        [] => areas.map(|_| 0.0).collect(),
+        [volume] => {
+            let whole: f64 = areas.clone().sum();
+            areas.map(|_| volume / whole).collect()
+        }
+        _ => areas.zip(volumes).map(|(area, volume)| volume / area).collect(),
     }
 }
 

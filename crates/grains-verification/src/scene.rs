@@ -75,6 +75,7 @@ impl Scene {
             from: 0.0,
             until: f64::INFINITY,
             spans: [false; 3],
+            wear: None,
         };
         let setup = DemSetup {
             global: GlobalBox::new([0.0; 3], [2.0 * half; 3], [false; 3]),

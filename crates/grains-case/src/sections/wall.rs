@@ -93,6 +93,19 @@ fn polygon_list(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     })
 }
 
+/// Wear of a wall (Archard 1953): the worn volume grows by dV/dt = K Fₙ |v_t| / H at each contact, with the normal force Fₙ that
+/// presses on the wall and the sliding velocity v_t.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wear {
+    /// Wear coefficient K (-).
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-9, 1]))]
+    pub coefficient: f64,
+    /// Hardness H of the wall (Pa).
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e5, 1e12]))]
+    pub hardness: f64,
+}
+
 /// A wall, fixed or moving, present all the time or for a while.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "Wall", extend("unevaluatedProperties" = false))]
@@ -114,13 +127,16 @@ pub struct Wall<Name = usize> {
     /// Prescribed motion; fixed if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Motion>,
+    /// Wear by the particles that slide on it; not asked for if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<Wear>,
 }
 
 impl<Name> Wall<Name> {
     /// The same wall with its material named otherwise.
     pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
-        let Self { name: label, material, from, until, kind, motion } = self;
-        Wall { name: label, material: name(material), from, until, kind, motion }
+        let Self { name: label, material, from, until, kind, motion, wear } = self;
+        Wall { name: label, material: name(material), from, until, kind, motion, wear }
     }
 
     fn check(&mut self, path: &str, (domain, is_hard): (&Domain, bool), checker: &mut Checker) {
@@ -132,6 +148,10 @@ impl<Name> Wall<Name> {
                 let message = "missing key; give a point of the axis (m), which a wall needs";
                 checker.error(&format!("{path}.motion.point"), message.into());
             }
+        }
+        if is_hard && self.wear.is_some() {
+            let message = "wear is by contact forces, which hard collisions have not; remove it, or take collisions.model = \"soft\"";
+            checker.error(&format!("{path}.wear"), message.into());
         }
         match &mut self.kind {
             WallKind::Plane { point, normal } => {

@@ -10,7 +10,7 @@ use crate::lubrication;
 use crate::non_spherical;
 use crate::particles::{Load, Particles};
 use crate::verlet::{Inner, VerletLists};
-use crate::walls::{self, WallLoad, WallScene};
+use crate::walls::{self, WallLoad, WallScene, WallSums};
 use grains_contact::Lubrication;
 use grains_domain::Transport;
 
@@ -65,12 +65,12 @@ impl Dem {
     /// The parts of the system that a pass over the contacts works on.
     fn contact_pass<'a>(&'a mut self, statistics: &'a mut PassStatistics) -> PassParts<'a> {
         let time = self.time();
-        let Self { particles, neighbours, setup, quanta, states, wall_loads, .. } = self;
+        let Self { particles, neighbours, setup, quanta, states, wall_loads, sliding, .. } = self;
         let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
         PassParts {
             particles,
             neighbours,
-            wall_loads,
+            wall_sums: WallSums { loads: wall_loads, sliding },
             scene: setup.wall_scene(states, time),
             lubrication: setup.lubrication.as_ref(),
             pass: ContactPass { catalogue, quanta: *quanta, dt, statistics },
@@ -113,18 +113,19 @@ impl Dem {
 
     fn add_wall_forces(&mut self, statistics: &mut PassStatistics) {
         self.wall_loads.fill(WallLoad::default());
-        let PassParts { particles, neighbours, wall_loads, scene, mut pass, .. } =
+        self.sliding.begin();
+        let PassParts { particles, neighbours, mut wall_sums, scene, mut pass, .. } =
             self.contact_pass(statistics);
-        walls::add_forces(particles, &mut neighbours.walls, &scene, wall_loads, &mut pass);
+        walls::add_forces(particles, &mut neighbours.walls, &scene, &mut wall_sums, &mut pass);
     }
 
     /// Adds the lubrication forces of spheres with each other and with walls.
     fn add_lubrication(&mut self, statistics: &mut PassStatistics) {
         let parts = self.contact_pass(statistics);
-        let PassParts { particles, neighbours, wall_loads, scene, lubrication, pass } = parts;
+        let PassParts { particles, neighbours, wall_sums, scene, lubrication, pass } = parts;
         let Some(law) = lubrication else { return };
         lubrication::add_between_spheres(particles, &neighbours.spheres, law, &pass.quanta, pass.dt);
-        lubrication::add_at_walls(particles, &neighbours.walls, &scene, law, wall_loads, pass);
+        lubrication::add_at_walls(particles, &neighbours.walls, &scene, law, wall_sums.loads, pass);
     }
 
     fn note(&mut self, statistics: PassStatistics) {
@@ -159,7 +160,7 @@ impl Dem {
 struct PassParts<'a> {
     particles: &'a mut Particles,
     neighbours: &'a mut VerletLists,
-    wall_loads: &'a mut [WallLoad],
+    wall_sums: WallSums<'a>,
     scene: WallScene<'a>,
     lubrication: Option<&'a Lubrication>,
     pass: ContactPass<'a>,

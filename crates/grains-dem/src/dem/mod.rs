@@ -9,6 +9,7 @@ mod setup;
 mod sheared;
 mod state;
 mod step;
+mod wear;
 
 pub use observe::{Partner, Touch};
 pub use report::{Failure, Ledger, Origin, Passages, StepReport};

@@ -72,10 +72,18 @@ impl DemSetup {
 
     /// Quanta of contact loads.
     pub(super) fn quanta(&self) -> LoadQuanta {
+        let loadings = self.walls.iter().filter_map(|wall| wall.motion.loading());
+        self.quanta_up_to(loadings.map(|loading| loading.force.abs()).fold(0.0, f64::max))
+    }
+
+    /// The multiple to which torques of contacts (N m) are rounded where no wall is under a load: it stays when walls move otherwise.
+    pub(super) fn torque_quantum(&self) -> f64 {
+        self.quanta_up_to(0.0).quanta()[1]
+    }
+
+    fn quanta_up_to(&self, wall_load: f64) -> LoadQuanta {
         // Without particles, as beside a fluid alone, there are no loads.
         let radius = if self.largest_radius > 0.0 { self.largest_radius } else { 1.0 };
-        let loadings = self.walls.iter().filter_map(|wall| wall.motion.loading());
-        let wall_load = loadings.map(|loading| loading.force.abs()).fold(0.0, f64::max);
         let of_bonds = self.bonds.iter().map(|kind| kind.force_bound(radius)).fold(0.0, f64::max);
         let of_contacts = self.catalogue.contacts.force_bound(radius, self.overlap_limit * radius);
         LoadQuanta::new(of_contacts.max(of_bonds), radius, wall_load)

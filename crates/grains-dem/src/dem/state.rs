@@ -15,7 +15,7 @@ use crate::prescribed::{Course, PrescribedMotion};
 use crate::shear::SlidingImages;
 use crate::stress::StressSums;
 use crate::verlet::VerletLists;
-use crate::walls::{Motion, Travel, WallLoad, WallPlace, WallState};
+use crate::walls::{Motion, SlidingSums, Travel, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
 
@@ -63,6 +63,7 @@ pub struct Dem {
     pub(super) collisions: Collisions,
     pub(super) crossings: Vec<Crossings>,
     pub(super) states: Vec<WallState>,
+    pub(super) sliding: SlidingSums,
     /// Whether `histories` holds the history of all pairs, and the lists are to be rebuilt.
     pub(super) history_saved: bool,
     pub(super) stale: bool,
@@ -118,6 +119,7 @@ impl Dem {
             collisions: Collisions::default(),
             crossings: vec![Crossings::default(); setup.planes.len()],
             states: Vec::new(),
+            sliding: SlidingSums::new(&setup.walls, setup.torque_quantum()),
             history_saved: true,
             stale: true,
             has_broken: false,

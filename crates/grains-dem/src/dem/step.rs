@@ -87,6 +87,7 @@ impl Dem {
         }
         let has_crossed = self.images.is_some_and(|images| images.follow(&mut self.particles));
         self.move_loaded_walls(transport);
+        self.sliding.finish();
         self.step += 1;
         self.steps_since_build += 1;
         self.place_walls();

@@ -5,11 +5,11 @@ use super::list::WallList;
 use super::pairs::{WallPair, WallScene};
 use super::seams::hand_over_history;
 use super::surface_contact::SurfaceContact;
-use super::wall::WallLoad;
+use super::wall::WallSums;
 use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
-use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
+use crate::contacts::{ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_geometry::{GjkError, Vec3};
@@ -22,7 +22,7 @@ pub(crate) fn add_forces(
     particles: &mut Particles,
     list: &mut WallList,
     scene: &WallScene,
-    wall_loads: &mut [WallLoad],
+    sums: &mut WallSums,
     pass: &mut ContactPass,
 ) {
     let mut start = 0;
@@ -32,8 +32,8 @@ pub(crate) fn add_forces(
         let first = group.start;
         let kind = particles.bodies[list.pairs[first].particle as usize].kind;
         let added = match pass.catalogue.shape(kind).is_sphere() {
-            true => add_sphere(particles, (list, group), (scene, wall_loads), pass),
-            false => add_body(particles, (list, group), (scene, wall_loads), pass),
+            true => add_sphere(particles, (list, group), (scene, sums), pass),
+            false => add_body(particles, (list, group), (scene, sums), pass),
         };
         if let Err(reason) = added {
             pass.statistics.error = Some(not_found(particles, &list.pairs[first], scene, &reason));
@@ -41,14 +41,14 @@ pub(crate) fn add_forces(
         }
     }
     let WallList { pairs, laws, batch, .. } = list;
-    batch.finish(particles, (pairs, laws), (scene, wall_loads), pass);
+    batch.finish(particles, (pairs, laws), (scene, sums), pass);
 }
 
 /// Lets the contacts of a sphere with one surface wait; those that waited are added where there is no more room.
 fn add_sphere(
     particles: &mut Particles,
     (list, group): (&mut WallList, Range<usize>),
-    (scene, wall_loads): (&WallScene, &mut [WallLoad]),
+    (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
@@ -70,7 +70,7 @@ fn add_sphere(
         let center = scene.center(&first, &body.position, &list.shifts);
         let WallList { pairs, laws, batch, .. } = list;
         if !batch.has_room_for(materials) {
-            batch.finish(particles, (pairs, laws), (scene, wall_loads), pass);
+            batch.finish(particles, (pairs, laws), (scene, sums), pass);
         }
         let law = catalogue.contacts.prepared(materials[0], materials[1]);
         batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law));
@@ -82,7 +82,7 @@ fn add_sphere(
 fn add_body(
     particles: &mut Particles,
     (list, group): (&mut WallList, Range<usize>),
-    (scene, wall_loads): (&WallScene, &mut [WallLoad]),
+    (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
@@ -111,9 +111,8 @@ fn add_body(
         };
         let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
         [history.memory, history.bridge] = kept.unwrap_or([history.memory, history.bridge]);
-        let load = &mut wall_loads[pair.wall as usize];
         let met = (pair, &mut history, &contact, &center);
-        add_contact(particles, met, (scene, load), (&several, &law, inverse_inertia), pass);
+        add_contact(particles, met, (scene, sums), (&several, &law, inverse_inertia), pass);
         if let Some(kept) = list.laws.get_mut(k) {
             *kept = history;
         }
@@ -145,7 +144,7 @@ fn together(
 fn add_contact(
     particles: &mut Particles,
     (pair, history, found, center): (&mut WallPair, &mut LawHistory, &SurfaceContact, &Vec3),
-    (scene, wall_load): (&WallScene, &mut WallLoad),
+    (scene, sums): (&WallScene, &mut WallSums),
     (several, law, inverse_inertia): (&SeveralContacts, &PairLaw, f64),
     pass: &mut ContactPass,
 ) {
@@ -172,8 +171,10 @@ fn add_contact(
     let load = &mut particles.loads[i];
     load.force += loads.force;
     load.torque += loads.torques[0];
-    wall_load.force -= loads.force;
-    wall_load.torque += loads.torques[1] - quanta.torque(&point.cross(&loads.force));
+    sums.add(pair.wall, &loads, &point, quanta);
+    if sums.sliding.counts(pair.wall) {
+        sums.sliding.note(pair, &contact.encounter(), &loads.force, pass.dt);
+    }
 }
 
 /// Number of parts of the particle that touch; each part's history follows its contacts.

@@ -14,6 +14,7 @@ mod surface_contact;
 mod table;
 mod wall;
 mod wall_point;
+mod wear;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
 pub(crate) use list::WallList;
@@ -24,4 +25,7 @@ pub use open_tube::OpenTube;
 pub(crate) use pairs::{WallPair, WallScene};
 pub use surface::Surface;
 pub use table::MotionTable;
+pub(crate) use wall::WallSums;
 pub use wall::{Wall, WallLoad};
+pub(crate) use wear::SlidingSums;
+pub use wear::{Wear, WornElement, WornWall};

@@ -2,12 +2,12 @@
 
 use super::pairs::{WallPair, WallScene};
 use super::surface_contact::SphereTouch;
-use super::wall::WallLoad;
+use super::wall::WallSums;
 use super::wall_point::WallPoint;
 use crate::contact_history::LawHistory;
 use crate::contacts::{
-    BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactPass, LoadQuanta, Overlapping, set,
-    vector_at,
+    BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactPass, ContactPoint, LoadQuanta,
+    Overlapping, set, vector_at,
 };
 use crate::particles::{Body, Particles};
 use grains_contact::PreparedLaw;
@@ -110,7 +110,7 @@ impl SphereBatch {
         &mut self,
         particles: &mut Particles,
         (pairs, laws): (&mut [WallPair], &mut [LawHistory]),
-        (scene, wall_loads): (&WallScene, &mut [WallLoad]),
+        (scene, sums): (&WallScene, &mut WallSums),
         pass: &mut ContactPass,
     ) {
         let Some(law) = self.law.take() else { return };
@@ -127,9 +127,11 @@ impl SphereBatch {
             let load = &mut particles.loads[i];
             load.force += loads.force;
             load.torque += loads.torques[0];
-            let wall_load = &mut wall_loads[pair.wall as usize];
-            wall_load.force -= loads.force;
-            wall_load.torque += loads.torques[1] - quanta.torque(&self.points[k].cross(&loads.force));
+            sums.add(pair.wall, &loads, &self.points[k], &quanta);
+            if sums.sliding.counts(pair.wall) {
+                let encounter = self.batch.columns.contact(k).point.encounter();
+                sums.sliding.note(pair, &encounter, &loads.force, pass.dt);
+            }
             pass.statistics.note(self.batch.depth(k), || overlapping(particles, pair, scene));
         }
         self.batch.len = 0;

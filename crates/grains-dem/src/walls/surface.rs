@@ -56,6 +56,11 @@ impl Surface {
         }
     }
 
+    /// Number of its elements that wear apart: triangles of a mesh, else the whole.
+    pub(super) fn worn_elements(&self) -> usize {
+        if let Surface::Mesh(mesh) = self { mesh.mesh().triangles.len() } else { 1 }
+    }
+
     /// Corners (m) of a box that holds it; none if it has no end.
     pub fn extents(&self) -> Option<[Vec3; 2]> {
         let around = |center: &Vec3, reach: f64| Some([center.add_scalar(-reach), center.add_scalar(reach)]);

@@ -2,6 +2,8 @@
 
 use super::motion::Motion;
 use super::surface::Surface;
+use super::wear::{SlidingSums, Wear};
+use crate::contacts::{ContactLoads, LoadQuanta};
 use grains_geometry::Vec3;
 
 /// A wall: surfaces that share a name, a material, a motion and a life time.
@@ -23,6 +25,8 @@ pub struct Wall {
     ///
     /// Along these it is met at the wrapped position; it should extend beyond the box by a radius.
     pub spans: [bool; 3],
+    /// How it wears, if that is asked for.
+    pub wear: Option<Wear>,
 }
 
 impl Wall {
@@ -45,4 +49,22 @@ pub struct WallLoad {
     pub force: Vec3,
     /// Torque about the origin of the world frame (N m).
     pub torque: Vec3,
+}
+
+/// What a pass over the contacts with walls sums up.
+pub(crate) struct WallSums<'a> {
+    /// Load on each wall.
+    pub(crate) loads: &'a mut [WallLoad],
+    /// What slides on the walls that wear.
+    pub(crate) sliding: &'a mut SlidingSums,
+}
+
+impl WallSums<'_> {
+    /// Adds the opposite of the loads of a particle at a point (m) of a wall.
+    #[inline(always)]
+    pub(super) fn add(&mut self, wall: u16, loads: &ContactLoads, point: &Vec3, quanta: &LoadQuanta) {
+        let load = &mut self.loads[usize::from(wall)];
+        load.force -= loads.force;
+        load.torque += loads.torques[1] - quanta.torque(&point.cross(&loads.force));
+    }
 }

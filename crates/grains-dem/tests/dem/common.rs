@@ -151,6 +151,7 @@ pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {
         from: 0.0,
         until: f64::INFINITY,
         spans: [false; 3],
+        wear: None,
     }
 }
 

@@ -22,3 +22,4 @@ mod size_classes;
 mod size_ratio;
 mod two_bodies;
 mod walls;
+mod wear;
