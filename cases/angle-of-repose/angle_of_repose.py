@@ -100,7 +100,8 @@ def draw(found, seed):
                 label = f"{law}: {np.mean([angle for angle, _ in found[shape, law]]):.0f}°"
                 panel.plot(at / (2 * RADIUS), height / (2 * RADIUS), label=label)
         panel.set(ylabel="height / diameter", title=shape, aspect="equal", ylim=(0, None))
-        panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
+        if panel.lines:
+            panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
     panels[-1].set_xlabel("distance / diameter")
     figure.tight_layout()
     figure.savefig(HERE / "angles.png", dpi=100)

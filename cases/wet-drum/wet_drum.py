@@ -1,6 +1,6 @@
 """A drum with dry and with wet beads: `python cases/wet-drum/wet_drum.py [--tensions 0 0.0364 ...]` with the Python that
 scripts/python-environment prints. Turns the drum at each surface tension (N/m), goes on where it was stopped, prints the
-table of what there is, and draws it into angles.png. With --long the drum of the calibration; otherwise a slice of it, periodic."""
+table of what there is, and draws it into angles.png. With --ends the dry drum with ends."""
 import argparse
 import sys
 from pathlib import Path
@@ -16,32 +16,29 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 import sweep
 
-CASE = (HERE / "drum.toml").read_text()
-RADIUS, BEAD, DENSITY, VOLUME = 0.069, 2.975e-3, 1768, 2.6e-10
-LAW = 'rolling = { kind = "constant" }\n'
-# A slice of the drum, periodic along its axis instead of between its ends.
-SLICE = [
-    ("lower = [-0.07, -0.001, -0.07]\nupper = [0.07, 0.186, 0.07]", "lower = [-0.07, 0, -0.07]\nupper = [0.07, 0.048, 0.07]\nperiodic = [false, true, false]"),
-    ("count = 6000", "count = 1557"),
-    ("lower = [-0.047, 0.001, -0.045], upper = [0.047, 0.184, 0.045]", "lower = [-0.047, 0, -0.045], upper = [0.047, 0.048, 0.045]"),
-    ("height = 0.185\n", ""),
-]
-FROM, BLOCKS = 2.0, 5
+BEAD, DENSITY = 2.975e-3, 1768
+BRIDGE = 'attraction = { kind = "liquid_bridge", volume = 2.6e-10, surface_tension = 0.0728 }\n'
+# Time from which means are taken (s), and into how many parts it is cut for their errors.
+FROM, BLOCKS = 1.2, 5
 
 
-def folder(tension, long):
-    return sweep.RESULTS / "wet-drum" / f"{tension:g}{'-long' if long else ''}"
+def folder(tension):
+    return sweep.RESULTS / "wet-drum" / ("ends" if tension is None else f"{tension:g}")
 
 
-def case(tension, long):
-    """The case with bridges of a surface tension (N/m); none of zero."""
-    bridge = f'attraction = {{ kind = "liquid_bridge", volume = {VOLUME}, surface_tension = {tension} }}\n'
-    text = CASE
-    for old, new in [] if long else SLICE:
+def case(tension):
+    """The case with bridges of a surface tension (N/m); none of zero; the drum with ends of None."""
+    if tension is None:
+        text = (HERE / "ends.toml").read_text()
+        changes = [("results/wet-drum/ends", f"{folder(tension) / 'run'}")]
+    else:
+        text = (HERE / "drum.toml").read_text()
+        bridge = BRIDGE.replace("0.0728", f"{tension}") if tension else ""
+        changes = [(BRIDGE, bridge), ("results/wet-drum/0.0728", f"{folder(tension) / 'run'}")]
+    for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
-    text = text.replace(LAW, LAW + bridge) if tension else text
-    return text.replace('"results/wet-drum/dry"', f'"{folder(tension, long) / "run"}"')
+    return text
 
 
 def bond(tension):
@@ -60,26 +57,31 @@ def states(run):
                 yield time, group["Points"][first:end], group["PointData/velocity"][first:end]
 
 
-def surface(places, long):
-    """Mean height of the ten highest beads at eight places across the drum (m), in the long one near its ends."""
-    x, _, z = places[(abs(places[:, 1] - 0.0925) > 0.07) | (not long)].T
-    at = np.linspace(-RADIUS / 2, RADIUS / 2, 8)
-    return at, np.array([np.sort(z[abs(x - here) < 3e-3])[-10:].mean() for here in at])
-
-
-def angle_and_speed(places, velocity, long):
-    """Angle of the surface (degrees), and mean speed of the beads on its middle (m/s)."""
-    slope, middle = np.polyfit(*surface(places, long), 1)
+def surface(places, radius, highest):
+    """Mean height of the highest beads at up to eight places across a drum of a radius (m), where there are so many."""
     x, _, z = places.T
-    top = (abs(x) < RADIUS / 5) & (z > middle + slope * x - 1.5 * BEAD)
+    columns = [(at, z[abs(x - at) < 3e-3]) for at in np.linspace(-radius / 2, radius / 2, 8)]
+    return zip(*[(at, np.sort(column)[-highest:].mean()) for at, column in columns if len(column) >= highest])
+
+
+def angle_and_speed(places, velocity, radius, highest):
+    """Angle of the surface (degrees), and mean speed of the beads on its middle (m/s)."""
+    slope, middle = np.polyfit(*map(np.array, surface(places, radius, highest)), 1)
+    x, _, z = places.T
+    top = (abs(x) < radius / 5) & (z > middle + slope * x - 1.5 * BEAD)
     return np.degrees(np.arctan(-slope)), np.linalg.norm(velocity[top], axis=1).mean()
 
 
-def measured(tension, long):
-    """Means and standard errors of angle (degrees) and speed (m/s), from blocks in time."""
-    rows = np.array([angle_and_speed(p, v, long) for _, p, v in states(folder(tension, long) / "run")])
-    blocks = np.array([block.mean(axis=0) for block in np.array_split(rows, BLOCKS)])
-    return rows.mean(axis=0), blocks.std(axis=0, ddof=1) / BLOCKS**0.5, rows.std(axis=0)
+def measured(tension):
+    """Means of angle (degrees) and speed (m/s), their standard errors from parts of the time, and how they vary."""
+    if tension is None:
+        # As in the calibration: the ten highest of 22.5 mm at either end.
+        seen, drum = lambda p: abs(p[:, 1] - 0.0925) > 0.07, (0.069, 10)
+    else:
+        seen, drum = lambda p: slice(None), (0.045, 4)
+    rows = [angle_and_speed(p[seen(p)], v[seen(p)], *drum) for _, p, v in states(folder(tension) / "run")]
+    parts = np.array([part.mean(axis=0) for part in np.array_split(np.array(rows), BLOCKS)])
+    return np.mean(rows, axis=0), parts.std(axis=0, ddof=1) / BLOCKS**0.5, np.std(rows, axis=0)
 
 
 def draw(found):
@@ -97,24 +99,25 @@ def draw(found):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tensions", nargs="+", type=float, default=[0, 0.0182, 0.0364, 0.0728, 0.1456])
-    parser.add_argument("--long", action="store_true")
+    parser.add_argument("--tensions", nargs="+", type=float, default=[0, 0.0182, 0.0364, 0.0728])
+    parser.add_argument("--ends", action="store_true", help="the dry drum with ends instead")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--no-runs", action="store_true", help="the table of what there is")
     options = parser.parse_args()
-    points = [(tension, options.long) for tension in options.tensions]
+    tensions = [None] if options.ends else options.tensions
     if not options.no_runs:
-        sweep.run_all([(case(*point), folder(*point)) for point in points], options.jobs)
-    print(f"{'tension':>7} {'Bond':>5} {'angle':>6} {'error':>6} {'varies':>6} {'whole':>6} {'speed':>6} {'error':>6}")
+        sweep.run_all([(case(tension), folder(tension)) for tension in tensions], options.jobs)
+    print(f"{'tension':>7} {'Bond':>5} {'angle':>6} {'error':>6} {'varies':>6} {'fit':>6} {'speed':>6} {'error':>6}")
     found = []
-    for point in points:
-        if (folder(*point) / "done").exists():
-            (angle, speed), (error, speed_error), (varies, _) = measured(*point)
-            whole = sweep.analyse("drum", folder(*point), "--time", f"{FROM}:99")
-            whole = sum(float(row["angle"]) for row in whole) / len(whole)
-            print(f"{point[0]:>7.4f} {bond(point[0]):>5.2f} {angle:>6.1f} {error:>6.2f} {varies:>6.1f} {whole:>6.1f} {speed:>6.3f} {speed_error:>6.4f}")
-            found.append((bond(point[0]), angle, error, speed, speed_error))
-    if not options.long:
+    for tension in tensions:
+        if (folder(tension) / "done").exists():
+            (angle, speed), (error, speed_error), (varies, _) = measured(tension)
+            fit = sweep.analyse("drum", folder(tension), "--time", f"{FROM}:99")
+            fit = sum(float(row["angle"]) for row in fit) / len(fit)
+            number = bond(tension or 0)
+            print(f"{tension or 0:>7.4f} {number:>5.2f} {angle:>6.1f} {error:>6.2f} {varies:>6.1f} {fit:>6.1f} {speed:>6.3f} {speed_error:>6.4f}")
+            found.append((number, angle, error, speed, speed_error))
+    if found and not options.ends:
         draw(np.array(found))
 
 
