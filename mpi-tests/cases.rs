@@ -193,3 +193,84 @@ fn a_bonded_row_of_beads_swings_to_twice_the_deflection_of_a_beam() {
     let ratio = -lowest / static_deflection;
     assert!((1.97..2.06).contains(&ratio), "{ratio} times the static deflection");
 }
+
+#[test]
+fn rolling_resistance_and_cohesion_leave_more_of_a_heap_on_its_plate() {
+    let left = |name: &str, law: (&str, &str)| {
+        let home = folder(name);
+        let text = shortened(
+            "angle-of-repose/spheres.toml",
+            &[
+                ("lower = [-0.052, 0, -0.006]", "lower = [-0.022, 0, -0.006]"),
+                ("upper = [0.052, 0.01, 0.066]\n", "upper = [0.022, 0.006, 0.066]\n"),
+                (
+                    "lower = [-0.052, 0, 0], upper = [0.052, 0.01, 0.066] }",
+                    "lower = [-0.022, 0, 0], upper = [0.022, 0.006, 0.04] }",
+                ),
+                ("count = 3600", "count = 400"),
+                ("point = [-0.052, 0, 0]", "point = [-0.022, 0, 0]"),
+                ("point = [0.052, 0, 0]", "point = [0.022, 0, 0]"),
+                (
+                    "[-0.04, -0.004, 0], [0.04, -0.004, 0], [0.04, 0.014, 0], [-0.04, 0.014, 0]]",
+                    "[-0.014, -0.004, 0], [0.014, -0.004, 0], [0.014, 0.01, 0], [-0.014, 0.01, 0]]",
+                ),
+                (
+                    "[-0.052, -0.004, 0], [-0.04, -0.004, 0], [-0.04, 0.014, 0], [-0.052, 0.014, 0]",
+                    "[-0.022, -0.004, 0], [-0.014, -0.004, 0], [-0.014, 0.01, 0], [-0.022, 0.01, 0]",
+                ),
+                (
+                    "[0.04, -0.004, 0], [0.052, -0.004, 0], [0.052, 0.014, 0], [0.04, 0.014, 0]",
+                    "[0.014, -0.004, 0], [0.022, -0.004, 0], [0.022, 0.01, 0], [0.014, 0.01, 0]",
+                ),
+                ("softening = 2e4", "softening = 1e5"),
+                ("impact_speed = 0.8", "impact_speed = 0.6"),
+                ("until = 0.25", "until = 0.12"),
+                ("end = 1.5", "end = 0.5"),
+                ("after = 0.6", "after = 0.4"),
+                ("directory = \"results/angle-of-repose/spheres\"", OUTPUT),
+                law,
+            ],
+        );
+        run_case(2, &home, &text, &[]).succeeded();
+        *series(&home.join("results")).column("particles").last().unwrap()
+    };
+    let hertz = "normal = { kind = \"hertz\" }";
+    let neither = left("case_heap", (hertz, hertz));
+    let rolling = left("case_heap_rolling", (hertz, "normal = { kind = \"hertz\" }\nrolling_friction = 0.1"));
+    let cohesion =
+        left("case_heap_cohesion", (hertz, "normal = { kind = \"jkr\" }\nwork_of_adhesion = 0.04"));
+    assert!(neither > 40.0, "{neither}");
+    assert!(rolling > 1.3 * neither && cohesion > 1.3 * neither, "{neither} {rolling} {cohesion}");
+}
+
+#[test]
+fn wet_beads_climb_higher_in_a_drum_than_dry_ones() {
+    let bridge = "attraction = { kind = \"liquid_bridge\", volume = 2.6e-10, surface_tension = 0.0728 }\n";
+    let angle = |name: &str, attraction: &str| {
+        let home = folder(name);
+        let text = shortened(
+            "wet-drum/drum.toml",
+            &[
+                ("lower = [-0.046, 0, -0.046]", "lower = [-0.035, 0, -0.035]"),
+                ("upper = [0.046, 0.02, 0.046]", "upper = [0.035, 0.02, 0.035]"),
+                ("count = 275", "count = 130"),
+                (
+                    "lower = [-0.03, 0, -0.029], upper = [0.03, 0.02, 0.029]",
+                    "lower = [-0.02, 0, -0.02], upper = [0.02, 0.02, 0.02]",
+                ),
+                ("radius = 0.045", "radius = 0.033"),
+                ("start = 0.3", "start = 0.2"),
+                ("end = 3\n", "end = 1.7\n"),
+                ("impact_speed = 0.6", "impact_speed = 0.4"),
+                (bridge, attraction),
+                ("directory = \"results/wet-drum/0.0728\"", OUTPUT),
+            ],
+        );
+        run_case(2, &home, &text, &[]).succeeded();
+        let angles = analysed(&home, "drum", &["--time", "0.7:1.7"], "angle");
+        angles.iter().sum::<f64>() / angles.len() as f64
+    };
+    let dry = angle("case_drum_dry", "");
+    let wet = angle("case_drum_wet", &bridge.replace("0.0728", "0.15"));
+    assert!((15.0..45.0).contains(&dry) && wet > dry + 4.0, "{dry} {wet}");
+}

@@ -166,6 +166,29 @@ fn an_impact_beyond_the_limit_of_overlap_is_foreseen() {
     assert!(output.stdout.contains("raise normal_stiffness by"), "{}", output.text());
 }
 
+#[test]
+fn a_contact_that_was_softened_too_much_is_to_be_softened_less() {
+    let home = folder("check_softened");
+    let text = replaced(&case("base.toml"), "dt = 4e-5", "dt = \"auto\"\nimpact_speed = 20");
+    let text =
+        replaced(&text, "density = 2500", "density = 2500\nyoungs_modulus = 1e9\npoissons_ratio = 0.3");
+    let hertz = "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }\nsoftening = 100";
+    let text = replaced(&text, "\"glass\", \"glass\"]\nnormal_stiffness = 1e4", hertz);
+    let output = check(&home, &text, &[]).succeeded();
+    assert!(output.stdout.contains("lower softening by"), "{}", output.text());
+}
+
+/// The parts of a law are named as the case names them, those of a wall beside it.
+#[test]
+fn every_part_of_a_law_is_named() {
+    let home = folder("check_law_parts");
+    let wet = "\"glass\", \"glass\"]\nrolling_friction = 0.125\nrolling = { kind = \"constant\" }\nattraction = { kind = \"liquid_bridge\", volume = 1e-10, surface_tension = 0.07 }";
+    let output = check(&home, &replaced(&case("base.toml"), "\"glass\", \"glass\"]", wet), &[]).succeeded();
+    for words in ["glass - glass: linear, friction ", "rolling friction 0.125 (constant), liquid_bridge"] {
+        assert!(output.stdout.contains(words), "`{words}` is missing: {}", output.text());
+    }
+}
+
 /// All case files below a folder.
 fn case_files(folder: &Path, found: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();

@@ -112,12 +112,15 @@ impl Attraction {
                     false => overlap + forming,
                 };
                 let share = share_in_contact(margin, opening, at.dt);
-                let implicit = |dashpot: f64| dashpot / (1.0 + dashpot * at.dt / at.mass);
                 let (gap, viscosity) = (gap.max(0.0), &bridge.viscosity);
+                let pull = bridge.pull(gap, state.volume, at.radius) * share;
+                if viscosity.viscosity == 0.0 {
+                    return normal * pull;
+                }
+                let implicit = |dashpot: f64| dashpot / (1.0 + dashpot * at.dt / at.mass);
                 let squeezing = implicit(viscosity.normal_dashpot(gap, at.radius));
                 let shearing = implicit(viscosity.tangential_dashpot(gap, at.radius));
                 let sliding = velocity - normal * opening;
-                let pull = bridge.pull(gap, state.volume, at.radius) * share;
                 normal * (pull + squeezing * opening) + sliding * shearing
             }
         }

@@ -68,17 +68,19 @@ impl ContactLaw {
         // The first way is free of force: the stiffness of a Hertzian contact grows from nothing.
         let scale = self.depth_scale(reduced_mass, radius, speed);
         let mut dt = 1e-3 * SHARE * scale / speed;
+        let mut has_parted = false;
         for _ in 0..MOST_STEPS {
             overlap += velocity * dt;
             time += dt;
             let (is_contact, force, stiffness) = force_and_stiffness(overlap, velocity);
             let has_reach = self.normal.reach(radius) > 0.0;
             if !is_contact || (overlap <= 0.0 && !has_reach) {
+                has_parted = true;
                 break;
             }
-            let parted = velocity < 0.0;
+            let was_parting = velocity < 0.0;
             velocity -= force / reduced_mass * dt;
-            if parted && velocity >= 0.0 {
+            if was_parting && velocity >= 0.0 {
                 break;
             }
             if overlap > deepest.1 {
@@ -87,7 +89,7 @@ impl ContactLaw {
             let slow = (reduced_mass / stiffness.max(1e-6 * reduced_mass)).sqrt();
             dt = (SHARE * slow).min(SHARE * scale / speed);
         }
-        let restitution = if velocity < 0.0 { -velocity / speed } else { 0.0 };
+        let restitution = if has_parted { (-velocity / speed).max(0.0) } else { 0.0 };
         let steepest = self.normal.steepest(deepest.2);
         let is_steeper = steepest > deepest.2;
         let swing = if is_steeper { PI * (reduced_mass / steepest).sqrt() } else { f64::INFINITY };
@@ -101,11 +103,12 @@ impl ContactLaw {
         }
     }
 
-    /// Overlap (m) at which the elastic force alone has the energy of the collision.
+    /// Overlap (m) at which the force without the adhesion of bodies that just touch has the energy of the collision.
     fn depth_scale(&self, reduced_mass: f64, radius: f64, speed: f64) -> f64 {
         let energy = 0.5 * reduced_mass * speed * speed;
+        let adhesion = self.normal.force_bound(radius, 0.0);
         let mut depth = radius;
-        while self.normal.force_bound(radius, depth) * depth > energy {
+        while (self.normal.force_bound(radius, depth) - adhesion) * depth > energy {
             depth *= 0.5;
         }
         depth
@@ -115,7 +118,7 @@ impl ContactLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Hertz, Tangential};
+    use crate::{Hertz, Jkr, Tangential, Tear};
 
     /// Rows A1a-A1f of the reference values: kn, e, m, v0, γ, Tc, tmax, δmax.
     #[test]
@@ -153,5 +156,22 @@ mod tests {
             assert!((c.contact_time * speed / depth / 2.943_26 - 1.0).abs() < 2e-3, "{c:?}");
             assert!((c.restitution - 1.0).abs() < 1e-3, "{c:?}");
         }
+    }
+
+    /// Bodies part from some speed on and stay together below it, and that speed goes with E*^(-1/3).
+    #[test]
+    fn adhesive_bodies_stay_together_below_one_speed() {
+        let (mass, radius) = (5e-6, 5e-4);
+        let parting = |modulus: f64| {
+            let law = Jkr { modulus, work: 0.04, tear: Tear::Displacement };
+            let law = ContactLaw::new(law, 0.7, 0.0, Tangential::Viscous { rate: 0.0 });
+            let speeds: Vec<f64> = (0..60).map(|k| 1e-7 * 1.3_f64.powi(k)).collect();
+            let parts = |speed: &f64| law.collision(mass, radius, *speed).restitution > 0.0;
+            let first = speeds.iter().position(parts).unwrap();
+            assert!(speeds[first..].iter().all(parts), "{modulus}: {:?}", &speeds[first..]);
+            speeds[first]
+        };
+        let (soft, stiff) = (parting(1.7e6), parting(1.7e6 * 1e3));
+        assert!((7.0..14.0).contains(&(soft / stiff)), "{soft} {stiff}");
     }
 }

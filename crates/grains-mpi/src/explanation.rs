@@ -4,8 +4,8 @@ mod fluid;
 
 use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep, Wear};
 use grains_simulation::check::{
-    Basis, BondReport, CollisionModel, CompositeReport, Encounter, FaceContact, ImpulseScheme, LawReport,
-    MassSource, MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
+    Basis, BondReport, CollisionModel, CompositeReport, FaceContact, ImpulseScheme, LawReport, MassSource,
+    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
 };
 use grains_simulation::duration;
 
@@ -283,7 +283,7 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
         let deepest = e.collision.max_overlap;
         say!(
             "  {:<24} {:>6.3} {:>11.4e} {:>11.4e} {:>11.4e} {:>11.4e} {:>9.4} {:>8.2}",
-            pair(e),
+            pair(&e.materials, e.partner),
             e.restitution,
             e.reduced_mass,
             e.damping_rate,
@@ -298,7 +298,7 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
     let (deepest, limit) = (particles.max_overlap, case.limits.overlap);
     if deepest > limit {
         say!(
-            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: raise {}",
+            "warning: an impact at time.impact_speed would overlap by {:.1} % of the radius, beyond limits.overlap = {:.1} %: {}",
             100.0 * deepest,
             100.0 * limit,
             stiffer(particles, deepest / limit)
@@ -306,19 +306,20 @@ fn soft_collisions(case: &Case, particles: &ParticleReport) {
     }
 }
 
-/// Which key to raise, and by how much, to overlap so many times less.
+/// Which key to change, and by how much, to overlap so many times less.
 fn stiffer(particles: &ParticleReport, times: f64) -> String {
     let is_hertzian = particles.laws.iter().any(|law| law.modulus.is_some());
-    match is_hertzian {
-        true => format!("youngs_modulus by {:.1} times", times.powf(2.5)),
-        false => format!("normal_stiffness by {:.1} times", times.powi(2)),
+    let is_softened = particles.laws.iter().any(|law| law.softening > 1.0);
+    match (is_hertzian, is_softened) {
+        (true, true) => format!("lower softening by {:.1} times", times.powf(2.5)),
+        (true, false) => format!("raise youngs_modulus by {:.1} times", times.powf(2.5)),
+        (false, _) => format!("raise normal_stiffness by {:.1} times", times.powi(2)),
     }
 }
 
 /// Prints what a law comes to beside the collisions.
 fn contact_law(report: &LawReport, dt: f64) {
-    let [a, b] = &report.materials;
-    let mut parts = Vec::new();
+    let mut parts = vec![report.parts.join(", ")];
     if let Some(modulus) = report.modulus {
         let softened = match report.softening {
             1.0 => String::new(),
@@ -339,9 +340,7 @@ fn contact_law(report: &LawReport, dt: f64) {
     if let Some(speed) = report.sticking_speed {
         parts.push(format!("bodies stay together below {speed:.2e} m/s"));
     }
-    if !parts.is_empty() {
-        say!("  law          {a} - {b}: {}; {}", report.law.normal.name(), parts.join("; "));
-    }
+    say!("  law          {}: {}", pair(&report.materials, report.partner), parts.join("; "));
 }
 
 /// Prints what bonds come to.
@@ -381,7 +380,7 @@ fn hard_collisions(case: &Case, particles: &ParticleReport) {
     for e in &particles.step.encounters {
         say!(
             "  {:<24} {:>6.3} {:>6.3} {:>11.4e} {:>11.4}",
-            pair(e),
+            pair(&e.materials, e.partner),
             e.restitution,
             e.friction,
             e.reduced_mass,
@@ -390,9 +389,8 @@ fn hard_collisions(case: &Case, particles: &ParticleReport) {
     }
 }
 
-fn pair(e: &Encounter) -> String {
-    let [a, b] = &e.materials;
-    let what = match e.partner {
+fn pair([a, b]: &[String; 2], partner: Partner) -> String {
+    let what = match partner {
         Partner::Free => "",
         Partner::Wall => " (wall)",
         Partner::Prescribed => " (of prescribed motion)",

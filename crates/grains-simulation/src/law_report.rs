@@ -1,9 +1,10 @@
 //! What contact laws come to in a case.
 
 use crate::laws;
+use crate::timestep::Partner;
 use crate::timestep::{Encounter, TimeStepChoice};
-use grains_case::{Attraction, Case, Material};
-use grains_contact::ContactLaw;
+use grains_case::{Attraction, Case, Contact, Material, Rolling, Tangential};
+use grains_contact::{ContactLaw, Twisting};
 use grains_dem::{CollisionModel, ContactTable, DemSetup};
 
 /// What a law comes to for the lightest bodies it acts on.
@@ -11,6 +12,10 @@ use grains_dem::{CollisionModel, ContactTable, DemSetup};
 pub struct LawReport {
     /// The two materials; the second may be a wall's.
     pub materials: [String; 2],
+    /// What the second body is.
+    pub partner: Partner,
+    /// The parts of the law as the case names them, with their coefficients.
+    pub parts: Vec<String>,
     /// The law.
     pub law: ContactLaw,
     /// Effective modulus (Pa), of a Hertzian law.
@@ -55,6 +60,8 @@ impl LawReport {
         let of_body = case.materials.iter().find(|m| m.name == encounter.materials[0]);
         Self {
             materials: encounter.materials.clone(),
+            partner: encounter.partner,
+            parts: parts(contact, &law),
             modulus,
             softening: contact.softening,
             pull_off,
@@ -72,6 +79,39 @@ impl LawReport {
             law,
         }
     }
+}
+
+/// The parts of a law as the case names them, with their coefficients, but for those that do nothing.
+fn parts(contact: &Contact, law: &ContactLaw) -> Vec<String> {
+    let tangential = match contact.tangential() {
+        Tangential::Spring { .. } => "spring",
+        Tangential::Mindlin { .. } => "mindlin",
+        Tangential::Viscous { .. } => "viscous",
+        Tangential::ContactTime { .. } => "contact_time",
+    };
+    let rolling = match contact.rolling {
+        Rolling::Spring { .. } => "spring",
+        Rolling::Viscous {} => "viscous",
+        Rolling::Sds { .. } => "sds",
+        Rolling::Epsd2 {} => "epsd2",
+        Rolling::Constant {} => "constant",
+    };
+    let attraction = match contact.attraction {
+        Attraction::None => None,
+        Attraction::LiquidBridge { .. } => Some("liquid_bridge".to_string()),
+        Attraction::VanDerWaals { .. } => Some("van_der_waals".to_string()),
+    };
+    let resistance = |what: &str, coefficient: f64, kind: &str| {
+        (coefficient > 0.0).then(|| format!("{what} {coefficient} ({kind})"))
+    };
+    let parts = [
+        Some(law.normal.name().to_string()),
+        resistance("friction", contact.friction, tangential),
+        resistance("rolling friction", contact.rolling_friction, rolling),
+        (contact.twisting == Twisting::Marshall).then(|| "twisting marshall".to_string()),
+        attraction,
+    ];
+    parts.into_iter().flatten().collect()
 }
 
 /// π R √(ρ/G)/(0.1631 ν + 0.8766), G = E/(2 (1 + ν)).

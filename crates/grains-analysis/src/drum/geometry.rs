@@ -37,6 +37,8 @@ pub struct Drum {
     pub radius: f64,
     /// Angular velocity about the axis (rad/s).
     pub rate: f64,
+    /// Times (s) between which it turns.
+    pub interval: (f64, f64),
     /// Direction against gravity, across the axis (-).
     pub up: Vec3,
     /// Direction in which the lowest point of the drum moves (-).
@@ -65,7 +67,8 @@ impl Drum {
         }
         let up = -across.normalize();
         let forward = (axis * rate).cross(&-up).normalize();
-        Ok(Self { center, axis, radius, rate, up, forward, gravity: across.norm() })
+        let interval = (0.0, f64::INFINITY);
+        Ok(Self { center, axis, radius, rate, interval, up, forward, gravity: across.norm() })
     }
 
     /// The drum of a case, or what the options say.
@@ -90,7 +93,15 @@ impl Drum {
         let axis = needed(triple(options.axis).or(motion.map(|m| m.1)), "axis")?;
         let rate = options.omega.or(motion.map(|m| m.2)).ok_or_else(|| missing("omega"))?;
         let radius = options.radius.or(wall.and_then(radius_of)).ok_or_else(|| missing("radius"))?;
-        Self::new(Vec3::from(center), Vec3::from(axis), radius, rate, Vec3::from(case.gravity))
+        let drum = Self::new(Vec3::from(center), Vec3::from(axis), radius, rate, Vec3::from(case.gravity))?;
+        let given = wall.and_then(|w| w.motion.as_ref()).filter(|_| options.omega.is_none());
+        Ok(Self { interval: given.map_or(drum.interval, Motion::interval), ..drum })
+    }
+
+    /// Angle (rad) through which it has turned at a time (s).
+    pub fn turned(&self, time: f64) -> f64 {
+        let (start, end) = self.interval;
+        (time.min(end) - start).max(0.0) * self.rate.abs()
     }
 
     /// Froude number Ω² R / g (-).

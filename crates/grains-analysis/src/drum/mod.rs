@@ -124,7 +124,7 @@ pub fn analyse(
             Some(s) => [s.angle.to_degrees(), s.roughness, s.thrown],
             None => [f64::NAN; 3],
         };
-        let turned = snapshot.time * drum.rate.abs();
+        let turned = drum.turned(snapshot.time);
         let row = [&[snapshot.time, turned, found.speed, found.order], &of_surface[..]].concat();
         table.push([&row[..], &[found.offset, moving, turning, moving / turning]].concat());
     }

@@ -129,6 +129,11 @@ fn the_drum_of_the_case_is_found_and_options_overrule_it() {
     let one = case([0.0; 3], [1.0; 3], [false; 3], &wall("drum", 0.4));
     let found = Drum::chosen(&one, &DrumOptions::default()).unwrap();
     assert_eq!((found.radius, found.rate, found.center), (0.4, 12.0, Vec3::repeat(0.5)));
+    let later =
+        wall("drum", 0.4).replace("angular_velocity = 12", "angular_velocity = -12, start = 1, end = 3");
+    let later = case([0.0; 3], [1.0; 3], [false; 3], &later);
+    let found = Drum::chosen(&later, &DrumOptions::default()).unwrap();
+    assert_eq!([0.5, 2.0, 4.0].map(|time| found.turned(time)), [0.0, 12.0, 24.0]);
     let two = case([0.0; 3], [1.0; 3], [false; 3], &(wall("drum", 0.4) + &wall("core", 0.1)));
     let error = Drum::chosen(&two, &DrumOptions::default()).unwrap_err();
     assert!(error.message.contains("--wall") && error.message.contains("drum, core"), "{}", error.message);

@@ -35,7 +35,7 @@ const COEFFICIENTS: [[[f64; 3]; 4]; 4] = [
 
 /// ln 1e-5 and ln 0.1, between which the fit holds.
 const LOG_VOLUMES: [f64; 2] = [-11.512_925_464_970_229, -2.302_585_092_994_045_5];
-/// The s that stands for contact: the inner exponential is below 1e-10 there.
+/// The s up to which bodies count as touching: the inner exponential is below 1e-10 there.
 const CONTACT: f64 = 1e-7;
 
 impl Willett {
@@ -52,8 +52,12 @@ impl Willett {
         let log_volume = libm::log(volume / (radius * radius * radius)).max(low).min(high);
         let [f1, f2, f3, f4] =
             self.polynomials.map(|[a, b, c, d]| a + (b + (c + d * log_volume) * log_volume) * log_volume);
+        let s = 0.5 * gap * (radius / volume).sqrt();
+        if s <= CONTACT {
+            return libm::exp(f1);
+        }
         // From the s of the smallest force on, of volumes below the range alone, the fit would grow again.
-        let log_s = libm::log((0.5 * gap * (radius / volume).sqrt()).max(CONTACT)).min(-0.5 * f3 / f4);
+        let log_s = libm::log(s).min(-0.5 * f3 / f4);
         libm::exp(f1 - f2 * libm::exp((f3 + f4 * log_s) * log_s))
     }
 }
