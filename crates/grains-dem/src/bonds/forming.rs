@@ -90,7 +90,9 @@ impl Forming<'_> {
                 && count < pairs.len() as u64
             {
                 let mut found = vec![0; pairs.len()];
-                wanted().filter_map(|bond| pairs.binary_search(&ids(bond)).ok()).for_each(|row| found[row] = 1);
+                wanted()
+                    .filter_map(|bond| pairs.binary_search(&ids(bond)).ok())
+                    .for_each(|row| found[row] = 1);
                 transport.sum_counts(&mut found);
                 let first = found.iter().position(|&times| times == 0).unwrap_or(0);
                 let missing = found.iter().filter(|&&times| times == 0).count();
