@@ -17,8 +17,9 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 12] = [
+const GOOD: [&str; 13] = [
     "adhesive.toml",
+    "bonded.toml",
     "gravel.toml",
     "silo.toml",
     "mixture.toml",
