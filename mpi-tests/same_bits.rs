@@ -216,17 +216,12 @@ fn fixed_and_driven_particles_among_free_ones() {
     assert_eq!((series.column("inserted")[0], *series.column("inserted").last().unwrap()), (88.0, 92.0));
 }
 
-/// The case of bonds, with its table of pairs in a file of this name.
-fn bonded(table: &str) -> String {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(table);
-    fs::write(&path, "id1,id2\n1,0\n27,26\n49,54\n").unwrap();
-    replaced(&case("bonded.toml"), "\"clamps.csv\"", &format!("{path:?}"))
-}
-
 #[test]
 fn bonded_block_that_breaks_and_leaves() {
     let decompositions = Decompositions { chosen: &[2, 3, 4], given: &[[1, 1, 3], [2, 2, 1]] };
-    let results = compare_case("bonded", bonded("same_bits_clamps.csv"), &decompositions);
+    let clamps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases/clamps.csv");
+    let text = replaced(&case("bonded.toml"), "\"clamps.csv\"", &format!("{clamps:?}"));
+    let results = compare_case("bonded", text, &decompositions);
     let series = series(&results);
     let last = |name: &str| series.column(name).last().copied().unwrap();
     let most = series.column("bonds").into_iter().fold(0.0, f64::max);

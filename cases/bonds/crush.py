@@ -48,7 +48,7 @@ def crush(name, strengths, plates):
     changes += [("shear_strength = 2e6", f"shear_strength = {strengths[1]:g}")]
     changes += [('path = "ball.csv"', f'path = "{(RESULTS / "ball.csv").resolve()}"')]
     changes += [('directory = "results/bonds/crush"', f'directory = "{directory}"')]
-    changes += [(f"point = [0, 0, {given}]", f"point = [0, 0, {height:.9g}]") for given, height in zip((-0.005, 0.005), plates)]
+    changes += [(f"point = [0, 0, {given}]", f"point = [0, 0, {height:.9g}]") for given, height in zip((-0.004736387, 0.004788787), plates)]
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
