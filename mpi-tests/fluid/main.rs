@@ -5,6 +5,7 @@ mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
 mod resolved;
+mod walls;
 
 use common::results::{checkpoints, series};
 use common::{case, folder, replaced, run_case};

@@ -7,7 +7,7 @@ use crate::sections::collisions::Collisions;
 use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
-use crate::sections::fluid::Fluid;
+use crate::sections::fluid::{Fluid, Resolved};
 use crate::sections::insert::Insert;
 use crate::sections::material::Material;
 use crate::sections::output::Output;
@@ -111,6 +111,17 @@ impl Case {
     pub fn holds_particles(&self) -> bool {
         let resolved = self.fluid.as_ref().and_then(|fluid| fluid.resolved.as_ref());
         resolved.is_some_and(|resolved| resolved.holds_all(&self.inserts))
+    }
+
+    /// Walls that bound the fluid, with their numbers.
+    pub fn walls_of_fluid(&self) -> impl Iterator<Item = (usize, &Wall)> {
+        self.walls.iter().enumerate().filter(|(_, wall)| wall.fluid.is_some())
+    }
+
+    /// How the flow resolves particles or walls, if there are any.
+    pub fn resolved(&self) -> Option<&Resolved> {
+        let has_solids = !self.inserts.is_empty() || self.walls_of_fluid().next().is_some();
+        self.fluid.as_ref().and_then(|fluid| fluid.resolved.as_ref()).filter(|_| has_solids)
     }
 
     /// Index of the material of this name.

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::check::Checker;
 use crate::diagnostic::rounded;
-use crate::sections::fluid::{check_step, check_thickness};
+use crate::sections::fluid::{check_step, check_thickness, check_walls};
 use crate::sections::insert::Component;
 use crate::sections::size_distribution::SizeDistribution;
 use crate::vector::norm;
@@ -99,6 +99,7 @@ pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
 
 /// Cells of the fluid should not be far smaller than particles, and walls without particles do nothing.
 pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
+    check_walls(case, checker);
     let Some(fluid) = &case.fluid else { return };
     check_step(fluid, (&case.domain, &case.inserts), &case.time, checker);
     let components = case.inserts.iter().flat_map(|insert| &insert.particles);
@@ -108,10 +109,11 @@ pub(crate) fn check_fluid(case: &Case, checker: &mut Checker) {
     if let Some(diameter) = smallest.filter(|_| fluid.resolved.is_none()) {
         check_thickness(fluid, &case.domain, diameter, checker);
     }
-    if case.inserts.is_empty() && !case.walls.is_empty() {
+    let idle = case.walls.iter().position(|wall| wall.fluid.is_none());
+    if let Some(i) = idle.filter(|_| case.inserts.is_empty()) {
         checker.warn(
-            "wall[0]",
-            "without effect: a [[wall]] is for particles, and there are none; those of the fluid are [[fluid.boundary]]"
+            &format!("wall[{i}]"),
+            "without effect: a [[wall]] is for particles, and there are none; let it bound the fluid (fluid = \"particles\", \"inside\" or \"outside\"), or take [[fluid.boundary]]"
                 .into(),
         );
     }

@@ -59,5 +59,5 @@ pub use sections::run::{FlowPlane, Limits, Neighbours, Stop};
 pub use sections::shape::{Shape, ShapeKind, Solid, SurfaceVertices, VertexSpacing};
 pub use sections::size_distribution::{Basis, SizeDistribution};
 pub use sections::time::{Time, TimeStep};
-pub use sections::wall::{Side, Wall, WallKind, Wear};
+pub use sections::wall::{FluidSide, Side, Wall, WallKind, Wear};
 pub use structure::schema;

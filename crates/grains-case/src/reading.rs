@@ -11,6 +11,7 @@ use crate::raw::RawCase;
 use crate::renamed::with_names_of_today;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::shape::ShapeKind;
+use crate::sections::wall::Wall;
 use crate::sections::{bond, contact, fluid, insert, run, shape, wall};
 use crate::source::Source;
 use crate::structure;
@@ -92,6 +93,8 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     let fluid_context = fluid::Context {
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
+        has_walls: raw.wall.iter().any(|wall| wall.fluid.is_some()),
+        walls_move: raw.wall.iter().any(Wall::moves_fluid),
         not_spheres,
         is_hard: raw.collisions.is_hard(),
         interval: output.particles,

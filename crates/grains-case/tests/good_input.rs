@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use grains_case::{
-    Advection, BoundaryKind, Case, DragLaw, Face, Kernel, MixtureModel, Motion, OnFace, Orientation,
-    ParticleColumns, ParticleMotion, Place, Precision, ResolvedMethod, ShapeKind, Side, Tangential, TimeStep,
-    WallKind, schema,
+    Advection, BoundaryKind, Case, DragLaw, Extrapolation, Face, FluidSide, Kernel, MixtureModel, Motion,
+    OnFace, Orientation, ParticleColumns, ParticleMotion, Place, Precision, ResolvedMethod, ShapeKind, Side,
+    Tangential, TimeStep, WallKind, schema,
 };
 use serde_json::Value;
 
@@ -31,6 +31,7 @@ const GOOD: [&str; 13] = [
     "bed.toml",
     "bodies.toml",
     "suspension.toml",
+    "pipe.toml",
 ];
 
 #[test]
@@ -338,6 +339,24 @@ fn bodies_that_are_held_need_no_contacts() {
 }
 
 /// Fixed and free particles and ones of prescribed motion in one case, which needs laws only for those that meet.
+#[test]
+fn walls_of_a_fluid_alone_resolve_it() {
+    let case = load("pipe.toml");
+    assert!(case.warnings.is_empty(), "{:?}", case.warnings);
+    let sides: Vec<Option<FluidSide>> = case.walls.iter().map(|wall| wall.fluid).collect();
+    assert_eq!(sides, [Some(FluidSide::Particles), Some(FluidSide::Outside)]);
+    let extrapolation = |case: &Case| case.resolved().map(|r| r.extrapolation(&case.inserts));
+    // Parabolas where a wall moves, cubics where none does.
+    assert_eq!(extrapolation(&case), Some(Extrapolation::Quadratic));
+    let text = std::fs::read_to_string(folder().join("pipe.toml")).expect("text");
+    let motion = text.lines().find(|line| line.starts_with("motion")).expect("a motion");
+    let still = Case::parse(&text.replace(motion, ""), "pipe.toml", &folder()).expect("case");
+    assert_eq!(extrapolation(&still), Some(Extrapolation::Cubic));
+    let unbounded = text.replace("fluid = \"particles\"", "").replace("fluid = \"outside\"", "");
+    let unbounded = Case::parse(&unbounded, "pipe.toml", &folder()).expect("case");
+    assert!(unbounded.resolved().is_none() && unbounded.warnings.len() == 1, "{:?}", unbounded.warnings);
+}
+
 #[test]
 fn every_insertion_has_a_motion_of_its_own() {
     let text = r#"

@@ -133,12 +133,23 @@ pub struct Immersed {
     /// Extrapolated velocities inside bodies less those of the bodies (m/s), halo included, if they are extrapolated: nothing
     /// flows by them.
     pub extrapolated: Option<Faces>,
+    /// What passes faces that walls cut beyond their velocities (m/s), halo included, if there are walls.
+    pub passing: Option<Faces>,
+    /// Places of own cells inside walls, if there are walls that move: no pressure makes up for what flows into them where such a
+    /// wall meets the end of the box.
+    pub sealed: Option<Vec<u32>>,
 }
 
 impl Immersed {
+    /// What flows is the velocity plus these, each times its factor.
+    pub(crate) fn carriers(&self) -> impl Iterator<Item = (f64, &Faces)> {
+        let extrapolated = self.extrapolated.iter().map(|faces| (-1.0, faces));
+        extrapolated.chain(self.passing.iter().map(|faces| (1.0, faces)))
+    }
+
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
-        Self { force: Faces::new(layout), extrapolated: None }
+        Self { force: Faces::new(layout), extrapolated: None, passing: None, sealed: None }
     }
 }
 

@@ -1,14 +1,20 @@
 //! What can be asked of a flow; all collective.
 
-use crate::flow::Flow;
+use crate::flow::{Flow, Immersed};
 use crate::projection::divergence;
 use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
 
 impl Flow {
-    /// Extrapolated velocities inside bodies, less those of the bodies: nothing flows by them.
-    fn extrapolated(&self) -> Option<&Faces> {
-        self.immersed.as_ref()?.extrapolated.as_ref()
+    /// What flows beyond the velocities, by a factor: nothing by the extrapolated ones inside bodies.
+    fn carriers(&self) -> impl Iterator<Item = (f64, &Faces)> {
+        self.immersed.iter().flat_map(Immersed::carriers)
+    }
+
+    /// What flows through a face (m/s).
+    fn carried(&self, component: usize, place: usize) -> f64 {
+        let beyond = self.carriers().map(|(factor, faces)| factor * faces.component(component)[place]);
+        self.state.velocity.component(component)[place] + beyond.sum::<f64>()
     }
 
     /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
@@ -16,10 +22,10 @@ impl Flow {
         let mut rhs = Field::<Centre>::new(self.local.layout);
         let porous = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         divergence(&self.local, &self.state.velocity, porous, &mut rhs);
-        if let Some(extrapolated) = self.extrapolated() {
-            let mut unreal = Field::<Centre>::new(self.local.layout);
-            divergence(&self.local, extrapolated, None, &mut unreal);
-            rhs.data_mut().iter_mut().zip(unreal.data()).for_each(|(f, g)| *f -= g);
+        for (factor, faces) in self.carriers() {
+            let mut beyond = Field::<Centre>::new(self.local.layout);
+            divergence(&self.local, faces, None, &mut beyond);
+            rhs.data_mut().iter_mut().zip(beyond.data()).for_each(|(f, g)| *f += factor * g);
         }
         let mut largest = [0.0, self.rates_of_own_cells()];
         self.for_cells(|cell, p| {
@@ -82,8 +88,6 @@ impl Flow {
     pub fn flow_rate(&self, axis: usize, node: usize, transport: &dyn Transport) -> f64 {
         let mut rate = [0.0];
         let stride = self.local.layout.strides()[axis];
-        let u = self.state.velocity.component(axis);
-        let extrapolated = self.extrapolated().map(|extrapolated| extrapolated.component(axis));
         self.for_cells(|cell, p| {
             let global = cell[axis] + self.local.first[axis];
             // Every node belongs to the cell below it; node 0 to the first cell.
@@ -97,7 +101,7 @@ impl Flow {
             let area =
                 self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
             let eps = self.mixture.as_ref().map_or(1.0, |m| m.faces.component(axis)[face]);
-            rate[0] += eps * (u[face] - extrapolated.map_or(0.0, |b| b[face])) * area;
+            rate[0] += eps * self.carried(axis, face) * area;
         });
         transport.sum(&mut rate);
         rate[0]
@@ -125,8 +129,6 @@ impl Flow {
     /// Mean of ε u (m/s) along an axis, velocities inside bodies as those of the bodies, and its rise per force (m/s per Pa/m) in a step of `dt`.
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
-        let u = self.state.velocity.component(axis);
-        let extrapolated = self.extrapolated().map(|extrapolated| extrapolated.component(axis));
         self.for_cells(|cell, p| {
             let m = &self.local.axes[axis];
             let e = self.local.entry(cell[axis]);
@@ -136,7 +138,7 @@ impl Flow {
                 Some(m) => (m.faces.component(axis)[p], m.gradient_factor.component(axis)[p]),
                 None => (1.0, dt / self.setup.density),
             };
-            sums[0] += eps * (u[p] - extrapolated.map_or(0.0, |b| b[p])) * volume;
+            sums[0] += eps * self.carried(axis, p) * volume;
             sums[1] += eps * gradient_factor * volume;
         });
         transport.sum(&mut sums);

@@ -2,7 +2,7 @@
 
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
-use crate::flow::{Drive, Flow, StepReport, close_faces};
+use crate::flow::{Drive, Flow, Immersed, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
     Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, advance_outlets,
@@ -267,6 +267,14 @@ impl Flow {
         }
     }
 
+    /// Fills the halo of what passes cut faces; collective.
+    pub fn refresh_passing(&mut self, transport: &dyn Transport) {
+        if let Some(passing) = self.immersed.as_mut().and_then(|bodies| bodies.passing.as_mut()) {
+            let [x, y, z] = passing.components_mut();
+            self.halo.fill(&mut [x, y, z], transport);
+        }
+    }
+
     /// Layers of ghosts that the next step reads: central differences one, the bounded scheme two.
     fn ghosts(&self) -> usize {
         if self.setup.advection == Advection::Central { 1 } else { 2 }
@@ -276,17 +284,17 @@ impl Flow {
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
         // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
-        let extrapolated = self.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref());
-        if let Some(extrapolated) = extrapolated {
-            self.state.velocity.add(-1.0, extrapolated);
+        for (factor, faces) in self.immersed.iter().flat_map(Immersed::carriers) {
+            self.state.velocity.add(factor, faces);
         }
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        if let Some(extrapolated) = extrapolated {
-            self.state.velocity.add(1.0, extrapolated);
+        for (factor, faces) in self.immersed.iter().flat_map(Immersed::carriers) {
+            self.state.velocity.add(-factor, faces);
         }
         let mut sums = [sum, scale];
         transport.sum(&mut sums);
         let ([sum, scale], step) = (sums, self.state.step);
+        self.seal(transport);
         if !scale.is_finite() {
             return Err(StepError::NotFinite { step, dt, cfl: self.own_cfl_number(dt) });
         }
@@ -296,6 +304,19 @@ impl Flow {
             return Err(StepError::Pressure { step, source: SolveError::Incompatible { sum, scale } });
         }
         Ok(())
+    }
+
+    /// Spreads the source in cells inside walls that move evenly over them, or takes it out where there is an outlet; collective.
+    fn seal(&mut self, transport: &dyn Transport) {
+        let Some(sealed) = self.immersed.as_ref().and_then(|bodies| bodies.sealed.as_ref()) else { return };
+        let rhs = self.rhs.data_mut();
+        let source = sealed.iter().map(|&cell| rhs[cell as usize]).sum::<f64>();
+        let mut sums = [source, sealed.len() as f64];
+        transport.sum(&mut sums);
+        let [source, count] = sums;
+        let has_outlet = self.setup.boundaries.has_outlet(&self.setup.grid);
+        let mean = if has_outlet || count == 0.0 { 0.0 } else { source / count };
+        sealed.iter().for_each(|&cell| rhs[cell as usize] = mean);
     }
 
     /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.

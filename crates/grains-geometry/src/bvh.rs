@@ -35,6 +35,11 @@ impl Aabb {
         let along = |k: usize| (self.lower[k] <= upper[k]) & (lower[k] <= self.upper[k]);
         along(0) & along(1) & along(2)
     }
+
+    /// Square (m²) of the distance of a point from the box.
+    fn squared_distance(&self, point: &Vec3) -> f64 {
+        (point - point.sup(&self.lower).inf(&self.upper)).norm_squared()
+    }
 }
 
 /// Node of the tree; its left child follows it.
@@ -113,6 +118,37 @@ impl Bvh {
             let leaf = node.next as usize..(node.next + node.count) as usize;
             self.items[leaf].iter().filter(|(b, _)| b.meets(lower, upper)).for_each(|(_, i)| f(*i));
         }
+    }
+
+    /// Index of what lies nearest to a point (m) in a box and the square of its distance (m²), which `squared` tells by the
+    /// index; the lowest index of several.
+    pub fn nearest(&self, point: &Vec3, squared: impl Fn(u32) -> f64) -> Option<(u32, f64)> {
+        let mut best: Option<(u32, f64)> = None;
+        let mut stack = [(0u32, 0.0); STACK];
+        let mut waiting = usize::from(!self.nodes.is_empty());
+        while waiting > 0 {
+            waiting -= 1;
+            let (index, bound) = stack[waiting];
+            if best.is_some_and(|(_, least)| bound > least) {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            if node.count == 0 {
+                let child = |i: u32| (i, self.nodes[i as usize].bounds.squared_distance(point));
+                let (a, b) = (child(index + 1), child(node.next));
+                // The nearer one is looked at first.
+                [stack[waiting], stack[waiting + 1]] = if a.1 < b.1 { [b, a] } else { [a, b] };
+                waiting += 2;
+                continue;
+            }
+            for (_, i) in &self.items[node.next as usize..(node.next + node.count) as usize] {
+                let found = squared(*i);
+                if best.is_none_or(|(first, least)| found < least || found == least && *i < first) {
+                    best = Some((*i, found));
+                }
+            }
+        }
+        best
     }
 }
 

@@ -8,6 +8,8 @@
 
 mod area;
 pub mod bvh;
+mod closed_mesh;
+mod closed_surface;
 mod closest_surface;
 pub mod contact_patch;
 mod convex;
@@ -41,6 +43,8 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
 pub use bvh::{Aabb, Bvh};
+pub use closed_mesh::ClosedMesh;
+pub use closed_surface::{ClosedSurface, SignedDistance};
 pub use closest_surface::ClosestSurface;
 pub use contact_patch::ContactPatch;
 pub use convex::cone::Cone;

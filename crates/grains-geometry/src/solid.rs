@@ -13,13 +13,15 @@ const FLAT: f64 = 1e-9;
 pub enum SolidError {
     /// A surface with holes.
     #[error(
-        "the mesh is not closed: {open} of {edges} edges belong to one triangle only, so that it bounds no volume: close its holes in a mesh editor"
+        "the mesh is not closed: {open} of {edges} edges belong to one triangle only, one of them at {place:?} m, so that it bounds no volume: close its holes in a mesh editor"
     )]
     Open {
         /// Edges of one triangle.
         open: usize,
         /// All edges.
         edges: usize,
+        /// The middle of the first of them (m).
+        place: [f64; 3],
     },
     /// Triangles whose sides disagree about what is outside.
     #[error(
@@ -102,9 +104,10 @@ fn check_edges(mesh: &TriMesh) -> Result<(), SolidError> {
         }
     }
     let edges = uses.len();
-    let open = uses.values().filter(|u| u[0] + u[1] == 1).count();
-    if open > 0 {
-        return Err(SolidError::Open { open, edges });
+    let mut open = uses.iter().filter(|(_, u)| u[0] + u[1] == 1);
+    if let Some(((a, b), _)) = open.next() {
+        let middle = (mesh.vertices[*a as usize] + mesh.vertices[*b as usize]) * 0.5;
+        return Err(SolidError::Open { open: 1 + open.count(), edges, place: middle.into() });
     }
     match uses.values().filter(|u| u[0] != u[1]).count() {
         0 => Ok(()),

@@ -5,13 +5,22 @@ use grains_geometry::{Mat3, Shape, Vec3};
 /// Numbers of a body in a message between ranks.
 pub(crate) const RECORD: usize = 21;
 
-/// A rigid body, or a periodic image or ghost of one that another rank owns.
+/// What the surface of a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// That of a shape with this number.
+    Shape(u16),
+    /// That of a wall with this number: all ranks have it.
+    Wall(u16),
+}
+
+/// A rigid body, or a periodic image or ghost of one that another rank owns; or a wall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     /// Id of the particle; below 2⁵³.
     pub id: u64,
-    /// Number of its shape.
-    pub shape: u16,
+    /// Its surface.
+    pub form: Form,
     /// Factor on all lengths of the shape (-).
     pub scale: f64,
     /// Centre of mass (m); may lie beyond the box, as that of an image.
@@ -38,14 +47,29 @@ impl RigidBody {
         self.velocity[a] + self.spin[b] * arm[c] - self.spin[c] * arm[b]
     }
 
+    /// Whether it is a wall.
+    pub fn is_wall(&self) -> bool {
+        matches!(self.form, Form::Wall(_))
+    }
+
+    /// Its shape, of which a wall has none.
+    pub fn shape<'a>(&self, shapes: &'a [Shape]) -> Option<&'a Shape> {
+        match self.form {
+            Form::Shape(number) => Some(&shapes[usize::from(number)]),
+            Form::Wall(_) => None,
+        }
+    }
+
     /// Radius (m) of a ball about the centre that holds the body.
     #[inline]
     pub fn radius(&self, shapes: &[Shape]) -> f64 {
-        self.scale * shapes[self.shape as usize].bounding_radius
+        self.shape(shapes).map_or(f64::INFINITY, |shape| self.scale * shape.bounding_radius)
     }
 
+    /// Writes a body that is no wall.
     pub(crate) fn write(&self, to: &mut Vec<f64>) {
-        to.extend([self.id as f64, f64::from(self.shape), self.scale]);
+        let (Form::Shape(number) | Form::Wall(number)) = self.form;
+        to.extend([self.id as f64, f64::from(number), self.scale]);
         to.extend_from_slice(self.center.as_slice());
         to.extend_from_slice(self.rotation.as_slice());
         to.extend_from_slice(self.velocity.as_slice());
@@ -55,7 +79,7 @@ impl RigidBody {
     pub(crate) fn read(record: &[f64]) -> Self {
         Self {
             id: record[0] as u64,
-            shape: record[1] as u16,
+            form: Form::Shape(record[1] as u16),
             scale: record[2],
             center: Vec3::from_column_slice(&record[3..6]),
             rotation: Mat3::from_column_slice(&record[6..15]),
@@ -68,4 +92,9 @@ impl RigidBody {
 /// The axes b, c for which e_a · (ω × r) = ω_b r_c − ω_c r_b.
 pub(crate) fn others(a: usize) -> [usize; 2] {
     [(a + 1) % 3, (a + 2) % 3]
+}
+
+/// Unit vector along an axis.
+pub(crate) fn unit(axis: usize) -> Vec3 {
+    Vec3::ith(axis, 1.0)
 }

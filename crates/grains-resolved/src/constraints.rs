@@ -55,8 +55,9 @@ impl Constraints {
         }
         let hides = |other: &RigidBody, place: &Vec3| {
             let from = place - other.center;
+            let local = other.rotation.tr_mul(&from) / other.scale;
             from.norm() < other.radius(shapes)
-                && shapes[other.shape as usize].contains(&(other.rotation.tr_mul(&from) / other.scale))
+                && other.shape(shapes).is_some_and(|shape| shape.contains(&local))
         };
         for (number, (body, surface)) in bodies.iter().zip(surfaces).enumerate() {
             let meets = |other: &&RigidBody| {

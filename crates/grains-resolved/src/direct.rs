@@ -2,7 +2,8 @@
 
 use crate::body::others;
 use crate::nodes::Node;
-use crate::{Action, BodyMotion, Resolved};
+use crate::wall_load::Stresses;
+use crate::{Action, BodyMotion, FlowOnWall, Resolved};
 use grains_domain::Transport;
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
@@ -17,9 +18,11 @@ impl Resolved {
         dt: f64,
         transport: &dyn Transport,
     ) -> Vec<Action> {
-        if let Some(motions) = motions {
+        if motions.is_some() || self.walls_moved {
             self.release(flow, dt);
             flow.refresh_velocity(transport);
+        }
+        if let Some(motions) = motions {
             self.move_bodies(motions, flow, dt, transport);
         }
         let mut actions = vec![[0.0; 12]; self.bodies.len()];
@@ -67,8 +70,33 @@ impl Resolved {
         }
         flow.refresh_velocity(transport);
         flow.refresh_extrapolated(transport);
+        self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
+        self.note_walls(flow, transport);
+        self.walls_moved = false;
+        actions.truncate(self.first_wall());
         self.ghosts.gather(&mut actions, &self.subgrid, transport);
         actions.iter().take(self.owned).map(Action::read).collect()
+    }
+
+    /// Finds what the flow does to the walls; collective.
+    fn note_walls(&mut self, flow: &Flow, transport: &dyn Transport) {
+        if self.walls.is_empty() {
+            return;
+        }
+        let (first_wall, nodes) = (self.first_wall(), &self.nodes);
+        let holder = |component: usize, place: usize| nodes.holder(component, place);
+        let stresses = Stresses { flow, subgrid: &self.subgrid, holder: &holder };
+        for on_wall in &mut self.on_walls {
+            *on_wall = FlowOnWall { wall: on_wall.wall, ..FlowOnWall::default() };
+        }
+        for component in (0..3).filter(|&c| self.subgrid.active[c]) {
+            for group in nodes.of[component].chunk_by(|n, m| n.body == m.body) {
+                if let Some(wall) = (group[0].body as usize).checked_sub(first_wall) {
+                    self.on_walls[wall].add(&self.walls[wall].body, (component, group), &stresses);
+                }
+            }
+        }
+        FlowOnWall::gather(&mut self.on_walls, transport);
     }
 
     /// The velocity that a body imposes on a node: that of its surface and the fluid's, or its own.
@@ -152,6 +180,7 @@ impl Resolved {
             let right = right - Vector6::from_column_slice(&sum[36..]);
             *value = motion.solved(matrix, right).into();
         }
+        values.truncate(self.first_wall());
         self.ghosts.scatter(&mut values, &self.subgrid, transport);
         for (body, value) in self.bodies.iter_mut().zip(&values) {
             body.velocity = Vec3::from_column_slice(&value[..3]);

@@ -1,8 +1,9 @@
 //! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
 
+use crate::Subgrid;
 use crate::subgrid::Stencil;
-use crate::{RigidBody, Subgrid};
-use grains_geometry::{ClosestSurface, Mat3, Shape, Vec3};
+use crate::wall::{Solids, WayOut};
+use grains_geometry::{Mat3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -118,26 +119,26 @@ pub(crate) struct Opposite {
 enum Sample {
     /// Of the flow, interpolated, so far away (m).
     Flow(f64, Stencil),
-    /// Of the surface of a body opposite, so far away (m).
-    Opposite(f64, u32),
+    /// Of the surface of a body opposite, so far away (m), at this point from its centre (m).
+    Opposite(f64, u32, Vec3),
 }
 
 /// The profiles along the normal at a point of a surface.
 pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
     pub subgrid: &'a Subgrid,
     pub component: usize,
-    pub bodies: &'a [RigidBody],
-    pub shapes: &'a [Shape],
+    pub solids: &'a Solids<'a>,
     /// The body that holds a place.
     pub holder: H,
-    /// The centre of the body (m).
-    pub center: Vec3,
     /// The point of the surface (m).
     pub start: Vec3,
     /// The way to it.
-    pub way: ClosestSurface,
+    pub out: WayOut,
     /// How it is chosen.
     pub rule: Rule,
+    /// What is wanted of the powers 1 to 3 of the distance along the normal, in those of planes between which a cell fits (-):
+    /// those of a place in the wall, to extrapolate to it.
+    pub wanted: Vec3,
 }
 
 impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
@@ -148,12 +149,11 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     /// there are fewer points.
     pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
         let Rule { samples, spacing, .. } = self.rule;
-        let step = spacing * pitch(&self.way.direction, self.subgrid);
+        let step = spacing * pitch(&self.out.way.direction, self.subgrid);
         let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
         let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
         let across = || {
-            let (width, body) = flow.iter().find_map(|sample| self.opposite(sample))?;
-            let end = Sample::Opposite(width, body);
+            let (width, end) = flow.iter().find_map(|sample| self.opposite(sample))?;
             let before =
                 flow.iter().enumerate().take(samples - 1).take_while(|(n, _)| (*n + 1) as f64 * step < width);
             let mut samples: Vec<Sample> = before.map(|(_, sample)| *sample).collect();
@@ -166,21 +166,21 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
 
     /// The flow at a distance (m) from the surface.
     fn flow(&self, distance: f64) -> Option<Sample> {
-        let point = self.start + self.way.direction * distance;
+        let point = self.start + self.out.way.direction * distance;
         Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
     }
 
     /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
     /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
     fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
-        let unit = pitch(&self.way.direction, self.subgrid);
+        let unit = pitch(&self.out.way.direction, self.subgrid);
         let mut values = Mat3::identity();
         let (mut wanted, mut hidden, mut response) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (n, sample) in samples.iter().enumerate() {
-            wanted[n] = (-self.way.distance / unit).powi(n as i32 + 1);
+            wanted[n] = self.wanted[n];
             values[(n, n)] = 0.0;
             let powers = match sample {
-                Sample::Opposite(width, _) => [1, 2, 3].map(|k| (width / unit).powi(k)),
+                Sample::Opposite(width, ..) => [1, 2, 3].map(|k| (width / unit).powi(k)),
                 Sample::Flow(distance, stencil) => {
                     let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
                     hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
@@ -203,15 +203,12 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             Sample::Flow(_, stencil) => Some(*stencil),
             Sample::Opposite(..) => None,
         })?;
-        let foot = self.start - self.center;
+        let foot = self.out.arm + self.out.way.direction * self.out.way.distance;
         let mut interface = InterfaceStencil { foot, fluid: [(0.0, first); 3], opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
                 Sample::Flow(_, stencil) => interface.fluid[n] = (weight, stencil),
-                Sample::Opposite(width, body) => {
-                    let foot = self.start + self.way.direction * width - self.bodies[body as usize].center;
-                    interface.opposite = Some(Opposite { body, foot, weight });
-                }
+                Sample::Opposite(_, body, foot) => interface.opposite = Some(Opposite { body, foot, weight }),
             }
         }
         Some(interface)
@@ -233,7 +230,8 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> [f64; 3] {
         let (mut variance, mut third) = (0.0, 0.0);
         for a in (0..3).filter(|&a| self.subgrid.active[a]) {
-            let (t, step) = (stencil.fractions[a], self.way.direction[a] * self.subgrid.spacing[a] / unit);
+            let (t, step) =
+                (stencil.fractions[a], self.out.way.direction[a] * self.subgrid.spacing[a] / unit);
             let spread = t * (1.0 - t) * step * step;
             variance += spread;
             third += spread * (1.0 - 2.0 * t) * step;
@@ -241,34 +239,29 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         [y, y * y + variance, y * y * y + 3.0 * y * variance + third]
     }
 
-    /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and its body.
+    /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and that surface.
     ///
     /// It is the tangent plane where the way out of a corner of the sample's cell ends: of the corner that counts most.
-    fn opposite(&self, sample: &Sample) -> Option<(f64, u32)> {
+    fn opposite(&self, sample: &Sample) -> Option<(f64, Sample)> {
         let Sample::Flow(_, stencil) = *sample else { return None };
-        let flat = (0..3).find(|&a| !self.subgrid.active[a]);
-        let mut best: Option<(f64, f64, u32)> = None;
+        let along = self.out.way.direction;
+        let mut best: Option<(f64, (f64, Sample))> = None;
         for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
-            if best.is_some_and(|(max, _, _)| max >= weight) {
+            if best.is_some_and(|(max, _)| max >= weight) {
                 continue;
             }
-            let Some(number) = (self.holder)(place) else { continue };
-            let body = &self.bodies[number as usize];
+            let Some(body) = (self.holder)(place) else { continue };
             let corner = self.subgrid.position(self.component, place);
-            let local = body.rotation.tr_mul(&(corner - body.center)) / body.scale;
-            let across = flat.map(|a| body.rotation.row(a).transpose());
-            let Some(way) = self.shapes[body.shape as usize].closest_surface(&local, across.as_ref()) else {
-                continue;
-            };
-            let outward = body.rotation * way.direction;
-            let facing = -outward.dot(&self.way.direction);
-            let end = corner + outward * (way.distance * body.scale);
-            let width = (self.start - end).dot(&outward) / facing;
+            let Some(WayOut { arm, way }) = self.solids.way_out(body as usize, &corner) else { continue };
+            let facing = -way.direction.dot(&along);
+            let end = corner + way.direction * way.distance;
+            let width = (self.start - end).dot(&way.direction) / facing;
             if facing > FACING && width > 0.0 {
-                best = Some((weight, width, number));
+                let foot = self.start + along * width - corner + arm;
+                best = Some((weight, (width, Sample::Opposite(width, body, foot))));
             }
         }
-        best.map(|(_, width, number)| (width, number))
+        best.map(|(_, found)| found)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Rigid bodies in a flow that the grid resolves (Rakotonirina 2016, ch. 7; Wachs et al. 2009; errata R16-42 to R16-47).
+//! Rigid bodies and walls in a flow that the grid resolves (Rakotonirina 2016, ch. 7; Wachs et al. 2009; errata R16-42 to R16-47).
 //!
 //! ```text
 //!  ρ (∂u/∂t + u·∇u) = −∇p + μ ∇²u + f,   ∇·u = 0      in the whole box                     (7.1, 7.5)
@@ -80,6 +80,20 @@
 //!
 //! As velocities come into a body and leave it, forces jitter, by an amount that goes with Δx²/Δt.
 //!
+//! # Walls
+//!
+//! A wall is a body of prescribed motion to the fluid: a closed surface, solid on one side ([`FluidWall`]), known by its signed
+//! distance ([`grains_geometry::ClosedSurface`]). All velocities in it are imposed, by the same interface stencils; where bodies
+//! overlap it, it keeps what it holds. Three things differ, since walls may fill most of the box:
+//!
+//! * Faces that it cuts carry the flow of their open part (`cut_faces`): then steady flow along walls that follow no grid line is of
+//!   second order, and as much flows through any section.
+//! * The flow's force on it is that of the stresses on the control volumes in it, at its surface alone ([`FlowOnWall`]): what is solid
+//!   behind the surface, and the ends of the box there, do not count.
+//! * Where walls move, cells in them have no sources, since the ends of the box do not move with them.
+//!
+//! Velocities in walls that stay are found once.
+//!
 //! # Many ranks
 //!
 //! Every rank imposes its own velocities; sums over a body go back the way its ghosts came. Results on other numbers of ranks
@@ -89,6 +103,7 @@ mod balance;
 mod body;
 mod body_ghosts;
 mod constraints;
+mod cut_faces;
 mod direct;
 mod error;
 mod interface_stencil;
@@ -102,9 +117,11 @@ mod solid;
 mod spectrum;
 mod subgrid;
 mod uzawa;
+mod wall;
+mod wall_load;
 
 pub use balance::{Action, BodyMotion};
-pub use body::RigidBody;
+pub use body::{Form, RigidBody};
 pub use constraints::Interpolation;
 pub use error::{ConstraintError, SetupError};
 pub use interface_stencil::{Extrapolation, MAX_DIFFUSION_NUMBER};
@@ -113,3 +130,5 @@ pub use multiplier::MultiplierMethod;
 pub use points::{SurfacePoint, surface_points};
 pub use resolved::{Forcing, Method, Resolved};
 pub use subgrid::Subgrid;
+pub use wall::{FluidWall, SolidSide};
+pub use wall_load::FlowOnWall;

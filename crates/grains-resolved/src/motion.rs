@@ -1,6 +1,6 @@
 //! Between the particles of the granular phase and the bodies in the fluid (Wachs et al. 2009, steps 4 to 6).
 
-use crate::{Action, BodyMotion, RigidBody};
+use crate::{Action, BodyMotion, Form, RigidBody};
 use grains_dem::{CARGO_LENGTH, Cargo, Catalogue, Dem, Particles};
 use grains_geometry::{Mat3, Vec3};
 
@@ -64,7 +64,7 @@ pub fn bodies(particles: &Particles, catalogue: &Catalogue) -> Vec<RigidBody> {
         let body = &particles.bodies[i];
         RigidBody {
             id: particles.ids[i],
-            shape: body.kind.shape,
+            form: Form::Shape(body.kind.shape),
             scale: body.radius / catalogue.shape(body.kind).bounding_radius,
             center: body.position,
             rotation: particles.frames.get(i).copied().unwrap_or_else(Mat3::identity),

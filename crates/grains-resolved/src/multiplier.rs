@@ -3,7 +3,7 @@
 use crate::constraints::{Constraints, Interpolation};
 use crate::nodes::Nodes;
 use crate::points::{SurfacePoint, surface_points};
-use crate::{RigidBody, Subgrid};
+use crate::{Form, RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Faces, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
@@ -23,7 +23,7 @@ pub struct MultiplierMethod {
 }
 
 /// Shape, bits of the scale, and the axis of the section in the body frame (10⁻⁶).
-type SurfaceKey = (u16, u64, Option<[i64; 3]>);
+type SurfaceKey = (Form, u64, Option<[i64; 3]>);
 
 /// What is kept between steps: the points, the multipliers, and room to work in.
 pub(crate) struct Multipliers {
@@ -66,13 +66,14 @@ impl Multipliers {
         let across = |body: &RigidBody| flat.map(|a| Vec3::from(body.rotation.row(a).transpose()));
         let key = |body: &RigidBody| -> SurfaceKey {
             let rounded = across(body).map(|axis| axis.map(|x| (1e6 * x).round() as i64).into());
-            (body.shape, body.scale.to_bits(), rounded)
+            (body.form, body.scale.to_bits(), rounded)
         };
         for body in bodies {
             self.surfaces.entry(key(body)).or_insert_with(|| {
                 let across = across(body);
                 let spacing = method.spacing * widest / body.scale;
-                surface_points(&shapes[body.shape as usize], spacing, across.as_ref())
+                body.shape(shapes)
+                    .map_or_else(Vec::new, |shape| surface_points(shape, spacing, across.as_ref()))
             });
         }
         // Sizes that are drawn at random and bodies that turn in two dimensions would bring ever more.

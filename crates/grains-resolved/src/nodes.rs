@@ -1,8 +1,10 @@
 //! The velocities of the fluid that bodies impose.
 
+use crate::cut_faces::{CutFace, CutFaces};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::wall::{Solids, WallRun, WayOut};
 use crate::{Extrapolation, RigidBody, Subgrid};
-use grains_geometry::{ClosestSurface, Shape, Vec3};
+use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
 
 /// Marks of faces: outside all bodies; for an own face inside one, 1 plus the number of its node; for others [`HALO`] plus
@@ -35,8 +37,21 @@ pub(crate) struct Nodes {
     pub of: [Vec<Node>; 3],
     interfaces: [Vec<InterfaceStencil>; 3],
     /// Scratch: the ways out that the interfaces of a component are made of.
-    ways: Vec<ClosestSurface>,
+    ways: Vec<WayOut>,
     marks: [Vec<u32>; 3],
+    in_walls: [WallNodes; 3],
+    pub cut_faces: CutFaces,
+}
+
+/// Velocities of a component inside walls, kept while these stay where they are; bodies are numbers of walls.
+#[derive(Clone, Debug, Default)]
+struct WallNodes {
+    own: Vec<Node>,
+    ways: Vec<WayOut>,
+    /// Places in the halo, and their walls.
+    halo: Vec<(u32, u32)>,
+    /// Faces that walls cut, halo included.
+    cut: Vec<CutFace>,
 }
 
 impl Nodes {
@@ -47,25 +62,40 @@ impl Nodes {
             interfaces: Default::default(),
             ways: Vec::new(),
             marks: [marks(), marks(), marks()],
+            in_walls: Default::default(),
+            cut_faces: CutFaces::default(),
+        }
+    }
+
+    /// Finds the velocities inside walls anew, which have moved.
+    ///
+    /// Of several walls that hold a node, the first one has it.
+    pub fn find_in_walls(&mut self, solids: &Solids) {
+        for component in (0..3).filter(|&c| solids.subgrid.active[c]) {
+            let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
+            marks.fill(OUTSIDE);
+            found.own.clear();
+            found.ways.clear();
+            found.halo.clear();
+            found.cut.clear();
+            for wall in 0..solids.walls.len() {
+                solids.for_each_run(component, wall, |run| {
+                    found.add(&run, (component, wall as u32), solids.subgrid, marks);
+                });
+            }
         }
     }
 
     /// Finds the velocities inside the bodies and how those next to a surface are extrapolated.
     ///
-    /// Of several bodies that hold a node, the one with the nearest centre has it (Wachs et al. 2009).
-    pub fn find(
-        &mut self,
-        bodies: &[RigidBody],
-        shapes: &[Shape],
-        subgrid: &Subgrid,
-        extrapolation: Extrapolation,
-    ) {
+    /// Walls keep what they hold. Of several bodies that hold a node, the one with the nearest centre has it (Wachs et al. 2009).
+    pub fn find(&mut self, solids: &Solids, extrapolation: Extrapolation) {
         self.marks.iter_mut().for_each(|marks| marks.fill(OUTSIDE));
+        let (subgrid, first_wall) = (solids.subgrid, solids.bodies.len() - solids.walls.len());
         for component in (0..3).filter(|&c| subgrid.active[c]) {
-            self.of[component].clear();
-            self.ways.clear();
-            for number in 0..bodies.len() {
-                self.claim(component, number, bodies, shapes, subgrid);
+            self.take_walls(component, first_wall as u32);
+            for number in 0..first_wall {
+                self.claim(component, number, solids);
             }
             let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
             interfaces.clear();
@@ -73,13 +103,14 @@ impl Nodes {
                 let nodes = &self.of[component];
                 let next_to_surface = nodes.iter().filter(|node| node.interface != DEEP);
                 let make = |node: &Node| {
-                    let way = self.ways[node.interface as usize];
-                    let center = bodies[node.body as usize].center;
-                    let start = center + node.arm + way.direction * way.distance;
+                    let out = self.ways[node.interface as usize];
+                    let place = node.place as usize;
+                    let start = subgrid.position(component, place) + out.way.direction * out.way.distance;
                     let holder = |place: usize| holder(marks[place], nodes);
-                    let rule =
-                        extrapolation.rule()?.at(node.place as usize, subgrid, |p| marks[p] != OUTSIDE);
-                    Profile { rule, subgrid, component, bodies, shapes, holder, center, start, way }
+                    let rule = extrapolation.rule()?.at(place, subgrid, |p| marks[p] != OUTSIDE);
+                    let depth = -out.way.distance / pitch(&out.way.direction, subgrid);
+                    let wanted = Vec3::from_fn(|k, _| depth.powi(k as i32 + 1));
+                    Profile { rule, subgrid, component, solids, holder, start, out, wanted }
                         .interface_stencil()
                 };
                 next_to_surface.map(make).collect()
@@ -92,12 +123,49 @@ impl Nodes {
                 });
             }
         }
+        let holder = |a: usize, place: usize| holder(self.marks[a][place], &self.of[a]);
+        let faces = self.in_walls.each_ref().map(|found| &found.cut[..]);
+        self.cut_faces.find(faces, &holder, solids, extrapolation);
+    }
+
+    /// Begins with the velocities inside walls, the first of which is a body with this number.
+    fn take_walls(&mut self, component: usize, first_wall: u32) {
+        let (found, marks, nodes) =
+            (&self.in_walls[component], &mut self.marks[component], &mut self.of[component]);
+        nodes.clear();
+        nodes.extend(found.own.iter().map(|node| Node { body: first_wall + node.body, ..node.clone() }));
+        self.ways.clone_from(&found.ways);
+        for (number, node) in nodes.iter().enumerate() {
+            marks[node.place as usize] = number as u32 + 1;
+        }
+        for (place, wall) in &found.halo {
+            marks[*place as usize] = HALO | (first_wall + wall);
+        }
     }
 
     /// Whether a body holds an own node.
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
         matches!(self.marks[component][place], 1..HALO)
+    }
+
+    /// The body that holds a velocity, halo included.
+    pub fn holder(&self, component: usize, place: usize) -> Option<u32> {
+        holder(self.marks[component][place], &self.of[component])
+    }
+
+    /// Places of the own cells between faces of which one and the same wall holds all.
+    pub fn sealed_cells(&self, bodies: &[RigidBody], subgrid: &Subgrid) -> Vec<u32> {
+        let strides = subgrid.layout.strides();
+        let axes: Vec<usize> = (0..3).filter(|&a| subgrid.active[a]).collect();
+        let is_sealed = |&place: &usize| {
+            let mut faces =
+                axes.iter().flat_map(|&a| [self.holder(a, place), self.holder(a, place - strides[a])]);
+            let Some(Some(first)) = faces.next() else { return false };
+            bodies[first as usize].is_wall() && faces.all(|body| body == Some(first))
+        };
+        let rows = subgrid.layout.rows().flat_map(|row| row..row + subgrid.layout.cells[0]);
+        rows.filter(is_sealed).map(|place| place as u32).collect()
     }
 
     /// What is extrapolated at a node of a component; none if it has the velocity of the body.
@@ -107,29 +175,9 @@ impl Nodes {
     }
 
     /// Marks the nodes of one component inside a body, and keeps the own ones.
-    fn claim(
-        &mut self,
-        component: usize,
-        number: usize,
-        bodies: &[RigidBody],
-        shapes: &[Shape],
-        subgrid: &Subgrid,
-    ) {
-        let body = &bodies[number];
-        let (shape, radius) = (&shapes[body.shape as usize], body.radius(shapes));
-        let flat = (0..3).find(|&a| !subgrid.active[a]).map(|a| {
-            let mut axis = Vec3::zeros();
-            axis[a] = 1.0;
-            body.rotation.tr_mul(&axis)
-        });
-        let way_out = |arm: &Vec3| {
-            let local = body.rotation.tr_mul(arm) / body.scale;
-            let way = shape.closest_surface(&local, flat.as_ref())?;
-            Some(ClosestSurface {
-                distance: way.distance * body.scale,
-                direction: body.rotation * way.direction,
-            })
-        };
+    fn claim(&mut self, component: usize, number: usize, solids: &Solids) {
+        let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
+        let radius = body.radius(solids.shapes);
         let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
         for k in z {
             for j in y.clone() {
@@ -140,49 +188,69 @@ impl Nodes {
                     if arm.norm_squared() >= radius * radius {
                         continue;
                     }
-                    self.claim_node((component, index), (number, bodies), arm, way_out, subgrid);
+                    self.claim_node((component, index), number, &position, solids);
                 }
             }
         }
     }
 
-    /// Gives a node inside a body to it, unless a body with a nearer centre has it.
+    /// Gives a node inside a body to it, unless a wall or a body with a nearer centre has it.
     fn claim_node(
         &mut self,
         (component, index): (usize, [isize; 3]),
-        (number, bodies): (usize, &[RigidBody]),
-        arm: Vec3,
-        way_out: impl Fn(&Vec3) -> Option<ClosestSurface>,
-        subgrid: &Subgrid,
+        number: usize,
+        position: &Vec3,
+        solids: &Solids,
     ) {
-        let (nodes, marks, body) = (&mut self.of[component], &mut self.marks[component], &bodies[number]);
+        let (nodes, marks) = (&mut self.of[component], &mut self.marks[component]);
+        let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
         let place = subgrid.layout.index(index[0], index[1], index[2]);
-        let held = holder(marks[place], nodes).map(|m| &bodies[m as usize]);
+        let held = holder(marks[place], nodes).map(|m| &solids.bodies[m as usize]);
         if held.is_some_and(|other| {
-            let from_other = (body.center + arm - other.center).norm_squared();
-            (from_other, other.id) <= (arm.norm_squared(), body.id)
+            let [from_other, from_body] = [other, body].map(|body| (position - body.center).norm_squared());
+            other.is_wall() || (from_other, other.id) <= (from_body, body.id)
         }) {
             return;
         }
-        let Some(way) = way_out(&arm) else { return };
-        let own = subgrid.unknowns(component);
-        if !index.iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize) {
+        let Some(out) = solids.way_out(number, position) else { return };
+        if !subgrid.is_own(component, index) {
             marks[place] = HALO | number as u32;
             return;
         }
-        let interface = if way.distance < pitch(&way.direction, subgrid) {
-            self.ways.push(way);
-            self.ways.len() as u32 - 1
-        } else {
-            DEEP
-        };
-        let node = Node { place: place as u32, body: number as u32, arm, interface };
+        let node = Node::new(place, number as u32, &out, subgrid, &mut self.ways);
         match marks[place] {
             OUTSIDE => {
                 nodes.push(node);
                 marks[place] = nodes.len() as u32;
             }
             mark => nodes[mark as usize - 1] = node,
+        }
+    }
+}
+
+impl WallNodes {
+    /// Adds what no earlier wall holds of a run of velocities in a wall; all but the first are deep.
+    fn add(&mut self, run: &WallRun, (component, wall): (usize, u32), subgrid: &Subgrid, marks: &mut [u32]) {
+        let [first, j, k] = run.first;
+        let place = subgrid.layout.index(first, j, k);
+        self.cut.extend(CutFace::new(component, place, (wall, run.out), subgrid));
+        if !run.is_solid {
+            return;
+        }
+        for (m, i) in (first..first + run.count as isize).enumerate() {
+            let place = subgrid.layout.index(i, j, k);
+            if marks[place] != OUTSIDE {
+                continue;
+            }
+            marks[place] = HALO;
+            if !subgrid.is_own(component, [i, j, k]) {
+                self.halo.push((place as u32, wall));
+                continue;
+            }
+            let mut out = run.out;
+            out.arm.x += m as f64 * subgrid.spacing.x;
+            let node = Node::new(place, wall, &out, subgrid, &mut self.ways);
+            self.own.push(node);
         }
     }
 }
@@ -207,6 +275,18 @@ fn ball_indices(
 }
 
 impl Node {
+    /// A node with a way out of its body, which is kept if it is next to the surface.
+    fn new(place: usize, body: u32, out: &WayOut, subgrid: &Subgrid, ways: &mut Vec<WayOut>) -> Self {
+        let out = &WayOut { way: ClosestSurface { distance: out.way.distance.max(0.0), ..out.way }, ..*out };
+        let interface = if out.way.distance < pitch(&out.way.direction, subgrid) {
+            ways.push(*out);
+            ways.len() as u32 - 1
+        } else {
+            DEEP
+        };
+        Self { place: place as u32, body, arm: out.arm, interface }
+    }
+
     /// Whether it is not next to the surface.
     pub fn is_deep(&self) -> bool {
         self.interface == DEEP

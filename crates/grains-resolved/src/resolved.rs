@@ -4,7 +4,11 @@ use crate::balance::{VIRTUAL_MASS, velocities};
 use crate::body_ghosts::BodyGhosts;
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
-use crate::{Action, BodyMotion, ConstraintError, Extrapolation, RigidBody, SetupError, Subgrid};
+use crate::wall::{PlacedWall, Solids};
+use crate::{
+    Action, BodyMotion, ConstraintError, Extrapolation, FlowOnWall, FluidWall, Form, RigidBody, SetupError,
+    Subgrid,
+};
 use grains_domain::Transport;
 use grains_fluid::{Faces, Flow, Immersed, Layout};
 use grains_geometry::Shape;
@@ -36,10 +40,15 @@ pub struct Resolved {
     pub subgrid: Subgrid,
     /// How the constraint is imposed.
     pub forcing: Forcing,
-    /// Own bodies, then ghosts.
+    /// Own bodies, then ghosts, then walls.
     pub bodies: Vec<RigidBody>,
     /// Number of own bodies.
     pub owned: usize,
+    /// What the flow does to the walls there are, of all ranks together.
+    pub on_walls: Vec<FlowOnWall>,
+    pub(crate) walls: Vec<PlacedWall>,
+    /// Whether the walls lie elsewhere than in the last step of the fluid.
+    pub(crate) walls_moved: bool,
     pub(crate) ghosts: BodyGhosts,
     pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
@@ -70,9 +79,35 @@ impl Resolved {
             forcing,
             bodies: Vec::new(),
             owned: 0,
+            on_walls: Vec::new(),
+            walls: Vec::new(),
+            walls_moved: false,
             ghosts: BodyGhosts::default(),
             forced: Default::default(),
         })
+    }
+
+    /// Takes the walls where they are now, to be followed by [`Resolved::place`]: pose and velocity of each, by the number of
+    /// the wall for its id.
+    pub fn place_walls(&mut self, walls: Vec<(FluidWall, RigidBody)>) {
+        let placed = walls.into_iter().enumerate().map(|(number, (wall, body))| {
+            PlacedWall::new(wall, RigidBody { form: Form::Wall(number as u16), ..body }, &self.subgrid)
+        });
+        let placed: Vec<PlacedWall> = placed.collect();
+        self.walls_moved = placed.len() != self.walls.len()
+            || placed.iter().zip(&self.walls).any(|(wall, there)| !wall.is_where(there));
+        self.walls = placed;
+        let known = std::mem::take(&mut self.on_walls);
+        let of = |wall: u64| known.iter().find(|known| known.wall == wall).copied();
+        let new = |wall: u64| of(wall).unwrap_or(FlowOnWall { wall, ..FlowOnWall::default() });
+        self.on_walls = self.walls.iter().map(|wall| new(wall.body.id)).collect();
+    }
+
+    /// Takes over what the flow did to walls before a restart.
+    pub fn resume_on_walls(&mut self, known: &[FlowOnWall]) {
+        for on_wall in &mut self.on_walls {
+            *on_wall = known.iter().find(|known| known.wall == on_wall.wall).copied().unwrap_or(*on_wall);
+        }
     }
 
     /// Takes the own bodies where they are now; collective. The next step of the flow is for these places.
@@ -86,11 +121,16 @@ impl Resolved {
         self.owned = own.len();
         self.bodies = own;
         self.ghosts = BodyGhosts::new(&mut self.bodies, shapes, &self.subgrid, transport);
+        self.bodies.extend(self.walls.iter().map(|wall| wall.body.clone()));
         let extrapolation = match self.forcing.method {
             Method::Direct { extrapolation } => extrapolation,
             Method::Multiplier(_) => Extrapolation::Rigid,
         };
-        self.nodes.find(&self.bodies, shapes, &self.subgrid, extrapolation);
+        let solids = Solids { bodies: &self.bodies, shapes, walls: &self.walls, subgrid: &self.subgrid };
+        if self.walls_moved {
+            self.nodes.find_in_walls(&solids);
+        }
+        self.nodes.find(&solids, extrapolation);
         if let Method::Multiplier(method) = self.forcing.method {
             self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
         }
@@ -102,7 +142,20 @@ impl Resolved {
                 left.for_each(|&place| extrapolated[place] = 0.0);
             }
         }
+        if let Some(immersed) = &mut flow.immersed {
+            let is_moving = self.walls.iter().any(PlacedWall::is_moving);
+            if !self.walls.is_empty() {
+                immersed.passing.get_or_insert_with(|| Faces::new(self.subgrid.layout));
+            }
+            immersed.sealed = is_moving.then(|| self.nodes.sealed_cells(&self.bodies, &self.subgrid));
+        }
         flow.refresh_extrapolated(transport);
+        self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
+    }
+
+    /// Number of the first wall among the bodies.
+    pub(crate) fn first_wall(&self) -> usize {
+        self.bodies.len() - self.walls.len()
     }
 
     /// Iterations of the last solve for multipliers.

@@ -1,5 +1,6 @@
 //! What cells hold of bodies.
 
+use crate::wall::Solids;
 use crate::{Resolved, Subgrid};
 use grains_geometry::{Shape, Vec3};
 
@@ -22,35 +23,42 @@ impl Resolved {
             .flat_map(|x| offsets(1).flat_map(move |y| offsets(2).map(move |z| Vec3::new(x, y, z))))
             .collect();
         for body in &self.bodies {
-            let shape = &shapes[body.shape as usize];
+            let Some(shape) = body.shape(shapes) else { continue };
             let radius = body.radius(shapes);
             let local = |arm: &Vec3| body.rotation.tr_mul(arm) / body.scale;
             let range = |a: usize| {
                 let place = |x: f64| ((x - self.subgrid.lower[a]) / spacing[a]).floor().max(0.0) as usize;
                 place(body.center[a] - radius)..(place(body.center[a] + radius) + 1).min(layout.cells[a])
             };
-            for k in range(2) {
-                for j in range(1) {
-                    for i in range(0) {
-                        let center = Vec3::from_fn(|a, _| {
-                            self.subgrid.lower[a] + ([i, j, k][a] as f64 + 0.5) * spacing[a]
-                        });
-                        let arm = center - body.center;
-                        if !shape.is_near(&local(&arm), reach / body.scale) {
-                            continue;
-                        }
-                        let inside = samples.iter().filter(|s| shape.contains(&local(&(arm + **s)))).count();
-                        if inside > 0 {
-                            let volume = cell * inside as f64 / samples.len() as f64;
-                            add(
-                                layout.index(i as isize, j as isize, k as isize),
-                                volume,
-                                body.velocity_at(&arm),
-                            );
-                        }
-                    }
+            self.subgrid.for_each_cell([0, 1, 2].map(range), |place, center| {
+                let arm = center - body.center;
+                if !shape.is_near(&local(&arm), reach / body.scale) {
+                    return;
                 }
-            }
+                let inside = samples.iter().filter(|s| shape.contains(&local(&(arm + **s)))).count();
+                if inside > 0 {
+                    let volume = cell * inside as f64 / samples.len() as f64;
+                    add(place, volume, body.velocity_at(&arm));
+                }
+            });
+        }
+        let solids = Solids { bodies: &self.bodies, shapes, walls: &self.walls, subgrid: &self.subgrid };
+        let all = layout.cells.map(|n| 0..n);
+        for (wall, placed) in self.walls.iter().enumerate() {
+            self.subgrid.for_each_cell(all.clone(), |place, center| {
+                let depth = solids.depth_in_wall(wall, &center);
+                let share = match depth.abs() >= reach {
+                    true => f64::from(u8::from(depth > 0.0)),
+                    false => {
+                        let is_inside = |s: &&Vec3| solids.depth_in_wall(wall, &(center + **s)) > 0.0;
+                        samples.iter().filter(is_inside).count() as f64 / samples.len() as f64
+                    }
+                };
+                if share > 0.0 {
+                    let arm = center - placed.body.center;
+                    add(place, cell * share, placed.body.velocity_at(&arm));
+                }
+            });
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Whether forces settle: the largest eigenvalue λ of L_ii − W L_oi, times ν Δt/Δx² below 1 ([`MAX_DIFFUSION_NUMBER`]).
 
 use crate::nodes::Nodes;
-use crate::{Extrapolation, MAX_DIFFUSION_NUMBER, RigidBody, Subgrid};
+use crate::wall::Solids;
+use crate::{Extrapolation, Form, MAX_DIFFUSION_NUMBER, RigidBody, Subgrid};
 use grains_fluid::{FlowSetup, Grid};
 use grains_geometry::{Mat3, Shape, Vec3};
 use nalgebra::Rotation3;
@@ -82,9 +83,10 @@ fn worst(extrapolation: Extrapolation, is_flat: bool) -> f64 {
             Rotation3::from_euler_angles(turn[0], turn[1], turn[2]).into_inner()
         };
         let (velocity, spin) = (Vec3::zeros(), Vec3::zeros());
-        let body = RigidBody { id: 1, shape: 0, scale: 1.0, center, rotation, velocity, spin };
+        let body = RigidBody { id: 1, form: Form::Shape(0), scale: 1.0, center, rotation, velocity, spin };
         let mut nodes = Nodes::new(&subgrid);
-        nodes.find(&[body], &[shape], &subgrid, extrapolation);
+        let solids = Solids { bodies: &[body], shapes: &[shape], walls: &[], subgrid: &subgrid };
+        nodes.find(&solids, extrapolation);
         largest_eigenvalue(&subgrid, &nodes)
     };
     (0..bodies).map(one).fold(f64::NEG_INFINITY, f64::max)

@@ -4,6 +4,7 @@ use crate::SetupError;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
+use std::ops::Range;
 
 /// What rounding may make of a place (cells): points on nodes have the same cell on any rank.
 const ROUNDING: f64 = 1e-9;
@@ -29,6 +30,8 @@ pub struct Subgrid {
     pub(crate) ends: [[bool; 2]; 3],
     /// Ranks below and above.
     pub(crate) neighbours: [[Option<usize>; 2]; 3],
+    /// Begin and length (m) of the box along its periodic axes.
+    pub(crate) periods: [Option<[f64; 2]>; 3],
     /// What brings a body into the frame of the rank below and above (m).
     pub(crate) shifts: [[f64; 2]; 3],
     rank: usize,
@@ -83,6 +86,9 @@ impl Subgrid {
             unknown: std::array::from_fn(unknown),
             ends,
             neighbours: std::array::from_fn(|a| partition.neighbours(a, grid.axis(a).is_periodic())),
+            periods: std::array::from_fn(|a| {
+                grid.axis(a).is_periodic().then(|| [grid.axis(a).node(0), grid.axis(a).length()])
+            }),
             shifts: std::array::from_fn(shifts),
             rank: partition.rank_at(partition.coordinates),
         })
@@ -102,6 +108,39 @@ impl Subgrid {
         Vec3::from_fn(|a, _| self.coordinate(component, a, at[a] as isize - h))
     }
 
+    /// The axis along which nothing varies, of a flow in two dimensions.
+    pub(crate) fn flat(&self) -> Option<usize> {
+        (0..3).find(|&a| !self.active[a])
+    }
+
+    /// A point (m) at its place in the box, along the axes that are periodic.
+    pub(crate) fn wrapped(&self, point: &Vec3) -> Vec3 {
+        Vec3::from_fn(|a, _| match self.periods[a] {
+            Some([begin, length]) => point[a] - ((point[a] - begin) / length).floor() * length,
+            None => point[a],
+        })
+    }
+
+    /// Distance (m) along x from a point in the box to where positions are wrapped.
+    pub(crate) fn left_in_period(&self, point: &Vec3) -> f64 {
+        self.periods[0].map_or(f64::INFINITY, |[begin, length]| begin + length - point.x)
+    }
+
+    /// Calls `visit` with the place and the centre (m) of own cells in ranges along the axes.
+    pub(crate) fn for_each_cell(&self, [x, y, z]: [Range<usize>; 3], mut visit: impl FnMut(usize, Vec3)) {
+        for k in z {
+            for j in y.clone() {
+                for i in x.clone() {
+                    let at = |a: usize| self.lower[a] + ([i, j, k][a] as f64 + 0.5) * self.spacing[a];
+                    visit(
+                        self.layout.index(i as isize, j as isize, k as isize),
+                        Vec3::new(at(0), at(1), at(2)),
+                    );
+                }
+            }
+        }
+    }
+
     /// Volume (m³) of a cell.
     pub fn cell_volume(&self) -> f64 {
         self.spacing.product()
@@ -112,6 +151,44 @@ impl Subgrid {
         let mut n = self.layout.cells;
         n[component] -= usize::from(self.ends[component][1]);
         n
+    }
+
+    /// Whether an unknown velocity along `component` with these indices is this rank's own.
+    pub(crate) fn is_own(&self, component: usize, index: [isize; 3]) -> bool {
+        let own = self.unknowns(component);
+        index.iter().zip(own).all(|(&m, n)| m >= 0 && m < n as isize)
+    }
+
+    /// Indices of a place in the arrays.
+    pub(crate) fn indices(&self, place: usize) -> [isize; 3] {
+        [0, 1, 2].map(|a| self.index_along(a, place))
+    }
+
+    /// Whether a place is that of an own cell or of one next to it.
+    pub(crate) fn is_beside_own(&self, place: usize) -> bool {
+        let cells = self.layout.cells;
+        let at = self.indices(place);
+        (0..3).all(|a| !self.active[a] || (-2..=cells[a] as isize).contains(&at[a]))
+    }
+
+    /// Index along an axis of a place in the arrays.
+    pub(crate) fn index_along(&self, axis: usize, place: usize) -> isize {
+        let h = self.layout.halo as isize;
+        ((place / self.layout.strides()[axis]) % self.layout.dims()[axis]) as isize - h
+    }
+
+    /// Whether no boundary imposes the velocity normal to a face, halo included.
+    pub(crate) fn is_unknown(&self, axis: usize, face: usize) -> bool {
+        let [low, high] = self.unknown[axis][0];
+        (low..=high).contains(&self.index_along(axis, face))
+    }
+
+    /// Place of the velocity of a component beside one along an axis, on a side (-1 or 1); none where a boundary imposes it.
+    pub(crate) fn beside(&self, component: usize, place: usize, axis: usize, side: f64) -> Option<usize> {
+        let [low, high] = self.unknown[axis][usize::from(axis != component)];
+        let at = self.index_along(axis, place) + side as isize;
+        let stride = self.layout.strides()[axis];
+        (low..=high).contains(&at).then(|| if side > 0.0 { place + stride } else { place - stride })
     }
 
     /// Ends (m) between which bodies concern this rank alone.

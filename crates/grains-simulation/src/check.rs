@@ -8,7 +8,7 @@ pub use crate::cost::Cost;
 pub use crate::fluid::FluidStepLimit;
 pub use crate::fluid::check::{
     CouplingReport, FluidReport, FluidStep, LubricationRange, ParticlesInFluid, PressureDrop, ResolvedReport,
-    SettlingMotion, TooCoarse,
+    SettlingMotion, TooCoarse, WallsReport,
 };
 pub use crate::law_report::LawReport;
 pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeStepReason};

@@ -163,7 +163,7 @@ impl Domain {
     }
 
     /// The corners of the box (m).
-    pub(crate) fn corners(&self) -> [[f64; 3]; 8] {
+    pub fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|i| {
             [0, 1, 2].map(|a| if i >> a & 1 == 1 { self.upper[a] } else { self.lower[a] })
         })

@@ -21,6 +21,18 @@ pub enum Side {
     Outside,
 }
 
+/// The side of a wall on which the fluid is; the other side is solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FluidSide {
+    /// Where the particles are: before a plane, and as `side` of a box or a cylinder says.
+    Particles,
+    /// Inside a closed surface.
+    Inside,
+    /// Outside a closed surface.
+    Outside,
+}
+
 /// The form of a wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -130,13 +142,22 @@ pub struct Wall<Name = usize> {
     /// Wear by the particles that slide on it; not asked for if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<Wear>,
+    /// The side on which the fluid is, which the wall bounds; without it the wall is for particles alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<FluidSide>,
 }
 
 impl<Name> Wall<Name> {
     /// The same wall with its material named otherwise.
     pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
-        let Self { name: label, material, from, until, kind, motion, wear } = self;
-        Wall { name: label, material: name(material), from, until, kind, motion, wear }
+        let Self { name: label, material, from, until, kind, motion, wear, fluid } = self;
+        Wall { name: label, material: name(material), from, until, kind, motion, wear, fluid }
+    }
+
+    /// Whether it bounds the fluid and is not always there and at rest.
+    pub fn moves_fluid(&self) -> bool {
+        let is_there = self.from <= 0.0 && self.until == f64::INFINITY;
+        self.fluid.is_some() && (self.motion.is_some() || !is_there)
     }
 
     fn check(&mut self, path: &str, (domain, is_hard): (&Domain, bool), checker: &mut Checker) {

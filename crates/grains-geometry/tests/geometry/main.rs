@@ -3,6 +3,7 @@
 
 mod area;
 mod capsules_and_cones;
+mod closed_surfaces;
 mod closest_surface;
 mod composites;
 mod decomposition;

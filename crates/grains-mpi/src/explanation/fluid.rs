@@ -1,10 +1,12 @@
 //! What the terminal shows of the fluid of a case.
 
 use grains_case::{
-    Case, Coupling, Extrapolation, Fluid, Insert, Kernel, MixtureModel, Resolved, ResolvedMethod,
+    Case, Coupling, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved, ResolvedMethod,
+    Side, Wall, WallKind,
 };
 use grains_simulation::check::{
     CouplingReport, FluidReport, FluidStep, FluidStepLimit, ParticlesInFluid, ResolvedReport, TooCoarse,
+    WallsReport,
 };
 
 /// Prints what was found of the fluid.
@@ -13,6 +15,9 @@ pub fn tell(case: &Case, found: &FluidReport) {
     cells(found);
     if let (Some(found), Some(given)) = (&found.coupling, &fluid.coupling) {
         coupling(given, found);
+    }
+    if let Some(found) = &found.walls {
+        walls(case, found);
     }
     if let (Some(found), Some(given)) = (&found.resolved, &fluid.resolved) {
         resolved(case, (fluid, given), found);
@@ -186,6 +191,31 @@ fn resolved(case: &Case, (fluid, given): (&Fluid, &Resolved), found: &ResolvedRe
         given.diffusion_number,
         (case.time.end / longest).ceil()
     );
+}
+
+/// Prints which walls bound the fluid, on which side it is, and what they make of the cells.
+fn walls(case: &Case, found: &WallsReport) {
+    let side = |wall: &Wall| match (wall.fluid, &wall.kind) {
+        (Some(FluidSide::Particles), WallKind::Plane { .. }) => "before",
+        (Some(FluidSide::Outside), _) => "outside",
+        (
+            Some(FluidSide::Particles),
+            WallKind::Box { side: Side::Outside, .. } | WallKind::Cylinder { side: Side::Outside, .. },
+        ) => "outside",
+        _ => "inside",
+    };
+    let named = |(_, wall): (usize, &Wall)| format!("{} `{}`", side(wall), wall.name);
+    let names: Vec<String> = case.walls_of_fluid().map(named).collect();
+    say!(
+        "  walls        the fluid is {}; {:.1} % of the cells are solid",
+        names.join(", "),
+        100.0 * found.solid
+    );
+    if let Some((count, place)) = found.narrow {
+        say!(
+            "  warning: {count} cells lie between walls less than two cells apart, one at {place:?} m: no flow is resolved there; take smaller cells, or close the gap"
+        );
+    }
 }
 
 /// The kinds of motion of the bodies of a case.

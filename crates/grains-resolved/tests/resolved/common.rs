@@ -7,7 +7,8 @@ use grains_domain::Transport;
 use grains_fluid::{Flow, FlowSetup};
 use grains_geometry::{Mat3, Shape, Vec3};
 use grains_resolved::{
-    Action, BodyMotion, Extrapolation, Forcing, Interpolation, Method, MultiplierMethod, Resolved, RigidBody,
+    Action, BodyMotion, Extrapolation, Forcing, Form, Interpolation, Method, MultiplierMethod, Resolved,
+    RigidBody,
 };
 pub use ranks::{difference, joined, order, partition, piece};
 
@@ -15,7 +16,7 @@ pub use ranks::{difference, joined, order, partition, piece};
 pub fn body(id: u64, center: Vec3) -> RigidBody {
     RigidBody {
         id,
-        shape: 0,
+        form: Form::Shape(0),
         scale: 1.0,
         center,
         rotation: Mat3::identity(),

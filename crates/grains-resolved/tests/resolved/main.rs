@@ -7,3 +7,4 @@ mod fixed;
 mod free;
 mod points;
 mod prescribed;
+mod walls;

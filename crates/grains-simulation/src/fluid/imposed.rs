@@ -1,6 +1,7 @@
 //! The fastest flow that a case imposes: on its boundaries, by its drive, and at its start.
 
-use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, Fluid};
+use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, Fluid, Motion};
+use std::f64::consts::TAU;
 
 /// Samples per axis of a formula.
 const SAMPLES: usize = 9;
@@ -41,8 +42,32 @@ pub fn fastest_at(case: &Case, fluid: &Fluid, times: &[f64]) -> Fastest {
     if let Some(Drive::MeanVelocity { velocity, axes } | Drive::MeanFlux { velocity, axes }) = &fluid.drive {
         consider([0, 1, 2].map(|a| if axes[a] { velocity[a] } else { 0.0 }));
     }
+    for (_, wall) in case.walls_of_fluid() {
+        wall.motion.iter().for_each(|motion| of_motion(case, motion, &mut consider));
+    }
     sample(&fluid.initial.velocity, [case.domain.lower, case.domain.upper], &[0.0], &mut consider);
     fastest
+}
+
+/// Bounds on the velocities of a wall, at the corners of the domain.
+fn of_motion(case: &Case, motion: &Motion, consider: &mut impl FnMut([f64; 3])) {
+    match motion {
+        Motion::Translation { velocity, .. } => consider(*velocity),
+        Motion::Oscillation { amplitude, frequency, .. } => consider(amplitude.map(|x| TAU * frequency * x)),
+        Motion::Rotation { axis, angular_velocity, point, .. } => {
+            let [wx, wy, wz] = axis.map(|x| x * angular_velocity);
+            for corner in case.domain.corners() {
+                let [x, y, z] = [0, 1, 2].map(|a| corner[a] - point.map_or(0.0, |point| point[a]));
+                consider([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x]);
+            }
+        }
+        // Its direction is not known.
+        Motion::Table { .. } => {
+            let arm = case.domain.extents().map(|x| x * x).iter().sum::<f64>().sqrt();
+            consider([motion.speed(arm).0; 3]);
+        }
+        Motion::Load { .. } => {}
+    }
 }
 
 /// The velocities that a condition imposes.

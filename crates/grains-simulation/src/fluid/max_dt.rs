@@ -50,7 +50,7 @@ pub enum FluidStepLimit {
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles.
 pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
-    let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
+    let resolved = case.resolved();
     let mut candidates = Vec::new();
     let mut add = |step: f64, limit| candidates.push(MaxStep { step, limit });
     if let Some(resolved) = &fluid.resolved {

@@ -32,6 +32,7 @@ mod resolved;
 mod restart;
 mod setup;
 mod span;
+mod walls;
 
 use crate::error::{RunError, agreed};
 use crate::insertion::KindRange;
@@ -121,8 +122,7 @@ impl FluidPhase {
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         let initialised = setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case);
         agreed(transport, initialised)?;
-        let given = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
-        let resolved = given.map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
+        let resolved = case.resolved().map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
         if exchange.is_some() || resolved.is_some() {
             dem.particles.carry();
@@ -182,7 +182,7 @@ impl FluidPhase {
         Ok(())
     }
 
-    /// Whether nothing moves but the fluid.
+    /// Whether nothing moves but the fluid and its walls.
     pub fn is_alone(&self) -> bool {
         self.exchange.is_none() && self.resolved.as_ref().is_none_or(|resolved| resolved.is_fixed)
     }
@@ -237,7 +237,11 @@ impl FluidPhase {
         if dem.step >= self.next_step {
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
-            // Resolved particles go through the step before the fluid does.
+            // Resolved particles and walls go through the step before the fluid does.
+            if let Some(resolved) = self.resolved.as_mut().filter(|resolved| resolved.are_walls_alone()) {
+                dem.resume_at(self.next_step);
+                resolved.place(dem, &mut self.flow, transport);
+            }
             if self.is_alone() || self.exchange.is_some() {
                 self.step(dem, transport)?;
             }
@@ -412,5 +416,6 @@ pub fn verify(
     decomposition: &Decomposition,
 ) -> Result<(), String> {
     let Some(fluid) = &case.fluid else { return Ok(()) };
+    walls::FluidWalls::new(case)?.check_inlets(case, fluid, &setup::grid(case, fluid)?)?;
     Parts::of(case, fluid, (dem, kinds), decomposition).map(drop)
 }

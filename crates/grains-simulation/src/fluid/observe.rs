@@ -1,6 +1,6 @@
 //! What is told of the fluid: columns of the time series, fields in the cells, and their means over time.
 
-use super::FluidPhase;
+use super::{FluidPhase, walls};
 use crate::error::RunError;
 use grains_case::{Case, FluidField, ProfileKind};
 use grains_comm::MpiTransport;
@@ -48,6 +48,9 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
         for name in std::iter::once("bodies".to_string()).chain(chosen).chain(prescribed) {
             columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
         }
+    }
+    for (_, wall) in case.walls_of_fluid() {
+        columns.extend(walls::COLUMNS.map(|(what, unit)| (format!("{}_flow_{what}", wall.name), unit)));
     }
     for profile in &fluid.profile {
         if let ProfileKind::Plane { .. } = profile.kind {
@@ -222,8 +225,11 @@ impl FluidPhase {
         row.extend([iterations, -void_fraction[0], solid[0], imbalance]);
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
-        if self.resolved.is_some() {
-            row.extend(loads_of_bodies(case, dem, transport));
+        if let Some(resolved) = &self.resolved {
+            if !case.inserts.is_empty() {
+                row.extend(loads_of_bodies(case, dem, transport));
+            }
+            row.extend(resolved.walls.row(&resolved.bodies.on_walls));
         }
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {

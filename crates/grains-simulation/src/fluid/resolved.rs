@@ -1,5 +1,6 @@
-//! Particles that the grid resolves, and the fluid of one rank.
+//! Particles and walls that the grid resolves, and the fluid of one rank.
 
+use super::walls::FluidWalls;
 use crate::error::{RunError, agreed};
 use crate::insertion::KindRange;
 use grains_case::{Case, Resolved as CaseResolved, ResolvedMethod as CaseMethod};
@@ -23,12 +24,14 @@ pub fn lubrication(case: &Case) -> Option<Lubrication> {
     Some(Lubrication { viscosity: fluid.viscosity, range, min_gap: given.min_gap })
 }
 
-/// The particles of one rank as bodies in the fluid.
+/// The particles of one rank as bodies in the fluid, and its walls.
 pub struct ResolvedBodies {
     /// The bodies and what they impose on the fluid.
     pub bodies: Resolved,
-    /// Whether the particles stay where they are.
+    /// Whether the particles stay where they are, if there are any.
     pub is_fixed: bool,
+    /// The walls that bound the fluid.
+    pub walls: FluidWalls,
     surroundings: Surroundings,
 }
 
@@ -36,7 +39,7 @@ impl ResolvedBodies {
     /// The bodies of a case, none yet.
     ///
     /// # Errors
-    /// A grid that bodies cannot be resolved on.
+    /// A grid that bodies cannot be resolved on, walls that bound nothing, inlets that blow into them.
     pub fn new(case: &Case, given: &CaseResolved, flow: &mut Flow) -> Result<Self, String> {
         let method = match given.method {
             CaseMethod::Direct => Method::Direct { extrapolation: given.extrapolation(&case.inserts) },
@@ -49,8 +52,13 @@ impl ResolvedBodies {
         };
         let forcing = Forcing { method, explicit: given.explicit_forcing };
         let bodies = Resolved::new(flow, forcing).map_err(|e| case.about("fluid.cells", e.to_string()))?;
+        let walls = FluidWalls::new(case)?;
+        if let Some(fluid) = &case.fluid {
+            walls.check_inlets(case, fluid, &flow.setup.grid)?;
+        }
         let surroundings = Surroundings { density: flow.setup.density, active: bodies.subgrid.active };
-        Ok(Self { bodies, is_fixed: case.holds_particles(), surroundings })
+        let is_fixed = case.inserts.is_empty() || case.holds_particles();
+        Ok(Self { bodies, is_fixed, walls, surroundings })
     }
 
     /// Surface of the largest sphere about a particle of some kinds, in squares of a cell's width (-).
@@ -60,10 +68,16 @@ impl ResolvedBodies {
         4.0 * PI * kinds.iter().map(radius).fold(0.0, f64::max).powi(2)
     }
 
-    /// Takes the particles where they are; collective.
+    /// Takes particles and walls where they are; collective.
     pub fn place(&mut self, dem: &Dem, flow: &mut Flow, transport: &MpiTransport) {
+        self.bodies.place_walls(self.walls.placed(dem));
         let catalogue = &dem.setup.catalogue;
         self.bodies.place(bodies(&dem.particles, catalogue), &catalogue.shapes, flow, transport);
+    }
+
+    /// Whether nothing moves but walls and fluid.
+    pub fn are_walls_alone(&self) -> bool {
+        self.is_fixed && self.walls.are_moving
     }
 
     /// Adds what the flow does to the loads of the particles, in each of their steps.

@@ -1,7 +1,7 @@
 //! The state of the fluid as arrays of a checkpoint, and back on any ranks.
 
-use super::FluidPhase;
 use super::exchange::Exchange;
+use super::{FluidPhase, walls};
 use crate::error::RunError;
 use grains_comm::MpiTransport;
 use grains_coupling::unpaid_impulse;
@@ -22,6 +22,8 @@ const MEANS: [&str; 9] =
 
 /// What a text of a checkpoint says of the clocks of the fluid.
 const CLOCKS: &str = "fluid";
+/// What one says of the flow's last action on its walls.
+const ON_WALLS: &str = "flow_on_walls";
 /// What one says of the last step of the fluid.
 const LAST_STEP: &str = "fluid_last_step";
 
@@ -101,7 +103,12 @@ impl LastStep {
 impl FluidPhase {
     /// The state of this rank; collective.
     pub fn state(&self, dem: &Dem, transport: &MpiTransport) -> (Vec<GridArray>, Metadata) {
-        let texts = [(CLOCKS, self.clocks().text()), (LAST_STEP, self.last_step(dem, transport).text())];
+        let on_walls = self.resolved.as_ref().map(|resolved| walls::text(&resolved.bodies.on_walls));
+        let texts = [
+            (CLOCKS, self.clocks().text()),
+            (LAST_STEP, self.last_step(dem, transport).text()),
+            (ON_WALLS, on_walls.unwrap_or_default()),
+        ];
         (self.arrays(), texts.map(|(name, text)| (name.into(), text)).into())
     }
 
@@ -202,6 +209,10 @@ impl FluidPhase {
         let last = file.text(LAST_STEP).and_then(LastStep::parse).ok_or_else(lacking)?;
         self.take_last_step(&last, dem, transport.rank() == 0);
         self.resume(dem, transport);
+        let on_walls = file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default();
+        if let Some(resolved) = &mut self.resolved {
+            resolved.bodies.resume_on_walls(&on_walls);
+        }
         Ok(())
     }
 

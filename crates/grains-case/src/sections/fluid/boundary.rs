@@ -94,6 +94,16 @@ impl Fluid {
         }
         on_face
     }
+
+    /// Which condition holds at a place (m) of a face; none at the walls elsewhere.
+    pub fn boundary_at(&self, face: Face, place: [f64; 3]) -> Option<usize> {
+        let on_face = self.on_face(face);
+        let holds = |&&k: &&usize| {
+            let Some([lower, upper]) = self.boundary[k].patch() else { return false };
+            (0..3).filter(|&a| a != face.axis()).all(|a| (lower[a]..=upper[a]).contains(&place[a]))
+        };
+        on_face.patches.iter().rev().find(holds).copied().or(on_face.whole)
+    }
 }
 
 /// Checks every condition by itself, and whether the fluid that enters can leave.

@@ -8,8 +8,10 @@ mod formula;
 mod output;
 mod pressure;
 mod resolved;
+mod walls;
 
 use grains_fluid::{Advection, Diffusion};
+use grains_resolved::Extrapolation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +24,7 @@ pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
+pub(crate) use walls::check_walls;
 
 use crate::check::Checker;
 use crate::sections::domain::Domain;
@@ -119,6 +122,9 @@ fn three_refinements(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub has_particles: bool,
+    /// Whether walls bound the fluid, and whether one of them moves.
+    pub has_walls: bool,
+    pub walls_move: bool,
     /// Names of the shapes that are inserted and no spheres.
     pub not_spheres: Vec<String>,
     /// Whether collisions are impulses.
@@ -135,6 +141,12 @@ impl Fluid {
         let domain = context.domain;
         let usual = if self.coupling.is_some() { Advection::VanLeer } else { Advection::Central };
         self.advection.get_or_insert(usual);
+        if context.has_walls && self.coupling.is_none() {
+            let resolved = self.resolved.get_or_insert_with(Resolved::of_walls);
+            if context.walls_move {
+                resolved.extrapolation.get_or_insert(Extrapolation::Quadratic);
+            }
+        }
         self.output.check(context.interval, context.end, checker);
         if self.resolved.is_none() {
             coupling::check(self.coupling.as_ref(), context, checker);

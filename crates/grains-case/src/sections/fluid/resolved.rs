@@ -109,6 +109,22 @@ pub struct Resolved {
 }
 
 impl Resolved {
+    /// What walls need that bound a fluid without particles.
+    pub(super) fn of_walls() -> Self {
+        Self {
+            motion: Motion::Fixed,
+            method: Method::default(),
+            extrapolation: None,
+            interpolation: Interpolation::default(),
+            point_spacing: usual_spacing(),
+            tolerance: usual_tolerance(),
+            iterations: usual_iterations(),
+            explicit_forcing: 1.0,
+            lubrication: None,
+            diffusion_number: 1.0,
+        }
+    }
+
     /// Largest diffusion number at which forces settle.
     fn largest_diffusion_number(&self, inserts: &[Insert]) -> f64 {
         match (self.method, self.extrapolation(inserts)) {
@@ -207,7 +223,7 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], ch
         let message = "particles are either resolved or coupled by a drag law; remove [fluid.resolved] or [fluid.coupling]";
         checker.error(key, message.into());
     }
-    if !context.has_particles {
+    if !context.has_particles && !context.has_walls {
         checker.warn(key, "without effect: there are no particles; add [[insert]] or remove it".into());
     }
     if context.is_hard {

@@ -5,7 +5,9 @@ mod resolved;
 
 use super::imposed::fastest;
 use super::max_dt::{FluidStepLimit, max_dt};
-use super::setup::narrowest;
+use super::setup::{self, narrowest};
+use super::walls::FluidWalls;
+pub use super::walls::WallsReport;
 use crate::cost;
 use crate::insertion::Insertions;
 use crate::timestep;
@@ -36,6 +38,8 @@ pub struct FluidReport {
     pub coupling: Option<CouplingReport>,
     /// Particles that the grid resolves, if there are any.
     pub resolved: Option<ResolvedReport>,
+    /// What walls make of the cells, if some bound the fluid.
+    pub walls: Option<WallsReport>,
     /// Minimum time of its steps on one core (s); none where particles smaller than its cells decide.
     pub min_seconds: Option<f64>,
 }
@@ -129,6 +133,7 @@ pub fn report(
         step,
         coupling: coupling.transpose()?,
         resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
+        walls: FluidWalls::new(case)?.report(&setup::grid(case, fluid)?),
         min_seconds: min_seconds(case),
     }))
 }
@@ -165,7 +170,7 @@ fn min_seconds(case: &Case) -> Option<f64> {
     /// Seconds per cell and step of a fluid alone, and of one with a fifth of it resolved bodies.
     const COST: [f64; 2] = [1.0e-7, 2.0e-7];
     let fluid = case.fluid.as_ref().filter(|fluid| fluid.coupling.is_none())?;
-    let resolved = fluid.resolved.as_ref().filter(|_| !case.inserts.is_empty());
+    let resolved = case.resolved();
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
         Some(_) => fluid.cfl * narrowest(case, fluid) / case.time.impact_speed,
         None => fluid.cfl / fastest(case, fluid).rate,

@@ -1,0 +1,229 @@
+//! Faces of cells that walls cut: what flows through them beyond the velocity in their middle.
+//!
+//! A velocity in the middle of a face stands for the flow through all of it, and one in a wall for none. Where the surface cuts
+//! the face the flow is that of its open part: along the normal, with the polynomial p of the interface stencil, s the distance
+//! from the surface and s₀ that of the middle of the face (negative in the wall),
+//!
+//! ```text
+//! flow/area = u + c,   c = ∫ p(s⁺) dA/A − p(s₀⁺)
+//! ```
+//!
+//! so that steady flow along a slanted wall goes through the cells beside it as if these were cut (Seo & Mittal 2011), while the
+//! pressure keeps its constant coefficients. c is at most an eighth of the velocity a cell away, and that of the last step.
+//! In cells without a velocity that is free nothing could make up for what the faces disagree about: one of their faces
+//! takes what the others leave.
+
+use crate::body::others;
+use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::wall::{Solids, WayOut};
+use crate::wall_load::turning;
+use crate::{Extrapolation, RigidBody, Subgrid};
+use grains_domain::Transport;
+use grains_fluid::Flow;
+use grains_geometry::Vec3;
+use std::collections::HashMap;
+
+/// Widths of a face along the normal, over that of a cell, below which the surface counts as parallel to its edges (-).
+const PARALLEL: f64 = 1e-4;
+
+/// A face that the surface of a wall cuts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CutFace {
+    /// Place in the arrays.
+    pub place: u32,
+    /// Number of the wall.
+    pub wall: u32,
+    /// The way from its middle to the surface; its length is negative in the fluid.
+    pub out: WayOut,
+    /// Open share of its area (-).
+    open: f64,
+    /// Means of s⁺, s⁺², s⁺³ over the face less their values in its middle (m, m², m³).
+    moments: Vec3,
+}
+
+/// A cell without a free velocity, and the face that takes what its others leave.
+#[derive(Clone, Copy, Debug)]
+struct ClosedCell {
+    cell: u32,
+    axis: usize,
+    face: u32,
+}
+
+/// What passes a face beyond its velocity.
+#[derive(Clone, Debug)]
+struct Passed {
+    place: u32,
+    body: u32,
+    stencil: InterfaceStencil,
+    /// Along the normal, as long as c of the distance from the surface (m): what turns with the wall passes by itself.
+    way: Vec3,
+}
+
+/// All cut faces of a rank.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CutFaces {
+    /// Those with a c, per component.
+    passed: [Vec<Passed>; 3],
+    closed: Vec<ClosedCell>,
+}
+
+impl CutFace {
+    /// The face about a velocity, of a way that leads from it to the surface; none if that does not cut it.
+    pub fn new(
+        component: usize,
+        place: usize,
+        (wall, out): (u32, WayOut),
+        subgrid: &Subgrid,
+    ) -> Option<Self> {
+        let [b, c] = others(component).map(|a| match subgrid.active[a] {
+            true => (out.way.direction[a] * subgrid.spacing[a]).abs(),
+            false => 0.0,
+        });
+        let middle = -out.way.distance;
+        if middle.abs() >= 0.5 * (b + c) {
+            return None;
+        }
+        let mean = |k: i32| mean_of_positive(middle, [b.max(c), b.min(c)], k);
+        let moments = Vec3::from_fn(|k, _| mean(k as i32 + 1) - middle.max(0.0).powi(k as i32 + 1));
+        Some(Self { place: place as u32, wall, out, open: mean(0), moments })
+    }
+}
+
+/// Mean over a rectangle of (s⁺)^k, of s that changes linearly by `wide` and `narrow` from edge to edge and is `middle` in the
+/// middle.
+fn mean_of_positive(middle: f64, [wide, narrow]: [f64; 2], k: i32) -> f64 {
+    let n = f64::from(k);
+    let along = |s: f64| s.max(0.0).powi(k + 1) / (n + 1.0);
+    let over = |s: f64| s.max(0.0).powi(k + 2) / ((n + 1.0) * (n + 2.0));
+    let (p, q) = (0.5 * wide, 0.5 * narrow);
+    match narrow > PARALLEL * wide {
+        true => {
+            (over(middle + p + q) - over(middle - p + q) - over(middle + p - q) + over(middle - p - q))
+                / (wide * narrow)
+        }
+        false => (along(middle + p) - along(middle - p)) / wide,
+    }
+}
+
+impl CutFaces {
+    /// The stencils of cut faces, own and halo, with who holds the velocities of a component.
+    pub fn find(
+        &mut self,
+        faces: [&[CutFace]; 3],
+        holder: &impl Fn(usize, usize) -> Option<u32>,
+        solids: &Solids,
+        extrapolation: Extrapolation,
+    ) {
+        let (subgrid, first_wall) = (solids.subgrid, (solids.bodies.len() - solids.walls.len()) as u32);
+        let is_cut = |component: usize, face: &CutFace| {
+            holder(component, face.place as usize).is_none_or(|body| body == first_wall + face.wall)
+        };
+        self.close_cells(faces, holder, subgrid);
+        for (component, faces) in faces.into_iter().enumerate() {
+            let passed = &mut self.passed[component];
+            passed.clear();
+            for face in faces.iter().filter(|face| is_cut(component, face)) {
+                let place = face.place as usize;
+                if !subgrid.is_own(component, subgrid.indices(place)) {
+                    continue;
+                }
+                let Some(rule) = extrapolation.rule() else { continue };
+                let unit = pitch(&face.out.way.direction, subgrid);
+                let way = &face.out.way;
+                let profile = Profile {
+                    rule: rule.at(place, subgrid, |p| holder(component, p).is_some()),
+                    subgrid,
+                    component,
+                    solids,
+                    holder: |place| holder(component, place),
+                    start: subgrid.position(component, place) + way.direction * way.distance,
+                    out: face.out,
+                    wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
+                };
+                let (body, way) = (first_wall + face.wall, way.direction * face.moments[0]);
+                let stencil = profile.interface_stencil();
+                passed.extend(stencil.map(|stencil| Passed { place: face.place, body, stencil, way }));
+            }
+        }
+    }
+
+    /// Finds the cells without a free velocity beside cut faces, own ones and those next to them.
+    fn close_cells(
+        &mut self,
+        faces: [&[CutFace]; 3],
+        holder: &impl Fn(usize, usize) -> Option<u32>,
+        subgrid: &Subgrid,
+    ) {
+        let strides = subgrid.layout.strides();
+        let axes: Vec<usize> = (0..3).filter(|&a| subgrid.active[a]).collect();
+        let open: HashMap<(usize, u32), f64> = (faces.iter().enumerate())
+            .flat_map(|(a, faces)| faces.iter().map(move |face| ((a, face.place), face.open)))
+            .collect();
+        let is_closed = |cell: usize| {
+            axes.iter().all(|&a| holder(a, cell).is_some() && holder(a, cell - strides[a]).is_some())
+        };
+        let beside = |a: usize, faces: &[CutFace]| -> Vec<u32> {
+            let near = faces.iter().filter(|face| subgrid.is_beside_own(face.place as usize));
+            near.flat_map(|face| [face.place, face.place + strides[a] as u32]).collect()
+        };
+        let mut cells: Vec<u32> = axes.iter().flat_map(|&a| beside(a, faces[a])).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        self.closed.clear();
+        for cell in cells.into_iter().filter(|&cell| is_closed(cell as usize)) {
+            let mut best: Option<(f64, ClosedCell)> = None;
+            for &axis in &axes {
+                let stride = strides[axis] as u32;
+                for (face, other) in [(cell, cell + stride), (cell - stride, cell - stride)] {
+                    let Some(&share) = open.get(&(axis, face)) else { continue };
+                    if !subgrid.is_unknown(axis, face as usize) {
+                        continue;
+                    }
+                    if best.is_none_or(|(most, _)| share > most) && !is_closed(other as usize) {
+                        best = Some((share, ClosedCell { cell, axis, face }));
+                    }
+                }
+            }
+            self.closed.extend(best.map(|(_, closed)| closed));
+        }
+    }
+
+    /// Tells the flow what passes beyond its velocities; collective.
+    pub fn note(&self, bodies: &[RigidBody], subgrid: &Subgrid, flow: &mut Flow, transport: &dyn Transport) {
+        let strides = subgrid.layout.strides();
+        let Some(passing) = flow.immersed.as_mut().and_then(|immersed| immersed.passing.as_mut()) else {
+            return;
+        };
+        passing.fill(0.0);
+        for (component, passed) in self.passed.iter().enumerate() {
+            let velocity = flow.state.velocity.component(component);
+            let passing = passing.component_mut(component);
+            for Passed { place, body, stencil, way } in passed {
+                let at = |body: u32, foot: &Vec3| bodies[body as usize].component_at(component, foot);
+                let surface = at(*body, &stencil.foot);
+                let opposite = stencil.opposite.as_ref().map(|o| (o.weight, at(o.body, &o.foot)));
+                let beyond = stencil.extrapolated(surface, opposite, velocity, strides) - surface;
+                passing[*place as usize] = beyond - turning(&bodies[*body as usize], component, way);
+            }
+        }
+        flow.refresh_passing(transport);
+        let Some(passing) = flow.immersed.as_mut().and_then(|immersed| immersed.passing.as_mut()) else {
+            return;
+        };
+        let volume = subgrid.cell_volume();
+        let left = |closed: &ClosedCell| {
+            let cell = closed.cell as usize;
+            let through = |a: usize| {
+                let p = passing.component(a);
+                volume / subgrid.spacing[a] * (p[cell] - p[cell - strides[a]])
+            };
+            (0..3).filter(|&a| subgrid.active[a]).map(through).sum::<f64>()
+        };
+        let left: Vec<f64> = self.closed.iter().map(left).collect();
+        for (ClosedCell { cell, axis, face }, left) in self.closed.iter().zip(left) {
+            let outward = if cell == face { 1.0 } else { -1.0 };
+            passing.component_mut(*axis)[*face as usize] -= outward * left * subgrid.spacing[*axis] / volume;
+        }
+        flow.refresh_passing(transport);
+    }
+}
