@@ -3,7 +3,7 @@
 use crate::common::*;
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{Boundaries, Condition, Drive, Flow, FlowSetup, Grid, Profile};
-use grains_geometry::{ClosedMesh, ClosedSurface, TriMesh, Vec3};
+use grains_geometry::{ClosedMesh, ClosedSurface, Shape, TriMesh, Vec3};
 use grains_resolved::{FlowOnWall, FluidWall, Form, Resolved, RigidBody, SolidSide};
 use grains_testing::on_ranks;
 use std::f64::consts::PI;
@@ -305,6 +305,42 @@ fn a_container_that_speeds_up_takes_its_fluid_along() {
         (force.x / wanted - 1.0).abs() < 0.03 && force.y.abs() < 0.03 * wanted.abs(),
         "{force:?} {wanted}"
     );
+}
+
+/// The channel with a cylinder of Schäfer and Turek (1996) at Reynolds number 20, cut off behind 1.2 m: setup, middle and radius
+/// of the cylinder (m), and width of the cells (m).
+fn channel_with_a_cylinder(cells_across: usize) -> (FlowSetup, Vec3, f64, f64) {
+    let h = 0.1 / cells_across as f64;
+    let [nx, ny] = [1.2, 0.41].map(|length: f64| (length / h).round() as usize);
+    let grid = Grid::uniform([0.0; 3], [nx as f64 * h, ny as f64 * h, h], [nx, ny, 1], [false; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 1e-3);
+    let mut boundaries = Boundaries::default();
+    boundaries.faces[0] = Condition::Inlet { profile: Profile::Parabolic { mean: 0.2 } };
+    boundaries.faces[1] = Condition::Outlet { pressure: 0.0 };
+    (boundaries.faces[4], boundaries.faces[5]) = (Condition::Symmetry, Condition::Symmetry);
+    setup.boundaries = boundaries;
+    (setup, Vec3::new(0.2, 0.2, 0.5 * h), 0.05, h)
+}
+
+#[test]
+fn a_cylinder_in_a_channel_has_one_drag_as_a_body_and_as_a_wall() {
+    let (setup, center, radius, h) = channel_with_a_cylinder(20);
+    let (dt, unit) = (0.4 * h / 0.45, 0.5 * 0.2 * 0.2 * 2.0 * radius * h);
+    let steps = (6.0 / dt) as usize;
+    let disc = Shape::cylinder(radius, h, 0.02).unwrap();
+    let mut scene = Scene::new(&setup, [1; 3], (&disc, &[body(1, center)]), QUADRATIC, &SerialTransport);
+    let mut walled = Walled::still(&setup, &[cylinder(center, Vec3::z(), radius, SolidSide::Inside)]);
+    for _ in 0..steps {
+        scene.step(dt, &SerialTransport);
+        walled.step(dt, &SerialTransport);
+    }
+    let [of_body, of_wall] = [-scene.actions[0].force, walled.resolved.on_walls[0].force].map(|f| f / unit);
+    println!("drag and lift as a body {of_body:?}, as a wall {of_wall:?}");
+    for drag in [of_body.x, of_wall.x] {
+        assert!((drag / 5.5795 - 1.0).abs() < 0.02, "{drag}");
+    }
+    assert!((of_body.x / of_wall.x - 1.0).abs() < 0.01, "{of_body:?} {of_wall:?}");
+    assert!((of_body.y - of_wall.y).abs() < 2e-3 * of_wall.x, "{of_body:?} {of_wall:?}");
 }
 
 /// A tetrahedron about the origin.
