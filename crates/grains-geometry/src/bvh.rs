@@ -7,6 +7,9 @@ const LEAF: usize = 4;
 /// Nodes waiting during a traversal: one a level, and halving the boxes gives at most 32 levels.
 const STACK: usize = 64;
 
+/// Relative difference of squares of distances that counts as rounding.
+const TIE: f64 = 1e-10;
+
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -121,7 +124,7 @@ impl Bvh {
     }
 
     /// Index of what lies nearest to a point (m) in a box and the square of its distance (m²), which `squared` tells by the
-    /// index; the lowest index of several.
+    /// index; of several as near, but for rounding, the lowest index.
     pub fn nearest(&self, point: &Vec3, squared: impl Fn(u32) -> f64) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
         let mut stack = [(0u32, 0.0); STACK];
@@ -129,7 +132,7 @@ impl Bvh {
         while waiting > 0 {
             waiting -= 1;
             let (index, bound) = stack[waiting];
-            if best.is_some_and(|(_, least)| bound > least) {
+            if best.is_some_and(|(_, least)| bound > least * (1.0 + TIE)) {
                 continue;
             }
             let node = &self.nodes[index as usize];
@@ -143,7 +146,10 @@ impl Bvh {
             }
             for (_, i) in &self.items[node.next as usize..(node.next + node.count) as usize] {
                 let found = squared(*i);
-                if best.is_none_or(|(first, least)| found < least || found == least && *i < first) {
+                let is_nearer = |(first, least): (u32, f64)| {
+                    found * (1.0 + TIE) < least || found <= least * (1.0 + TIE) && *i < first
+                };
+                if best.is_none_or(is_nearer) {
                     best = Some((*i, found));
                 }
             }

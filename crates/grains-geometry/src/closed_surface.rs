@@ -3,6 +3,9 @@
 use crate::{ClosedMesh, Vec3};
 use std::sync::Arc;
 
+/// Relative difference of distances that counts as rounding.
+const TIE: f64 = 1e-10;
+
 /// Where a point lies seen from a closed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedDistance {
@@ -98,7 +101,8 @@ fn beside(faces: &[(f64, Vec3)]) -> SignedDistance {
     if distance > 0.0 {
         return SignedDistance { distance, outward: outside / distance };
     }
-    let deepest = |a: (f64, Vec3), b: &(f64, Vec3)| if b.0 > a.0 { *b } else { a };
+    // Of faces as near, but for rounding, the first one.
+    let deepest = |a: (f64, Vec3), b: &(f64, Vec3)| if b.0 - a.0 > TIE * b.0.abs() { *b } else { a };
     let (distance, outward) = faces[1..].iter().fold(faces[0], deepest);
     SignedDistance { distance, outward }
 }

@@ -26,6 +26,9 @@ use std::collections::HashMap;
 /// Widths of a face along the normal, over that of a cell, below which the surface counts as parallel to its edges (-).
 const PARALLEL: f64 = 1e-4;
 
+/// What rounding may make of open shares (-): all ranks choose one face.
+const TIE: f64 = 1e-9;
+
 /// A face that the surface of a wall cuts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CutFace {
@@ -179,7 +182,7 @@ impl CutFaces {
                     if !subgrid.is_unknown(axis, face as usize) {
                         continue;
                     }
-                    if best.is_none_or(|(most, _)| share > most) && !is_closed(other as usize) {
+                    if best.is_none_or(|(most, _)| share > most + TIE) && !is_closed(other as usize) {
                         best = Some((share, ClosedCell { cell, axis, face }));
                     }
                 }

@@ -23,7 +23,7 @@ const FACING: f64 = 0.3;
 const MAX_RESPONSE: f64 = 2.0;
 /// Samples whose velocities may lie beside the body: further ones lie beyond the neighbours that S counts.
 const NEAR: usize = 2;
-/// What rounding may make of S, which is 2 at depths of 0.4 cells: all ranks take one polynomial (-).
+/// What rounding may make of weights and of S, which is 2 at depths of 0.4 cells: all ranks take one polynomial (-).
 const ROUNDING: f64 = 1e-9;
 /// Largest ν Δt/Δx² with cubics (-).
 pub const MAX_DIFFUSION_NUMBER: f64 = 2.0;
@@ -193,8 +193,8 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
         }
         let weights = values.lu().solve(&wanted)?;
-        if weights.abs().dot(&hidden) > self.rule.max_feedback
-            || weights.abs().sum() > self.rule.max_weight
+        if weights.abs().dot(&hidden) > self.rule.max_feedback + ROUNDING
+            || weights.abs().sum() > self.rule.max_weight + ROUNDING
             || -weights.dot(&response) > self.rule.max_response + ROUNDING
         {
             return None;
@@ -247,7 +247,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         let along = self.out.way.direction;
         let mut best: Option<(f64, (f64, Sample))> = None;
         for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
-            if best.is_some_and(|(max, _)| max >= weight) {
+            if best.is_some_and(|(max, _)| max + ROUNDING >= weight) {
                 continue;
             }
             let Some(body) = (self.holder)(place) else { continue };

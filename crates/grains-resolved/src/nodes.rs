@@ -12,6 +12,9 @@ use std::ops::RangeInclusive;
 const OUTSIDE: u32 = 0;
 const HALO: u32 = 1 << 31;
 
+/// Relative difference of distances that counts as rounding: velocities a cell deep are so on all ranks.
+const ROUNDING: f64 = 1e-9;
+
 /// A velocity of the fluid that a body imposes.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
@@ -278,7 +281,7 @@ impl Node {
     /// A node with a way out of its body, which is kept if it is next to the surface.
     fn new(place: usize, body: u32, out: &WayOut, subgrid: &Subgrid, ways: &mut Vec<WayOut>) -> Self {
         let out = &WayOut { way: ClosestSurface { distance: out.way.distance.max(0.0), ..out.way }, ..*out };
-        let interface = if out.way.distance < pitch(&out.way.direction, subgrid) {
+        let interface = if out.way.distance < pitch(&out.way.direction, subgrid) * (1.0 - ROUNDING) {
             ways.push(*out);
             ways.len() as u32 - 1
         } else {
