@@ -17,7 +17,12 @@ pub struct ClosedMesh {
     edges: Vec<[Vec3; 3]>,
     /// Sums of the normals at the vertices, each weighted with the angle of its triangle there.
     vertices: Vec<Vec3>,
+    /// Distance (m) that counts as rounding.
+    rounding: f64,
 }
+
+/// What rounding may make of a distance, over the diagonal of the mesh (-).
+const ROUNDING: f64 = 1e-12;
 
 impl ClosedMesh {
     /// The mesh with its normals.
@@ -47,7 +52,7 @@ impl ClosedMesh {
         let edge = |ids: &[u32; 3], k: usize| at_edges[&ordered(ids[(k + 1) % 3], ids[(k + 2) % 3])];
         let edges = mesh.triangles.iter().map(|ids| [0, 1, 2].map(|k| edge(ids, k))).collect();
         let boxes: Vec<Aabb> = (0..count).map(|t| Aabb::around(&corners(t))).collect();
-        Ok(Self { bvh: Bvh::new(&boxes), faces, edges, vertices, mesh })
+        Ok(Self { bvh: Bvh::new(&boxes), faces, edges, vertices, rounding: ROUNDING * mesh.diagonal(), mesh })
     }
 
     /// The mesh.
@@ -70,8 +75,12 @@ impl ClosedMesh {
         let normal = self.normal_of(triangle as usize, &found.weights);
         let distance = found.point.norm();
         match found.point.dot(&normal) <= 0.0 {
-            true if distance > 0.0 => SignedDistance { distance, outward: -found.point / distance },
-            true => SignedDistance { distance, outward: normal.normalize() },
+            // On the surface the way to it is rounding.
+            is_outside if distance <= self.rounding => SignedDistance {
+                distance: if is_outside { distance } else { -distance },
+                outward: normal.normalize(),
+            },
+            true => SignedDistance { distance, outward: -found.point / distance },
             false => SignedDistance { distance: -distance, outward: found.point / distance },
         }
     }
