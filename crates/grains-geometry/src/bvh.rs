@@ -8,7 +8,7 @@ const LEAF: usize = 4;
 const STACK: usize = 64;
 
 /// Relative difference of squares of distances that counts as rounding.
-const TIE: f64 = 1e-10;
+const TIE: f64 = 1e-14;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
