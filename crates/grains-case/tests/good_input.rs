@@ -17,7 +17,7 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 13] = [
+const GOOD: [&str; 14] = [
     "adhesive.toml",
     "bonded.toml",
     "gravel.toml",

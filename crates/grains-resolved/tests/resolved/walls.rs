@@ -137,7 +137,7 @@ fn pipe(n: usize) -> [f64; 2] {
     assert!((force.x / (8.0 * h) - area).abs() < 1e-6 && force.yz().norm() < 1e-9, "{force:?} {area}");
     let exact = |c: usize, at: Vec3| {
         let r = from_axis(at);
-        (r < 0.4).then(|| if c == 0 { 0.25 * (0.16 - r * r) } else { 0.0 })
+        (r < 0.4).then_some(if c == 0 { 0.25 * (0.16 - r * r) } else { 0.0 })
     };
     walled.errors(exact).map(|e| e / 0.04)
 }
