@@ -64,6 +64,10 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
 /// wall is there before the end. Whether they do is known only when they have: laws are asked for before the run begins.
 pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
     if case.holds_particles() {
+        for i in 0..case.bonds.len() {
+            let message = "without effect: all particles are held where they are inserted; remove it";
+            checker.error(&format!("bond[{i}]"), message.into());
+        }
         return;
     }
     let mut reported: Vec<[usize; 2]> = Vec::new();

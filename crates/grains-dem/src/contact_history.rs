@@ -230,11 +230,12 @@ impl SavedHistories {
             SphereHistory { partner: 0, tangential_displacement: Vec3::zeros() },
             |add| spheres(&mut |row, history, _| add(row, history)),
         );
-        self.sphere_laws = Rows::default();
-        if keeps_law_history {
-            let laws = |add: &mut dyn FnMut(u32, LawHistory)| spheres(&mut |row, _, law| add(row, *law));
-            self.sphere_laws.fill(owned, LawHistory::default(), laws);
-        }
+        // There is a row of each particle also where no pair keeps anything: arrivals follow with rows that do.
+        self.sphere_laws.fill(owned, LawHistory::default(), |add| {
+            if keeps_law_history {
+                spheres(&mut |row, _, law| add(row, *law));
+            }
+        });
         let contact = ContactHistory::default();
         self.part_pairs.fill(owned, PartHistory { partner: 0, parts: [0; 2], contact }, part_pairs);
         let (wall, surface, part, element, image) = (0, 0, 0, 0, 0);
@@ -433,6 +434,19 @@ mod tests {
             assert_eq!(message, copy);
             assert_eq!(again.bonds.row(row).len(), gathered.bonds.row(row).len());
         }
+    }
+
+    #[test]
+    fn what_laws_keep_of_an_arrival_stays_with_it() {
+        let (mut own, mut of_other) = (SavedHistories::default(), SavedHistories::default());
+        own.fill(2, false, |_| {}, |_| {}, |_| {}, |_| {});
+        let law = LawHistory { memory: 1e-5, ..LawHistory::default() };
+        let pair = SphereHistory { partner: 7, tangential_displacement: Vec3::zeros() };
+        of_other.fill(1, true, |add| add(0, pair, &law), |_| {}, |_| {}, |_| {});
+        let mut message = Vec::new();
+        of_other.write(0, &mut message);
+        assert!(own.read(&message).is_empty());
+        assert_eq!((own.spheres.row(2).len(), own.sphere_laws.row(2)), (1, &[law][..]));
     }
 
     /// Memory of a particle with a sphere, and of walls 0, 1 and 2, without simplexes.

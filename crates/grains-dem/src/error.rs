@@ -97,7 +97,7 @@ pub enum StepError {
     },
     /// A load that the exact sums cannot hold.
     #[error(
-        "particle {id} at {place} is under a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap: the time step is too large"
+        "particle {id} at {place} is under a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap, or its bonds within a strain of about 0.8: the time step is too large"
     )]
     Load {
         /// Identity.
@@ -175,7 +175,7 @@ pub enum StepError {
     },
     /// A kind of bonds that joined nobody.
     #[error(
-        "bond[{kind}] bonded nothing: no two particles that it may join were within {distance:.2e} m of each other (distance, between and at of [[bond]])"
+        "bond[{kind}] bonded nothing: no two particles that it may join, and that had no bond, were within {distance:.2e} m of each other (distance, between and at of [[bond]])"
     )]
     NothingBonded {
         /// Number of the kind.

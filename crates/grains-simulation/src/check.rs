@@ -106,6 +106,7 @@ fn trial(
     let mut setup = system::build(case, 1, catalogue, insertions.kinds())?.setup;
     setup.ranks = [1; 3];
     let mut dem = system::dem(case, setup, 0)?;
+    dem.prescribe(insertions.prescribed_motions(case));
     insertions.insert_due(case, &mut dem, &SerialTransport)?;
     dem.refresh(&SerialTransport).map_err(|failure| match failure {
         Failure::Here(error) => error.to_string(),

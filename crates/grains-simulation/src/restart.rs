@@ -65,6 +65,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         ("insertions".into(), insertions.progress()),
         (WALLS.into(), walls(dem)),
         ("crossings".into(), passed.join(" ")),
+        ("made_bonds".into(), list(&dem.made_bonds.iter().map(|&is_made| i64::from(is_made)).collect::<Vec<_>>())),
         (
             "particle_columns".into(),
             "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg)".into(),
@@ -288,6 +289,11 @@ fn continue_clock(dem: &mut Dem, file: &CheckpointFile, step: u64) -> Option<(f6
     });
     let origin = origin.unwrap_or_default();
     let time = origin.time_of(step, before);
+    dem.dt_before = (before != now).then_some(before);
+    // Kinds that are new are made as soon as their time has come.
+    for (is_made, saved) in dem.made_bonds.iter_mut().zip(numbers(file, "made_bonds")) {
+        *is_made = saved != 0;
+    }
     dem.origin = if before == now { origin } else { Origin { step, time } };
     dem.resume_at(step);
     Some((time, if before == now { 1.0 } else { now / before }))
@@ -352,22 +358,15 @@ impl Numbering {
     }
 }
 
-/// Refuses bonds that have other places among all of the case than at the checkpoint, and new ones that would never be made.
-fn check_bonds(cases: [&Table; 2], dem: &Dem) -> Result<(), String> {
+/// Refuses bonds that have other places among all of the case than at the checkpoint.
+fn check_bonds(cases: [&Table; 2]) -> Result<(), String> {
     let [old, new] = cases.map(|case| changes::names(case, "bond"));
     if !new.starts_with(&old) {
         return Err(format!(
             "its particles are joined by the bonds {old:?}, and the case has {new:?}: keep these first, in their order"
         ));
     }
-    let late = (old.len()..new.len()).find(|&k| dem.setup.bonds[k].time < dem.time());
-    late.map_or(Ok(()), |k| {
-        let (at, time) = (dem.setup.bonds[k].time, dem.time());
-        Err(format!(
-            "bond `{}` is to be made at {at} s, before the {time} s of the checkpoint: raise its at",
-            new[k]
-        ))
-    })
+    Ok(())
 }
 
 /// Refuses a state that has no meaning in the case.
@@ -392,7 +391,7 @@ fn check_state(
             "{change}: the particles are where the images of that shear have brought them; change its rate alone"
         ));
     }
-    check_bonds([before, now], dem)?;
+    check_bonds([before, now])?;
     let tables = [before, now].map(|case| case.get("fluid").and_then(Value::as_table));
     if let [Some(old), Some(new)] = tables {
         let grid =

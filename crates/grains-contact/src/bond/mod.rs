@@ -114,12 +114,24 @@ impl Bond {
     /// are 2ζ √(K m), m the mass or inertia that the spring moves.
     #[inline]
     pub fn load(&self, state: &mut BondState, pair: &BondedPair, dt: f64) -> Option<BondLoad> {
+        self.load_after(state, pair, [dt; 2])
+    }
+
+    /// The same where the step `before` (s), after which the state was left, was another.
+    #[inline]
+    pub fn load_after(
+        &self,
+        state: &mut BondState,
+        pair: &BondedPair,
+        [before, dt]: [f64; 2],
+    ) -> Option<BondLoad> {
         let BondedPair { normal, distance, velocity, spins: [one, two], .. } = *pair;
         let rest = state.length;
-        let half_step = rotation::by((one + two) * (0.25 * dt));
         let turning = two - one;
+        let half_step = rotation::by((one + two) * (0.25 * before));
         let direction = half_step.turned(&state.direction);
-        let turn = half_step.turned(&state.turn) + turning * (0.5 * dt);
+        let turn = half_step.turned(&state.turn) + turning * (0.5 * before);
+        let half_step = rotation::by((one + two) * (0.25 * dt));
         let stiffness = self.section.stiffness(rest);
         let dashpots = self.dashpots(&stiffness, pair, rest, dt);
 

@@ -375,3 +375,20 @@ fn a_spinning_chain_keeps_its_shape() {
     println!("100 turns: bent {bent:.1e}, stretched {stretch:.2e}, angular momentum {lost:.1e}");
     assert!(bent < 1e-6 && stretch > 0.0 && stretch < 1e-4 && lost < 1e-10);
 }
+
+/// A bond that goes on with another time step has turned by what its ends have.
+#[test]
+fn the_turn_of_a_bond_follows_its_ends_through_a_change_of_the_time_step() {
+    let bond = bond(BeamShear::default(), 0.1);
+    let spins = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(-4.0, 0.0, 0.0)];
+    let (normal, velocity) = (Vec3::x(), Vec3::zeros());
+    let pair = BondedPair { normal, distance: 2e-3, velocity, spins, mass: 1e-5, inverse_inertia: 1e12 };
+    let (long, short) = (1e-5, 4e-6);
+    let mut state = BondState::new(&pair, long);
+    for [before, dt] in [[long, long], [long, long], [long, long], [long, short], [short, short]] {
+        bond.load_after(&mut state, &pair, [before, dt]).unwrap();
+    }
+    // Three long steps, a short one, and half of the next.
+    let turned = (spins[1] - spins[0]) * (3.0 * long + 1.5 * short);
+    assert!((state.turn - turned).norm() < 1e-12 * turned.norm(), "{} {turned}", state.turn);
+}

@@ -13,7 +13,9 @@ pub(crate) struct BondPass<'a> {
     pub(crate) kinds: &'a [BondKind],
     pub(crate) catalogue: &'a Catalogue,
     pub(crate) quanta: LoadQuanta,
+    /// Time step (s), and the one before it.
     pub(crate) dt: f64,
+    pub(crate) dt_before: f64,
     /// Ends of owned particles whose bond broke.
     pub(crate) broken: u64,
     pub(crate) error: Option<StepError>,
@@ -23,10 +25,14 @@ pub(crate) struct BondPass<'a> {
 pub(crate) fn add_forces(particles: &mut Particles, bonds: &mut [ListedBond], pass: &mut BondPass) {
     for bond in bonds.iter_mut().filter(|bond| !bond.is_broken) {
         let bodies = bond.ends.map(|end| &particles.bodies[end as usize]);
+        // Two of prescribed motion exert nothing on each other.
+        if bodies.iter().all(|body| body.is_prescribed()) {
+            continue;
+        }
         let kind = &pass.kinds[usize::from(bond.kind)];
         let pair = bonded_pair(bodies, pass.catalogue);
         let first = bond.state.length;
-        match kind.between(bodies).load(&mut bond.state, &pair, pass.dt) {
+        match kind.between(bodies).load_after(&mut bond.state, &pair, [pass.dt_before, pass.dt]) {
             Some(load) => {
                 if pair.distance > kind.longest_stretch() * first {
                     pass.error = pass.error.take().or_else(|| Some(overstretched(particles, bond, &pair)));

@@ -48,15 +48,16 @@ impl Forming<'_> {
         catalogue: &Catalogue,
         made: &mut Made,
     ) -> bool {
-        let (ids, bodies) = ([i, j].map(|k| particles.ids[k]), [i, j].map(|k| &particles.bodies[k]));
+        // The particle of lower id comes first: both ranks of a pair must find the same gap, bit for bit.
+        let ordered = if particles.ids[i] < particles.ids[j] { [i, j] } else { [j, i] };
+        let (ids, bodies) = (ordered.map(|k| particles.ids[k]), ordered.map(|k| &particles.bodies[k]));
         let materials = bodies.map(|body| body.kind.material);
         let gap = (bodies[1].position - bodies[0].position).norm() - bodies[0].radius - bodies[1].radius;
         let is_wanted = |(_, kind): &(usize, &BondKind)| gap <= kind.distance && kind.joins(ids, materials);
         let Some((k, kind)) = self.due().find(is_wanted).filter(|_| ids[0] != ids[1]) else { return false };
-        let bodies = if ids[0] < ids[1] { bodies } else { [bodies[1], bodies[0]] };
         let time = half_period(kind, bodies, catalogue);
         if time < FEWEST_STEPS * self.dt {
-            let [id, other] = [ids[0].min(ids[1]), ids[0].max(ids[1])];
+            let [id, other] = ids;
             let dt = time / (4.0 * FEWEST_STEPS);
             made.error = made.error.take().or(Some(StepError::StiffBond { id, other, time, dt }));
         }

@@ -95,15 +95,15 @@ impl Dem {
 
     /// Adds the loads of bonds of owned particles with each other, or with clones.
     fn add_bond_forces(&mut self, with: With) {
-        let Self { particles, neighbours, setup, quanta, .. } = self;
+        let Self { particles, neighbours, setup, quanta, dt_before, .. } = self;
         let (bonds, others) = neighbours.bonds.bonds.split_at_mut(neighbours.bonds.inner);
         let bonds = match with {
             With::Owned => bonds,
             With::Clones => others,
         };
         let DemSetup { bonds: kinds, catalogue, parameters, .. } = &*setup;
-        let (quanta, dt) = (*quanta, parameters.dt);
-        let mut pass = BondPass { kinds, catalogue, quanta, dt, broken: 0, error: None };
+        let (quanta, dt, dt_before) = (*quanta, parameters.dt, dt_before.unwrap_or(parameters.dt));
+        let mut pass = BondPass { kinds, catalogue, quanta, dt, dt_before, broken: 0, error: None };
         bonds::add_forces(particles, bonds, &mut pass);
         self.error = self.error.take().or(pass.error);
         self.bond_ledger.broken += pass.broken;

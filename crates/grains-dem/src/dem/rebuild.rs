@@ -3,7 +3,7 @@
 use super::report::Failure;
 use super::state::Dem;
 use crate::bonds::{BondKind, Forming};
-use crate::contact_history::SavedHistories;
+use crate::contact_history::{BondHistory, SavedHistories};
 use crate::error::{StepError, vector};
 use crate::flow_planes::count_crossings;
 use crate::tunnelling;
@@ -20,10 +20,11 @@ impl Dem {
         let has_moved = self.balance(transport);
         self.save_history();
         let Self { particles, histories, exchange, .. } = self;
-        let mut stays = Vec::new();
+        let (mut stays, mut left) = (Vec::new(), 0);
         match exchange.migrate(particles, histories, transport) {
             Ok(migration) => {
-                self.ledger.left += migration.left;
+                left = migration.left;
+                self.ledger.left += left;
                 self.bond_ledger.left += migration.bonds_left;
                 self.passages.left.extend(migration.carriers_left);
                 stays = migration.stays;
@@ -31,7 +32,8 @@ impl Dem {
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
         self.check(transport)?;
-        self.sort_and_list(&stays, transport)?;
+        let bonded = self.since_bonds_were_seen(left, transport);
+        self.sort_and_list(&stays, bonded, transport)?;
         // The history is in the lists now.
         self.histories = SavedHistories::default();
         self.history_saved = false;
@@ -70,15 +72,25 @@ impl Dem {
         }
     }
 
-    fn sort_and_list(&mut self, stays: &[u32], transport: &impl Transport) -> Result<(), Failure> {
+    /// Bonds may be longer by `way` (m) than when they were last seen; partners are missing only if some `have_left`.
+    fn sort_and_list(
+        &mut self,
+        stays: &[u32],
+        (way, have_left): (f64, bool),
+        transport: &impl Transport,
+    ) -> Result<(), Failure> {
         let (wall_allowance, wall_steps) = self.wall_allowance();
         let loaded_allowance = self.loaded_allowance();
         let (slide, slide_steps) = self.slide_allowance();
         (self.wall_steps, self.way_left) = (wall_steps.min(slide_steps), loaded_allowance);
-        let is_due: Vec<bool> = self.setup.bonds.iter().map(|kind| self.makes(kind)).collect();
+        let due: Vec<bool> = self.due_bonds().collect();
+        let dt_of_bonds = self.dt_before.unwrap_or(self.setup.parameters.dt);
         let Self { particles, histories, decomposition, setup, exchange, neighbours, .. } = self;
-        let forming =
-            is_due.contains(&true).then(|| Forming { kinds: &setup.bonds, is_due, dt: setup.parameters.dt });
+        let forming = due.contains(&true).then(|| Forming {
+            kinds: &setup.bonds,
+            is_due: due.clone(),
+            dt: dt_of_bonds,
+        });
         let context = ListContext {
             decomposition,
             catalogue: &setup.catalogue,
@@ -90,7 +102,7 @@ impl Dem {
             images: self.images.as_ref(),
             slide,
             forming: forming.as_ref(),
-            may_leave: setup.outlets.contains(&true),
+            may_leave: have_left,
             dt: setup.parameters.dt,
             time: self.origin.time_of(self.step, setup.parameters.dt),
         };
@@ -102,26 +114,49 @@ impl Dem {
         neighbours.wall_allowance = wall_allowance + loaded_allowance;
         neighbours.choose_allowances(particles, &context);
         let largest = ranges.iter().fold(0.0, |w: f64, &x| w.max(x));
-        let longest = setup.longest_bond();
         let range = |i: usize| {
-            let range = neighbours.range_of(particles, i, context.gap()) + largest;
-            let is_bonded = !histories.bonds.row(cell_list.order[i] as usize).is_empty();
-            if is_bonded { range.max(longest) } else { range }
+            let of_contacts = neighbours.range_of(particles, i, context.gap()) + largest;
+            let row = histories.bonds.row(cell_list.order[i] as usize);
+            let longest = |bond: &BondHistory| {
+                setup.bonds[usize::from(bond.kind)].longest_stretch() * bond.state.length + way
+            };
+            row.iter().map(longest).fold(of_contacts, f64::max)
         };
         let ranges: Vec<f64> = (0..particles.owned).map(range).collect();
         exchange.create_clones(particles, &ranges, transport);
         let BondChanges { made, left, error } = neighbours.build(particles, &cell_list, histories, &context);
         let checked =
             forming.map_or(Ok(()), |forming| forming.check(&neighbours.bonds, particles, transport));
+        if checked.is_ok() {
+            self.made_bonds.iter_mut().zip(due).for_each(|(made, is_due)| *made |= is_due);
+        }
         self.bond_ledger.made += made.ends;
         self.bond_ledger.left += left;
         self.error = self.error.take().or(error).or(made.error).or(checked.err());
         self.check(transport)
     }
 
-    /// Whether bonds of a kind are made in this step.
-    pub(super) fn makes(&self, kind: &BondKind) -> bool {
-        self.origin.step_at(kind.time, self.setup.parameters.dt) == self.step
+    /// Whether the bonds of each kind are to be made now.
+    fn due_bonds(&self) -> impl Iterator<Item = bool> {
+        let is_due = |kind: &BondKind| self.origin.step_at(kind.time, self.setup.parameters.dt) <= self.step;
+        self.setup.bonds.iter().zip(&self.made_bonds).map(move |(kind, is_made)| !is_made && is_due(kind))
+    }
+
+    /// Whether bonds of some kind are to be made now.
+    pub(super) fn is_bond_due(&self) -> bool {
+        self.due_bonds().any(|is_due| is_due)
+    }
+
+    /// Twice the way (m) that the fastest particle of all ranks goes in a step, and whether particles have just left the box on any
+    /// rank, if there are bonds.
+    fn since_bonds_were_seen(&self, left: u64, transport: &impl Transport) -> (f64, bool) {
+        if self.setup.bonds.is_empty() {
+            return (0.0, false);
+        }
+        let speeds = self.particles.bodies.iter().map(|body| body.velocity.norm());
+        let mut numbers = [speeds.fold(0.0, f64::max), left as f64];
+        transport.max(&mut numbers);
+        (2.0 * numbers[0] * self.setup.parameters.dt, numbers[1] > 0.0)
     }
 
     /// Whether there is one particle at most, and no wall: nothing can be missed, however far it goes.

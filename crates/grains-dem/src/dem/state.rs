@@ -42,6 +42,10 @@ pub struct Dem {
     pub stress: StressSums,
     /// Particles in and out on this rank.
     pub ledger: Ledger,
+    /// Time step (s) of the step before, where it was another than that of the present one.
+    pub dt_before: Option<f64>,
+    /// Whether the bonds of each kind have been made.
+    pub made_bonds: Vec<bool>,
     /// Ends of bonds on this rank.
     pub bond_ledger: BondLedger,
     /// Particles with cargo that came and went, until they are taken.
@@ -105,6 +109,8 @@ impl Dem {
             shear_start: 0.0,
             stress: StressSums::default(),
             ledger: Ledger::default(),
+            dt_before: None,
+            made_bonds: vec![false; setup.bonds.len()],
             bond_ledger: BondLedger::default(),
             passages: Passages::default(),
             clock: Clock::default(),

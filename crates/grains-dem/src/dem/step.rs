@@ -89,6 +89,7 @@ impl Dem {
         self.move_loaded_walls(transport);
         self.sliding.finish();
         self.step += 1;
+        self.dt_before = None;
         self.steps_since_build += 1;
         self.place_walls();
         self.check_loaded_walls();
@@ -104,7 +105,7 @@ impl Dem {
         } else if self.interrupt {
             Level::Interrupted
         } else if is_stale
-            || self.setup.bonds.iter().any(|kind| self.makes(kind))
+            || self.is_bond_due()
             || self.steps_since_build >= self.wall_steps
             || self.way_left < 0.0
         {

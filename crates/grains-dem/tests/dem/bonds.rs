@@ -338,3 +338,29 @@ fn stepped(scene: &Scene, steps: u64) -> Dem {
     }
     dem
 }
+
+/// Whether two spheres are within the distance of their bonds hangs on one rounding where they just touch: both ranks must find the
+/// same.
+#[test]
+fn spheres_that_touch_across_a_border_are_bonded_on_both_of_its_sides_or_on_none() {
+    let mut scene = block(vec![Shape::sphere(1e-3).unwrap()], BondKind { distance: 0.0, ..bonds() });
+    scene.setup.global = grains_domain::GlobalBox::new([0.0; 3], [0.06; 3], [false; 3]);
+    scene.setup.walls.clear();
+    scene.particles.clear();
+    for k in 0..144_u64 {
+        let place = Vec3::new(0.03, 0.003 + 0.0049 * (k % 12) as f64, 0.003 + 0.0049 * (k / 12) as f64);
+        let radii = [1 + k % 5, 2 + (k / 5) % 7].map(|tenths| tenths as f64 / 10.0);
+        let ids = if k % 3 == 0 { [2 * k, 2 * k + 1] } else { [2 * k + 1, 2 * k] };
+        for side in 0..2 {
+            let away = if side == 0 { -radii[0] } else { radii[1] };
+            let position = place + Vec3::x() * (away * 1e-3);
+            let velocity = Vec3::new(0.0, 0.1, 0.02 * radii[side]);
+            scene.particles.push(NewParticle { scale: radii[side], velocity, ..bead(ids[side], position) });
+        }
+    }
+    scene.setup.parameters.dt = 1e-6;
+    let [there, _] = count_after(&scene, 40);
+    assert!(there > 20 && there < 144, "{there} bonds: some are, and some are not");
+    let alone = scene.run([1; 3], 40);
+    assert!(alone == scene.run([2, 1, 1], 40));
+}

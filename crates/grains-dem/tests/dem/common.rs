@@ -95,7 +95,7 @@ impl Scene {
 
     /// Runs `before` steps on one grid of ranks, stops, and `after` more on another.
     pub fn run_with_restart(&self, first: [usize; 3], before: u64, second: [usize; 3], after: u64) -> State {
-        let saved: Vec<(ParticleRecord, Vec<f64>)> = on_ranks(first.iter().product(), |transport| {
+        let stopped = on_ranks(first.iter().product(), |transport| {
             let mut dem = self.start(first, transport.rank());
             for _ in 0..before {
                 dem.step(&transport).unwrap();
@@ -111,13 +111,16 @@ impl Scene {
                 record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
                 saved.push((record, history.to_vec()));
             }
-            saved
-        })
-        .concat();
+            (saved, dem.made_bonds.clone())
+        });
+        let made_bonds = stopped[0].1.clone();
+        let saved: Vec<(ParticleRecord, Vec<f64>)> =
+            stopped.into_iter().flat_map(|(saved, _)| saved).collect();
         merged(on_ranks(second.iter().product(), |transport| {
             let mut dem =
                 Dem::new(DemSetup { ranks: second, ..self.setup.clone() }, transport.rank()).unwrap();
             dem.resume_at(before);
+            dem.made_bonds.clone_from(&made_bonds);
             for (record, history) in &saved {
                 if dem.owns(&record.body.position) {
                     dem.restore(record, history);
