@@ -31,8 +31,17 @@ fn kind(given: &CaseBond) -> BondKind {
     }
 }
 
-/// Refuses bonds so long that a particle could be bonded to two images of another.
-pub(crate) fn check_lengths(case: &Case, setup: &DemSetup) -> Result<(), String> {
+/// Refuses bonds so long that a particle could be bonded to two images of another, or so thick that sums of their moments are
+/// not exact.
+pub(crate) fn check_sizes(case: &Case, setup: &DemSetup) -> Result<(), String> {
+    let thickest = 2.0 * setup.largest_radius;
+    let radius = |kind: &BondKind| kind.section_radius(setup.largest_radius);
+    if let Some(k) = setup.bonds.iter().position(|kind| radius(kind) > thickest) {
+        let message = format!(
+            "thicker than the largest particle, of {thickest:.3e} m: lower it; lengths are in metres"
+        );
+        return Err(case.about(&format!("bond[{k}].radius"), message));
+    }
     let global = &setup.global;
     let periodic = (0..3).filter(|&axis| global.periodic[axis]).map(|axis| global.length(axis));
     let shortest = periodic.fold(f64::INFINITY, f64::min);

@@ -103,7 +103,7 @@ pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange
         balance,
     };
     resolved_loads(case, &setup, kinds)?;
-    bonds::check_lengths(case, &setup)?;
+    bonds::check_sizes(case, &setup)?;
     Ok(System { setup, step })
 }
 
@@ -296,7 +296,7 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
         return Ok(());
     }
     let message = format!(
-        "forces are rounded to multiples that follow the stiffest contact of the largest particle, or the largest load on a wall, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, the load, or the ratio of the largest to the smallest particle"
+        "forces are rounded to multiples that follow the stiffest contact or bond of the largest particle, or the largest load on a wall, and the weight of the smallest particle is {force:.1e} of them (its torque {torque:.1e}), fewer than {COARSEST:.0e}: lower the stiffness, the load, or the ratio of the largest to the smallest particle"
     );
     let force = |k: &usize| {
         let [a, b] = case.contacts[*k].between.map(|m| m as u16);
@@ -304,6 +304,11 @@ fn resolved_loads(case: &Case, setup: &DemSetup, kinds: &[KindRange]) -> Result<
         normal.force_bound(setup.largest_radius, setup.overlap_limit * setup.largest_radius)
     };
     let stiffest = (0..case.contacts.len()).max_by(|a, b| force(a).total_cmp(&force(b))).unwrap_or(0);
+    let of_bond = |k: &usize| setup.bonds[*k].force_bound(setup.largest_radius);
+    let stiffest_bond = (0..setup.bonds.len()).max_by(|a, b| of_bond(a).total_cmp(&of_bond(b)));
+    if let Some(k) = stiffest_bond.filter(|k| of_bond(k) > force(&stiffest)) {
+        return Err(case.about(&format!("bond[{k}].youngs_modulus"), message));
+    }
     let key = match case.contacts[stiffest].normal.is_hertzian() {
         true => format!("contact[{stiffest}].normal"),
         false => format!("contact[{stiffest}].normal_stiffness"),

@@ -38,7 +38,7 @@ pub struct Bond<Name = usize> {
     pub radius: Option<f64>,
     /// The same over the radius of the smaller particle (-), that of its bounding sphere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 10, "x-plausible" = [0.05, 2]))]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 2, "x-plausible" = [0.05, 1]))]
     pub radius_ratio: Option<f64>,
     /// Young's modulus E of the beams (Pa).
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e4, 2e12]))]

@@ -65,7 +65,7 @@ impl BondKind {
     }
 
     /// Tension (N) of bonds of particles up to this bounding radius (m) at a tenth of strain: the largest that sums allow for.
-    pub(crate) fn force_bound(&self, largest_radius: f64) -> f64 {
+    pub fn force_bound(&self, largest_radius: f64) -> f64 {
         let mut section = self.bond.section;
         section.radius = self.section_radius(largest_radius);
         0.1 * section.young * section.area()
