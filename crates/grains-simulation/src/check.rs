@@ -64,7 +64,7 @@ fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
     let decomposition = decomposition(case, &setup, ranks)?;
     let ranks = setup.ranks.iter().product();
     let (placed, walls) = trial(case, catalogue, insertions.clone())?;
-    let cost = Cost::of(case, &setup.catalogue, &insertions, &walls, ranks);
+    let cost = Cost::of(case, &setup.catalogue, &insertions, (&walls, placed[1]), ranks);
     fluid::verify(case, (&setup, insertions.kinds()), &decomposition)?;
     let fluid = fluid::check::report(case, &setup.catalogue, &insertions)?;
     let particles = match case.inserts.is_empty() {

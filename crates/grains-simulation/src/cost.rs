@@ -20,6 +20,9 @@ const MEMORY: [f64; 2] = [950.0, 5000.0];
 /// Bytes per particle of a checkpoint, for spheres and for other shapes.
 const CHECKPOINT: [f64; 2] = [370.0, 1250.0];
 
+/// Bytes of a bond in memory, at the peak, and in a checkpoint.
+const BOND: [f64; 2] = [250.0, 150.0];
+
 /// Bytes of a number of a table, and of the description of a snapshot in the files beside it.
 const TEXT: [f64; 2] = [12.0, 8e3];
 
@@ -37,12 +40,13 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// That of a case with all its particles on a number of ranks, with the walls as they are drawn at the beginning.
+    /// That of a case with all its particles on a number of ranks, with the walls as they are drawn and the bonds there are at the
+    /// beginning.
     pub fn of(
         case: &Case,
         catalogue: &Catalogue,
         insertions: &Insertions,
-        walls: &WallTriangles,
+        (walls, bonds): (&WallTriangles, u64),
         ranks: usize,
     ) -> Self {
         let out = &case.output;
@@ -68,12 +72,13 @@ impl Cost {
         let disk = snapshots * (particles * particle_bytes(case) + of_walls + TEXT[1])
             + times(case, out.surfaces) * (surfaces + TEXT[1])
             + times(case, out.series) * columns * TEXT[0]
-            + checkpoints * particles * CHECKPOINT[other]
+            + checkpoints * (particles * CHECKPOINT[other] + bonds as f64 * BOND[1])
             + fluid::check::bytes_on_disk(case);
         // What is written at once is in memory at once, and more than half of it a second time.
         let at_once = 1.6 * surfaces / real * 8.0;
         let memory = PROCESS * ranks as f64
             + particles * MEMORY[other]
+            + bonds as f64 * BOND[0]
             + at_once
             + fluid::check::bytes_in_memory(case, ranks);
         Self { memory, snapshots, checkpoints, disk }
