@@ -42,7 +42,7 @@ fn flow_between_walls_is_the_same_on_any_ranks_and_across_restarts() {
         // The gate is there for a while.
         let time = table.column("time");
         for (t, force) in time.iter().zip(table.column("gate_flow_fx")).skip(1) {
-            assert_eq!(force.is_nan(), *t > 0.0501, "{t}: {force}");
+            assert_eq!(force.is_nan(), *t > 0.0499, "{t}: {force}");
         }
         let void = array(&one.join("fluid.vtkhdf"), "VTKHDF/CellData/void_fraction");
         let [first, last] =

@@ -21,7 +21,7 @@ pub struct ClosedMesh {
     rounding: f64,
 }
 
-/// What rounding may make of a distance, over the diagonal of the mesh (-).
+/// What rounding may make of a distance, over the diagonal of the mesh, and of weights of corners (-).
 const ROUNDING: f64 = 1e-12;
 
 impl ClosedMesh {
@@ -87,7 +87,7 @@ impl ClosedMesh {
 
     /// Normal, of any length, of what carries a point with these weights of a triangle's corners.
     fn normal_of(&self, triangle: usize, weights: &[f64; 4]) -> Vec3 {
-        let carries = [0, 1, 2].map(|k| weights[k] > 0.0);
+        let carries = [0, 1, 2].map(|k| weights[k] > ROUNDING);
         match carries {
             [true, true, true] => self.faces[triangle],
             [false, true, true] => self.edges[triangle][0],
