@@ -224,9 +224,9 @@ fn bonded_block_that_breaks_and_leaves() {
     let results = compare_case("bonded", text, &decompositions);
     let series = series(&results);
     let last = |name: &str| series.column(name).last().copied().unwrap();
-    let most = series.column("bonds").into_iter().fold(0.0, f64::max);
-    assert!(most > 50.0 && last("broken_bonds") > 10.0 && last("left") > 10.0, "{most} bonds");
-    assert!(most - last("broken_bonds") > last("bonds"), "some left with their particles");
+    let max = series.column("bonds").into_iter().fold(0.0, f64::max);
+    assert!(max > 50.0 && last("broken_bonds") > 10.0 && last("left") > 10.0, "{max} bonds");
+    assert!(max - last("broken_bonds") > last("bonds"), "some left with their particles");
     assert!(last("bonds") > 0.0 && series.column("bonds")[0] == 0.0);
 }
 

@@ -81,6 +81,15 @@ fn a_lid_under_a_load_stopped_at_every_step_goes_on_from_where_it_is() {
 }
 
 #[test]
+fn a_block_stopped_at_every_step_is_bonded_once() {
+    let clamps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases/clamps.csv");
+    let made =
+        [("clamps.csv", clamps.to_str().unwrap()), ("at = 2e-3", "at = 3e-5"), ("at = 6e-3", "at = 6e-5")];
+    let text = made.iter().fold(often("bonded.toml", (9, 1)), |text, (old, new)| replaced(&text, old, new));
+    stopped_at_every_step("bonded", &text, 1e-5);
+}
+
+#[test]
 fn a_sheared_box_stopped_at_every_step_loses_no_part_of_its_stress() {
     at_every_step("sheared", 9, 1);
     at_every_step("sheared", 9, 4);

@@ -65,7 +65,7 @@ fn misfit(case: &Case, component: &Component) -> Option<String> {
 pub(crate) fn check_pairs(case: &Case, checker: &mut Checker) {
     if case.holds_particles() {
         for i in 0..case.bonds.len() {
-            let message = "without effect: all particles are held where they are inserted; remove it";
+            let message = "without effect: all particles stay where they are inserted; remove it";
             checker.error(&format!("bond[{i}]"), message.into());
         }
         return;

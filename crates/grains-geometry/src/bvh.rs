@@ -132,7 +132,7 @@ impl Bvh {
         while waiting > 0 {
             waiting -= 1;
             let (index, bound) = stack[waiting];
-            if best.is_some_and(|(_, least)| bound > least * (1.0 + TIE)) {
+            if best.is_some_and(|(_, min)| bound > min * (1.0 + TIE)) {
                 continue;
             }
             let node = &self.nodes[index as usize];
@@ -146,8 +146,8 @@ impl Bvh {
             }
             for (_, i) in &self.items[node.next as usize..(node.next + node.count) as usize] {
                 let found = squared(*i);
-                let is_nearer = |(first, least): (u32, f64)| {
-                    found * (1.0 + TIE) < least || found <= least * (1.0 + TIE) && *i < first
+                let is_nearer = |(first, min): (u32, f64)| {
+                    found * (1.0 + TIE) < min || found <= min * (1.0 + TIE) && *i < first
                 };
                 if best.is_none_or(is_nearer) {
                     best = Some((*i, found));

@@ -15,7 +15,7 @@
 
 use crate::body::others;
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
-use crate::wall::{Solids, WayOut};
+use crate::wall::{ClosestPoint, Solids};
 use crate::wall_load::turning;
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_domain::Transport;
@@ -36,8 +36,8 @@ pub(crate) struct CutFace {
     pub place: u32,
     /// Number of the wall.
     pub wall: u32,
-    /// The way from its middle to the surface; its length is negative in the fluid.
-    pub out: WayOut,
+    /// The surface point closest to its middle; its distance is negative in the fluid.
+    pub out: ClosestPoint,
     /// Open share of its area (-).
     open: f64,
     /// Means of s⁺, s⁺², s⁺³ over the face less their values in its middle (m, m², m³).
@@ -59,7 +59,7 @@ struct Passed {
     body: u32,
     stencil: InterfaceStencil,
     /// Along the normal, as long as c of the distance from the surface (m): what turns with the wall passes by itself.
-    way: Vec3,
+    offset: Vec3,
 }
 
 /// All cut faces of a rank.
@@ -71,18 +71,18 @@ pub(crate) struct CutFaces {
 }
 
 impl CutFace {
-    /// The face about a velocity, of a way that leads from it to the surface; none if that does not cut it.
+    /// The face about a velocity, given the closest point of the surface; none if that does not cut it.
     pub fn new(
         component: usize,
         place: usize,
-        (wall, out): (u32, WayOut),
+        (wall, out): (u32, ClosestPoint),
         subgrid: &Subgrid,
     ) -> Option<Self> {
         let [b, c] = others(component).map(|a| match subgrid.active[a] {
-            true => (out.way.direction[a] * subgrid.spacing[a]).abs(),
+            true => (out.surface.direction[a] * subgrid.spacing[a]).abs(),
             false => 0.0,
         });
-        let middle = -out.way.distance;
+        let middle = -out.surface.distance;
         if middle.abs() >= 0.5 * (b + c) {
             return None;
         }
@@ -131,21 +131,21 @@ impl CutFaces {
                     continue;
                 }
                 let Some(rule) = extrapolation.rule() else { continue };
-                let unit = pitch(&face.out.way.direction, subgrid);
-                let way = &face.out.way;
+                let unit = pitch(&face.out.surface.direction, subgrid);
+                let surface = &face.out.surface;
                 let profile = Profile {
                     rule: rule.at(place, subgrid, |p| holder(component, p).is_some()),
                     subgrid,
                     component,
                     solids,
                     holder: |place| holder(component, place),
-                    start: subgrid.position(component, place) + way.direction * way.distance,
+                    start: subgrid.position(component, place) + surface.direction * surface.distance,
                     out: face.out,
                     wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
                 };
-                let (body, way) = (first_wall + face.wall, way.direction * face.moments[0]);
+                let (body, offset) = (first_wall + face.wall, surface.direction * face.moments[0]);
                 let stencil = profile.interface_stencil();
-                passed.extend(stencil.map(|stencil| Passed { place: face.place, body, stencil, way }));
+                passed.extend(stencil.map(|stencil| Passed { place: face.place, body, stencil, offset }));
             }
         }
     }
@@ -182,7 +182,7 @@ impl CutFaces {
                     if !subgrid.is_unknown(axis, face as usize) {
                         continue;
                     }
-                    if best.is_none_or(|(most, _)| share > most + TIE) && !is_closed(other as usize) {
+                    if best.is_none_or(|(max, _)| share > max + TIE) && !is_closed(other as usize) {
                         best = Some((share, ClosedCell { cell, axis, face }));
                     }
                 }
@@ -201,12 +201,12 @@ impl CutFaces {
         for (component, passed) in self.passed.iter().enumerate() {
             let velocity = flow.state.velocity.component(component);
             let passing = passing.component_mut(component);
-            for Passed { place, body, stencil, way } in passed {
+            for Passed { place, body, stencil, offset } in passed {
                 let at = |body: u32, foot: &Vec3| bodies[body as usize].component_at(component, foot);
                 let surface = at(*body, &stencil.foot);
                 let opposite = stencil.opposite.as_ref().map(|o| (o.weight, at(o.body, &o.foot)));
                 let beyond = stencil.extrapolated(surface, opposite, velocity, strides) - surface;
-                passing[*place as usize] = beyond - turning(&bodies[*body as usize], component, way);
+                passing[*place as usize] = beyond - turning(&bodies[*body as usize], component, offset);
             }
         }
         flow.refresh_passing(transport);

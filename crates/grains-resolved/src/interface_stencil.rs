@@ -2,7 +2,7 @@
 
 use crate::Subgrid;
 use crate::subgrid::Stencil;
-use crate::wall::{Solids, WayOut};
+use crate::wall::{ClosestPoint, Solids};
 use grains_geometry::{Mat3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -132,8 +132,8 @@ pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
     pub holder: H,
     /// The point of the surface (m).
     pub start: Vec3,
-    /// The way to it.
-    pub out: WayOut,
+    /// The surface point closest to it.
+    pub out: ClosestPoint,
     /// How it is chosen.
     pub rule: Rule,
     /// What is wanted of the powers 1 to 3 of the distance along the normal, in those of planes between which a cell fits (-):
@@ -149,7 +149,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     /// there are fewer points.
     pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
         let Rule { samples, spacing, .. } = self.rule;
-        let step = spacing * pitch(&self.out.way.direction, self.subgrid);
+        let step = spacing * pitch(&self.out.surface.direction, self.subgrid);
         let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
         let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
         let across = || {
@@ -166,14 +166,14 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
 
     /// The flow at a distance (m) from the surface.
     fn flow(&self, distance: f64) -> Option<Sample> {
-        let point = self.start + self.out.way.direction * distance;
+        let point = self.start + self.out.surface.direction * distance;
         Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
     }
 
     /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
     /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
     fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
-        let unit = pitch(&self.out.way.direction, self.subgrid);
+        let unit = pitch(&self.out.surface.direction, self.subgrid);
         let mut values = Mat3::identity();
         let (mut wanted, mut hidden, mut response) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         for (n, sample) in samples.iter().enumerate() {
@@ -203,7 +203,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             Sample::Flow(_, stencil) => Some(*stencil),
             Sample::Opposite(..) => None,
         })?;
-        let foot = self.out.arm + self.out.way.direction * self.out.way.distance;
+        let foot = self.out.arm + self.out.surface.direction * self.out.surface.distance;
         let mut interface = InterfaceStencil { foot, fluid: [(0.0, first); 3], opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
@@ -231,7 +231,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         let (mut variance, mut third) = (0.0, 0.0);
         for a in (0..3).filter(|&a| self.subgrid.active[a]) {
             let (t, step) =
-                (stencil.fractions[a], self.out.way.direction[a] * self.subgrid.spacing[a] / unit);
+                (stencil.fractions[a], self.out.surface.direction[a] * self.subgrid.spacing[a] / unit);
             let spread = t * (1.0 - t) * step * step;
             variance += spread;
             third += spread * (1.0 - 2.0 * t) * step;
@@ -241,10 +241,10 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
 
     /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and that surface.
     ///
-    /// It is the tangent plane where the way out of a corner of the sample's cell ends: of the corner that counts most.
+    /// It is the tangent plane at the surface point closest to a corner of the sample's cell: of the corner that counts most.
     fn opposite(&self, sample: &Sample) -> Option<(f64, Sample)> {
         let Sample::Flow(_, stencil) = *sample else { return None };
-        let along = self.out.way.direction;
+        let along = self.out.surface.direction;
         let mut best: Option<(f64, (f64, Sample))> = None;
         for (place, weight) in stencil.corners(self.subgrid.layout.strides()) {
             if best.is_some_and(|(max, _)| max + ROUNDING >= weight) {
@@ -252,10 +252,13 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             }
             let Some(body) = (self.holder)(place) else { continue };
             let corner = self.subgrid.position(self.component, place);
-            let Some(WayOut { arm, way }) = self.solids.way_out(body as usize, &corner) else { continue };
-            let facing = -way.direction.dot(&along);
-            let end = corner + way.direction * way.distance;
-            let width = (self.start - end).dot(&way.direction) / facing;
+            let Some(ClosestPoint { arm, surface }) = self.solids.closest_point(body as usize, &corner)
+            else {
+                continue;
+            };
+            let facing = -surface.direction.dot(&along);
+            let end = corner + surface.direction * surface.distance;
+            let width = (self.start - end).dot(&surface.direction) / facing;
             if facing > FACING && width > 0.0 {
                 let foot = self.start + along * width - corner + arm;
                 best = Some((weight, (width, Sample::Opposite(width, body, foot))));

@@ -2,7 +2,7 @@
 
 use crate::cut_faces::{CutFace, CutFaces};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
-use crate::wall::{Solids, WallRun, WayOut};
+use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
@@ -39,8 +39,8 @@ pub(crate) struct Nodes {
     /// Own nodes per component.
     pub of: [Vec<Node>; 3],
     interfaces: [Vec<InterfaceStencil>; 3],
-    /// Scratch: the ways out that the interfaces of a component are made of.
-    ways: Vec<WayOut>,
+    /// Scratch: the closest surface points that the interfaces of a component are made of.
+    closest_points: Vec<ClosestPoint>,
     marks: [Vec<u32>; 3],
     in_walls: [WallNodes; 3],
     pub cut_faces: CutFaces,
@@ -50,7 +50,7 @@ pub(crate) struct Nodes {
 #[derive(Clone, Debug, Default)]
 struct WallNodes {
     own: Vec<Node>,
-    ways: Vec<WayOut>,
+    closest_points: Vec<ClosestPoint>,
     /// Places in the halo, and their walls.
     halo: Vec<(u32, u32)>,
     /// Faces that walls cut, halo included.
@@ -63,7 +63,7 @@ impl Nodes {
         Self {
             of: Default::default(),
             interfaces: Default::default(),
-            ways: Vec::new(),
+            closest_points: Vec::new(),
             marks: [marks(), marks(), marks()],
             in_walls: Default::default(),
             cut_faces: CutFaces::default(),
@@ -78,7 +78,7 @@ impl Nodes {
             let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
             marks.fill(OUTSIDE);
             found.own.clear();
-            found.ways.clear();
+            found.closest_points.clear();
             found.halo.clear();
             found.cut.clear();
             for wall in 0..solids.walls.len() {
@@ -106,12 +106,13 @@ impl Nodes {
                 let nodes = &self.of[component];
                 let next_to_surface = nodes.iter().filter(|node| node.interface != DEEP);
                 let make = |node: &Node| {
-                    let out = self.ways[node.interface as usize];
+                    let out = self.closest_points[node.interface as usize];
                     let place = node.place as usize;
-                    let start = subgrid.position(component, place) + out.way.direction * out.way.distance;
+                    let start =
+                        subgrid.position(component, place) + out.surface.direction * out.surface.distance;
                     let holder = |place: usize| holder(marks[place], nodes);
                     let rule = extrapolation.rule()?.at(place, subgrid, |p| marks[p] != OUTSIDE);
-                    let depth = -out.way.distance / pitch(&out.way.direction, subgrid);
+                    let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
                     let wanted = Vec3::from_fn(|k, _| depth.powi(k as i32 + 1));
                     Profile { rule, subgrid, component, solids, holder, start, out, wanted }
                         .interface_stencil()
@@ -137,7 +138,7 @@ impl Nodes {
             (&self.in_walls[component], &mut self.marks[component], &mut self.of[component]);
         nodes.clear();
         nodes.extend(found.own.iter().map(|node| Node { body: first_wall + node.body, ..node.clone() }));
-        self.ways.clone_from(&found.ways);
+        self.closest_points.clone_from(&found.closest_points);
         for (number, node) in nodes.iter().enumerate() {
             marks[node.place as usize] = number as u32 + 1;
         }
@@ -215,12 +216,12 @@ impl Nodes {
         }) {
             return;
         }
-        let Some(out) = solids.way_out(number, position) else { return };
+        let Some(out) = solids.closest_point(number, position) else { return };
         if !subgrid.is_own(component, index) {
             marks[place] = HALO | number as u32;
             return;
         }
-        let node = Node::new(place, number as u32, &out, subgrid, &mut self.ways);
+        let node = Node::new(place, number as u32, &out, subgrid, &mut self.closest_points);
         match marks[place] {
             OUTSIDE => {
                 nodes.push(node);
@@ -252,7 +253,7 @@ impl WallNodes {
             }
             let mut out = run.out;
             out.arm.x += m as f64 * subgrid.spacing.x;
-            let node = Node::new(place, wall, &out, subgrid, &mut self.ways);
+            let node = Node::new(place, wall, &out, subgrid, &mut self.closest_points);
             self.own.push(node);
         }
     }
@@ -278,12 +279,21 @@ fn ball_indices(
 }
 
 impl Node {
-    /// A node with a way out of its body, which is kept if it is next to the surface.
-    fn new(place: usize, body: u32, out: &WayOut, subgrid: &Subgrid, ways: &mut Vec<WayOut>) -> Self {
-        let out = &WayOut { way: ClosestSurface { distance: out.way.distance.max(0.0), ..out.way }, ..*out };
-        let interface = if out.way.distance < pitch(&out.way.direction, subgrid) * (1.0 - ROUNDING) {
-            ways.push(*out);
-            ways.len() as u32 - 1
+    /// A node with the closest point of its body's surface, which is kept if it is next to the surface.
+    fn new(
+        place: usize,
+        body: u32,
+        out: &ClosestPoint,
+        subgrid: &Subgrid,
+        closest_points: &mut Vec<ClosestPoint>,
+    ) -> Self {
+        let out = &ClosestPoint {
+            surface: ClosestSurface { distance: out.surface.distance.max(0.0), ..out.surface },
+            ..*out
+        };
+        let interface = if out.surface.distance < pitch(&out.surface.direction, subgrid) * (1.0 - ROUNDING) {
+            closest_points.push(*out);
+            closest_points.len() as u32 - 1
         } else {
             DEEP
         };

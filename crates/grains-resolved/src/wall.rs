@@ -1,4 +1,4 @@
-//! Walls that bound the fluid, and the way out of whatever is solid.
+//! Walls that bound the fluid, and the closest surface points of whatever is solid.
 
 use crate::body::Form;
 use crate::{RigidBody, Subgrid};
@@ -88,8 +88,8 @@ impl PlacedWall {
         self.shifts.iter().any(|shift| (1..3).all(|a| holds(shift, a)))
     }
 
-    /// How deep a point (m) of the box is in the wall (m, negative in the fluid), and the way to its surface.
-    fn depth(&self, point: &Vec3, flat: Option<usize>) -> (f64, WayOut) {
+    /// How deep a point (m) of the box is in the wall (m, negative in the fluid), and the closest point of its surface.
+    fn depth(&self, point: &Vec3, flat: Option<usize>) -> (f64, ClosestPoint) {
         let of_image = |shift: &Vec3| {
             let arm = point - shift - self.body.center;
             let found = self.wall.surface.signed_distance(&self.body.rotation.tr_mul(&arm), flat);
@@ -98,11 +98,11 @@ impl PlacedWall {
                 SolidSide::Outside => (found.distance, -found.outward),
             };
             let direction = self.body.rotation * direction;
-            (depth, WayOut { arm, way: ClosestSurface { distance: depth, direction } })
+            (depth, ClosestPoint { arm, surface: ClosestSurface { distance: depth, direction } })
         };
-        let deeper = |a: (f64, WayOut), b: (f64, WayOut)| if b.0 > a.0 { b } else { a };
+        let deeper = |a: (f64, ClosestPoint), b: (f64, ClosestPoint)| if b.0 > a.0 { b } else { a };
         let nowhere = ClosestSurface { distance: 0.0, direction: Vec3::zeros() };
-        let none = (f64::NEG_INFINITY, WayOut { arm: Vec3::zeros(), way: nowhere });
+        let none = (f64::NEG_INFINITY, ClosestPoint { arm: Vec3::zeros(), surface: nowhere });
         self.shifts.iter().map(of_image).fold(none, deeper)
     }
 }
@@ -130,13 +130,13 @@ fn images([lower, upper]: [Vec3; 2], subgrid: &Subgrid) -> Vec<Vec3> {
     shifts
 }
 
-/// A way from a point in a body to its surface.
+/// The point of a body's surface closest to a point in it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WayOut {
+pub(crate) struct ClosestPoint {
     /// From the centre of the body, or of its image, to the point (m).
     pub arm: Vec3,
-    /// The way.
-    pub way: ClosestSurface,
+    /// Distance and direction from there.
+    pub surface: ClosestSurface,
 }
 
 /// A run of velocities along x in a wall, or one in the fluid beside it.
@@ -147,8 +147,8 @@ pub(crate) struct WallRun {
     pub first: [isize; 3],
     /// How many there are.
     pub count: usize,
-    /// The way from the first to the surface, its length negative from the fluid.
-    pub out: WayOut,
+    /// The surface point closest to the first; its distance is negative in the fluid.
+    pub out: ClosestPoint,
 }
 
 /// All that is solid on a rank.
@@ -161,17 +161,18 @@ pub(crate) struct Solids<'a> {
 }
 
 impl Solids<'_> {
-    /// A way from a point (m) to the surface of a body; none from outside.
-    pub fn way_out(&self, body: usize, point: &Vec3) -> Option<WayOut> {
+    /// The surface point of a body closest to a point (m); none from outside.
+    pub fn closest_point(&self, body: usize, point: &Vec3) -> Option<ClosestPoint> {
         let body = &self.bodies[body];
         match body.form {
             Form::Shape(shape) => {
                 let arm = point - body.center;
                 let local = body.rotation.tr_mul(&arm) / body.scale;
                 let across = self.subgrid.flat().map(|a| body.rotation.row(a).transpose());
-                let way = self.shapes[usize::from(shape)].closest_surface(&local, across.as_ref())?;
-                let (distance, direction) = (way.distance * body.scale, body.rotation * way.direction);
-                Some(WayOut { arm, way: ClosestSurface { distance, direction } })
+                let surface = self.shapes[usize::from(shape)].closest_surface(&local, across.as_ref())?;
+                let (distance, direction) =
+                    (surface.distance * body.scale, body.rotation * surface.direction);
+                Some(ClosestPoint { arm, surface: ClosestSurface { distance, direction } })
             }
             Form::Wall(wall) => {
                 let (depth, out) =

@@ -99,8 +99,8 @@ impl Stresses<'_> {
     }
 }
 
-/// What turns with a wall at a distance along a direction (m) moves faster by, along a component (m/s).
-pub(crate) fn turning(wall: &RigidBody, component: usize, way: &Vec3) -> f64 {
+/// What turns with a wall at a distance along an arm (m) moves faster by, along a component (m/s).
+pub(crate) fn turning(wall: &RigidBody, component: usize, arm: &Vec3) -> f64 {
     let [b, c] = others(component);
-    wall.spin[b] * way[c] - wall.spin[c] * way[b]
+    wall.spin[b] * arm[c] - wall.spin[c] * arm[b]
 }

@@ -114,26 +114,12 @@ pub(crate) fn check(raw: Vec<Bond<String>>, context: &Context, checker: &mut Che
             let message = "takes forces; remove it, or set collisions.model = \"soft\"";
             checker.error(&format!("bond[{i}]"), message.into());
         }
-        match (&bond.between, &bond.path) {
-            (None, None) => {
-                let message = "missing key. The two materials whose near particles are bonded; or path, a table of pairs";
-                checker.error(&key("between"), message.into());
-            }
-            (Some(_), Some(_)) => {
-                checker.error(&key("path"), "excludes between; remove one or the other".into());
-            }
-            _ => {}
-        }
-        match (bond.radius, bond.radius_ratio) {
-            (None, None) => {
-                let message = "missing key. Radius of the section of a beam (m); or radius_ratio, over the smaller particle's";
-                checker.error(&key("radius"), message.into());
-            }
-            (Some(_), Some(_)) => {
-                checker.error(&key("radius_ratio"), "excludes radius; remove one or the other".into());
-            }
-            _ => {}
-        }
+        let given = [bond.between.is_some(), bond.path.is_some()];
+        let what = "The two materials whose near particles are bonded; or path, a table of pairs";
+        check_either(given, [key("between"), key("path")], what, checker);
+        let given = [bond.radius.is_some(), bond.radius_ratio.is_some()];
+        let what = "Radius of the section of a beam (m); or radius_ratio, over the smaller particle's";
+        check_either(given, [key("radius"), key("radius_ratio")], what, checker);
         if bond.at >= context.end {
             checker.error(&key("at"), format!("must be before time.end = {} s", context.end));
         }
@@ -150,6 +136,18 @@ pub(crate) fn check(raw: Vec<Bond<String>>, context: &Context, checker: &mut Che
         bonds.push(bond);
     }
     bonds
+}
+
+/// Refuses both of two keys, and none of them.
+fn check_either(given: [bool; 2], [key, other]: [String; 2], what: &str, checker: &mut Checker) {
+    match given {
+        [false, false] => checker.error(&key, format!("missing key. {what}")),
+        [true, true] => {
+            let name = key.rsplit('.').next().unwrap_or(&key);
+            checker.error(&other, format!("excludes {name}; remove one or the other"));
+        }
+        _ => {}
+    }
 }
 
 /// The pairs of a file, the lower id first, sorted.

@@ -144,21 +144,21 @@ fn bead(id: u64, position: Vec3) -> NewParticle {
     }
 }
 
-/// Touching beads in a row along a direction, the first of them held, under gravity.
+/// Touching beads in a row along a direction, the first of them fixed, under gravity.
 fn chain(count: u64, along: Vec3, kind: BondKind) -> (Scene, PrescribedMotion) {
     let mut setup = setup([0.03; 3], [false; 3], vec![Shape::sphere(1e-3).unwrap()], law(true));
     setup.bonds = vec![kind];
     setup.largest_radius = 1e-3;
     let place = |k: u64| Vec3::new(2e-3, 0.015, 0.028) + along * (2e-3 * k as f64);
     let particles = (0..count).map(|k| bead(k, place(k))).collect();
-    let held =
+    let fixed =
         PrescribedMotion { name: "root".into(), ids: 0..1, motion: Motion::Fixed, about_centres: false };
-    (Scene { setup, particles }, held)
+    (Scene { setup, particles }, fixed)
 }
 
-fn settled((scene, held): &(Scene, PrescribedMotion), steps: u64) -> Dem {
+fn settled((scene, fixed): &(Scene, PrescribedMotion), steps: u64) -> Dem {
     let mut scene = Scene { setup: scene.setup.clone(), particles: scene.particles.clone() };
-    scene.setup.prescribed = vec![held.clone()];
+    scene.setup.prescribed = vec![fixed.clone()];
     let mut dem = scene.start([1; 3], 0);
     for _ in 0..steps {
         dem.step(&SerialTransport).unwrap();
@@ -363,4 +363,19 @@ fn spheres_that_touch_across_a_border_are_bonded_on_both_of_its_sides_or_on_none
     assert!(there > 20 && there < 144, "{there} bonds: some are, and some are not");
     let alone = scene.run([1; 3], 40);
     assert!(alone == scene.run([2, 1, 1], 40));
+}
+
+/// Who is bonded keeps the bond at a restart, however near particles must be to get one now.
+#[test]
+fn a_restart_with_a_shorter_distance_keeps_longer_bonds_on_any_ranks() {
+    for outlets in [false, true] {
+        let mut scene = block(vec![Shape::sphere(1e-3).unwrap()], breakable(3e5));
+        scene.setup.outlets[5] = outlets;
+        let stopped = scene.stop_after([2, 1, 1], 30);
+        scene.setup.bonds[0].distance = 0.0;
+        let alone = scene.go_on([1; 3], &stopped, 500);
+        for ranks in [[2, 1, 1], [1, 3, 1], [2, 2, 2]] {
+            assert!(alone == scene.go_on(ranks, &stopped, 500), "{ranks:?}, outlets {outlets}");
+        }
+    }
 }

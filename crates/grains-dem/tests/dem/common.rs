@@ -95,43 +95,76 @@ impl Scene {
 
     /// Runs `before` steps on one grid of ranks, stops, and `after` more on another.
     pub fn run_with_restart(&self, first: [usize; 3], before: u64, second: [usize; 3], after: u64) -> State {
-        let stopped = on_ranks(first.iter().product(), |transport| {
-            let mut dem = self.start(first, transport.rank());
-            for _ in 0..before {
+        self.go_on(second, &self.stop_after(first, before), after)
+    }
+
+    /// Where a run on a grid of ranks stops after some steps.
+    pub fn stop_after(&self, ranks: [usize; 3], steps: u64) -> Stopped {
+        let parts = on_ranks(ranks.iter().product(), |transport| {
+            let mut dem = self.start(ranks, transport.rank());
+            for _ in 0..steps {
                 dem.step(&transport).unwrap();
             }
             dem.refresh(&transport).unwrap();
-            let (lengths, packed) = dem.packed_history();
-            let mut rest = &packed[..];
-            let mut saved = Vec::new();
-            for (i, &length) in lengths.iter().enumerate() {
-                let (history, after) = rest.split_at(length as usize);
-                rest = after;
-                let mut record = dem.particles.record(i);
-                record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
-                saved.push((record, history.to_vec()));
-            }
-            (saved, dem.made_bonds.clone())
+            Stopped::of(&dem)
         });
-        let made_bonds = stopped[0].1.clone();
-        let saved: Vec<(ParticleRecord, Vec<f64>)> =
-            stopped.into_iter().flat_map(|(saved, _)| saved).collect();
-        merged(on_ranks(second.iter().product(), |transport| {
-            let mut dem =
-                Dem::new(DemSetup { ranks: second, ..self.setup.clone() }, transport.rank()).unwrap();
-            dem.resume_at(before);
-            dem.made_bonds.clone_from(&made_bonds);
-            for (record, history) in &saved {
-                if dem.owns(&record.body.position) {
-                    dem.restore(record, history);
-                }
-            }
-            dem.announce_insertion();
-            for _ in 0..after {
+        let made_bonds = parts[0].made_bonds.clone();
+        let particles = parts.into_iter().flat_map(|part| part.particles).collect();
+        Stopped { particles, made_bonds, step: steps }
+    }
+
+    /// Runs some more steps on a grid of ranks.
+    pub fn go_on(&self, ranks: [usize; 3], from: &Stopped, steps: u64) -> State {
+        merged(on_ranks(ranks.iter().product(), |transport| {
+            let mut dem = self.resume(ranks, transport.rank(), from, |_| ());
+            for _ in 0..steps {
                 dem.step(&transport).unwrap();
             }
             state_of(&dem)
         }))
+    }
+
+    /// One rank's system where another stopped; `prepare` sets what walls are placed by.
+    pub fn resume(
+        &self,
+        ranks: [usize; 3],
+        rank: usize,
+        from: &Stopped,
+        prepare: impl FnOnce(&mut Dem),
+    ) -> Dem {
+        let mut dem = Dem::new(DemSetup { ranks, ..self.setup.clone() }, rank).unwrap();
+        prepare(&mut dem);
+        dem.resume_at(from.step);
+        dem.made_bonds.clone_from(&from.made_bonds);
+        for (record, history) in &from.particles {
+            if dem.owns(&record.body.position) {
+                dem.restore(record, history);
+            }
+        }
+        dem.announce_insertion();
+        dem
+    }
+}
+
+/// What a run continues from: particles with the history of their contacts, kinds of bonds made, steps done.
+pub struct Stopped {
+    pub particles: Vec<(ParticleRecord, Vec<f64>)>,
+    pub made_bonds: Vec<bool>,
+    pub step: u64,
+}
+
+impl Stopped {
+    /// That of a system whose lists are fresh.
+    pub fn of(dem: &Dem) -> Self {
+        let (lengths, packed) = dem.packed_history();
+        let mut rest = &packed[..];
+        let row = |(i, &length): (usize, &u32)| {
+            let (own, after) = rest.split_at(length as usize);
+            rest = after;
+            (dem.saved_record(i), own.to_vec())
+        };
+        let particles = lengths.iter().enumerate().map(row).collect();
+        Self { particles, made_bonds: dem.made_bonds.clone(), step: dem.step }
     }
 }
 

@@ -1,10 +1,7 @@
 //! Walls that a load moves: equilibrium, momentum, and the same bits whatever the ranks.
 
-use crate::common::{Scene, State, lattice, law, merged, setup, state_of, wall};
-use grains_dem::{
-    Dem, DemSetup, Failure, Kind, Loading, Motion, NewParticle, ParticleRecord, Skin, StepError, Surface,
-    Travel,
-};
+use crate::common::{Scene, State, Stopped, lattice, law, merged, setup, state_of, wall};
+use grains_dem::{Dem, Failure, Kind, Loading, Motion, NewParticle, Skin, StepError, Surface, Travel};
 use grains_domain::{SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
 use grains_testing::on_ranks;
@@ -41,29 +38,18 @@ fn pressed_bed(skin: Skin) -> Scene {
     Scene { setup, particles }
 }
 
-/// What a run continues from: particles with the history of their contacts, travels of walls, steps done.
-struct Stopped {
-    particles: Vec<(ParticleRecord, Vec<f64>)>,
-    travels: Vec<Travel>,
-    step: u64,
-}
-
 /// Particles and lid after some steps from a state, on a grid of ranks.
-fn go_on(scene: &Scene, ranks: [usize; 3], from: Option<&Stopped>, steps: u64) -> (State, Vec<Travel>) {
+fn go_on(
+    scene: &Scene,
+    ranks: [usize; 3],
+    from: Option<&(Stopped, Vec<Travel>)>,
+    steps: u64,
+) -> (State, Vec<Travel>) {
     let parts = on_ranks(ranks.iter().product(), |transport| {
         let mut dem = match from {
             None => scene.start(ranks, transport.rank()),
-            Some(Stopped { particles, travels, step }) => {
-                let mut dem = Dem::new(DemSetup { ranks, ..scene.setup.clone() }, transport.rank()).unwrap();
-                dem.travels.clone_from(travels);
-                dem.resume_at(*step);
-                for (record, history) in particles {
-                    if dem.owns(&record.body.position) {
-                        dem.restore(record, history);
-                    }
-                }
-                dem.announce_insertion();
-                dem
+            Some((stopped, travels)) => {
+                scene.resume(ranks, transport.rank(), stopped, |dem| dem.travels.clone_from(travels))
             }
         };
         for _ in 0..steps {
@@ -93,16 +79,7 @@ fn a_loaded_lid_has_the_same_bits_on_any_ranks_with_any_skin_and_after_a_restart
         dem.step(&SerialTransport).unwrap();
     }
     dem.refresh(&SerialTransport).unwrap();
-    let (lengths, packed) = dem.packed_history();
-    let mut rest = &packed[..];
-    let saved = lengths.iter().enumerate().map(|(i, &length)| {
-        let (own, after) = rest.split_at(length as usize);
-        rest = after;
-        let mut record = dem.particles.record(i);
-        record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
-        (record, own.to_vec())
-    });
-    let from = Stopped { particles: saved.collect(), travels: dem.travels.clone(), step: before };
+    let from = (Stopped::of(&dem), dem.travels.clone());
     assert!(go_on(&scene, [2, 2, 1], Some(&from), steps - before) == alone, "restart");
 }
 

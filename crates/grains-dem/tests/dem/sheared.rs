@@ -1,11 +1,11 @@
 //! Boxes under simple shear: the same bits whatever the ranks, what is conserved, and the stress.
 
-use crate::common::{Scene, State, knobbly_shapes, lattice, law, merged, mixed_shapes, setup, state_of};
+use crate::common::{
+    Scene, State, Stopped, knobbly_shapes, lattice, law, merged, mixed_shapes, setup, state_of,
+};
 use crate::laws::bridge;
 use grains_contact::{ContactLaw, Jkr, Linear, Tangential, Tear};
-use grains_dem::{
-    Dem, DemSetup, ExchangeStrategy, Kind, NewParticle, ParticleRecord, Partner, Shear, Skin, StressSums,
-};
+use grains_dem::{Dem, DemSetup, ExchangeStrategy, Kind, NewParticle, Partner, Shear, Skin, StressSums};
 use grains_domain::{DecompositionError, SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
 use grains_testing::on_ranks;
@@ -35,38 +35,11 @@ fn sticky() -> ContactLaw {
     ContactLaw::new(normal, 0.7, 0.5, tangential)
 }
 
-/// A state from which a run goes on.
-struct Stopped {
-    particles: Vec<(ParticleRecord, Vec<f64>)>,
-    step: u64,
-}
-
-fn saved(dem: &Dem) -> Vec<(ParticleRecord, Vec<f64>)> {
-    let (lengths, packed) = dem.packed_history();
-    let mut rest = &packed[..];
-    let row = |(i, &length): (usize, &u32)| {
-        let (own, after) = rest.split_at(length as usize);
-        rest = after;
-        (dem.saved_record(i), own.to_vec())
-    };
-    lengths.iter().enumerate().map(row).collect()
-}
-
 fn run(scene: &Scene, ranks: [usize; 3], from: Option<&Stopped>, steps: u64) -> State {
     merged(on_ranks(ranks.iter().product(), |transport| {
         let mut dem = match from {
             None => scene.start(ranks, transport.rank()),
-            Some(Stopped { particles, step }) => {
-                let mut dem = Dem::new(DemSetup { ranks, ..scene.setup.clone() }, transport.rank()).unwrap();
-                dem.resume_at(*step);
-                for (record, history) in particles {
-                    if dem.owns(&record.body.position) {
-                        dem.restore(record, history);
-                    }
-                }
-                dem.announce_insertion();
-                dem
-            }
+            Some(stopped) => scene.resume(ranks, transport.rank(), stopped, |_| ()),
         };
         for _ in 0..steps {
             dem.step(&transport).unwrap();
@@ -115,7 +88,7 @@ fn a_sheared_box_has_the_same_bits_on_any_ranks_with_any_skin_and_after_a_restar
         }
         let mut dem = scene.start([1; 3], 0);
         (0..before).for_each(|_| dem.step(&SerialTransport).unwrap());
-        let stopped = Stopped { particles: saved(&dem), step: before };
+        let stopped = Stopped::of(&dem);
         assert!(run(&scene, across(2, 2), Some(&stopped), steps - before) == alone, "restart");
     }
 }

@@ -1,12 +1,9 @@
 //! Wear of walls: closed forms of what slides, sums over elements, and the same bits whatever the ranks.
 
-use crate::common::{Scene, lattice, law, merged, mixed_shapes, setup, state_of, wall};
+use crate::common::{Scene, Stopped, lattice, law, merged, mixed_shapes, setup, state_of, wall};
 use crate::laws::bridge;
 use grains_contact::{ContactLaw, Tangential};
-use grains_dem::{
-    Dem, DemSetup, Kind, Motion, NewParticle, ParticleRecord, Skin, Surface, Wall, Wear, WornElement,
-    WornWall,
-};
+use grains_dem::{Dem, Kind, Motion, NewParticle, Skin, Surface, Wall, Wear, WornElement, WornWall};
 use grains_domain::{SerialTransport, Transport};
 use grains_geometry::{Rotation, SMOOTH_ANGLE, Shape, TriMesh, Vec3, WallMesh};
 use grains_testing::on_ranks;
@@ -204,39 +201,22 @@ fn liquid_that_presses_over_a_gap_does_not_wear() {
     assert_eq!(worn, 0.0);
 }
 
-/// What a run continues from.
-struct Stopped {
-    particles: Vec<(ParticleRecord, Vec<f64>)>,
-    worn: Vec<WornElement>,
-    step: u64,
-}
-
 /// What has worn off after some steps from a state, on a grid of ranks, and the totals of the walls as bits.
 fn go_on(
     scene: &Scene,
     ranks: [usize; 3],
-    from: Option<&Stopped>,
+    from: Option<&(Stopped, Vec<WornElement>)>,
     steps: u64,
 ) -> (Vec<WornElement>, Vec<u64>) {
     let parts = on_ranks(ranks.iter().product(), |transport| {
         let mut dem = match from {
             None => scene.start(ranks, transport.rank()),
-            Some(Stopped { particles, worn, step }) => {
-                let mut dem = Dem::new(DemSetup { ranks, ..scene.setup.clone() }, transport.rank()).unwrap();
-                dem.resume_at(*step);
+            Some((stopped, worn)) => {
+                let mut dem = scene.resume(ranks, transport.rank(), stopped, |_| ());
                 // Any rank may hold what has worn off, in any order.
                 let own = |k: usize| k % transport.size() == transport.rank();
-                worn.iter()
-                    .enumerate()
-                    .rev()
-                    .filter(|(k, _)| own(*k))
-                    .for_each(|(_, &worn)| dem.restore_worn(worn));
-                for (record, history) in particles {
-                    if dem.owns(&record.body.position) {
-                        dem.restore(record, history);
-                    }
-                }
-                dem.announce_insertion();
+                let mine = worn.iter().enumerate().rev().filter(|(k, _)| own(*k));
+                mine.for_each(|(_, &worn)| dem.restore_worn(worn));
                 dem
             }
         };
@@ -269,17 +249,7 @@ fn wear_has_the_same_bits_on_any_ranks_with_any_skin_and_after_a_restart() {
         dem.step(&SerialTransport).unwrap();
     }
     dem.refresh(&SerialTransport).unwrap();
-    let (lengths, packed) = dem.packed_history();
-    let mut rest = &packed[..];
-    let saved = lengths.iter().enumerate().map(|(i, &length)| {
-        let (own, after) = rest.split_at(length as usize);
-        rest = after;
-        let mut record = dem.particles.record(i);
-        record.body.position = Vec3::from(dem.setup.global.wrap(record.body.position.into()));
-        (record, own.to_vec())
-    });
-    let from =
-        Stopped { particles: saved.collect(), worn: dem.worn_elements(&SerialTransport), step: before };
+    let from = (Stopped::of(&dem), dem.worn_elements(&SerialTransport));
     assert!(go_on(&scene, [1, 2, 2], Some(&from), steps - before) == alone, "restart");
 }
 

@@ -63,12 +63,12 @@ impl Walled {
         for _ in 0..100_000 {
             let before = self.flow.state.velocity.clone();
             self.step(dt, &SerialTransport);
-            let (mut change, mut most) = (0.0_f64, 0.0_f64);
+            let (mut change, mut max) = (0.0_f64, 0.0_f64);
             for (a, b) in before.components().into_iter().zip(self.flow.state.velocity.components()) {
                 change = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(change, f64::max);
-                most = b.iter().map(|b| b.abs()).fold(most, f64::max);
+                max = b.iter().map(|b| b.abs()).fold(max, f64::max);
             }
-            if change < share * most {
+            if change < share * max {
                 return;
             }
         }
