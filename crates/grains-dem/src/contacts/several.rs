@@ -5,12 +5,16 @@
 //! dD/dt, for the mass 1/(J M⁻¹ Jᵀ) of the pair along the generalised direction J = Σ W_i (n_i, r_i × n_i), so that D has
 //! the restitution of the law. What the contacts do beside, such as rocking, is braked by the same dashpot at each,
 //! W_i (dδ_i/dt less their mean); all of it takes energy and none brings any.
+//!
+//! Springs along the surface share W_i/ΣW of their stiffness. A contact that begins beside others begins with the mean
+//! of their displacements and angles, as its weight then is none: so the force goes on where a body rolls or slides from
+//! one of its parts onto the next.
 
 use super::load_quanta::LoadQuanta;
 use super::loads::{ContactLoads, ContactPoint};
 use crate::contact_history::LawHistory;
 use crate::narrow_phase::Pose;
-use grains_contact::{Approach, Coefficients, Encounter, Neighbourhood, PreparedLaw, Sharing};
+use grains_contact::{Approach, Coefficients, Encounter, Neighbourhood, PreparedLaw, Sharing, WoundAngles};
 use grains_geometry::{DepthNorm, Mat3, Vec3};
 
 /// The law of two bodies.
@@ -98,6 +102,24 @@ impl SeveralContacts {
         histories.fold([0.0; 2], |[memory, bridge], law| [memory.max(law.memory), bridge.max(law.bridge)])
     }
 
+    /// What contacts of these overlaps (m) and weights of patches have wound up, their mean by weight.
+    pub(crate) fn wound(&self, contacts: impl Iterator<Item = (f64, f64, Wound)>) -> Wound {
+        let (mut mean, mut total) = (Wound::default(), 0.0);
+        if self.count == 1 {
+            return mean;
+        }
+        for (overlap, patch, wound) in contacts.filter(|(.., wound)| !wound.is_none()) {
+            let weight = self.weight(overlap, patch);
+            mean.add(&wound, weight);
+            total += weight;
+        }
+        let mut wound = Wound::default();
+        if total > 0.0 {
+            wound.add(&mean, 1.0 / total);
+        }
+        wound
+    }
+
     /// Whether its contacts are one to the law, and keep the same.
     #[inline]
     pub(crate) fn is_one(&self) -> bool {
@@ -163,8 +185,12 @@ impl SeveralContacts {
         if one.has_couples() {
             loads.add_couple(&encounter, &one, (&point.rolling(), &mut history.angles), quanta, dt);
         }
-        if let Some(patch) = patch {
-            loads.add_patch(&encounter, &one, (&patch.second, torsional_angle), quanta, dt);
+        match patch {
+            Some(patch) if patch.second.trace() > 0.0 => {
+                loads.add_patch(&encounter, &one, (&patch.second, torsional_angle), quanta, dt);
+            }
+            // A point, or one corner, holds no torsion.
+            _ => *torsional_angle = 0.0,
         }
         loads
     }
@@ -178,6 +204,30 @@ pub(crate) struct PatchShare {
     pub(crate) second: Mat3,
 }
 
+/// What the springs of a contact along the surface have wound up; nothing where it begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Wound {
+    /// Tangential displacement (m).
+    pub(crate) displacement: Vec3,
+    /// Torsional angle of a patch (rad).
+    pub(crate) torsional_angle: f64,
+    /// Angles rolled and twisted (rad).
+    pub(crate) angles: WoundAngles,
+}
+
+impl Wound {
+    pub(crate) fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn add(&mut self, other: &Self, factor: f64) {
+        self.displacement += other.displacement * factor;
+        self.torsional_angle += other.torsional_angle * factor;
+        self.angles.rolling += other.angles.rolling * factor;
+        self.angles.twisting += other.angles.twisting * factor;
+    }
+}
+
 /// What a contact keeps from one step to the next.
 pub(crate) struct Kept<'a> {
     /// Tangential displacement (m).
@@ -185,4 +235,24 @@ pub(crate) struct Kept<'a> {
     /// Torsional angle of a patch (rad).
     pub(crate) torsional_angle: &'a mut f64,
     pub(crate) history: &'a mut LawHistory,
+}
+
+impl Kept<'_> {
+    /// What the contact has wound up.
+    pub(crate) fn wound(&self) -> Wound {
+        Wound {
+            displacement: *self.displacement,
+            torsional_angle: *self.torsional_angle,
+            angles: self.history.angles,
+        }
+    }
+
+    /// Lets a contact that begins go on with what others have wound up.
+    pub(crate) fn begin_with(&mut self, others: &Wound) {
+        if self.wound().is_none() {
+            *self.displacement = others.displacement;
+            *self.torsional_angle = others.torsional_angle;
+            self.history.angles = others.angles;
+        }
+    }
 }

@@ -7,6 +7,7 @@ use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
+use crate::contact_history::ContactHistory;
 use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
@@ -43,6 +44,7 @@ pub(crate) fn add_forces(
                 let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
                 let place = group.start + item.place;
                 let history = histories.of(&mut pairs[place]);
+                history.torsional_angle = 0.0;
                 pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
                 batch.take((place, &item.contact), bodies, &poses, history, catalogue);
             }
@@ -90,6 +92,10 @@ fn add_contacts(
         dt,
     };
     let kept = several.kept(found.items.iter().map(|item| histories.of(&mut group[item.place]).law));
+    let wound = several.wound(found.items.iter().map(|item| {
+        let wound = kept_by(histories.of(&mut group[item.place])).wound();
+        (item.contact.overlap, patch(item), wound)
+    }));
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;
     for item in &found.items {
@@ -106,15 +112,22 @@ fn add_contacts(
         }
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
         let patch = found.footprint(item).map(|f| PatchShare { weight: f.weight, second: f.second });
-        let kept = Kept {
-            displacement: &mut history.tangential_displacement,
-            torsional_angle: &mut history.torsional_angle,
-            history: &mut history.law,
-        };
+        let mut kept = kept_by(history);
+        if several.is_one() {
+            kept.begin_with(&wound);
+        }
         let loads = several.loads(&point, patch, &law, kept, quanta);
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
     pass.statistics.note(deepest / radius, || overlapping(particles, &group[0], catalogue));
+}
+
+fn kept_by(history: &mut ContactHistory) -> Kept<'_> {
+    Kept {
+        displacement: &mut history.tangential_displacement,
+        torsional_angle: &mut history.torsional_angle,
+        history: &mut history.law,
+    }
 }
 
 #[cold]

@@ -9,7 +9,9 @@ use super::wall::WallSums;
 use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
-use crate::contacts::{ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
+use crate::contacts::{
+    ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, Wound,
+};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_geometry::{GjkError, Vec3};
@@ -103,6 +105,7 @@ fn add_body(
     let several = together(particles, touching, &center, (&mut law, scene), catalogue);
     let laws = list.laws.get(group.clone()).unwrap_or_default().iter();
     let kept = several.is_one().then(|| several.kept(laws.copied()));
+    let wound = wound(&several, list, group.clone());
     for k in group.clone() {
         let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
         let Some(contact) = contact else {
@@ -111,6 +114,9 @@ fn add_body(
         };
         let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
         [history.memory, history.bridge] = kept.unwrap_or([history.memory, history.bridge]);
+        if several.is_one() {
+            kept_by(pair, &mut history).begin_with(&wound);
+        }
         let met = (pair, &mut history, &contact, &center);
         add_contact(particles, met, (scene, sums), (&several, &law, inverse_inertia), pass);
         if let Some(kept) = list.laws.get_mut(k) {
@@ -118,6 +124,25 @@ fn add_body(
         }
     }
     Ok(())
+}
+
+/// What the contacts of a particle with one surface have wound up together.
+fn wound(several: &SeveralContacts, list: &WallList, group: Range<usize>) -> Wound {
+    several.wound(group.clone().filter_map(|k| {
+        let contact = list.touching[k - group.start].as_ref()?;
+        let WallPair { tangential_displacement: displacement, torsional_angle, .. } = list.pairs[k];
+        let angles = list.laws.get(k).copied().unwrap_or_default().angles;
+        let patch = contact.footprint.as_ref().map_or(1.0, |f| f.weight);
+        Some((contact.overlap, patch, Wound { displacement, torsional_angle, angles }))
+    }))
+}
+
+fn kept_by<'a>(pair: &'a mut WallPair, history: &'a mut LawHistory) -> Kept<'a> {
+    Kept {
+        displacement: &mut pair.tangential_displacement,
+        torsional_angle: &mut pair.torsional_angle,
+        history,
+    }
 }
 
 /// The contacts of a particle with one surface together; their law gets their mass.
@@ -157,12 +182,7 @@ fn add_contact(
         weight: patch.weight,
         second: state.rotation * patch.second * state.rotation.transpose(),
     });
-    let kept = Kept {
-        displacement: &mut pair.tangential_displacement,
-        torsional_angle: &mut pair.torsional_angle,
-        history,
-    };
-    let loads = several.loads(&contact, patch, law, kept, quanta);
+    let loads = several.loads(&contact, patch, law, kept_by(pair, history), quanta);
     let radius = pass.catalogue.inscribed_radius(body);
     pass.statistics.note(found.overlap / radius, || {
         let other = format!("wall `{}`", wall.name);

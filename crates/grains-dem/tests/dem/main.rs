@@ -15,6 +15,7 @@ mod loaded_walls;
 mod lubrication;
 mod oblique;
 mod open_tubes;
+mod part_seams;
 mod prescribed;
 mod same_bits;
 mod sheared;

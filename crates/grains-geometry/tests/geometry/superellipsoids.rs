@@ -172,7 +172,7 @@ fn ellipsoids_have_the_support_of_their_matrix_and_the_crust_their_curvature() {
 fn spheres_meet_superellipsoids_at_the_right_distance() {
     let mut random = Random(3);
     for size in [1e-6, 1.0, 1e3] {
-        for _ in 0..500 {
+        for _ in 0..250 {
             let core = core(&mut random, 10.0, size);
             let n = random.direction();
             let foot = core.support(&n);
