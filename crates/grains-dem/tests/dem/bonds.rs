@@ -6,7 +6,7 @@ use grains_dem::{
     BondKind, BondRadius, Bonded, Dem, Failure, Kind, Motion, NewParticle, PrescribedMotion, Shear, Skin,
     StepError, Surface,
 };
-use grains_domain::{SerialTransport, Transport};
+use grains_domain::{Balance, SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
 use grains_testing::on_ranks;
 use std::f64::consts::PI;
@@ -76,6 +76,11 @@ fn bonded_blocks_break_in_the_same_way_on_any_ranks_skin_and_restart() {
         }
         scene.setup.skin = Skin { min: 0.02, max: 0.02, ..scene.setup.skin };
         assert!(alone == scene.run([1; 3], STEPS), "with another skin");
+        let min_width = [scene.setup.interaction_range(); 3];
+        scene.setup.balance = Some(Balance { min_width, interval: 20, threshold: 1.05 });
+        for ranks in [[2, 1, 1], [1, 2, 2]] {
+            assert!(alone == scene.run(ranks, STEPS), "with borders that move, on {ranks:?}");
+        }
     }
 }
 
