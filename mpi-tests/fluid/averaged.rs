@@ -152,27 +152,100 @@ fn particles_that_come_and_go_are_no_sources_of_fluid() {
             assert!((a - b).abs() < 1e-6 * size, "{} {name}: {a} and {b}", other.display());
         }
     }
-    // A closed box stays closed: at the second batch it asked for an outlet.
-    let closed = replaced(&text, "outlets = [\"-z\"]\n", "");
-    let closed = replaced(&closed, "[true, true, false]", "[false, false, false]");
-    let closed = replaced(
-        &closed,
-        "lower = [0, 0, 0.01], upper = [0.02, 0.02, 0.02]",
-        "lower = [0.001, 0.001, 0.015], upper = [0.019, 0.019, 0.035]",
-    );
-    let closed = replaced(&closed, "end = 0.03", "end = 0.009");
-    let closed = [
-        closed.split("[[fluid.boundary]]").next().unwrap(),
-        closed.split_once("[output]").map(|(_, rest)| ["[output]", rest].concat()).unwrap().as_str(),
-    ]
-    .concat();
-    let found = series(&result("closed", 2, &closed));
-    assert_eq!(found.column("particles").last(), Some(&80.0));
-    assert!(
-        found.column("superficial_z").iter().all(|u| u.abs() < 0.2),
-        "{:?}",
-        found.column("superficial_z")
-    );
+}
+
+/// Batches of beads thrown into a closed box of gas at rest.
+fn closed() -> String {
+    let text = replaced(&case("rain.toml"), "outlets = [\"-z\"]\n", "");
+    let edits = [
+        ("[true, true, false]", "[false, false, false]"),
+        (
+            "lower = [0, 0, 0.01], upper = [0.02, 0.02, 0.02]",
+            "lower = [0.001, 0.001, 0.015], upper = [0.019, 0.019, 0.035]",
+        ),
+        ("end = 0.03", "end = 0.009"),
+        ("particles = 0.01", "particles = 0.002"),
+        ("checkpoint = 0.01", "checkpoint = 0.003"),
+    ];
+    let text = edits.iter().fold(text, |text, (old, new)| replaced(&text, old, new));
+    let (before, rest) = text.split_once("[[fluid.boundary]]").unwrap();
+    [before, "[output]", rest.split_once("[output]").unwrap().1].concat()
+}
+
+#[test]
+fn batches_inserted_into_a_closed_box_displace_no_fluid_by_motion() {
+    let (home, text) = (folder("fluid_closed"), closed());
+    let result = |ranks: usize| {
+        let own = home.join(ranks.to_string());
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result(1);
+    let table = series(&one);
+    assert_eq!(table.column("particles").last(), Some(&80.0));
+    // The mixture as a whole keeps its volume in every cell, also in the step after the second batch came.
+    let rates = table.column("fluid_cfl").into_iter().zip(table.column("fluid_dt")).map(|(cfl, dt)| cfl / dt);
+    let fastest = rates.filter(|rate| rate.is_finite()).fold(0.0, f64::max);
+    let divergence = table.column("fluid_divergence").into_iter().fold(0.0, f64::max);
+    assert!(divergence < 1e-9 * fastest, "{divergence:e} 1/s of {fastest} 1/s");
+    assert!(table.column("superficial_z").iter().all(|u| u.abs() < 0.2));
+    // What the cells hold is what the particles are: a batch replaces its volume of fluid.
+    let solid = |name: &str| table.column(name);
+    let void = array(&one.join("fluid.vtkhdf"), "VTKHDF/CellData/void_fraction");
+    let times = array(&one.join("fluid.vtkhdf"), "VTKHDF/Steps/Values");
+    let (cells, volume) = (6 * 6 * 12, 0.02 * 0.02 * 0.04);
+    for (step, time) in void.chunks_exact(cells).zip(times) {
+        let row = solid("time").iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+        let held = volume * (1.0 - step.iter().sum::<f64>() / cells as f64);
+        let given = solid("solid_volume")[row];
+        assert!((held - given).abs() < 1e-12 * volume, "{held} against {given} at {time} s");
+    }
+    // On any ranks, and across a restart before the second batch.
+    let mut others = vec![result(2), result(4)];
+    others.push(continued(&home, "2", 3, &text));
+    for other in &others {
+        let found = series(other);
+        for name in ["fluid_kinetic", "kinetic_translation", "superficial_z", "solid_volume"] {
+            assert_close(
+                &table.column(name),
+                &found.column(name),
+                1e-6,
+                &format!("{name} of {}", other.display()),
+            );
+        }
+    }
+}
+
+#[test]
+fn fixed_particles_inserted_into_a_fluid_at_rest_leave_it_at_rest() {
+    let home = folder("fluid_closed_fixed");
+    let text = closed();
+    let (begin, end) = (text.find("[[insert]]").unwrap(), text.find("[fluid]").unwrap());
+    let insert = |name: &str, start: f64, [lower, upper]: [f64; 2]| {
+        format!(
+            r#"
+[[insert]]
+name = "{name}"
+motion = "fixed"
+start = {start}
+particles = [{{ shape = "bead", material = "glass" }}]
+count = 50
+place = {{ kind = "lattice", lower = [0.001, 0.001, {lower}], upper = [0.019, 0.019, {upper}], spacing = 0.002 }}
+
+"#
+        )
+    };
+    let inserts = [insert("first", 0.0, [0.001, 0.01]), insert("second", 0.0041, [0.025, 0.039])].concat();
+    let text = ["gravity = [0, 0, 0]\n", &text[..begin], &inserts, &text[end..]].concat();
+    run_case(2, &home, &text, &[]).succeeded();
+    let table = series(&home.join("results"));
+    let volumes = table.column("solid_volume");
+    assert!((volumes.last().unwrap() / volumes[0] - 2.0).abs() < 1e-12, "{volumes:?}");
+    // To rounding of void fractions, over a step.
+    let kinetic = table.column("fluid_kinetic").into_iter().fold(0.0, f64::max);
+    let speed = (2.0 * kinetic / (1.2 * 0.02 * 0.02 * 0.04)).sqrt();
+    assert!(speed < 1e-12 * 0.02 / 1e-4, "{speed:e} m/s");
 }
 
 /// A body-centred cubic lattice of beads of 1 mm at a void fraction of 0.4 that are too heavy to move.

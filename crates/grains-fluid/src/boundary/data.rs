@@ -1,6 +1,6 @@
 //! The conditions of one face, spelt out for every boundary cell of a subdomain.
 
-use super::{Boundaries, BoxFace, Condition, Profile, Side};
+use super::{Boundaries, BoxFace, Condition, Profile, Side, image_from};
 use crate::metrics::Local;
 use crate::{Grid, Layout};
 
@@ -81,7 +81,7 @@ impl BoundaryData {
         }
     }
 
-    /// Global cell and position (m) of a component at an entry.
+    /// Global cell and position (m) of a component at an entry, within the period of periodic axes.
     fn place(
         &self,
         grid: &Grid,
@@ -96,6 +96,9 @@ impl BoundaryData {
         at[axis] = grid.axis(axis).node(if self.face.side == Side::High { n } else { 0 });
         for (t, m) in self.tangents.into_iter().zip(entry) {
             cell[t] = m as isize - local.layout.halo as isize + local.first[t] as isize;
+            if grid.axis(t).is_periodic() {
+                cell[t] = cell[t].rem_euclid(grid.cells()[t] as isize);
+            }
             at[t] =
                 if t == component { grid.axis(t).node(cell[t] + 1) } else { grid.axis(t).centre(cell[t]) };
         }
@@ -111,12 +114,13 @@ impl BoundaryData {
         for component in 0..3 {
             for (e, entry) in self.entries() {
                 let (cell, at) = self.place(grid, local, component, entry);
-                let (condition, _) = condition_at(boundaries, self.face, at);
+                let (condition, _) = condition_at(grid, boundaries, self.face, at);
                 // What comes in through a part of the cell's face counts, whatever lies at its middle.
-                let mut is_inlet = false;
+                let (mut is_inlet, mut is_unsteady) = (false, condition.is_unsteady());
                 if component == self.face.axis {
                     self.for_pieces(grid, boundaries, (cell, at), |piece| {
                         is_inlet |= matches!(piece.condition, Condition::Inlet { .. });
+                        is_unsteady |= piece.condition.is_unsteady();
                     });
                 }
                 self.kinds[component][e] = match condition {
@@ -131,7 +135,7 @@ impl BoundaryData {
                         Kind::Free
                     }
                 };
-                self.is_unsteady |= matches!(condition, Condition::Inlet { profile: Profile::Function(_) });
+                self.is_unsteady |= is_unsteady;
             }
         }
     }
@@ -147,7 +151,7 @@ impl BoundaryData {
                         value += piece.share * self.imposed(grid, component, &piece, time);
                     });
                 } else {
-                    let (condition, extent) = condition_at(boundaries, self.face, at);
+                    let (condition, extent) = condition_at(grid, boundaries, self.face, at);
                     let piece = Piece { condition, extent, at, bounds: [[0.0; 2]; 3], share: 1.0 };
                     value = self.imposed(grid, component, &piece, time);
                 }
@@ -178,13 +182,16 @@ impl BoundaryData {
         let factors = self.tangents.iter().filter(|t| across(t)).map(|&t| {
             let axis = grid.axis(t);
             let (lower, upper) = match piece.extent {
+                Some((lower, upper)) if axis.is_periodic() => (lower[t], upper[t]),
                 Some((lower, upper)) => {
                     (lower[t].max(axis.nodes()[0]), upper[t].min(axis.nodes()[axis.cells()]))
                 }
                 None => (axis.nodes()[0], axis.nodes()[axis.cells()]),
             };
-            let scaled = |x: f64| ((x - lower) / (upper - lower)).clamp(0.0, 1.0);
             let [begin, end] = piece.bounds[t];
+            let middle = 0.5 * (begin + end);
+            let shift = image_from(axis, lower, middle) - middle;
+            let scaled = |x: f64| ((x + shift - lower) / (upper - lower)).clamp(0.0, 1.0);
             let integral = |s: f64| s * s * (3.0 - 2.0 * s);
             (integral(scaled(end)) - integral(scaled(begin))) * (upper - lower) / (end - begin)
         });
@@ -205,10 +212,10 @@ impl BoundaryData {
         let mut bounds = [[0.0; 2]; 3];
         let mut low1 = whole[0][0];
         while low1 < whole[0][1] {
-            bounds[t1] = [low1, self.next_edge(boundaries, t1, low1, whole[0])];
+            bounds[t1] = [low1, self.next_edge(grid, boundaries, t1, low1, whole[0])];
             let mut low2 = whole[1][0];
             while low2 < whole[1][1] {
-                bounds[t2] = [low2, self.next_edge(boundaries, t2, low2, whole[1])];
+                bounds[t2] = [low2, self.next_edge(grid, boundaries, t2, low2, whole[1])];
                 let (mut middle, mut share) = (at, 1.0);
                 for (t, whole) in self.tangents.into_iter().zip(whole) {
                     if bounds[t] != whole {
@@ -217,7 +224,7 @@ impl BoundaryData {
                         share *= (end - begin) / (whole[1] - whole[0]);
                     }
                 }
-                let (condition, extent) = condition_at(boundaries, self.face, middle);
+                let (condition, extent) = condition_at(grid, boundaries, self.face, middle);
                 visit(Piece { condition, extent, at: middle, bounds, share });
                 low2 = bounds[t2][1];
             }
@@ -226,13 +233,21 @@ impl BoundaryData {
     }
 
     /// The first edge of a patch (m) beyond a place along a tangential axis, within the face of a cell; else the end of that.
-    fn next_edge(&self, boundaries: &Boundaries, axis: usize, place: f64, [begin, end]: [f64; 2]) -> f64 {
+    fn next_edge(
+        &self,
+        grid: &Grid,
+        boundaries: &Boundaries,
+        axis: usize,
+        place: f64,
+        [begin, end]: [f64; 2],
+    ) -> f64 {
         /// What is left of a cell beside an edge and counts as nothing (-).
         const SLIVER: f64 = 1e-9;
         let room = SLIVER * (end - begin);
         let patches = boundaries.patches.iter().filter(|patch| patch.face == self.face);
         let edges = patches.flat_map(|patch| [patch.lower[axis], patch.upper[axis]]);
-        edges.filter(|&edge| place + room < edge && edge < end - room).fold(end, f64::min)
+        let images = edges.map(|edge| image_from(grid.axis(axis), begin, edge));
+        images.filter(|&edge| place + room < edge && edge < end - room).fold(end, f64::min)
     }
 
     /// Array place of the own cell next to the face at tangential places m₁, m₂.
@@ -267,8 +282,13 @@ struct Piece<'a> {
 type Extent = ([f64; 3], [f64; 3]);
 
 /// The condition at a point of a face, and the extent of its patch.
-fn condition_at(boundaries: &Boundaries, face: BoxFace, at: [f64; 3]) -> (&Condition, Option<Extent>) {
-    match boundaries.patches.iter().rev().find(|p| p.face == face && p.contains(at)) {
+fn condition_at<'a>(
+    grid: &Grid,
+    boundaries: &'a Boundaries,
+    face: BoxFace,
+    at: [f64; 3],
+) -> (&'a Condition, Option<Extent>) {
+    match boundaries.patches.iter().rev().find(|p| p.face == face && p.contains(grid, at)) {
         Some(patch) => (&patch.condition, Some((patch.lower, patch.upper))),
         None => (&boundaries.faces[face.index()], None),
     }

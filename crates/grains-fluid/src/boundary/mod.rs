@@ -4,7 +4,7 @@ mod data;
 mod fill;
 
 use crate::grid::AXES;
-use crate::{Grid, SetupError};
+use crate::{Axis, Grid, SetupError};
 use std::fmt::{self, Debug, Display, Formatter};
 use std::sync::Arc;
 
@@ -66,7 +66,8 @@ pub enum Profile {
         /// Mean speed into the box (m/s).
         mean: f64,
     },
-    /// Any function of position and time.
+    /// Any function of position and time, taken at the middle of a boundary cell, or of the parts into which edges of
+    /// patches cut it: the flow rate is of second order in the width of the cells.
     Function(VelocityFunction),
 }
 
@@ -105,9 +106,17 @@ pub enum Condition {
 impl Condition {
     /// A wall at rest.
     pub const WALL: Condition = Condition::Wall { velocity: [0.0; 3] };
+
+    /// Whether the velocity it imposes may change in time.
+    pub(crate) fn is_unsteady(&self) -> bool {
+        matches!(self, Condition::Inlet { profile: Profile::Function(_) })
+    }
 }
 
-/// A rectangle of a face with a condition of its own.
+/// A rectangle of a face with a condition of its own; along periodic axes it may reach over the end of the period.
+///
+/// The flow rate through an inlet, Σ u·n A over the faces of the boundary cells (m³/s), is its mean velocity times its area
+/// within the face, wherever its edges lie among the cells. Other conditions hold in the cells whose middle they cover.
 #[derive(Clone, Debug)]
 pub struct Patch {
     /// Face it lies on.
@@ -166,8 +175,7 @@ impl Boundaries {
 
     /// Whether velocities imposed somewhere on the boundary may change in time.
     pub fn is_unsteady(&self, grid: &Grid) -> bool {
-        let is_unsteady = |c: &Condition| matches!(c, Condition::Inlet { profile: Profile::Function(_) });
-        open_faces(grid).any(|face| self.on(face).any(is_unsteady))
+        open_faces(grid).any(|face| self.on(face).any(Condition::is_unsteady))
     }
 
     /// Whether tangential velocities are imposed on the whole face, on none of it (false), or on parts (none).
@@ -208,25 +216,44 @@ impl Patch {
         if grid.axis(self.face.axis).is_periodic() {
             return error("the axis is periodic and has no boundary; remove the patch or the periodicity");
         }
-        let covers = (0..3).filter(|&a| a != self.face.axis).all(|a| {
+        let mut tangents = (0..3).filter(|&a| a != self.face.axis);
+        if matches!(self.condition, Condition::Inlet { .. }) {
+            let overlaps = |a: usize| {
+                let (axis, nodes) = (grid.axis(a), grid.axis(a).nodes());
+                let [begin, end] = match axis.is_periodic() {
+                    true => [self.lower[a], self.upper[a]],
+                    false => [self.lower[a].max(nodes[0]), self.upper[a].min(nodes[axis.cells()])],
+                };
+                begin < end
+            };
+            return if tangents.all(overlaps) { Ok(()) } else { error("it covers no part of the face") };
+        }
+        let covers = |a: usize| {
             let axis = grid.axis(a);
-            (0..axis.cells()).any(|i| {
-                let x = axis.centre(i as isize);
-                self.lower[a] <= x && x <= self.upper[a]
-            })
-        });
-        if covers {
+            let centres = (0..axis.cells()).map(|i| axis.centre(i as isize));
+            centres
+                .map(|x| image_from(axis, self.lower[a], x))
+                .any(|x| self.lower[a] <= x && x <= self.upper[a])
+        };
+        if tangents.all(covers) {
             Ok(())
         } else {
             error("it covers no centre of a boundary cell; widen it or refine the grid")
         }
     }
 
-    /// Whether a point of the face lies on the patch, edges included.
-    fn contains(&self, at: [f64; 3]) -> bool {
+    /// Whether a point of the face or an image of it lies on the patch, edges included.
+    fn contains(&self, grid: &Grid, at: [f64; 3]) -> bool {
         (0..3).filter(|&a| a != self.face.axis).all(|a| {
             let slack = 1e-9 * (self.upper[a] - self.lower[a]);
-            at[a] >= self.lower[a] - slack && at[a] <= self.upper[a] + slack
+            let lower = self.lower[a] - slack;
+            let image = image_from(grid.axis(a), lower, at[a]);
+            image >= lower && image <= self.upper[a] + slack
         })
     }
+}
+
+/// The image of a coordinate (m) that is less than a period above `lower`; on axes that are not periodic, the coordinate.
+pub(crate) fn image_from(axis: &Axis, lower: f64, x: f64) -> f64 {
+    if axis.is_periodic() { x + axis.length() * ((lower - x) / axis.length()).ceil() } else { x }
 }

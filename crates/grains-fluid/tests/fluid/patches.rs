@@ -100,3 +100,101 @@ fn of_patches_that_overlap_the_last_counts() {
         }
     }
 }
+
+#[test]
+fn patches_narrower_than_cells_let_in_the_flow_of_their_area() {
+    let mut random = Random(7);
+    for trial in 0..40 {
+        let face = BoxFace { axis: trial % 3, side: Side::Low };
+        let begin = [0.98 * random.next(), 0.98 * random.next()];
+        let ends = begin.map(|begin| [begin, begin + 0.005 + 0.015 * random.next()]);
+        let area: f64 = ends.iter().map(|[a, b]| b - a).product();
+        let mut velocity = [0.0; 3];
+        velocity[face.axis] = 1.0;
+        let profile = match trial % 3 {
+            0 => Profile::Uniform(velocity),
+            1 => Profile::Parabolic { mean: 1.0 },
+            // It begins to flow in the first step.
+            _ => Profile::Function(Arc::new(move |_, time| if time > 0.0 { velocity } else { [0.0; 3] })),
+        };
+        let name = format!("{trial}: {profile:?} over {ends:?}");
+        let inlet = patch(face, ends, Condition::Inlet { profile });
+        let [first, last] = inflow(face.axis, Side::Low, trial % 2 == 0, vec![inlet]);
+        assert!((last / area - 1.0).abs() < 1e-9, "{name}: {last} for {area}");
+        assert!(trial % 3 == 2 || (first / area - 1.0).abs() < 1e-9, "{name}: {first} for {area}");
+    }
+}
+
+#[test]
+fn the_flow_rate_of_a_formula_is_of_second_order() {
+    let profile = |[_, y, z]: [f64; 3], _| [(3.0 * y).sin() * (1.0 + z * z), 0.0, 0.0];
+    let ends = [[0.137, 0.731], [0.211, 0.803]];
+    let exact = ((3.0 * 0.137_f64).cos() - (3.0 * 0.731_f64).cos()) / 3.0
+        * (0.803 - 0.211 + (0.803_f64.powi(3) - 0.211_f64.powi(3)) / 3.0);
+    let error = |n: usize| {
+        let face = BoxFace { axis: 0, side: Side::Low };
+        let profile = Profile::Function(Arc::new(profile));
+        let boundaries = Boundaries::default()
+            .with(0, Side::High, Condition::Outlet { pressure: 0.0 })
+            .with_patch(patch(face, ends, Condition::Inlet { profile }));
+        let grid = Grid::uniform([0.0; 3], [1.0; 3], [4, n, n], [false; 3]).unwrap();
+        let flow = Flow::new(FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.01) }, &SERIAL).unwrap();
+        (flow.flow_rate(0, 0, &SERIAL) / exact - 1.0).abs()
+    };
+    // How the edges cut the cells changes from grid to grid: the bound is that of whole cells.
+    for n in [8, 16, 32, 64] {
+        let bound = 9.0 / 24.0 / (n * n) as f64;
+        assert!(error(n) < bound, "{n} cells: {:.2e}, not below {bound:.2e}", error(n));
+    }
+}
+
+/// The flow through a patch of a face that is periodic along y, all moved by some cells along y, and moved back.
+fn shifted(condition: &Condition, [begin, end]: [f64; 2], shift: usize) -> Vec<f64> {
+    let cells = [6, 10, 7];
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], cells, [false, true, false]).unwrap();
+    let by = shift as f64 / cells[1] as f64;
+    let face = BoxFace { axis: 2, side: Side::Low };
+    let inlet = patch(face, [[0.13, 0.77], [begin + by, end + by]], condition.clone());
+    let boundaries =
+        Boundaries::default().with(2, Side::High, Condition::Outlet { pressure: 0.0 }).with_patch(inlet);
+    let mut flow = Flow::new(FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.01) }, &SERIAL).unwrap();
+    for _ in 0..5 {
+        flow.step(0.01, &SERIAL).unwrap();
+    }
+    let mut values = Vec::new();
+    for field in flow.state.velocity.components().into_iter().chain([flow.state.pressure.data()]) {
+        for k in 0..cells[2] {
+            for j in 0..cells[1] {
+                let row = flow.layout().row((j + shift) % cells[1], k);
+                values.extend(&field[row..row + cells[0]]);
+            }
+        }
+    }
+    values
+}
+
+#[test]
+fn a_patch_may_lie_anywhere_in_the_period() {
+    let mut random = Random(3);
+    let conditions = [
+        Condition::Inlet { profile: Profile::Uniform([0.2, 0.3, 1.0]) },
+        Condition::Inlet { profile: Profile::Parabolic { mean: 1.0 } },
+        Condition::Wall { velocity: [0.4, 0.7, 0.0] },
+    ];
+    for trial in 0..12 {
+        let condition = &conditions[trial % 3];
+        // Edges on the lines of the grid too.
+        let ends = if trial < 3 { [0.2, 0.5] } else { random.ends(0.2).map(|x| 0.9 * x) };
+        let wanted = shifted(condition, ends, 0);
+        let size = wanted.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        assert!(size > 0.01, "the flow must flow: {size}");
+        for shift in 1..10 {
+            let found = shifted(condition, ends, shift);
+            let error = wanted.iter().zip(&found).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+            assert!(
+                error < 1e-10 * size,
+                "{trial}: {condition:?} over {ends:?} moved by {shift}: {error:.2e}"
+            );
+        }
+    }
+}

@@ -7,6 +7,7 @@ use grains_fluid::{
     Profile, Side,
 };
 use grains_testing::on_ranks;
+use std::sync::Arc;
 
 /// Velocity components and pressure after some steps.
 fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
@@ -102,6 +103,26 @@ fn bed(mixture: Option<MixtureModel>) -> FlowSetup {
 #[test]
 fn a_bed_with_an_inlet_patch_and_an_outlet() {
     compare(&bed(None), &GRIDS);
+}
+
+/// Edges off the lines of the grid and beyond the end of the period, a patch narrower than cells, profiles of all kinds.
+#[test]
+fn patches_that_cut_cells() {
+    let formula = |[x, y, _]: [f64; 3], t: f64| [0.0, 0.1, 0.5 + 0.2 * (4.0 * x + 9.0 * t).sin() * y];
+    let profiles = [
+        Profile::Uniform([0.1, 0.0, 0.6]),
+        Profile::Parabolic { mean: 0.7 },
+        Profile::Function(Arc::new(formula)),
+    ];
+    for profile in profiles {
+        let mut setup = bed(None);
+        let face = BoxFace { axis: 2, side: Side::Low };
+        let condition = Condition::Inlet { profile };
+        let at = |lower, upper| Patch { face, lower, upper, condition: condition.clone() };
+        setup.boundaries.patches =
+            vec![at([0.21, 0.68, 0.0], [0.83, 1.31, 0.0]), at([0.51, 0.45, 0.0], [0.55, 0.49, 0.0])];
+        compare(&setup, &GRIDS);
+    }
 }
 
 #[test]

@@ -161,7 +161,7 @@ fn check_kind(boundary: &Boundary, path: &str, domain: &Domain, checker: &mut Ch
     }
 }
 
-/// A rectangle has two corners in order, lies on the face, and holds the centre of a cell.
+/// A rectangle has two corners in order, lies on the face, and holds the centre of a cell unless it is an inlet.
 fn check_patch(boundary: &Boundary, path: &str, fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
     let (lower, upper) = match (boundary.lower, boundary.upper) {
         (None, None) => return,
@@ -172,6 +172,7 @@ fn check_patch(boundary: &Boundary, path: &str, fluid: &Fluid, domain: &Domain, 
             return checker.error(&format!("{path}.{missing}"), message);
         }
     };
+    let is_inlet = matches!(boundary.kind, BoundaryKind::Inlet { .. } | BoundaryKind::ParabolicInlet { .. });
     for a in (0..3).filter(|a| *a != boundary.face.axis()) {
         let [low, high] = [domain.lower[a], domain.upper[a]];
         // What is written as the corner of the domain must not be outside by rounding.
@@ -185,7 +186,7 @@ fn check_patch(boundary: &Boundary, path: &str, fluid: &Fluid, domain: &Domain, 
         } else if domain.is_upright() && upper[a] > high + slack {
             checker
                 .error(&format!("{path}.upper[{a}]"), format!("outside the domain, which ends at {high} m"));
-        } else if domain.is_upright() && !fluid.has_centre_in(domain, a, [lower[a], upper[a]]) {
+        } else if domain.is_upright() && !is_inlet && !fluid.has_centre_in(domain, a, [lower[a], upper[a]]) {
             checker.error(
                 &format!("{path}.upper[{a}]"),
                 format!(
