@@ -250,6 +250,69 @@ place = {{ kind = "lattice", lower = [0.001, 0.001, {lower}], upper = [0.019, 0.
     assert!(speed < 1e-12 * 0.02 / 1e-4, "{speed:e} m/s");
 }
 
+/// A bed in a round column with a tube across it, whose walls cut the cells.
+#[test]
+fn a_bed_between_walls_that_cut_cells_keeps_volume_and_momentum_on_any_ranks() {
+    let (home, text) = (folder("fluid_column"), case("column.toml"));
+    let result = |label: &str, ranks: usize, text: &str| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = result("1", 1, &text);
+    let table = series(&one);
+    let largest = |name: &str| table.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    // What cells hold is what walls leave open less what the particles are.
+    let void = array(&one.join("fluid.vtkhdf"), "VTKHDF/CellData/void_fraction");
+    let times = array(&one.join("fluid.vtkhdf"), "VTKHDF/Steps/Values");
+    let (cells, volume) = (9 * 9 * 18, 0.02 * 0.021 * 0.04);
+    let open: Vec<f64> = void
+        .chunks_exact(cells)
+        .zip(times)
+        .map(|(step, time)| {
+            let row = table.column("time").iter().position(|t| (t - time).abs() < 1e-9).unwrap();
+            volume * step.iter().sum::<f64>() / cells as f64 + table.column("solid_volume")[row]
+        })
+        .collect();
+    let tube = std::f64::consts::PI * 0.0021_f64.powi(2) * 0.0191;
+    let exact = std::f64::consts::PI * 0.0097_f64.powi(2) * 0.04 - tube;
+    assert!((open[0] / exact - 1.0).abs() < 3e-3, "{} of {exact}", open[0]);
+    assert!(open.iter().all(|v| (v / open[0] - 1.0).abs() < 1e-12), "{open:?}");
+    // Above the bed what comes in goes through.
+    let flow = table.column("high_flow");
+    let section = std::f64::consts::PI * 0.0097_f64.powi(2);
+    assert!((flow[1] / section - 1.0).abs() < 2e-3, "{} of {section}", flow[1]);
+    assert!(flow[1..].iter().all(|q| (q / flow[1] - 1.0).abs() < 1e-9), "{flow:?}");
+    let (lost, moved) = (largest("momentum_imbalance"), largest("momentum_z"));
+    assert!(lost < 1e-10 * moved, "{lost} N s of {moved} lost");
+    assert!(table.column("min_void_fraction").iter().all(|eps| (0.3..=1.0).contains(eps)));
+    let iterations = largest("pressure_iterations");
+    assert!(iterations < 40.0, "{iterations} iterations");
+    let mut others = vec![result("2", 2, &text), result("4", 4, &text)];
+    others.push(continued(&home, "2", 3, &text));
+    // Another solver finds the same, and so do stops wherever the run may.
+    let petsc = replaced(&text, "tolerance = 1e-12", "tolerance = 1e-12, method = \"petsc\"");
+    others.push(result("petsc", 2, &petsc));
+    let own = home.join("stops");
+    fs::create_dir_all(&own).unwrap();
+    run_case(2, &own, &text, &["--max-walltime", "0"]).succeeded();
+    run_case(1, &own, &text, &["--restart", "latest", "--max-walltime", "0.2"]).succeeded();
+    run_case(4, &own, &text, &["--restart", "latest"]).succeeded();
+    others.push(own.join("results"));
+    for other in &others {
+        let found = series(other);
+        for name in ["pressure_drop", "fluid_kinetic", "kinetic_translation", "low_flow", "superficial_z"] {
+            assert_close(
+                &table.column(name),
+                &found.column(name),
+                1e-6,
+                &format!("{name} of {}", other.display()),
+            );
+        }
+    }
+}
+
 /// A body-centred cubic lattice of beads of 1 mm at a void fraction of 0.4 that are too heavy to move.
 fn lattice(home: &Path, drag: &str, model: &str, velocity: f64) -> String {
     let edge = (2.0 * std::f64::consts::PI / 6.0 * 1e-9 / 0.6_f64).cbrt();

@@ -18,6 +18,77 @@ pub struct Grid {
     pub cells: Layout,
     /// Layouts of the fields on faces normal to x, y, z.
     pub faces: [Layout; 3],
+    /// What walls leave open, if some bound the fluid.
+    pub open: Option<OpenShares>,
+}
+
+/// Open shares of cells and faces (-), in arrays like those of the fields: particles act on the fluid where there is some.
+#[derive(Clone, Debug)]
+pub struct OpenShares {
+    /// Of the cells' volumes.
+    pub cells: Vec<f64>,
+    /// Of the areas of faces normal to x, y, z.
+    pub faces: [Vec<f64>; 3],
+}
+
+impl Grid {
+    fn layout(&self, site: Site) -> &Layout {
+        match site {
+            Site::Cells => &self.cells,
+            Site::Faces(axis) | Site::InnerFaces(axis) => &self.faces[axis],
+        }
+    }
+
+    fn open(&self, site: Site) -> Option<&[f64]> {
+        let open = self.open.as_ref()?;
+        Some(match site {
+            Site::Cells => &open.cells,
+            Site::Faces(axis) | Site::InnerFaces(axis) => &open.faces[axis],
+        })
+    }
+
+    /// Faces normal to an axis on which a particle acts: also those on a boundary of the domain, which bears the drag of its half
+    /// cell, but beside walls, which may close them.
+    fn faces_of_force(&self, axis: usize) -> Site {
+        if self.open.is_some() { Site::InnerFaces(axis) } else { Site::Faces(axis) }
+    }
+
+    /// Mean of a field under a kernel, over what is open: Σ w o f/Σ w o; where nothing is, over all.
+    #[inline]
+    pub fn mean(&self, stencil: &Stencil, site: Site, field: &[f64]) -> f64 {
+        let layout = self.layout(site);
+        if let Some(open) = self.open(site) {
+            let [share, sum] = stencil.open_sums(site, layout, open, field);
+            if share > 0.0 {
+                return sum / share;
+            }
+        }
+        stencil.interpolate(site, layout, field)
+    }
+
+    /// Shares an amount among what is open under a kernel: f += w o/(Σ w o) · amount; where nothing is, among all.
+    #[inline]
+    pub fn share(&self, stencil: &Stencil, site: Site, amount: f64, field: &mut [f64]) {
+        let layout = self.layout(site);
+        if let Some(open) = self.open(site) {
+            let share = stencil.interpolate(site, layout, open);
+            if share > 0.0 {
+                stencil.for_each(site, layout, |at, w| field[at] += amount / share * w * open[at]);
+                return;
+            }
+        }
+        stencil.deposit(site, layout, amount, field);
+    }
+
+    /// Void fraction of what is open under a kernel, from that of whole cells, Σ w ψ/Σ w V.
+    #[inline]
+    fn void_fraction(&self, stencil: &Stencil, void_fraction: &[f64]) -> f64 {
+        let of_cells = |field: &[f64]| stencil.interpolate(Site::Cells, &self.cells, field);
+        match self.open.as_ref().map(|open| of_cells(&open.cells)) {
+            Some(open) if open > 0.0 => of_cells(void_fraction) / open,
+            _ => of_cells(void_fraction),
+        }
+    }
 }
 
 /// Fields of the fluid that act on particles, halo filled.
@@ -25,7 +96,7 @@ pub struct Grid {
 pub struct FluidFields<'a> {
     /// Interstitial velocity on the faces normal to x, y, z (m/s); those on a boundary of the domain are not read.
     pub velocity: [&'a [f64]; 3],
-    /// Void fraction in the cells (-).
+    /// Void fraction in the cells (-), of whole cells.
     pub void_fraction: &'a [f64],
     /// Pressure gradient, without its hydrostatic part, on the faces normal to x, y, z (Pa/m); on a boundary of the domain
     /// the one that balances the drag there.
@@ -119,7 +190,7 @@ impl Coupling {
         let mut stencil = Stencil::default();
         for body in bodies {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            stencil.deposit(Site::Cells, &grid.cells, sign * self.volume(body), solid);
+            grid.share(&stencil, Site::Cells, sign * self.volume(body), solid);
         }
         Ok(())
     }
@@ -142,14 +213,14 @@ impl Coupling {
             let diameter = self.equivalent_diameter(body);
             stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
             let slip = velocity_at(&stencil, grid, fluid) - body.velocity;
-            let void_fraction = stencil.interpolate(Site::Cells, &grid.cells, fluid.void_fraction);
+            let void_fraction = grid.void_fraction(&stencil, fluid.void_fraction);
             let mut link = DragLink::read(&particles.cargo[i]);
             link.linearise(&self.drag(particles, i, &slip, void_fraction), &slip);
             let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
             for a in 0..3 {
-                let (site, layout) = (Site::Faces(a), &grid.faces[a]);
-                stencil.deposit(site, layout, coefficient, drag.coefficient[a]);
-                stencil.deposit(site, layout, explicit[a], drag.explicit[a]);
+                let site = grid.faces_of_force(a);
+                grid.share(&stencil, site, coefficient, drag.coefficient[a]);
+                grid.share(&stencil, site, explicit[a], drag.explicit[a]);
             }
             particles.cargo[i] = link.write();
         }
@@ -217,18 +288,19 @@ pub fn buoyancy(fluid_density: f64, volume: f64, gravity: &Vec3) -> Vec3 {
 /// Velocity of the fluid at a particle (m/s): next to a boundary that of the flow within.
 #[inline]
 fn velocity_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
-    Vec3::from_fn(|a, _| stencil.interpolate(Site::InnerFaces(a), &grid.faces[a], fluid.velocity[a]))
+    Vec3::from_fn(|a, _| grid.mean(stencil, Site::InnerFaces(a), fluid.velocity[a]))
 }
 
 /// Pressure gradient at a particle (Pa/m).
 #[inline]
 fn gradient_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
-    Vec3::from_fn(|a, _| stencil.interpolate(Site::Faces(a), &grid.faces[a], fluid.pressure_gradient[a]))
+    Vec3::from_fn(|a, _| grid.mean(stencil, grid.faces_of_force(a), fluid.pressure_gradient[a]))
 }
 
-/// Void fractions ε = 1 − solid/V in the place of the solid volumes (m³), of the cells (i, j, k) of `cells` ranges.
+/// Void fractions ψ = o − solid/V in the place of the solid volumes (m³), of the cells (i, j, k) of `cells` ranges; o is the open
+/// share of the cell, 1 without walls.
 ///
-/// Errors: a void fraction below the limit, with the place of the cell.
+/// Errors: a void fraction ψ/o below the limit, with the place of the cell.
 pub fn void_fractions(
     grid: &Grid,
     cells: [std::ops::Range<usize>; 3],
@@ -244,12 +316,14 @@ pub fn void_fractions(
             let section = width(1, j) * width(2, k);
             for i in xs.clone() {
                 let value = &mut solid[row + i];
-                *value = 1.0 - *value / (width(0, i) * section);
-                if *value < limit || value.is_nan() {
+                let open = grid.open.as_ref().map_or(1.0, |open| open.cells[row + i]);
+                *value = open - *value / (width(0, i) * section);
+                if *value < limit * open || value.is_nan() {
                     let middle = |a: usize, c: usize| 0.5 * (nodes[a][c] + nodes[a][c + 1]);
                     let [x, y, z] = [middle(0, i), middle(1, j), middle(2, k)];
                     let place = format!("({x:.4e}, {y:.4e}, {z:.4e}) m");
-                    return Err(CouplingError::Jammed { void_fraction: *value, limit, place });
+                    let void_fraction = if open > 0.0 { *value / open } else { *value };
+                    return Err(CouplingError::Jammed { void_fraction, limit, place });
                 }
             }
         }

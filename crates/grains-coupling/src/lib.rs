@@ -57,7 +57,7 @@ mod fluidisation;
 mod kernel;
 mod shape_factors;
 
-pub use coupling::{Coupling, DragFields, FluidFields, Grid, buoyancy, void_fractions};
+pub use coupling::{Coupling, DragFields, FluidFields, Grid, OpenShares, buoyancy, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
 pub use error::CouplingError;
 pub use exchange::{

@@ -7,6 +7,7 @@ use crate::metrics::Local;
 use crate::mixture::Mixture;
 use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
+use crate::openings::{Clearance, Openings};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
@@ -258,6 +259,21 @@ impl Flow {
         Ok(flow)
     }
 
+    /// Bounds a mixture by walls that stand still, of where points (m) of the box lie seen from them; collective.
+    ///
+    /// # Errors
+    /// More fluid that enters what is open than leaves it.
+    pub fn enclose(
+        &mut self,
+        clearance: &dyn Fn([f64; 3]) -> Clearance,
+        transport: &dyn Transport,
+    ) -> Result<(), SetupError> {
+        let Some(mixture) = &mut self.mixture else { return Ok(()) };
+        mixture.enclose(Openings::new(&self.setup.grid, &self.local, clearance));
+        self.synchronise(transport);
+        self.check_inflow(transport)
+    }
+
     /// Sets velocity (m/s) and pressure (Pa) by functions of position (m); imposed boundary values stay; collective.
     pub fn initialise(
         &mut self,
@@ -279,6 +295,9 @@ impl Flow {
         let state = &mut self.state;
         for component in (0..3).filter(|&c| !self.local.active[c]) {
             state.velocity.component_mut(component).fill(0.0);
+        }
+        if let Some(mixture) = &self.mixture {
+            mixture.close_velocity(&mut state.velocity);
         }
         for face_data in self.boundary_data.iter_mut() {
             face_data.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, state.time);
@@ -313,7 +332,11 @@ impl Flow {
         }
         let mut sums = [0.0, 0.0];
         for face_data in &self.boundary_data {
-            face_data.for_normal_values(&self.local, |inwards, area| {
+            let axis = face_data.face.axis;
+            let openings = self.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref());
+            let open = openings.map(|openings| openings.faces.component(axis));
+            face_data.for_normal_values(&self.local, |face, inwards, area| {
+                let area = area * open.map_or(1.0, |open| open[face]);
                 sums[0] += inwards * area;
                 sums[1] += (inwards * area).abs();
             });

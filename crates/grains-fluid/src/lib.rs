@@ -73,6 +73,7 @@ mod metrics;
 mod mixture;
 mod mixture_model;
 mod momentum;
+mod openings;
 mod pressure;
 mod projection;
 mod step;
@@ -90,6 +91,7 @@ pub use limits::FlowLimits;
 pub use mixture::{Mixture, SolidFlux};
 pub use mixture_model::MixtureModel;
 pub use momentum::{Advection, Diffusion};
+pub use openings::{Clearance, Openings};
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,

@@ -20,7 +20,7 @@ impl Flow {
     /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
     pub fn divergence(&self, transport: &dyn Transport) -> [f64; 2] {
         let mut rhs = Field::<Centre>::new(self.local.layout);
-        let porous = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
+        let porous = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
         divergence(&self.local, &self.state.velocity, porous, &mut rhs);
         for (factor, faces) in self.carriers() {
             let mut beyond = Field::<Centre>::new(self.local.layout);
@@ -100,7 +100,7 @@ impl Flow {
             };
             let area =
                 self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
-            let eps = self.mixture.as_ref().map_or(1.0, |m| m.faces.component(axis)[face]);
+            let eps = self.mixture.as_ref().map_or(1.0, |m| m.open_faces().component(axis)[face]);
             rate[0] += eps * self.carried(axis, face) * area;
         });
         transport.sum(&mut rate);
@@ -112,12 +112,13 @@ impl Flow {
         self.mean_and_response(axis, 0.0, transport)[0]
     }
 
-    /// Mean pressure over the cells of a plane normal to `axis` (Pa), `cell` its global number.
+    /// Mean pressure over what is open of the cells of a plane normal to `axis` (Pa), `cell` its global number.
     pub fn mean_pressure(&self, axis: usize, cell: usize, transport: &dyn Transport) -> f64 {
         let mut sums = [0.0, 0.0];
         self.for_cells(|place, p| {
             if place[axis] + self.local.first[axis] == cell {
-                let volume = self.local.volume(place);
+                let open = self.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref());
+                let volume = self.local.volume(place) * open.map_or(1.0, |open| open.cells.data()[p]);
                 sums[0] += volume * self.state.pressure.data()[p];
                 sums[1] += volume;
             }
@@ -135,7 +136,7 @@ impl Flow {
             // The control volume of the face, not of the cell.
             let volume = self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e];
             let (eps, gradient_factor) = match &self.mixture {
-                Some(m) => (m.faces.component(axis)[p], m.gradient_factor.component(axis)[p]),
+                Some(m) => (m.open_faces().component(axis)[p], m.gradient_factor.component(axis)[p]),
                 None => (1.0, dt / self.setup.density),
             };
             sums[0] += eps * self.carried(axis, p) * volume;

@@ -3,6 +3,7 @@
 use crate::boundary::BoundaryData;
 use crate::metrics::Local;
 use crate::momentum::{FaceTerms, MomentumDiagonal, Porosity};
+use crate::openings::Openings;
 use crate::{Centre, Faces, Field, Halo, Layout, MixtureModel, StepError};
 use grains_domain::Transport;
 
@@ -22,7 +23,7 @@ pub struct SolidFlux {
 pub struct Mixture {
     /// Sharing of the pressure gradient.
     pub model: MixtureModel,
-    /// Void fraction ε at the end of the coming step.
+    /// Void fraction ε at the end of the coming step; where walls bound the fluid ψ = V ε, the share of the whole cell.
     pub void_fraction: Field<Centre>,
     /// Force on the fluid per volume of mixture (N/m³), explicit.
     pub source: Faces,
@@ -31,11 +32,19 @@ pub struct Mixture {
     pub drag: Faces,
     /// Their flux, read by drives that keep that of the mixture.
     pub solid: SolidFlux,
+    /// What walls leave open, if there are any.
+    pub openings: Option<Openings>,
+    /// A ε on the faces at the end of the step, if there are walls.
+    open_faces: Option<Faces>,
+    /// β with the friction of the walls (kg/(m³ s)), if there are any.
+    resistance: Option<Faces>,
     pub(crate) previous: Field<Centre>,
     /// ε in the middle of the step.
     pub(crate) middle: Field<Centre>,
-    /// The same on the edges along each axis: of a cell, that of its upper faces normal to the other two axes.
+    /// The same on the edges along each axis: of a cell, that of its upper faces normal to the other two axes. Beside walls
+    /// by how stresses of the component after the axis act across it, and those of the one before in `cut_edges`.
     edges: [Vec<f64>; 3],
+    cut_edges: [Vec<f64>; 3],
     /// ε on the faces at the end and the beginning of the step.
     pub(crate) faces: Faces,
     pub(crate) old_faces: Faces,
@@ -53,11 +62,16 @@ pub struct Mixture {
     is_continued: bool,
 }
 
+/// 1/m of closed faces (s): nothing moves them.
+const SHUT: f64 = 1e-200;
+
 /// What a step is made with.
 #[derive(Clone, Copy)]
 pub(crate) struct StepInputs<'a> {
     pub velocity: &'a Faces,
     pub density: f64,
+    /// Dynamic viscosity (Pa s).
+    pub viscosity: f64,
     pub dt: f64,
     pub step: u64,
 }
@@ -75,9 +89,13 @@ impl Mixture {
             source: Faces::new(layout),
             drag: Faces::new(layout),
             solid: SolidFlux::default(),
+            openings: None,
+            open_faces: None,
+            resistance: None,
             previous: one.clone(),
             middle: one,
             edges: std::array::from_fn(|_| vec![1.0; layout.len()]),
+            cut_edges: Default::default(),
             faces: ones.clone(),
             old_faces: ones,
             flux: Faces::new(layout),
@@ -86,6 +104,39 @@ impl Mixture {
             coefficients: Faces::new(layout),
             rate: Field::new(layout),
             is_continued: false,
+        }
+    }
+
+    /// Pure fluid between walls.
+    pub(crate) fn enclose(&mut self, openings: Openings) {
+        let layout = openings.cells.layout();
+        for field in [&mut self.void_fraction, &mut self.previous, &mut self.middle] {
+            field.data_mut().copy_from_slice(openings.cells.data());
+        }
+        self.cut_edges = std::array::from_fn(|_| vec![0.0; layout.len()]);
+        self.open_faces = Some(Faces::new(layout));
+        self.resistance = Some(Faces::new(layout));
+        self.openings = Some(openings);
+        self.is_continued = false;
+    }
+
+    /// What of a face fluid flows through (-), at the end of the step: ε, beside walls A ε.
+    pub(crate) fn open_faces(&self) -> &Faces {
+        self.open_faces.as_ref().unwrap_or(&self.faces)
+    }
+
+    /// What resists the fluid (kg/(m³ s)): particles, and walls.
+    fn resistance(&self) -> &Faces {
+        self.resistance.as_ref().unwrap_or(&self.drag)
+    }
+
+    /// Stops what is on closed faces.
+    pub(crate) fn close_velocity(&self, velocity: &mut Faces) {
+        let Some(openings) = &self.openings else { return };
+        for axis in 0..3 {
+            let ratios = openings.ratios.component(axis);
+            let faces = velocity.component_mut(axis).iter_mut().zip(ratios);
+            faces.filter(|(_, ratio)| **ratio == 0.0).for_each(|(u, _)| *u = 0.0);
         }
     }
 
@@ -115,7 +166,16 @@ impl Mixture {
 
     /// Void fraction in the middle of the step, where stresses act.
     pub(crate) fn porosity(&self) -> Porosity<'_> {
-        Porosity { centres: self.middle.data(), edges: self.edges.each_ref().map(|edge| &edge[..]) }
+        let edges = |component: usize, across: usize| -> &[f64] {
+            let along = (6 - component - across) % 3;
+            match self.openings.is_some() && component == (along + 2) % 3 {
+                true => &self.cut_edges[along],
+                false => &self.edges[along],
+            }
+        };
+        let edges =
+            std::array::from_fn(|c| std::array::from_fn(|a| if a == c { &[][..] } else { edges(c, a) }));
+        Porosity { centres: self.middle.data(), edges }
     }
 
     /// Coefficients of the momentum equation of a face, over the density.
@@ -127,7 +187,7 @@ impl Mixture {
             gradient: self.gradient_factor.component(component)[p] * diagonal * density,
             diagonal,
             source: self.source.component(component)[p] / density,
-            friction: (new - old) / dt + self.drag.component(component)[p] / density,
+            friction: (new - old) / dt + self.resistance().component(component)[p] / density,
         }
     }
 
@@ -143,7 +203,7 @@ impl Mixture {
     ) {
         let n = out.len();
         let [new, old, drag, source, inverse, velocity] =
-            [&self.faces, &self.old_faces, &self.drag, &self.source, &self.inverse, inputs.velocity]
+            [&self.faces, &self.old_faces, self.resistance(), &self.source, &self.inverse, inputs.velocity]
                 .map(|faces| &faces.component(component)[start..start + n]);
         let sum = &sum[..n];
         let (rate, specific) = (1.0 / inputs.dt, 1.0 / inputs.density);
@@ -167,6 +227,7 @@ impl Mixture {
             face_data
                 .for_imposed(local.layout, |face| self.faces.component_mut(face_data.face.axis)[face] = 1.0);
         }
+        self.set_open_faces(local.layout, boundary_data);
     }
 
     /// Checks the void fraction and works out what a step needs of it; collective.
@@ -191,6 +252,7 @@ impl Mixture {
             for_rows(local, axis, |row| self.set_row(row, inputs));
         }
         self.set_imposed(local.layout, boundary_data, inputs.velocity);
+        self.set_open_faces(local.layout, boundary_data);
         Ok(())
     }
 
@@ -202,6 +264,24 @@ impl Mixture {
                 self.faces.component_mut(axis)[face] = 1.0;
                 self.old_faces.component_mut(axis)[face] = 1.0;
                 self.flux.component_mut(axis)[face] = velocity.component(axis)[face];
+            });
+        }
+    }
+
+    /// What is open of the faces, where there are walls: of faces with an imposed velocity what these leave.
+    fn set_open_faces(&mut self, layout: Layout, boundary_data: &[BoundaryData]) {
+        let (Some(openings), Some(open_faces)) = (&self.openings, &mut self.open_faces) else { return };
+        for axis in 0..3 {
+            let (eps, ratios) = (self.faces.component(axis), openings.ratios.component(axis));
+            let faces = open_faces.component_mut(axis).iter_mut().zip(eps.iter().zip(ratios));
+            faces.for_each(|(open, (eps, ratio))| *open = eps * ratio);
+        }
+        for face_data in boundary_data {
+            let axis = face_data.face.axis;
+            face_data.for_imposed(layout, |face| {
+                let share = openings.faces.component(axis)[face];
+                open_faces.component_mut(axis)[face] = share;
+                self.flux.component_mut(axis)[face] *= share;
             });
         }
     }
@@ -224,6 +304,13 @@ impl Mixture {
                 *edge = 0.25 * ((corners[0][i] + corners[1][i]) + (corners[2][i] + corners[3][i]));
             }
         }
+        let Some(openings) = &self.openings else { return };
+        for ((edges, cut), shares) in self.edges.iter_mut().zip(&mut self.cut_edges).zip(&openings.edges) {
+            let both = edges.iter_mut().zip(cut).zip(shares[0].iter().zip(&shares[1]));
+            for ((edge, cut), (first, second)) in both {
+                (*edge, *cut) = (*edge * first, *edge * second);
+            }
+        }
     }
 
     /// All that belongs to the faces of a row.
@@ -237,11 +324,28 @@ impl Mixture {
         let flux = &mut self.flux.component_mut(axis)[own.clone()];
         flux.iter_mut().zip(old.iter().zip(velocity)).for_each(|(q, (eps, u))| *q = eps * u);
         let (rate, specific) = (1.0 / inputs.dt, 1.0 / inputs.density);
-        let drag = &self.drag.component(axis)[own.clone()];
+        let mut drag = &self.drag.component(axis)[own.clone()];
+        if let (Some(openings), Some(resistance)) = (&self.openings, &mut self.resistance) {
+            let friction = openings.friction.component(axis)[own.clone()].iter().zip(new);
+            let resistance = &mut resistance.component_mut(axis)[own.clone()];
+            for ((sum, beta), (friction, eps)) in resistance.iter_mut().zip(drag).zip(friction) {
+                *sum = beta + inputs.viscosity * friction * eps;
+            }
+            drag = resistance;
+        }
         let inverse = &mut self.inverse.component_mut(axis)[own.clone()];
         for (inverse, (eps, beta)) in inverse.iter_mut().zip(new.iter().zip(drag)) {
             *inverse = 1.0 / (eps * rate + beta * specific);
         }
+        if let Some(openings) = &self.openings {
+            let ratios = &openings.ratios.component(axis)[own.clone()];
+            let faces = inverse.iter_mut().zip(flux).zip(ratios);
+            for ((inverse, flux), ratio) in faces {
+                *flux *= ratio;
+                *inverse = if *ratio > 0.0 { *inverse } else { SHUT };
+            }
+        }
+        let inverse = &self.inverse.component(axis)[own.clone()];
         let gradient_factor = &mut self.gradient_factor.component_mut(axis)[own.clone()];
         let factors = inverse.iter().zip(new.iter().zip(old));
         match self.model {
@@ -259,6 +363,19 @@ impl Mixture {
             .iter_mut()
             .zip(new.iter().zip(&*gradient_factor))
             .for_each(|(c, (eps, factor))| *c = eps * factor);
+        let Some(openings) = &self.openings else { return };
+        let own = row.start..row.start + row.length;
+        let ratios = &openings.ratios.component(axis)[own.clone()];
+        coefficients.iter_mut().zip(ratios).for_each(|(c, ratio)| *c *= ratio);
+        if self.model == MixtureModel::B {
+            // ∇p acts on all that walls leave open, particles or not.
+            let volumes = &openings.volumes.component(axis)[own.clone()];
+            let factors = self.gradient_factor.component_mut(axis)[own].iter_mut().zip(coefficients);
+            factors.zip(volumes).for_each(|((factor, c), volume)| {
+                *factor *= volume;
+                *c *= volume;
+            });
+        }
     }
 
     fn check(&self, local: &Local, step: u64, transport: &dyn Transport) -> Result<(), StepError> {
@@ -267,7 +384,9 @@ impl Mixture {
         for k in 0..nz {
             for j in 0..ny {
                 for (i, &eps) in self.void_fraction.row(j, k).iter().enumerate().take(nx) {
-                    if !(eps > 0.0 && eps <= 1.0 + 1e-9) && worst.is_none() {
+                    let open = self.openings.as_ref().map_or(1.0, |open| open.cells.row(j, k)[i]);
+                    let is_solid = open == 0.0 && eps == 0.0;
+                    if !(eps > 0.0 && eps <= open + 1e-9) && !is_solid && worst.is_none() {
                         worst = Some((eps, [i, j, k]));
                     }
                 }

@@ -199,7 +199,8 @@ impl Correction<'_> {
                     Some(mixture) if mixture.model == MixtureModel::A => {
                         let eps = &mixture.middle.data()[start..][..nx];
                         for i in 0..nx {
-                            row[i] += self.scale * potential[i] - half * inverse_widths[i] * f[i] / eps[i];
+                            row[i] += self.scale * potential[i]
+                                - half * inverse_widths[i] * f[i] / eps[i].max(f64::MIN_POSITIVE);
                         }
                     }
                     _ => {

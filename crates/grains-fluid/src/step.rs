@@ -31,7 +31,13 @@ impl Flow {
         }
         self.clock.start();
         if let Some(mixture) = &mut self.mixture {
-            let inputs = StepInputs { velocity: &self.state.velocity, density: self.setup.density, dt, step };
+            let inputs = StepInputs {
+                velocity: &self.state.velocity,
+                density: self.setup.density,
+                viscosity: self.setup.viscosity,
+                dt,
+                step,
+            };
             mixture.prepare(&self.local, &self.boundary_data, &mut self.halo, inputs, transport)?;
             let Self { boundary_data, solver, .. } = self;
             close_faces(boundary_data, &mut mixture.coefficients);
@@ -142,8 +148,13 @@ impl Flow {
                 }
             }
             Some(mixture) => {
-                let inputs =
-                    StepInputs { velocity: &self.state.velocity, density, dt, step: self.state.step };
+                let inputs = StepInputs {
+                    velocity: &self.state.velocity,
+                    density,
+                    viscosity: self.setup.viscosity,
+                    dt,
+                    step: self.state.step,
+                };
                 mixture.increments(component, start, inputs, viscous, out);
                 let gradient_factor = &mixture.gradient_factor.component(component)[start..][..n];
                 force.add(out, |i| gradient_factor[i]);
@@ -282,7 +293,7 @@ impl Flow {
 
     /// Right-hand side of the pressure equation.
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
-        let flux = self.mixture.as_ref().map(|m| (m.faces.components(), m.rate.data()));
+        let flux = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
         // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
         for (factor, faces) in self.immersed.iter().flat_map(Immersed::carriers) {
             self.state.velocity.add(factor, faces);

@@ -136,11 +136,13 @@ impl Geometry {
 }
 
 impl Stencil {
-    /// Writes the row of a cell: minus each conductance in its column, their sum in the diagonal.
+    /// Writes the row of a cell: minus each conductance in its column, their sum in the diagonal; 1 for a cell closed all around,
+    /// whose pressure stays 0.
     #[inline]
     fn put(&self, cell: usize, conductances: [f64; 7], values: &mut [f64]) {
         let row = &mut values[self.starts[cell] as usize..self.starts[cell + 1] as usize];
         let sum: f64 = conductances.iter().sum();
+        let sum = if sum == 0.0 { 1.0 } else { sum };
         if let (0, Ok(row)) = (self.kinds[cell], <&mut [f64; 7]>::try_from(&mut *row)) {
             *row = conductances.map(|conductance| -conductance);
             row[CENTRE] = sum;

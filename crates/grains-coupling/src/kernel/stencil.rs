@@ -122,6 +122,18 @@ impl Stencil {
         sum
     }
 
+    /// Σ w o and Σ w o f of open shares o and a field f.
+    #[inline]
+    pub fn open_sums(&self, site: Site, layout: &Layout, open: &[f64], field: &[f64]) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        self.for_each(site, layout, |at, w| {
+            sums[0] += w * open[at];
+            // What is closed may have no value.
+            sums[1] += if open[at] > 0.0 { w * open[at] * field[at] } else { 0.0 };
+        });
+        sums
+    }
+
     /// Shares an amount (of volume, force, momentum …) among the values of a field: f += w · amount.
     #[inline]
     pub fn deposit(&self, site: Site, layout: &Layout, amount: f64, field: &mut [f64]) {

@@ -110,7 +110,7 @@ impl Parcel {
         let zeros = vec![0.0; side.pow(3)];
         let three = || [zeros.clone(), zeros.clone(), zeros.clone()];
         Self {
-            grid: Grid { axes, cells: layout, faces: [layout; 3] },
+            grid: Grid { axes, cells: layout, faces: [layout; 3], open: None },
             cells,
             halo,
             length,

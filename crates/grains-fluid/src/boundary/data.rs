@@ -325,7 +325,7 @@ impl BoundaryData {
     }
 
     /// Imposed normal velocities (m/s, positive into the box) with the areas of their faces (m²).
-    pub fn for_normal_values(&self, local: &Local, mut job: impl FnMut(f64, f64)) {
+    pub fn for_normal_values(&self, local: &Local, mut job: impl FnMut(usize, f64, f64)) {
         let (axis, h) = (self.face.axis, local.layout.halo);
         let [t1, t2] = self.tangents;
         for m2 in h..self.extents[1] - h {
@@ -333,7 +333,8 @@ impl BoundaryData {
                 let e = m2 * self.extents[0] + m1;
                 if self.kinds[axis][e] != Kind::Free {
                     let area = local.axes[t1].width[m1] * local.axes[t2].width[m2];
-                    job(-self.face.outward() * self.values[axis][e], area);
+                    let face = self.boundary(local.layout, self.inside(local.layout, m1, m2));
+                    job(face, -self.face.outward() * self.values[axis][e], area);
                 }
             }
         }

@@ -25,8 +25,8 @@ pub(crate) struct Explicit<'a> {
 pub(crate) struct Porosity<'a> {
     /// At the centres, with ghosts.
     pub centres: &'a [f64],
-    /// On the edges along each axis: of a cell, that of its upper faces normal to the other two axes.
-    pub edges: [&'a [f64]; 3],
+    /// On the edges across which a component (first) is sheared along an axis (second): of a cell, those at its upper faces.
+    pub edges: [[&'a [f64]; 3]; 3],
 }
 
 /// Row (j, k) of a component's faces.
@@ -67,7 +67,7 @@ impl Explicit<'_> {
                     pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
                 }
                 Some(eps) => {
-                    let edges = eps.edges[3 - a - b];
+                    let edges = eps.edges[a][b];
                     let (low, high) = (pair.at(edges, -(pair.across as isize)), pair.at(edges, 0));
                     pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
                 }

@@ -112,7 +112,7 @@ impl System<'_> {
         };
         let eps = self.diagonal.void_fraction.map(|eps| match self.component == axis {
             true => eps.centres,
-            false => eps.edges[3 - self.component - axis],
+            false => eps.edges[self.component][axis],
         });
         let mut from = [0_isize; 3];
         from[axis] = -1;

@@ -156,9 +156,13 @@ impl ConjugateGradients {
 
     /// Takes off the residual what no pressure can balance, evenly; returns its norm.
     fn balance(&mut self, transport: &dyn Transport) -> f64 {
-        let mut sum = [self.residual.own().sum()];
-        transport.sum(&mut sum);
-        let density = sum[0] / self.problem.grid.volume();
+        let mut sums = [0.0; 2];
+        for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
+            sums[0] += *r;
+            sums[1] += volume;
+        });
+        transport.sum(&mut sums);
+        let density = sums[0] / sums[1];
         let mut squares = [0.0];
         for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
             *r -= density * volume;
@@ -170,10 +174,13 @@ impl ConjugateGradients {
 
     /// Makes the mean of the solution over the volume zero.
     fn centre(&mut self, pressure: &mut Field<Centre>, transport: &dyn Transport) {
-        let mut sum = [0.0];
-        for_volumes(self.engine.operator(), pressure, |p, volume| sum[0] += *p * volume);
-        transport.sum(&mut sum);
-        let mean = sum[0] / self.problem.grid.volume();
+        let mut sums = [0.0; 2];
+        for_volumes(self.engine.operator(), pressure, |p, volume| {
+            sums[0] += *p * volume;
+            sums[1] += volume;
+        });
+        transport.sum(&mut sums);
+        let mean = sums[0] / sums[1];
         for_volumes(self.engine.operator(), pressure, |p, _| *p -= mean);
     }
 
@@ -240,15 +247,19 @@ impl ConjugateGradients {
     }
 }
 
-/// Every own value with the volume of its cell (m³).
+/// Every own value with the volume of its cell (m³), but for cells with no open face.
 fn for_volumes(operator: &PressureOperator, field: &mut Field<Centre>, mut job: impl FnMut(&mut f64, f64)) {
     let (layout, local) = (field.layout(), &operator.local);
     let [nx, ny, nz] = layout.cells;
     for k in 0..nz {
         for j in 0..ny {
             let area = local.axes[1].width[local.entry(j)] * local.axes[2].width[local.entry(k)];
-            let row = &mut field.data_mut()[layout.row(j, k)..][..nx];
-            row.iter_mut().zip(local.row_widths()).for_each(|(value, width)| job(value, width * area));
+            let row = field.data_mut()[layout.row(j, k)..][..nx].iter_mut();
+            let diagonal = &operator.diagonal.data()[operator.layout().row(j, k)..][..nx];
+            let cells = row.zip(local.row_widths()).zip(diagonal);
+            cells
+                .filter(|(_, diagonal)| **diagonal > 0.0)
+                .for_each(|((value, width), _)| job(value, width * area));
         }
     }
 }

@@ -6,6 +6,7 @@ mod common;
 mod flows;
 mod halo;
 mod mixture;
+mod openings;
 mod patches;
 mod poisson;
 mod ranks;

@@ -4,12 +4,14 @@ use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, MomentumLedger, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    Layout as Places, MomentumLedger, OpenShares, Site, Stencil, boundary_gradient, impulse_taken,
+    void_fractions,
 };
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
 use grains_fluid::{
-    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, SolidFlux,
+    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, Openings,
+    SolidFlux,
 };
 use grains_geometry::Vec3;
 use std::ops::Range;
@@ -113,6 +115,14 @@ impl Exchange {
         })
     }
 
+    /// Takes what walls leave open of the cells.
+    pub fn enclose(&mut self, openings: &Openings) {
+        self.kernel_grid.open = Some(OpenShares {
+            cells: openings.cells.data().to_vec(),
+            faces: openings.faces.components().map(<[f64]>::to_vec),
+        });
+    }
+
     /// Notes particles that came or went, where they did.
     ///
     /// What is inserted or removed is no motion of solid: ∂ε/∂t is that of the others, and of these while they are inside. The
@@ -191,7 +201,15 @@ impl Exchange {
             void_fractions(&self.kernel_grid, self.own.clone(), self.coupling.min_void_fraction, data);
         agree(transport, checked)?;
         self.halo.fill(&mut [data], transport);
-        self.account.min_void_fraction = void_fraction.own().fold(1.0, f64::min);
+        let of_open = |(p, eps): (usize, f64)| match &self.kernel_grid.open {
+            None => eps,
+            Some(open) if open.cells[p] > 0.0 => eps / open.cells[p],
+            Some(_) => 1.0,
+        };
+        let layout = void_fraction.layout();
+        let own = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+        self.account.min_void_fraction =
+            own.map(|p| of_open((p, void_fraction.data()[p]))).fold(1.0, f64::min);
         Ok(())
     }
 
@@ -285,7 +303,8 @@ impl Exchange {
                 let void_fraction = mixture.void_fraction.data()[face.cell];
                 let factor = self.coupling.model.fluid_pressure_factor(void_fraction);
                 let half_volume = 0.5 * self.volumes.data()[face.cell];
-                let gradient = boundary_gradient(force, factor, half_volume);
+                // Between walls nothing acts on the faces of the boundary, and a cell may be solid.
+                let gradient = if force == 0.0 { 0.0 } else { boundary_gradient(force, factor, half_volume) };
                 self.gradient.component_mut(axis)[face.place] = gradient;
                 // ∇p times half a cell's height, weighted by its area.
                 self.account.rise[axis][face.side] += gradient * half_volume / self.section[axis];
@@ -356,7 +375,7 @@ impl Exchange {
                 let amounts =
                     [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
                 for (field, amount) in fields.iter_mut().zip(amounts) {
-                    stencil.deposit(Site::Cells, &self.kernel_grid.cells, amount, field.data_mut());
+                    self.kernel_grid.share(&stencil, Site::Cells, amount, field.data_mut());
                 }
             }
             Ok(())
@@ -413,6 +432,7 @@ fn kernel_grid(
         axes,
         cells: places(offset),
         faces: std::array::from_fn(|a| places(offset - strides[a])),
+        open: None,
     };
     Ok((grid, own))
 }

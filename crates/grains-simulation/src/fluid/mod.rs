@@ -122,6 +122,10 @@ impl FluidPhase {
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         let initialised = setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case);
         agreed(transport, initialised)?;
+        let mut exchange = exchange;
+        if let Some(exchange) = &mut exchange {
+            enclose(case, &mut flow, exchange, transport)?;
+        }
         let resolved = case.resolved().map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
         if exchange.is_some() || resolved.is_some() {
@@ -308,6 +312,29 @@ impl FluidPhase {
     }
 }
 
+/// Bounds a flow averaged over particles by the walls of the case; collective.
+///
+/// # Errors
+/// Surfaces that are not closed, a closed box with an inlet, with the key.
+fn enclose(
+    case: &Case,
+    flow: &mut Flow,
+    exchange: &mut Exchange,
+    transport: &MpiTransport,
+) -> Result<(), RunError> {
+    let walls = agreed(transport, walls::FluidWalls::new(case).map_err(RunError::case))?;
+    if walls.is_empty() {
+        return Ok(());
+    }
+    let clearance = walls.clearance(&flow.setup.grid);
+    let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
+    agreed(transport, flow.enclose(&clearance, transport).map_err(about))?;
+    if let Some(openings) = flow.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref()) {
+        exchange.enclose(openings);
+    }
+    Ok(())
+}
+
 /// Nodes (m) of the cells that ranks share by number: those of a fluid alone, as they are all the work.
 ///
 /// # Errors
@@ -416,6 +443,10 @@ pub fn verify(
     decomposition: &Decomposition,
 ) -> Result<(), String> {
     let Some(fluid) = &case.fluid else { return Ok(()) };
-    walls::FluidWalls::new(case)?.check_inlets(case, fluid, &setup::grid(case, fluid)?)?;
+    let walls = walls::FluidWalls::new(case)?;
+    // Of walls in an averaged flow inlets keep to what these leave open.
+    if case.resolved().is_some() {
+        walls.check_inlets(case, fluid, &setup::grid(case, fluid)?)?;
+    }
     Parts::of(case, fluid, (dem, kinds), decomposition).map(drop)
 }

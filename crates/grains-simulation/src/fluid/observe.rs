@@ -49,7 +49,8 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
             columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
         }
     }
-    for (_, wall) in case.walls_of_fluid() {
+    // Of averaged flows the action on walls is not measured.
+    for (_, wall) in case.walls_of_fluid().filter(|_| case.resolved().is_some()) {
         columns.extend(walls::COLUMNS.map(|(what, unit)| (format!("{}_flow_{what}", wall.name), unit)));
     }
     for profile in &fluid.profile {

@@ -20,7 +20,7 @@ pub(crate) fn check_walls(case: &Case, checker: &mut Checker) {
             checker.error(&key, "there is no fluid; add [fluid], or remove it".into());
             continue;
         };
-        let refused = side_of(wall, side).or_else(|| flow_of(fluid)).or_else(|| motion_of(wall));
+        let refused = side_of(wall, side).or_else(|| flow_of(fluid, case)).or_else(|| motion_of(wall, case));
         if let Some(message) = refused.or_else(|| flat_of(fluid, wall)) {
             checker.error(&key, message);
         }
@@ -45,10 +45,9 @@ fn side_of(wall: &Wall, side: FluidSide) -> Option<String> {
 }
 
 /// Why the flow cannot be bounded by walls, if so.
-fn flow_of(fluid: &Fluid) -> Option<String> {
-    if fluid.coupling.is_some() {
-        let message = "walls bound resolved flows so far, not one averaged over particles (fluid.coupling); remove it, or resolve the particles ([fluid.resolved])";
-        return Some(message.into());
+fn flow_of(fluid: &Fluid, case: &Case) -> Option<String> {
+    if fluid.coupling.is_some() && case.inserts.is_empty() {
+        return Some("fluid.coupling is without effect, for there are no particles; remove it".into());
     }
     let has_multipliers =
         fluid.resolved.as_ref().is_some_and(|resolved| resolved.method == ResolvedMethod::Multiplier);
@@ -56,7 +55,13 @@ fn flow_of(fluid: &Fluid) -> Option<String> {
 }
 
 /// Why a wall that moves so cannot bound the fluid, if so.
-fn motion_of(wall: &Wall) -> Option<String> {
+fn motion_of(wall: &Wall, case: &Case) -> Option<String> {
+    let is_averaged =
+        case.fluid.as_ref().is_some_and(|fluid| fluid.coupling.is_some()) && !case.inserts.is_empty();
+    if is_averaged && wall.moves_fluid() {
+        let message = "walls that move, come or go bound resolved flows so far, not one averaged over particles (fluid.coupling); remove motion, from and until, or this key, or resolve the particles ([fluid.resolved])";
+        return Some(message.into());
+    }
     let is_loaded = matches!(wall.motion, Some(Motion::Load { .. }));
     is_loaded.then(|| {
         "a load moves this wall against contact forces, those of the fluid left out; remove it, or prescribe the motion".into()

@@ -101,7 +101,7 @@ pub struct PressureDrop {
     pub pressure: f64,
     /// Weight of all particles less their buoyancy (N).
     pub weight: f64,
-    /// Cross-section of the domain (m²).
+    /// Largest cross-section that the walls of the fluid leave open of the domain (m²).
     pub section: f64,
 }
 
@@ -157,7 +157,7 @@ fn coupled(
     };
     Ok(CouplingReport {
         void_fraction: SETTLED,
-        pressure_drop: pressure_drop(case, catalogue, fluid, insertions),
+        pressure_drop: pressure_drop(case, catalogue, fluid, insertions)?,
         step,
         particle_steps,
         shortest_relaxation: kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min),
@@ -253,16 +253,15 @@ fn pressure_drop(
     catalogue: &Catalogue,
     fluid: &Fluid,
     insertions: &Insertions,
-) -> Option<PressureDrop> {
+) -> Result<Option<PressureDrop>, String> {
     let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
-    let &[axis] = &axes[..] else { return None };
+    let &[axis] = &axes[..] else { return Ok(None) };
     // The mass of particles of the difference in density is what the fluid does not carry by itself.
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
     let weight = insertions.mass(case, &buoyant) * case.gravity[axis].abs();
-    let extents = case.domain.extents();
-    let section: f64 = (0..3).filter(|a| *a != axis).map(|a| extents[a]).product();
-    Some(PressureDrop { pressure: weight / section, weight, section })
+    let section = FluidWalls::new(case)?.open_section(axis, &setup::grid(case, fluid)?);
+    Ok(Some(PressureDrop { pressure: weight / section, weight, section }))
 }
 
 #[cfg(test)]

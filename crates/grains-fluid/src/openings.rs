@@ -1,0 +1,284 @@
+//! What walls leave open of cells and faces, for flows averaged over particles.
+//!
+//! With V the open share of a cell, V_f its mean on the control volume of a face, A the open share of a face's area, ε the void
+//! fraction of what is open and ψ = V ε, a cell keeps its volume and a face its momentum by
+//!
+//! ```text
+//! ∂ψ/∂t + ∇·(A ε u) = 0,     ψ_f ∂u/∂t + … = −ψ_f ∇p/ρ − ν ψ_f S/(V_f d) u
+//! ```
+//!
+//! with ε of a face ψ_f/V_f. S is the area of wall per volume, d the mean distance of the open part of the face from it: no slip, by
+//! the shear of a linear profile, implicitly, so that small cut cells limit no step. Stresses between two velocities act
+//! through what is open between them, over the distance of the middles of their open parts.
+
+use crate::metrics::Local;
+use crate::{Centre, Faces, Field, Grid, Layout};
+
+/// Where a point lies seen from the walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Distance (m) from the closest wall, negative in it.
+    pub distance: f64,
+    /// Unit vector along which it grows.
+    pub direction: [f64; 3],
+}
+
+/// Parts per axis into which cells and faces are divided to find what of them is open.
+const PARTS: usize = 4;
+/// Open shares (-) below which a cell or a face is closed.
+const CLOSED: f64 = 1e-6;
+/// Largest share of a face over that of its control volume: that of a plane which cuts off a corner (-).
+const WIDEST: f64 = 2.0;
+/// Smallest distance of velocities from a wall, over the width of a cell (-).
+const CLOSEST: f64 = 1e-3;
+/// Largest width of a cell over how far its velocity and the next one are apart (-).
+const CLOSER: f64 = 4.0;
+/// Rise of the distance from a wall over the width of a cell, below which the wall runs along an axis (-).
+const ALONG: f64 = 0.05;
+
+/// Open shares of the cells and faces of a rank, with its halo.
+#[derive(Clone, Debug)]
+pub struct Openings {
+    /// Open share V of the cells (-).
+    pub cells: Field<Centre>,
+    /// Open share A of the faces (-).
+    pub faces: Faces,
+    /// Mean V_f of V on the control volumes of faces (-).
+    pub(crate) volumes: Faces,
+    /// A/V_f, 0 where closed (-).
+    pub(crate) ratios: Faces,
+    /// S/(V_f d) (1/m²).
+    pub(crate) friction: Faces,
+    /// What is open between two velocities of a component along an axis, by how much closer they are than the faces, over the mean
+    /// of V about the edge (-): for edges along an axis a, components a + 1 and a + 2 (mod 3).
+    pub(crate) edges: [[Vec<f64>; 2]; 3],
+}
+
+/// What is open of a rectangle or a box.
+#[derive(Clone, Copy, Debug, Default)]
+struct Open {
+    share: f64,
+    /// Mean distance from the wall (m) of what is open.
+    distance: f64,
+    /// Unit vector away from the wall.
+    direction: [f64; 3],
+}
+
+impl Open {
+    /// The open part of a box about `center` (m) of edges `widths` (m), some of them 0.
+    fn of(center: [f64; 3], widths: [f64; 3], clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
+        let whole = clearance(center);
+        let reach = 0.5 * widths.iter().map(|w| w * w).sum::<f64>().sqrt();
+        if whole.distance >= reach {
+            return Self { share: 1.0, distance: whole.distance, direction: whole.direction };
+        } else if whole.distance <= -reach {
+            return Self::default();
+        }
+        let parts = widths.map(|w| if w > 0.0 { PARTS } else { 1 });
+        let all: usize = parts.iter().product();
+        let mut open = Self { direction: whole.direction, ..Self::default() };
+        for number in 0..all {
+            let place = [number % parts[0], number / parts[0] % parts[1], number / (parts[0] * parts[1])];
+            let offset: [f64; 3] =
+                std::array::from_fn(|a| widths[a] * ((place[a] as f64 + 0.5) / parts[a] as f64 - 0.5));
+            let at = clearance(std::array::from_fn(|a| center[a] + offset[a]));
+            // The distance changes by so much across the part.
+            let across: f64 =
+                (0..3).map(|a| (at.direction[a] * widths[a]).abs() / parts[a] as f64).sum::<f64>();
+            let [lower, upper] = [at.distance - 0.5 * across, at.distance + 0.5 * across];
+            let share = match across > 0.0 {
+                true => (upper.max(0.0) - lower.max(0.0)) / across,
+                false => f64::from(u8::from(at.distance > 0.0)),
+            };
+            open.share += share;
+            open.distance += share * 0.5 * (upper.max(0.0) + lower.max(0.0));
+        }
+        if open.share > 0.0 {
+            open.distance /= open.share;
+            open.share /= all as f64;
+        }
+        open
+    }
+}
+
+/// The cells about a rank, and one layer more than it holds: where those beyond the box are those mirrored or repeated.
+struct Sampled {
+    layout: Layout,
+    cells: Vec<f64>,
+    faces: [Vec<Open>; 3],
+}
+
+impl Sampled {
+    fn new(grid: &Grid, local: &Local, clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
+        let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + 1 };
+        let mut cells = vec![0.0; layout.len()];
+        let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
+        let (h, dims) = (layout.halo as isize, layout.dims().map(|n| n as isize));
+        for p in 0..layout.len() as isize {
+            let place = [p % dims[0], p / dims[0] % dims[1], p / (dims[0] * dims[1])];
+            let cell: [isize; 3] = std::array::from_fn(|a| {
+                let (n, i) = (grid.cells()[a] as isize, place[a] - h + local.first[a] as isize);
+                match (grid.axis(a).is_periodic(), i < 0, i >= n) {
+                    (true, ..) => i.rem_euclid(n),
+                    (_, true, _) => (-1 - i).min(n - 1),
+                    (_, _, true) => (2 * n - 1 - i).max(0),
+                    _ => i,
+                }
+            });
+            let center: [f64; 3] = std::array::from_fn(|a| grid.axis(a).centre(cell[a]));
+            let widths: [f64; 3] = std::array::from_fn(|a| match grid.is_active(a) {
+                true => grid.axis(a).width(cell[a]),
+                false => 0.0,
+            });
+            cells[p as usize] = Open::of(center, widths, clearance).share;
+            for axis in (0..3).filter(|&a| grid.is_active(a)) {
+                // Beyond the box the faces are mirrored too; the lower end of it is the upper face of the cell beyond.
+                let number = place[axis] - h + local.first[axis] as isize;
+                let is_within =
+                    grid.axis(axis).is_periodic() || (0..grid.cells()[axis] as isize).contains(&number);
+                let node = if is_within { cell[axis] + 1 } else { cell[axis] };
+                let (mut center, mut widths) = (center, widths);
+                (center[axis], widths[axis]) = (grid.axis(axis).node(node), 0.0);
+                faces[axis][p as usize] = Open::of(center, widths, clearance);
+            }
+        }
+        let mut sampled = Self { layout, cells, faces };
+        sampled.close();
+        sampled
+    }
+
+    /// Closes what is too narrow: cells without volume or open faces, and the faces of closed cells.
+    fn close(&mut self) {
+        let strides = self.layout.strides();
+        let active: Vec<usize> = (0..3).filter(|&a| self.faces[a].iter().any(|f| f.share > 0.0)).collect();
+        let is_closed = |cells: &[f64], p: usize| cells.get(p).is_none_or(|share| *share < CLOSED);
+        for &a in &active {
+            for p in 0..self.layout.len() {
+                let face = &mut self.faces[a][p];
+                if face.share < CLOSED || is_closed(&self.cells, p) || is_closed(&self.cells, p + strides[a])
+                {
+                    face.share = 0.0;
+                }
+            }
+        }
+        for p in 0..self.layout.len() {
+            let is_shut = |a: &usize| {
+                let below = p.checked_sub(strides[*a]);
+                self.faces[*a][p].share == 0.0 && below.is_none_or(|q| self.faces[*a][q].share == 0.0)
+            };
+            if self.cells[p] < CLOSED || active.iter().all(is_shut) {
+                self.cells[p] = 0.0;
+            }
+        }
+    }
+}
+
+impl Openings {
+    /// What walls leave open, of where points (m) of the box lie seen from them.
+    pub(crate) fn new(grid: &Grid, local: &Local, clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
+        let sampled = Sampled::new(grid, local, clearance);
+        let layout = local.layout;
+        let mut openings = Self {
+            cells: Field::new(layout),
+            faces: Faces::new(layout),
+            volumes: Faces::new(layout),
+            ratios: Faces::new(layout),
+            friction: Faces::new(layout),
+            edges: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; layout.len()])),
+        };
+        let (wide, h) = (sampled.layout.strides(), layout.halo as isize);
+        let [nx, ny, nz] = layout.cells.map(|n| n as isize);
+        for k in -h..nz + h {
+            for j in -h..ny + h {
+                for i in -h..nx + h {
+                    let place = [i, j, k].map(|m| (m + h) as usize);
+                    let (p, q) = (layout.index(i, j, k), sampled.layout.index(i, j, k));
+                    openings.cells.data_mut()[p] = sampled.cells[q];
+                    for axis in (0..3).filter(|&a| local.active[a]) {
+                        openings.set_face(axis, p, place, local, (&sampled, q));
+                    }
+                    for along in 0..3 {
+                        for (number, shift) in [1, 2].into_iter().enumerate() {
+                            let component = (along + shift) % 3;
+                            let across = 3 - along - component;
+                            openings.edges[along][number][p] =
+                                sampled.between([component, across], q, wide, &|a| {
+                                    local.axes[a].width[place[a]]
+                                });
+                        }
+                    }
+                }
+            }
+        }
+        openings
+    }
+
+    fn set_face(
+        &mut self,
+        axis: usize,
+        p: usize,
+        place: [usize; 3],
+        local: &Local,
+        (sampled, q): (&Sampled, usize),
+    ) {
+        let stride = sampled.layout.strides()[axis];
+        let shares = [local.axes[axis].upper_share[place[axis]], local.axes[axis].lower_share[place[axis]]];
+        let mean = |of: &dyn Fn(usize) -> f64| shares[0] * of(q) + shares[1] * of(q + stride);
+        let volume = mean(&|q| sampled.cells[q]);
+        let width = |a: usize| local.axes[a].width[place[a]];
+        let wall = mean(&|q| sampled.wall_area(q, &width));
+        let face = sampled.faces[axis][q];
+        self.volumes.component_mut(axis)[p] = volume;
+        if face.share > 0.0 {
+            let share = face.share.min(WIDEST * volume);
+            self.faces.component_mut(axis)[p] = share;
+            self.ratios.component_mut(axis)[p] = share / volume;
+            let distance = face.distance.max(CLOSEST * width(axis));
+            self.friction.component_mut(axis)[p] = wall / (volume * distance);
+        }
+    }
+}
+
+impl Sampled {
+    /// Area of wall per volume of a cell (1/m): what its faces lack of one another.
+    fn wall_area(&self, q: usize, width: &dyn Fn(usize) -> f64) -> f64 {
+        let strides = self.layout.strides();
+        let lacking = |a: usize| {
+            let below = q.checked_sub(strides[a]).map_or(0.0, |q| self.faces[a][q].share);
+            (self.faces[a][q].share - below) / width(a)
+        };
+        (0..3).map(|a| lacking(a).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// What is open between the velocities of a component on the faces of cells `q` and the next one across, by the ratio of
+    /// their distances, over the mean of V about their edge.
+    fn between(
+        &self,
+        [component, across]: [usize; 2],
+        q: usize,
+        strides: [usize; 3],
+        width: &dyn Fn(usize) -> f64,
+    ) -> f64 {
+        let [a, b] = [strides[component], strides[across]];
+        if q + a + b >= self.cells.len() {
+            return 0.0;
+        }
+        let mean = 0.25 * (self.cells[q] + self.cells[q + a] + self.cells[q + b] + self.cells[q + a + b]);
+        let open = 0.5 * (self.faces[across][q].share + self.faces[across][q + a].share);
+        let [here, next] = [q, q + b].map(|q| self.faces[component][q]);
+        if !(open > 0.0 && here.share > 0.0 && next.share > 0.0) {
+            return 0.0;
+        }
+        if here.share.min(next.share) == 1.0 {
+            return open / mean;
+        }
+        // Beside a wall velocities are as their distances from it, and so is the shear.
+        let slope = 0.5 * (here.direction[across] + next.direction[across]) * width(across);
+        let rise = next.distance - here.distance;
+        let closer = match slope.abs().max(rise.abs()) > ALONG * width(across) {
+            true => (slope / rise).clamp(0.0, CLOSER),
+            false => 1.0,
+        };
+        open * closer / mean
+    }
+}
