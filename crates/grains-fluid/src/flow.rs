@@ -7,7 +7,7 @@ use crate::metrics::Local;
 use crate::mixture::Mixture;
 use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
-use crate::openings::{Clearance, Openings};
+use crate::openings::{Enclosure, Openings};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
@@ -259,19 +259,36 @@ impl Flow {
         Ok(flow)
     }
 
-    /// Bounds a mixture by walls that stand still, of where points (m) of the box lie seen from them; collective.
+    /// Bounds a mixture by walls; collective.
     ///
     /// # Errors
     /// More fluid that enters what is open than leaves it.
-    pub fn enclose(
-        &mut self,
-        clearance: &dyn Fn([f64; 3]) -> Clearance,
-        transport: &dyn Transport,
-    ) -> Result<(), SetupError> {
+    pub fn enclose(&mut self, walls: &dyn Enclosure, transport: &dyn Transport) -> Result<(), SetupError> {
         let Some(mixture) = &mut self.mixture else { return Ok(()) };
-        mixture.enclose(Openings::new(&self.setup.grid, &self.local, clearance));
+        let is_closed = !self.setup.boundaries.has_outlet(&self.setup.grid);
+        mixture.enclose(Openings::new(&self.setup.grid, &self.local, walls), is_closed);
         self.synchronise(transport);
         self.check_inflow(transport)
+    }
+
+    /// Takes the walls of a mixture as they are at the beginning of the coming step, before its void fraction is set; `is_changed`
+    /// tells whether some appeared or vanished. Collective.
+    pub fn move_walls(&mut self, walls: &dyn Enclosure, is_changed: bool, transport: &dyn Transport) {
+        let Some(mixture) = &mut self.mixture else { return };
+        let old = mixture.openings.as_ref().map(|old| old.cells.clone());
+        mixture.move_walls(Openings::new(&self.setup.grid, &self.local, walls), is_changed);
+        mixture.close_velocity(&mut self.state.velocity);
+        if let (Some(old), Some(openings)) = (old, &mixture.openings) {
+            open_pressure(&mut self.state.pressure, &old, &openings.cells);
+        }
+        for face_data in &self.boundary_data {
+            face_data.fill_normal(&mut self.state.velocity, self.setup.halo);
+        }
+        let state = &mut self.state;
+        let [x, y, z] = state.velocity.components_mut();
+        self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
+        fill_velocity(&self.boundary_data, &mut state.velocity, self.setup.halo);
+        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
     }
 
     /// Sets velocity (m/s) and pressure (Pa) by functions of position (m); imposed boundary values stay; collective.
@@ -364,6 +381,23 @@ fn sample<L: Location>(grid: &Grid, local: &Local, field: &mut Field<L>, value: 
                 });
                 field.set(i, j, k, value(at));
             }
+        }
+    }
+}
+
+/// Gives cells that have opened the mean pressure (Pa) of those beside them that were open.
+fn open_pressure(pressure: &mut Field<Centre>, old: &Field<Centre>, new: &Field<Centre>) {
+    let layout = pressure.layout();
+    let strides = layout.strides();
+    for row in layout.rows() {
+        for p in row..row + layout.cells[0] {
+            if old.data()[p] > 0.0 || new.data()[p] == 0.0 {
+                continue;
+            }
+            let beside = strides.iter().flat_map(|stride| [p - stride, p + stride]);
+            let values = beside.filter(|&q| old.data()[q] > 0.0).map(|q| pressure.data()[q]);
+            let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
+            pressure.data_mut()[p] = if count > 0 { sum / f64::from(count) } else { 0.0 };
         }
     }
 }

@@ -91,7 +91,7 @@ pub use limits::FlowLimits;
 pub use mixture::{Mixture, SolidFlux};
 pub use mixture_model::MixtureModel;
 pub use momentum::{Advection, Diffusion};
-pub use openings::{Clearance, Openings};
+pub use openings::{Clearance, Enclosure, Openings};
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,

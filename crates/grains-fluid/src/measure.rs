@@ -1,6 +1,7 @@
 //! What can be asked of a flow; all collective.
 
 use crate::flow::{Flow, Immersed};
+use crate::momentum::RowPlace;
 use crate::projection::divergence;
 use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
@@ -144,6 +145,63 @@ impl Flow {
         });
         transport.sum(&mut sums);
         sums.map(|s| s / self.setup.grid.volume())
+    }
+
+    /// Force (N) and torque about the origin (N m) of a mixture on each of `count` walls in it, as x, y, z of both; collective.
+    ///
+    /// The pressure, without its hydrostatic part, acts on the wall of a cell as the open share V_f changes over it,
+    /// F = −p (V_f₊ − V_f₋) A. The wall bears all that acts on closed faces, as nothing moves there: drive, ∇p, and momentum that
+    /// flows to them. With the friction this is the momentum that the fluid and its particles lose to walls.
+    pub fn loads_on_walls(&self, count: usize, transport: &dyn Transport) -> Vec<[f64; 6]> {
+        let mut loads = vec![[0.0; 6]; count];
+        let Some((mixture, openings)) = self.mixture.as_ref().and_then(|m| Some((m, m.openings.as_ref()?)))
+        else {
+            return loads;
+        };
+        let (local, grid, pressure) = (&self.local, &self.setup.grid, self.state.pressure.data());
+        let mut add = |wall: u32, axis: usize, at: [f64; 3], force: f64| {
+            let Some(load) = loads.get_mut(wall as usize) else { return };
+            let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+            load[axis] += force;
+            load[3 + b] += at[c] * force;
+            load[3 + c] -= at[b] * force;
+        };
+        let explicit = self.explicit_terms();
+        let [mut advective, mut viscous] =
+            [vec![0.0; local.layout.cells[0]], vec![0.0; local.layout.cells[0]]];
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            let (m, stride) = (&local.axes[axis], local.layout.strides()[axis]);
+            let (volumes, unknowns) = (openings.volumes.component(axis), local.unknowns(axis));
+            self.for_cells(|cell, p| {
+                let [i, j, k] = cell;
+                let (is_unknown, e) = (cell[axis] < unknowns[axis], local.entry(cell[axis]));
+                if i == 0 && is_unknown {
+                    let n = unknowns[0];
+                    explicit.row(RowPlace { component: axis, j, k }, &mut advective[..n], &mut viscous[..n]);
+                }
+                let place: [usize; 3] = std::array::from_fn(|a| cell[a] + local.first[a]);
+                let mut at: [f64; 3] = std::array::from_fn(|a| grid.axis(a).centre(place[a] as isize));
+                let volume = local.volume(cell);
+                let rise = (volumes[p] - volumes[p - stride]) * volume * m.inverse_width[e];
+                add(openings.closest[3][p], axis, at, -pressure[p] * rise);
+                if !is_unknown {
+                    return;
+                }
+                at[axis] = grid.axis(axis).node(place[axis] as isize + 1);
+                let density = if openings.ratios.component(axis)[p] > 0.0 {
+                    let [friction, wall] = mixture.wall_friction(axis, p);
+                    friction * (self.state.velocity.component(axis)[p] - wall)
+                } else {
+                    let gradient = (pressure[p + stride] - pressure[p]) * m.inverse_distance[e];
+                    volumes[p] * (self.state.force[axis] - gradient)
+                        + self.setup.density * (viscous[i] - advective[i])
+                };
+                let volume = volume * m.inverse_width[e] / m.inverse_distance[e];
+                add(openings.closest[axis][p], axis, at, density * volume);
+            });
+        }
+        transport.sum(loads.as_flattened_mut());
+        loads
     }
 
     /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).

@@ -38,6 +38,10 @@ pub struct Mixture {
     open_faces: Option<Faces>,
     /// β with the friction of the walls (kg/(m³ s)), if there are any.
     resistance: Option<Faces>,
+    /// Force of this friction on a fluid at rest (N/m³), if walls move.
+    dragging: Option<Faces>,
+    /// Whether walls move in a box without outlet.
+    keeps_volume: bool,
     pub(crate) previous: Field<Centre>,
     /// ε in the middle of the step.
     pub(crate) middle: Field<Centre>,
@@ -45,6 +49,8 @@ pub struct Mixture {
     /// by how stresses of the component after the axis act across it, and those of the one before in `cut_edges`.
     edges: [Vec<f64>; 3],
     cut_edges: [Vec<f64>; 3],
+    /// ε at the centres by how stresses of each component act across them, beside walls.
+    cut_centres: [Vec<f64>; 3],
     /// ε on the faces at the end and the beginning of the step.
     pub(crate) faces: Faces,
     pub(crate) old_faces: Faces,
@@ -64,6 +70,9 @@ pub struct Mixture {
 
 /// 1/m of closed faces (s): nothing moves them.
 const SHUT: f64 = 1e-200;
+
+/// Open share (-) of cells that take what walls displace from those beside them.
+const MOSTLY: f64 = 0.5;
 
 /// What a step is made with.
 #[derive(Clone, Copy)]
@@ -92,10 +101,13 @@ impl Mixture {
             openings: None,
             open_faces: None,
             resistance: None,
+            dragging: None,
+            keeps_volume: false,
             previous: one.clone(),
             middle: one,
             edges: std::array::from_fn(|_| vec![1.0; layout.len()]),
             cut_edges: Default::default(),
+            cut_centres: Default::default(),
             faces: ones.clone(),
             old_faces: ones,
             flux: Faces::new(layout),
@@ -107,15 +119,31 @@ impl Mixture {
         }
     }
 
-    /// Pure fluid between walls.
-    pub(crate) fn enclose(&mut self, openings: Openings) {
+    /// Takes what walls leave open now; the void fraction at the end of the step is to be set after it.
+    ///
+    /// Where walls appear or vanish (`is_changed`) they displace no fluid: it goes or comes with them.
+    pub(crate) fn move_walls(&mut self, openings: Openings, is_changed: bool) {
+        let Some(old) = self.openings.replace(openings) else { return };
+        if let (Some(new), true) = (&self.openings, is_changed) {
+            let cells =
+                self.previous.data_mut().iter_mut().zip(new.cells.data().iter().zip(old.cells.data()));
+            cells.for_each(|(psi, (new, old))| *psi = (*psi + new - old).max(0.0));
+            self.is_continued = false;
+        }
+    }
+
+    /// Pure fluid between walls, in a box without outlet or with one.
+    pub(crate) fn enclose(&mut self, openings: Openings, is_closed: bool) {
         let layout = openings.cells.layout();
         for field in [&mut self.void_fraction, &mut self.previous, &mut self.middle] {
             field.data_mut().copy_from_slice(openings.cells.data());
         }
         self.cut_edges = std::array::from_fn(|_| vec![0.0; layout.len()]);
+        self.cut_centres = std::array::from_fn(|_| vec![0.0; layout.len()]);
         self.open_faces = Some(Faces::new(layout));
         self.resistance = Some(Faces::new(layout));
+        self.dragging = openings.wall_velocity.is_some().then(|| Faces::new(layout));
+        self.keeps_volume = is_closed && self.dragging.is_some();
         self.openings = Some(openings);
         self.is_continued = false;
     }
@@ -125,18 +153,29 @@ impl Mixture {
         self.open_faces.as_ref().unwrap_or(&self.faces)
     }
 
+    /// Friction coefficient of the walls (kg/(m³ s)) at a face, and the velocity of the closest one (m/s).
+    pub(crate) fn wall_friction(&self, component: usize, p: usize) -> [f64; 2] {
+        let of = |faces: &Faces| faces.component(component)[p];
+        let Some(resistance) = &self.resistance else { return [0.0; 2] };
+        let walls = self.openings.as_ref().and_then(|openings| openings.wall_velocity.as_ref());
+        [of(resistance) - of(&self.drag), walls.map_or(0.0, of)]
+    }
+
     /// What resists the fluid (kg/(m³ s)): particles, and walls.
     fn resistance(&self) -> &Faces {
         self.resistance.as_ref().unwrap_or(&self.drag)
     }
 
-    /// Stops what is on closed faces.
+    /// Gives closed faces the velocity of their wall.
     pub(crate) fn close_velocity(&self, velocity: &mut Faces) {
         let Some(openings) = &self.openings else { return };
         for axis in 0..3 {
-            let ratios = openings.ratios.component(axis);
-            let faces = velocity.component_mut(axis).iter_mut().zip(ratios);
-            faces.filter(|(_, ratio)| **ratio == 0.0).for_each(|(u, _)| *u = 0.0);
+            let ratios = openings.ratios.component(axis).iter().enumerate();
+            let walls = openings.wall_velocity.as_ref().map(|walls| walls.component(axis));
+            let velocity = velocity.component_mut(axis);
+            ratios
+                .filter(|(_, ratio)| **ratio == 0.0)
+                .for_each(|(p, _)| velocity[p] = walls.map_or(0.0, |walls| walls[p]));
         }
     }
 
@@ -175,18 +214,23 @@ impl Mixture {
         };
         let edges =
             std::array::from_fn(|c| std::array::from_fn(|a| if a == c { &[][..] } else { edges(c, a) }));
-        Porosity { centres: self.middle.data(), edges }
+        let centres = std::array::from_fn(|a| match self.cut_centres[a].is_empty() {
+            true => self.middle.data(),
+            false => &self.cut_centres[a],
+        });
+        Porosity { centres, edges }
     }
 
     /// Coefficients of the momentum equation of a face, over the density.
     pub(crate) fn face_terms(&self, component: usize, p: usize, density: f64, dt: f64) -> FaceTerms {
         let (new, old) = (self.faces.component(component)[p], self.old_faces.component(component)[p]);
         let diagonal = 1.0 / self.inverse.component(component)[p];
+        let dragging = self.dragging.as_ref().map_or(0.0, |dragging| dragging.component(component)[p]);
         FaceTerms {
             void_fraction: new,
             gradient: self.gradient_factor.component(component)[p] * diagonal * density,
             diagonal,
-            source: self.source.component(component)[p] / density,
+            source: (self.source.component(component)[p] + dragging) / density,
             friction: (new - old) / dt + self.resistance().component(component)[p] / density,
         }
     }
@@ -211,6 +255,11 @@ impl Mixture {
             // ∂(εu)/∂t = ε Δu/Δt + u ∂ε/∂t, and the drag on the old velocity.
             let friction = (new[i] - old[i]) * rate + drag[i] * specific;
             out[i] = (sum[i] + source[i] * specific - friction * velocity[i]) * inverse[i];
+        }
+        if let Some(dragging) = &self.dragging {
+            let dragging = &dragging.component(component)[start..start + n];
+            let increments = out.iter_mut().zip(dragging.iter().zip(inverse));
+            increments.for_each(|(out, (force, inverse))| *out += force * specific * inverse);
         }
     }
 
@@ -248,6 +297,12 @@ impl Mixture {
             on_faces(&mut self.previous, &mut self.old_faces, (local, boundary_data, halo), transport);
         }
         self.set_middle(local.layout, inputs.dt);
+        if self.dragging.is_some() {
+            self.share_rates(local);
+        }
+        if self.keeps_volume {
+            self.keep_volume(local, transport);
+        }
         for axis in 0..3 {
             for_rows(local, axis, |row| self.set_row(row, inputs));
         }
@@ -286,6 +341,66 @@ impl Mixture {
         }
     }
 
+    /// Hands ∂ψ/∂t of cells that walls close for the most part to those beside them that are mostly open, evenly: through the slits
+    /// of a cell that a wall sweeps what it displaces would flow at any speed.
+    fn share_rates(&mut self, local: &Local) {
+        let Some(openings) = &self.openings else { return };
+        let (layout, strides, open) = (local.layout, local.layout.strides(), openings.cells.data());
+        let place = |p: usize| [p % strides[1], p % strides[2] / strides[1], p / strides[2]];
+        let volume = |p: usize| (0..3).map(|a| local.axes[a].width[place(p)[a]]).product::<f64>();
+        let is_in_box = |p: usize| {
+            let (place, h) = (place(p), layout.halo);
+            (0..3).all(|a| {
+                let [low, high] = local.ends[a];
+                (!low || place[a] >= h) && (!high || place[a] < h + layout.cells[a])
+            })
+        };
+        let beside = |p: usize| {
+            let cells = strides.into_iter().flat_map(move |stride| [p - stride, p + stride]);
+            cells.filter(|&q| is_in_box(q)).collect::<Vec<_>>().into_iter()
+        };
+        // What a cell needs to be handed something by one beside it.
+        let wanted = |p: usize| {
+            let largest = beside(p).map(|q| open[q]).fold(0.0, f64::max);
+            if largest >= MOSTLY { MOSTLY } else { f64::MIN_POSITIVE }
+        };
+        let gives = |p: usize| {
+            (open[p] == 0.0 && beside(p).any(|q| open[q] > 0.0))
+                || (open[p] < MOSTLY && beside(p).any(|q| open[q] >= MOSTLY))
+        };
+        let mut rates = Vec::new();
+        for p in layout.rows().flat_map(|row| row..row + layout.cells[0]) {
+            let mut rate = if gives(p) { 0.0 } else { self.rate.data()[p] };
+            for q in beside(p).filter(|&q| gives(q) && open[p] >= wanted(q)) {
+                let receivers = beside(q).filter(|&r| open[r] >= wanted(q)).count();
+                rate += self.rate.data()[q] * volume(q) / volume(p) / receivers as f64;
+            }
+            rates.push(rate);
+        }
+        let own = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+        own.zip(rates).for_each(|(p, rate)| self.rate.data_mut()[p] = rate);
+    }
+
+    /// Takes what walls that move seem to free or fill in a closed box, by rounding and by how they are sampled, evenly out of the
+    /// rate of change; collective.
+    fn keep_volume(&mut self, local: &Local, transport: &dyn Transport) {
+        let Some(openings) = &self.openings else { return };
+        let [nx, ny, nz] = local.layout.cells;
+        let cells =
+            move || (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
+        let place = |[i, j, k]: [usize; 3]| local.layout.row(j, k) + i;
+        let mut sums = [0.0; 2];
+        for cell in cells() {
+            let (p, volume) = (place(cell), local.volume(cell));
+            sums[0] += self.rate.data()[p] * volume;
+            sums[1] += openings.cells.data()[p] * volume;
+        }
+        transport.sum(&mut sums);
+        let excess = sums[0] / sums[1];
+        let open = openings.cells.data();
+        cells().map(place).for_each(|p| self.rate.data_mut()[p] -= excess * open[p]);
+    }
+
     /// ε in the middle of the step at centres and edges, and its rate of change.
     fn set_middle(&mut self, layout: Layout, dt: f64) {
         let (new, old, rate) = (self.void_fraction.data(), self.previous.data(), 1.0 / dt);
@@ -305,6 +420,10 @@ impl Mixture {
             }
         }
         let Some(openings) = &self.openings else { return };
+        for (cut, shares) in self.cut_centres.iter_mut().zip(&openings.centres) {
+            let centres = cut.iter_mut().zip(self.middle.data().iter().zip(shares));
+            centres.for_each(|(cut, (middle, share))| *cut = middle * share);
+        }
         for ((edges, cut), shares) in self.edges.iter_mut().zip(&mut self.cut_edges).zip(&openings.edges) {
             let both = edges.iter_mut().zip(cut).zip(shares[0].iter().zip(&shares[1]));
             for ((edge, cut), (first, second)) in both {
@@ -330,6 +449,12 @@ impl Mixture {
             let resistance = &mut resistance.component_mut(axis)[own.clone()];
             for ((sum, beta), (friction, eps)) in resistance.iter_mut().zip(drag).zip(friction) {
                 *sum = beta + inputs.viscosity * friction * eps;
+            }
+            if let (Some(dragging), Some(walls)) = (&mut self.dragging, &openings.wall_velocity) {
+                let dragging = &mut dragging.component_mut(axis)[own.clone()];
+                let walls = &walls.component(axis)[own.clone()];
+                let forces = dragging.iter_mut().zip(walls).zip(resistance.iter().zip(drag));
+                forces.for_each(|((force, wall), (sum, beta))| *force = (sum - beta) * wall);
             }
             drag = resistance;
         }

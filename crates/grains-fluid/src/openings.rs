@@ -9,7 +9,10 @@
 //!
 //! with ε of a face ψ_f/V_f. S is the area of wall per volume, d the mean distance of the open part of the face from it: no slip, by
 //! the shear of a linear profile, implicitly, so that small cut cells limit no step. Stresses between two velocities act
-//! through what is open between them, over the distance of the middles of their open parts.
+//! through what is open between them, over the distance of the middles of their open parts. Where the fluid slips S is 0.
+//!
+//! Of a wall that moves with u_w, friction acts on u − u_w, and ∂ψ/∂t is what the wall displaces: V is sampled anew for each
+//! step, at its beginning, as the void fraction of the particles is.
 
 use crate::metrics::Local;
 use crate::{Centre, Faces, Field, Grid, Layout};
@@ -21,12 +24,43 @@ pub struct Clearance {
     pub distance: f64,
     /// Unit vector along which it grows.
     pub direction: [f64; 3],
+    /// Number of the closest wall.
+    pub wall: usize,
+}
+
+/// Walls that bound a flow averaged over particles, as they are at one time; closures are walls at rest without slip.
+pub trait Enclosure {
+    /// Where a point (m) of the box lies.
+    fn clearance(&self, at: [f64; 3]) -> Clearance;
+
+    /// Whether one of them moves.
+    fn is_moving(&self) -> bool {
+        false
+    }
+
+    /// Velocity (m/s) of a wall at a point (m).
+    fn velocity(&self, _wall: usize, _at: [f64; 3]) -> [f64; 3] {
+        [0.0; 3]
+    }
+
+    /// Whether the fluid slips along a wall.
+    fn slips(&self, _wall: usize) -> bool {
+        false
+    }
+}
+
+impl<F: Fn([f64; 3]) -> Clearance> Enclosure for F {
+    fn clearance(&self, at: [f64; 3]) -> Clearance {
+        self(at)
+    }
 }
 
 /// Parts per axis into which cells and faces are divided to find what of them is open.
 const PARTS: usize = 4;
-/// Open shares (-) below which a cell or a face is closed.
-const CLOSED: f64 = 1e-6;
+/// Open share (-) below which a cell is closed: walls that move would drive fluid through its slits at any speed.
+const CLOSED_CELL: f64 = 0.01;
+/// The same of a face.
+const CLOSED_FACE: f64 = 1e-3;
 /// Largest share of a face over that of its control volume: that of a plane which cuts off a corner (-).
 const WIDEST: f64 = 2.0;
 /// Smallest distance of velocities from a wall, over the width of a cell (-).
@@ -47,11 +81,17 @@ pub struct Openings {
     pub(crate) volumes: Faces,
     /// A/V_f, 0 where closed (-).
     pub(crate) ratios: Faces,
-    /// S/(V_f d) (1/m²).
+    /// S/(V_f d) (1/m²), 0 of walls along which the fluid slips.
     pub(crate) friction: Faces,
+    /// Velocity of the closest wall along the normal of cut and closed faces (m/s), if walls move.
+    pub(crate) wall_velocity: Option<Faces>,
+    /// Numbers of the walls closest to cells and to faces.
+    pub(crate) closest: [Vec<u32>; 4],
     /// What is open between two velocities of a component along an axis, by how much closer they are than the faces, over the mean
     /// of V about the edge (-): for edges along an axis a, components a + 1 and a + 2 (mod 3).
     pub(crate) edges: [[Vec<f64>; 2]; 3],
+    /// By how much closer the velocities of a component on the two faces of a cell are than these (-).
+    pub(crate) centres: [Vec<f64>; 3],
 }
 
 /// What is open of a rectangle or a box.
@@ -62,26 +102,31 @@ struct Open {
     distance: f64,
     /// Unit vector away from the wall.
     direction: [f64; 3],
+    /// Number of the closest wall, whether the fluid slips along it, and of a face its velocity along the normal (m/s).
+    wall: usize,
+    slips: bool,
+    velocity: f64,
 }
 
 impl Open {
     /// The open part of a box about `center` (m) of edges `widths` (m), some of them 0.
-    fn of(center: [f64; 3], widths: [f64; 3], clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
-        let whole = clearance(center);
+    fn of(center: [f64; 3], widths: [f64; 3], walls: &dyn Enclosure) -> Self {
+        let whole = walls.clearance(center);
         let reach = 0.5 * widths.iter().map(|w| w * w).sum::<f64>().sqrt();
-        if whole.distance >= reach {
-            return Self { share: 1.0, distance: whole.distance, direction: whole.direction };
-        } else if whole.distance <= -reach {
-            return Self::default();
+        let Clearance { distance, direction, wall } = whole;
+        if distance >= reach {
+            return Self { share: 1.0, distance, direction, wall, ..Self::default() };
+        } else if distance <= -reach {
+            return Self { wall, ..Self::default() };
         }
         let parts = widths.map(|w| if w > 0.0 { PARTS } else { 1 });
         let all: usize = parts.iter().product();
-        let mut open = Self { direction: whole.direction, ..Self::default() };
+        let mut open = Self { direction, wall, ..Self::default() };
         for number in 0..all {
             let place = [number % parts[0], number / parts[0] % parts[1], number / (parts[0] * parts[1])];
             let offset: [f64; 3] =
                 std::array::from_fn(|a| widths[a] * ((place[a] as f64 + 0.5) / parts[a] as f64 - 0.5));
-            let at = clearance(std::array::from_fn(|a| center[a] + offset[a]));
+            let at = walls.clearance(std::array::from_fn(|a| center[a] + offset[a]));
             // The distance changes by so much across the part.
             let across: f64 =
                 (0..3).map(|a| (at.direction[a] * widths[a]).abs() / parts[a] as f64).sum::<f64>();
@@ -105,13 +150,16 @@ impl Open {
 struct Sampled {
     layout: Layout,
     cells: Vec<f64>,
+    /// Numbers of the walls closest to the cells.
+    closest: Vec<u32>,
     faces: [Vec<Open>; 3],
 }
 
 impl Sampled {
-    fn new(grid: &Grid, local: &Local, clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
+    fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
         let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + 1 };
         let mut cells = vec![0.0; layout.len()];
+        let mut closest = vec![0; layout.len()];
         let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
         let (h, dims) = (layout.halo as isize, layout.dims().map(|n| n as isize));
         for p in 0..layout.len() as isize {
@@ -130,7 +178,8 @@ impl Sampled {
                 true => grid.axis(a).width(cell[a]),
                 false => 0.0,
             });
-            cells[p as usize] = Open::of(center, widths, clearance).share;
+            let cell_open = Open::of(center, widths, walls);
+            (cells[p as usize], closest[p as usize]) = (cell_open.share, cell_open.wall as u32);
             for axis in (0..3).filter(|&a| grid.is_active(a)) {
                 // Beyond the box the faces are mirrored too; the lower end of it is the upper face of the cell beyond.
                 let number = place[axis] - h + local.first[axis] as isize;
@@ -139,10 +188,13 @@ impl Sampled {
                 let node = if is_within { cell[axis] + 1 } else { cell[axis] };
                 let (mut center, mut widths) = (center, widths);
                 (center[axis], widths[axis]) = (grid.axis(axis).node(node), 0.0);
-                faces[axis][p as usize] = Open::of(center, widths, clearance);
+                let mut face = Open::of(center, widths, walls);
+                (face.slips, face.velocity) =
+                    (walls.slips(face.wall), walls.velocity(face.wall, center)[axis]);
+                faces[axis][p as usize] = face;
             }
         }
-        let mut sampled = Self { layout, cells, faces };
+        let mut sampled = Self { layout, cells, closest, faces };
         sampled.close();
         sampled
     }
@@ -151,11 +203,13 @@ impl Sampled {
     fn close(&mut self) {
         let strides = self.layout.strides();
         let active: Vec<usize> = (0..3).filter(|&a| self.faces[a].iter().any(|f| f.share > 0.0)).collect();
-        let is_closed = |cells: &[f64], p: usize| cells.get(p).is_none_or(|share| *share < CLOSED);
+        let is_closed = |cells: &[f64], p: usize| cells.get(p).is_none_or(|share| *share < CLOSED_CELL);
         for &a in &active {
             for p in 0..self.layout.len() {
                 let face = &mut self.faces[a][p];
-                if face.share < CLOSED || is_closed(&self.cells, p) || is_closed(&self.cells, p + strides[a])
+                if face.share < CLOSED_FACE
+                    || is_closed(&self.cells, p)
+                    || is_closed(&self.cells, p + strides[a])
                 {
                     face.share = 0.0;
                 }
@@ -166,7 +220,7 @@ impl Sampled {
                 let below = p.checked_sub(strides[*a]);
                 self.faces[*a][p].share == 0.0 && below.is_none_or(|q| self.faces[*a][q].share == 0.0)
             };
-            if self.cells[p] < CLOSED || active.iter().all(is_shut) {
+            if self.cells[p] < CLOSED_CELL || active.iter().all(is_shut) {
                 self.cells[p] = 0.0;
             }
         }
@@ -175,8 +229,8 @@ impl Sampled {
 
 impl Openings {
     /// What walls leave open, of where points (m) of the box lie seen from them.
-    pub(crate) fn new(grid: &Grid, local: &Local, clearance: &dyn Fn([f64; 3]) -> Clearance) -> Self {
-        let sampled = Sampled::new(grid, local, clearance);
+    pub(crate) fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
+        let sampled = Sampled::new(grid, local, walls);
         let layout = local.layout;
         let mut openings = Self {
             cells: Field::new(layout),
@@ -184,7 +238,10 @@ impl Openings {
             volumes: Faces::new(layout),
             ratios: Faces::new(layout),
             friction: Faces::new(layout),
+            wall_velocity: walls.is_moving().then(|| Faces::new(layout)),
+            closest: std::array::from_fn(|_| vec![0; layout.len()]),
             edges: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; layout.len()])),
+            centres: std::array::from_fn(|_| vec![1.0; layout.len()]),
         };
         let (wide, h) = (sampled.layout.strides(), layout.halo as isize);
         let [nx, ny, nz] = layout.cells.map(|n| n as isize);
@@ -194,8 +251,14 @@ impl Openings {
                     let place = [i, j, k].map(|m| (m + h) as usize);
                     let (p, q) = (layout.index(i, j, k), sampled.layout.index(i, j, k));
                     openings.cells.data_mut()[p] = sampled.cells[q];
+                    openings.closest[3][p] = sampled.closest[q];
                     for axis in (0..3).filter(|&a| local.active[a]) {
                         openings.set_face(axis, p, place, local, (&sampled, q));
+                    }
+                    for axis in (0..3).filter(|&a| local.active[a]) {
+                        let below = &sampled.faces[axis][q - wide[axis]];
+                        let width = local.axes[axis].width[place[axis]];
+                        openings.centres[axis][p] = closer(below, &sampled.faces[axis][q], axis, width);
                     }
                     for along in 0..3 {
                         for (number, shift) in [1, 2].into_iter().enumerate() {
@@ -229,12 +292,18 @@ impl Openings {
         let wall = mean(&|q| sampled.wall_area(q, &width));
         let face = sampled.faces[axis][q];
         self.volumes.component_mut(axis)[p] = volume;
+        self.closest[axis][p] = face.wall as u32;
+        let is_beside = face.share < 1.0 || wall > 0.0;
+        if let (Some(velocity), true) = (&mut self.wall_velocity, is_beside) {
+            velocity.component_mut(axis)[p] = face.velocity;
+        }
         if face.share > 0.0 {
             let share = face.share.min(WIDEST * volume);
             self.faces.component_mut(axis)[p] = share;
             self.ratios.component_mut(axis)[p] = share / volume;
             let distance = face.distance.max(CLOSEST * width(axis));
-            self.friction.component_mut(axis)[p] = wall / (volume * distance);
+            let friction = if face.slips { 0.0 } else { wall / (volume * distance) };
+            self.friction.component_mut(axis)[p] = friction;
         }
     }
 }
@@ -250,8 +319,8 @@ impl Sampled {
         (0..3).map(|a| lacking(a).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// What is open between the velocities of a component on the faces of cells `q` and the next one across, by the ratio of
-    /// their distances, over the mean of V about their edge.
+    /// What is open between the velocities of a component on the faces of cells `q` and the next one across, by how much closer
+    /// they are, over the mean of V about their edge.
     fn between(
         &self,
         [component, across]: [usize; 2],
@@ -266,19 +335,26 @@ impl Sampled {
         let mean = 0.25 * (self.cells[q] + self.cells[q + a] + self.cells[q + b] + self.cells[q + a + b]);
         let open = 0.5 * (self.faces[across][q].share + self.faces[across][q + a].share);
         let [here, next] = [q, q + b].map(|q| self.faces[component][q]);
-        if !(open > 0.0 && here.share > 0.0 && next.share > 0.0) {
-            return 0.0;
+        match closer(&here, &next, across, width(across)) {
+            0.0 => 0.0,
+            closer => open * closer / mean,
         }
-        if here.share.min(next.share) == 1.0 {
-            return open / mean;
-        }
-        // Beside a wall velocities are as their distances from it, and so is the shear.
-        let slope = 0.5 * (here.direction[across] + next.direction[across]) * width(across);
-        let rise = next.distance - here.distance;
-        let closer = match slope.abs().max(rise.abs()) > ALONG * width(across) {
-            true => (slope / rise).clamp(0.0, CLOSER),
-            false => 1.0,
-        };
-        open * closer / mean
+    }
+}
+
+/// By how much closer two velocities are than the width of a cell (m) that lies along an axis between their faces; 0 if one is
+/// closed. Beside a wall velocities are as their distances from it, and so is the shear.
+fn closer(here: &Open, next: &Open, axis: usize, width: f64) -> f64 {
+    let smaller = here.share.min(next.share);
+    if smaller == 0.0 {
+        return 0.0;
+    } else if smaller == 1.0 || here.slips || next.slips {
+        return 1.0;
+    }
+    let slope = 0.5 * (here.direction[axis] + next.direction[axis]) * width;
+    let rise = next.distance - here.distance;
+    match slope.abs().max(rise.abs()) > ALONG * width {
+        true => (slope / rise).clamp(0.0, CLOSER),
+        false => 1.0,
     }
 }

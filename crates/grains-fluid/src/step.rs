@@ -96,7 +96,7 @@ impl Flow {
         self.predict_outlets(weights, dt);
     }
 
-    fn explicit_terms(&self) -> Explicit<'_> {
+    pub(crate) fn explicit_terms(&self) -> Explicit<'_> {
         let velocity = self.state.velocity.components();
         Explicit {
             local: &self.local,

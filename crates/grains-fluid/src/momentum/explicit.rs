@@ -23,8 +23,8 @@ pub(crate) struct Explicit<'a> {
 /// Void fraction where stresses act.
 #[derive(Clone, Copy)]
 pub(crate) struct Porosity<'a> {
-    /// At the centres, with ghosts.
-    pub centres: &'a [f64],
+    /// At the centres, across which a component is stretched, with ghosts.
+    pub centres: [&'a [f64]; 3],
     /// On the edges across which a component (first) is sheared along an axis (second): of a cell, those at its upper faces.
     pub edges: [[&'a [f64]; 3]; 3],
 }
@@ -63,7 +63,8 @@ impl Explicit<'_> {
             match self.void_fraction {
                 None => pair.add::<false>(advective, viscous, scheme, |_| [1.0; 2]),
                 Some(eps) if b == a => {
-                    let (low, high) = (pair.at(eps.centres, 0), pair.at(eps.centres, pair.along as isize));
+                    let (low, high) =
+                        (pair.at(eps.centres[a], 0), pair.at(eps.centres[a], pair.along as isize));
                     pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
                 }
                 Some(eps) => {

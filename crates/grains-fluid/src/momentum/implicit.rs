@@ -294,7 +294,7 @@ fn add_normal(
     let data = increments.component_mut(axis);
     own_entries(local, face_data, |_, _, inside, boundary| {
         let p = if is_high { boundary - stride } else { boundary + stride };
-        let eps = diagonal.void_fraction.map_or(1.0, |eps| eps.centres[inside]);
+        let eps = diagonal.void_fraction.map_or(1.0, |eps| eps.centres[axis][inside]);
         data[p] += diagonal.inverse_at(axis, p) * factor * eps * data[boundary];
     });
 }
@@ -315,9 +315,9 @@ fn add_tangential(
     let data = increments.component_mut(component);
     own_entries(local, face_data, |e, m, inside, _| {
         if face_data.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
-            let eps = diagonal
-                .void_fraction
-                .map_or(1.0, |eps| 0.5 * (eps.centres[inside] + eps.centres[inside + stride]));
+            let eps = diagonal.void_fraction.map_or(1.0, |eps| {
+                0.5 * (eps.centres[component][inside] + eps.centres[component][inside + stride])
+            });
             data[inside] +=
                 diagonal.inverse_at(component, inside) * factor * eps * face_data.increments[component][e];
         }

@@ -111,7 +111,7 @@ impl System<'_> {
             false => (&m.inverse_distance[..], 0),
         };
         let eps = self.diagonal.void_fraction.map(|eps| match self.component == axis {
-            true => eps.centres,
+            true => eps.centres[axis],
             false => eps.edges[self.component][axis],
         });
         let mut from = [0_isize; 3];

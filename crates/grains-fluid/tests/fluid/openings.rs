@@ -3,7 +3,8 @@
 use crate::common::order;
 use grains_domain::SerialTransport;
 use grains_fluid::{
-    Boundaries, BoxFace, Clearance, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Profile, Side,
+    Boundaries, BoxFace, Clearance, Condition, Drive, Enclosure, Flow, FlowSetup, Grid, MixtureModel,
+    Profile, Side,
 };
 use std::f64::consts::PI;
 
@@ -16,7 +17,7 @@ fn tube(axis: usize, middle: [f64; 3], radius: f64) -> impl Fn([f64; 3]) -> Clea
         let off: [f64; 3] = std::array::from_fn(|a| if a == axis { 0.0 } else { at[a] - middle[a] });
         let distance = off.iter().map(|x| x * x).sum::<f64>().sqrt();
         let direction = if distance > 0.0 { off.map(|x| -x / distance) } else { [0.0, 1.0, 0.0] };
-        Clearance { distance: radius - distance, direction }
+        Clearance { distance: radius - distance, direction, wall: 0 }
     }
 }
 
@@ -24,7 +25,7 @@ fn tube(axis: usize, middle: [f64; 3], radius: f64) -> impl Fn([f64; 3]) -> Clea
 fn slot(middle: [f64; 3], half: f64) -> impl Fn([f64; 3]) -> Clearance {
     move |at| {
         let off = at[1] - middle[1];
-        Clearance { distance: half - off.abs(), direction: [0.0, -off.signum(), 0.0] }
+        Clearance { distance: half - off.abs(), direction: [0.0, -off.signum(), 0.0], wall: 0 }
     }
 }
 
@@ -43,7 +44,7 @@ fn settle(flow: &mut Flow, dt: f64) {
 }
 
 /// Error of the mean velocity along x of a tube or slot that cuts n² cells, over the exact one.
-fn error(n: usize, clearance: &dyn Fn([f64; 3]) -> Clearance, exact: f64, model: MixtureModel) -> f64 {
+fn error(n: usize, clearance: &dyn Enclosure, exact: f64, model: MixtureModel) -> f64 {
     let grid = Grid::uniform([0.0; 3], [0.5, 1.0, 1.0], [2, n, n], [true, false, false]).unwrap();
     let mut drive = [Drive::None; 3];
     drive[0] = Drive::PressureGradient(-1.0);
@@ -75,7 +76,7 @@ fn poiseuille_flow_converges_whatever_cells_the_wall_cuts() {
 }
 
 /// The same of a slot in two dimensions, flow along x.
-fn slot_error(n: usize, clearance: &dyn Fn([f64; 3]) -> Clearance, half: f64) -> f64 {
+fn slot_error(n: usize, clearance: &dyn Enclosure, half: f64) -> f64 {
     let grid = Grid::uniform([0.0; 3], [0.5, 1.0, 1.0], [2, n, 1], [true, false, false]).unwrap();
     let mut drive = [Drive::None; 3];
     drive[0] = Drive::PressureGradient(-1.0);
@@ -147,5 +148,218 @@ fn as_much_flows_through_every_section_of_a_tube() {
         }
         assert!(iterations < 30, "{iterations} iterations for 1e-13 of model {model:?}");
         assert!(flow.state.velocity.z.data().iter().all(|u| u.abs() < 10.0));
+    }
+}
+
+/// A tube whose axis leans by an angle (rad) from x towards z, through a point (m).
+fn leaning_tube(angle: f64, middle: [f64; 3], radius: f64) -> impl Fn([f64; 3]) -> Clearance {
+    let along = [angle.cos(), 0.0, angle.sin()];
+    move |at| {
+        let off: [f64; 3] = std::array::from_fn(|a| at[a] - middle[a]);
+        let way = off[0] * along[0] + off[2] * along[2];
+        let across: [f64; 3] = std::array::from_fn(|a| off[a] - way * along[a]);
+        let distance = across.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let direction = if distance > 0.0 { across.map(|x| -x / distance) } else { [0.0, 1.0, 0.0] };
+        Clearance { distance: radius - distance, direction, wall: 0 }
+    }
+}
+
+/// A steady flow hands to the walls what drives it: friction and pressure add up to the force on all the fluid.
+#[test]
+fn walls_take_the_momentum_of_a_steady_flow() {
+    // A tube along the diagonal of a periodic box ends where it begins.
+    let grid = Grid::uniform([0.0; 3], [1.0, 0.7, 1.0], [10, 7, 10], [true, false, true]).unwrap();
+    let drive = [Drive::PressureGradient(-1.0), Drive::None, Drive::PressureGradient(-0.6)];
+    let setup = FlowSetup { mixture: Some(MixtureModel::A), drive, ..FlowSetup::new(grid, 1.0, VISCOSITY) };
+    let solver = setup.suitable_solver_to(1e-12, 500, &SERIAL);
+    let mut flow = Flow::with_solver(setup, solver, &SERIAL).unwrap();
+    let tubes = [-1.0, 0.0, 1.0].map(|shift| leaning_tube(PI / 4.0, [0.52 + shift, 0.34, 0.5], 0.23));
+    let closest = move |at: [f64; 3]| {
+        let all = tubes.iter().map(|tube| tube(at));
+        all.max_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap()
+    };
+    flow.enclose(&closest, &SERIAL).unwrap();
+    settle(&mut flow, 0.05);
+    let open = flow.mixture.as_ref().unwrap().openings.as_ref().unwrap().cells.own().sum::<f64>() * 1e-3;
+    let load = flow.loads_on_walls(1, &SERIAL)[0];
+    assert!(load[0] > 0.5 * open && load[2] > 0.3 * open, "{load:?}");
+    assert!((load[0] / open - 1.0).abs() < 1e-4, "{load:?} N on {open} m³");
+    assert!((load[2] / (0.6 * open) - 1.0).abs() < 1e-4, "{load:?} N on {open} m³");
+    assert!(load[1].abs() < 1e-4 * open, "{load:?}");
+}
+
+/// In a tube whose axis follows no grid line the error falls with the cells.
+#[test]
+fn poiseuille_flow_in_a_leaning_tube() {
+    let radius = 0.23_f64;
+    let errors = [10, 20].map(|n| {
+        let grid = Grid::uniform([0.0; 3], [1.0, 0.7, 1.0], [n, n * 7 / 10, n], [true, false, true]).unwrap();
+        let drive = [Drive::PressureGradient(-1.0), Drive::None, Drive::PressureGradient(-1.0)];
+        let setup =
+            FlowSetup { mixture: Some(MixtureModel::A), drive, ..FlowSetup::new(grid, 1.0, VISCOSITY) };
+        let mut flow = Flow::new(setup, &SERIAL).unwrap();
+        let tubes = [-1.0, 0.0, 1.0].map(|shift| leaning_tube(PI / 4.0, [0.52 + shift, 0.34, 0.5], radius));
+        let closest = move |at: [f64; 3]| {
+            let all = tubes.iter().map(|tube| tube(at));
+            all.max_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap()
+        };
+        flow.enclose(&closest, &SERIAL).unwrap();
+        settle(&mut flow, 0.05);
+        let exact = 2.0_f64.sqrt() * PI * radius.powi(4) / (8.0 * VISCOSITY);
+        flow.flow_rate(0, 1, &SERIAL) / exact - 1.0
+    });
+    println!("leaning tube: {errors:?}");
+    assert!(order(errors[0].abs(), errors[1].abs(), 2.0) > 1.0 && errors[1].abs() < 0.08, "{errors:?}");
+}
+
+/// Two walls of which one may move.
+struct Walls {
+    is_slippery: bool,
+    clearance: Box<dyn Fn([f64; 3]) -> Clearance>,
+    velocity: Box<dyn Fn(usize, [f64; 3]) -> [f64; 3]>,
+}
+
+impl Enclosure for Walls {
+    fn clearance(&self, at: [f64; 3]) -> Clearance {
+        (self.clearance)(at)
+    }
+    fn is_moving(&self) -> bool {
+        true
+    }
+    fn velocity(&self, wall: usize, at: [f64; 3]) -> [f64; 3] {
+        (self.velocity)(wall, at)
+    }
+    fn slips(&self, _: usize) -> bool {
+        self.is_slippery
+    }
+}
+
+/// A cylinder (m) that turns at 1 rad/s, wall 1, in one at rest.
+fn annulus(inner: f64, outer: f64) -> Walls {
+    let middle = [0.507, 0.489];
+    let clearance = move |at: [f64; 3]| {
+        let off = [at[0] - middle[0], at[1] - middle[1]];
+        let r = off[0].hypot(off[1]).max(1e-9);
+        let outward = [off[0] / r, off[1] / r, 0.0];
+        match r - inner < outer - r {
+            true => Clearance { distance: r - inner, direction: outward, wall: 1 },
+            false => Clearance { distance: outer - r, direction: outward.map(|x| -x), wall: 0 },
+        }
+    };
+    let velocity = move |wall: usize, at: [f64; 3]| match wall {
+        1 => [-(at[1] - middle[1]), at[0] - middle[0], 0.0],
+        _ => [0.0; 3],
+    };
+    Walls { is_slippery: false, clearance: Box::new(clearance), velocity: Box::new(velocity) }
+}
+
+#[test]
+fn couette_flow_has_its_torque_on_both_cylinders() {
+    let (inner, outer) = (0.211_f64, 0.446_f64);
+    let exact = 4.0 * PI * VISCOSITY * (inner * outer).powi(2) / (outer.powi(2) - inner.powi(2)) * 0.25;
+    let errors = [16, 32].map(|n| {
+        let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 0.25], [n, n, 2], [false, false, true]).unwrap();
+        let setup = FlowSetup { mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, VISCOSITY) };
+        let mut flow = Flow::new(setup, &SERIAL).unwrap();
+        flow.enclose(&annulus(inner, outer), &SERIAL).unwrap();
+        settle(&mut flow, 0.02);
+        // About the axis.
+        let about = |load: [f64; 6]| load[5] - 0.507 * load[1] + 0.489 * load[0];
+        let [at_rest, turning] = flow.loads_on_walls(2, &SERIAL)[..] else { panic!("two walls") };
+        [about(at_rest) / exact - 1.0, about(turning) / exact + 1.0]
+    });
+    println!("torques on the cylinder at rest and the turning one: {errors:?}");
+    for [coarse, fine] in [0, 1].map(|wall| errors.map(|of| of[wall].abs())) {
+        assert!(fine < 0.09 && fine < 0.8 * coarse, "{errors:?}");
+    }
+}
+
+/// A piston that fills a tube pushes out what it displaces, and a fluid that slips feels no wall along its way.
+#[test]
+fn a_piston_pushes_out_what_it_displaces() {
+    let grid = Grid::uniform([0.0; 3], [1.0, 1.1, 2.0], [10, 11, 20], [false; 3]).unwrap();
+    let mut boundaries = Boundaries::default();
+    let high = BoxFace { axis: 2, side: Side::High };
+    boundaries.faces[high.index()] = Condition::Outlet { pressure: 0.0 };
+    let (radius, speed, dt) = (0.43, 0.4, 0.01);
+    for is_slippery in [false, true] {
+        let setup = FlowSetup {
+            mixture: Some(MixtureModel::A),
+            boundaries: boundaries.clone(),
+            ..FlowSetup::new(grid.clone(), 1.0, 0.01)
+        };
+        let solver = setup.suitable_solver_to(1e-12, 500, &SERIAL);
+        let mut flow = Flow::with_solver(setup, solver, &SERIAL).unwrap();
+        let piston = |time: f64| {
+            let top = 0.33 + speed * time;
+            let tube = tube(2, [0.52, 0.55, 0.0], radius);
+            let clearance = move |at: [f64; 3]| {
+                let side = tube(at);
+                match at[2] - top < side.distance {
+                    true => Clearance { distance: at[2] - top, direction: [0.0, 0.0, 1.0], wall: 1 },
+                    false => side,
+                }
+            };
+            let velocity = move |wall, _| [0.0, 0.0, if wall == 1 { speed } else { 0.0 }];
+            Walls { is_slippery, clearance: Box::new(clearance), velocity: Box::new(velocity) }
+        };
+        flow.enclose(&piston(0.0), &SERIAL).unwrap();
+        let exact = speed * PI * radius * radius;
+        let (mut mean, mut push) = (0.0, 0.0);
+        for step in 1..=100 {
+            flow.move_walls(&piston(f64::from(step) * dt), false, &SERIAL);
+            let mixture = flow.mixture.as_mut().unwrap();
+            let open = mixture.openings.as_ref().unwrap().cells.clone();
+            mixture.void_fraction.data_mut().copy_from_slice(open.data());
+            flow.step(dt, &SERIAL).unwrap();
+            push += flow.loads_on_walls(2, &SERIAL)[1][2] / 100.0;
+            for node in [12, 16, 20] {
+                let rate = flow.flow_rate(2, node, &SERIAL);
+                assert!((rate / exact - 1.0).abs() < 0.1, "{rate} of {exact} in step {step}");
+                mean += rate / 300.0;
+            }
+        }
+        assert!((mean / exact - 1.0).abs() < 3e-3, "{mean} of {exact}");
+        let largest = flow.state.velocity.z.data().iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        assert!(largest < 3.0 * speed, "{largest} m/s");
+        println!("flow of the piston {}, largest velocity {}, force {push} N", mean / exact, largest / speed);
+        assert!(push < 0.0, "the piston is pushed back: {push} N");
+    }
+}
+
+/// An obstacle that goes to and fro in a closed box keeps the volume of the fluid, and what it meets bounded.
+#[test]
+fn an_obstacle_moves_through_a_closed_box() {
+    let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 1.0], [12, 12, 12], [false; 3]).unwrap();
+    let setup = FlowSetup { mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, 0.02) };
+    let solver = setup.suitable_solver_to(1e-11, 500, &SERIAL);
+    let mut flow = Flow::with_solver(setup, solver, &SERIAL).unwrap();
+    let ball = |time: f64| {
+        let x = 0.5 + 0.2 * (2.0 * time).sin();
+        let clearance = move |at: [f64; 3]| {
+            let off = [at[0] - x, at[1] - 0.47, at[2] - 0.52];
+            let r = off.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
+            Clearance { distance: r - 0.21, direction: off.map(|x| x / r), wall: 0 }
+        };
+        let velocity = move |_, _| [0.4 * (2.0 * time).cos(), 0.0, 0.0];
+        Walls { is_slippery: false, clearance: Box::new(clearance), velocity: Box::new(velocity) }
+    };
+    flow.enclose(&ball(0.0), &SERIAL).unwrap();
+    for step in 1..=150 {
+        flow.move_walls(&ball(f64::from(step) * 0.02), false, &SERIAL);
+        let mixture = flow.mixture.as_mut().unwrap();
+        let open = mixture.openings.as_ref().unwrap().cells.clone();
+        mixture.void_fraction.data_mut().copy_from_slice(open.data());
+        flow.step(0.02, &SERIAL).unwrap();
+        let [divergence, fastest] = flow.divergence(&SERIAL);
+        assert!(divergence < 1e-7 * fastest, "{divergence:e} of {fastest}");
+        let largest = flow
+            .state
+            .velocity
+            .components()
+            .iter()
+            .flat_map(|u| u.iter())
+            .fold(0.0_f64, |m, u| m.max(u.abs()));
+        assert!(largest < 1.0, "{largest} m/s in step {step}");
     }
 }
