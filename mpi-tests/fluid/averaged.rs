@@ -313,6 +313,66 @@ fn a_bed_between_walls_that_cut_cells_keeps_volume_and_momentum_on_any_ranks() {
     }
 }
 
+/// A closed column whose paddle turns, with a gate in the fluid that vanishes.
+#[test]
+fn a_bed_that_is_stirred_is_the_same_on_any_ranks_and_wherever_it_stops() {
+    let home = folder("fluid_stirred");
+    let text = case("column.toml")
+        .replace("name = \"column\"\nmaterial", "name = \"column\"\nslip = true\nmaterial");
+    let text = replaced(&text, "velocity = [0, 0, 1.0]", "velocity = [0, 0, 0]");
+    let text = replaced(&text, "kind = \"outlet\"", "kind = \"wall\"");
+    let text = replaced(
+        &text,
+        "side = \"outside\"\nfluid = \"particles\"",
+        r#"side = "outside"
+fluid = "particles"
+motion = { kind = "rotation", point = [0.01, 0.0106, 0.034], axis = [0, 0, 1], angular_velocity = 40 }
+
+[[wall]]
+name = "gate"
+material = "glass"
+kind = "box"
+side = "outside"
+lower = [-0.001, 0.004, 0.0075]
+upper = [0.021, 0.0125, 0.0115]
+until = 0.0151
+fluid = "particles""#,
+    );
+    let text = replaced(&text, "lower = [0.0012, 0.0076, 0.0006]", "lower = [0.0012, 0.0076, 0.013]");
+    let text = replaced(&text, "count = 800", "count = 400");
+    let result = |label: &str, ranks: usize| {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        own.join("results")
+    };
+    let one = series(&result("1", 1));
+    let largest = |name: &str| one.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(largest("momentum_imbalance") < 1e-9 * largest("momentum_z"));
+    assert!(largest("fluid_kinetic") > 0.0 && largest("max_speed") < 3.0, "{}", largest("max_speed"));
+    assert!(largest("fluid_divergence") < 1e-6, "{}", largest("fluid_divergence"));
+    let gate = one.column("gate_flow_fz");
+    assert!(gate[10].is_finite() && gate[25].is_nan(), "{gate:?}");
+    let mut others = vec![result("2", 2), result("4", 4)];
+    others.push(continued(&home, "2", 3, &text));
+    let own = home.join("stops");
+    fs::create_dir_all(&own).unwrap();
+    run_case(2, &own, &text, &["--max-walltime", "0"]).succeeded();
+    run_case(1, &own, &text, &["--restart", "latest", "--max-walltime", "0.3"]).succeeded();
+    run_case(4, &own, &text, &["--restart", "latest"]).succeeded();
+    others.push(own.join("results"));
+    for other in &others {
+        let found = series(other);
+        // Loads are what is left of pressures that cancel.
+        let loads = [("column_flow_fz", 1e-4), ("tube_flow_tz", 1e-4)];
+        let others = ["fluid_kinetic", "kinetic_translation", "low_flow"].map(|name| (name, 1e-6));
+        for (name, tolerance) in others.into_iter().chain(loads) {
+            let about = format!("{name} of {}", other.display());
+            assert_close(&one.column(name), &found.column(name), tolerance, &about);
+        }
+    }
+}
+
 /// A body-centred cubic lattice of beads of 1 mm at a void fraction of 0.4 that are too heavy to move.
 fn lattice(home: &Path, drag: &str, model: &str, velocity: f64) -> String {
     let edge = (2.0 * std::f64::consts::PI / 6.0 * 1e-9 / 0.6_f64).cbrt();

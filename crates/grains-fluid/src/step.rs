@@ -346,6 +346,11 @@ impl Flow {
         correction.velocity(&mut self.state.velocity);
         correction.outlets(&self.boundary_data, &mut self.state.velocity);
         correction.pressure(&self.rhs, &mut self.state.pressure);
+        if let Some(openings) = self.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref()) {
+            // Nothing says what the pressure is where there is no fluid.
+            let cells = self.state.pressure.data_mut().iter_mut().zip(openings.cells.data());
+            cells.filter(|(_, open)| **open == 0.0).for_each(|(pressure, _)| *pressure = 0.0);
+        }
         self.clock.book(Phase::Correction);
         let ghosts = self.ghosts();
         let state = &mut self.state;

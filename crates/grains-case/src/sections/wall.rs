@@ -145,13 +145,16 @@ pub struct Wall<Name = usize> {
     /// The side on which the fluid is, which the wall bounds; without it the wall is for particles alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<FluidSide>,
+    /// Whether the fluid slips along the wall instead of sticking to it, in a flow averaged over particles.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub slip: bool,
 }
 
 impl<Name> Wall<Name> {
     /// The same wall with its material named otherwise.
     pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
-        let Self { name: label, material, from, until, kind, motion, wear, fluid } = self;
-        Wall { name: label, material: name(material), from, until, kind, motion, wear, fluid }
+        let Self { name: label, material, from, until, kind, motion, wear, fluid, slip } = self;
+        Wall { name: label, material: name(material), from, until, kind, motion, wear, fluid, slip }
     }
 
     /// Whether it bounds the fluid and is not always there and at rest.

@@ -286,13 +286,17 @@ impl Dem {
 
     /// Moves the walls to where they are now.
     pub(super) fn place_walls(&mut self) {
-        let time = self.time();
-        self.states.clear();
-        let walls = self.setup.walls.iter().zip(&self.wall_places).zip(&self.travels);
-        self.states.extend(walls.map(|((wall, place), travel)| {
-            let state = wall.motion.at(time);
-            let state = place.as_ref().map_or(state, |place| state.of_place(place));
-            wall.motion.loading().map_or(state, |loading| state.travelled(loading, travel))
-        }));
+        let mut states = std::mem::take(&mut self.states);
+        states.clear();
+        states.extend((0..self.setup.walls.len()).map(|wall| self.wall_state_at(wall, self.time())));
+        self.states = states;
+    }
+
+    /// Pose and velocity of a wall at a time (s), of one that a load moves as far as it has travelled now.
+    pub fn wall_state_at(&self, wall: usize, time: f64) -> WallState {
+        let motion = &self.setup.walls[wall].motion;
+        let state = motion.at(time);
+        let state = self.wall_places[wall].as_ref().map_or(state, |place| state.of_place(place));
+        motion.loading().map_or(state, |loading| state.travelled(loading, &self.travels[wall]))
     }
 }

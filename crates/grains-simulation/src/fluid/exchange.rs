@@ -10,8 +10,7 @@ use grains_coupling::{
 use grains_dem::{Body, Particles, Passages};
 use grains_domain::Transport;
 use grains_fluid::{
-    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, Openings,
-    SolidFlux,
+    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, SolidFlux,
 };
 use grains_geometry::Vec3;
 use std::ops::Range;
@@ -115,8 +114,11 @@ impl Exchange {
         })
     }
 
-    /// Takes what walls leave open of the cells.
-    pub fn enclose(&mut self, openings: &Openings) {
+    /// Takes what walls leave open of the cells of a flow.
+    pub fn enclose(&mut self, flow: &Flow) {
+        let Some(openings) = flow.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref()) else {
+            return;
+        };
         self.kernel_grid.open = Some(OpenShares {
             cells: openings.cells.data().to_vec(),
             faces: openings.faces.components().map(<[f64]>::to_vec),

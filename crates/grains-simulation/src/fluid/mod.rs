@@ -22,6 +22,7 @@
 
 mod borders;
 pub mod check;
+mod enclosure;
 mod exchange;
 mod files;
 mod imposed;
@@ -37,6 +38,7 @@ mod walls;
 use crate::error::{RunError, agreed};
 use crate::insertion::KindRange;
 pub use borders::rebalance;
+use enclosure::EnclosingWalls;
 use exchange::{Exchange, check_kernel, halo_width};
 pub use files::{FluidFiles, Opening};
 use grains_case::{Case, Fluid as CaseFluid};
@@ -67,6 +69,8 @@ pub struct FluidPhase {
     pub flow: Flow,
     /// The exchange with particles smaller than the cells, if there are any.
     pub exchange: Option<Exchange>,
+    /// Walls around a flow averaged over particles, if there are any.
+    enclosing: Option<EnclosingWalls>,
     /// Particles that the grid resolves, if there are any.
     pub resolved: Option<ResolvedBodies>,
     /// Particle step at which the fluid's state is.
@@ -122,9 +126,12 @@ impl FluidPhase {
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         let initialised = setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case);
         agreed(transport, initialised)?;
-        let mut exchange = exchange;
+        let (mut exchange, mut enclosing) = (exchange, None);
         if let Some(exchange) = &mut exchange {
-            enclose(case, &mut flow, exchange, transport)?;
+            enclosing = agreed(transport, EnclosingWalls::new(case).map_err(RunError::case))?;
+            if let Some(walls) = &mut enclosing {
+                walls.enclose(case, (&mut flow, exchange), (dem, dem.time()), transport)?;
+            }
         }
         let resolved = case.resolved().map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
@@ -144,6 +151,7 @@ impl FluidPhase {
         Ok(Some(Self {
             flow,
             exchange,
+            enclosing,
             resolved,
             next_step: 0,
             report: StepReport::default(),
@@ -280,6 +288,9 @@ impl FluidPhase {
         let begun = std::time::Instant::now();
         let dt = self.last_span as f64 * dem.setup.parameters.dt;
         if let Some(exchange) = &mut self.exchange {
+            if let Some(walls) = &mut self.enclosing {
+                walls.advance((&mut self.flow, exchange), dem, transport);
+            }
             exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
         }
         let exchanged = begun.elapsed().as_secs_f64();
@@ -310,29 +321,6 @@ impl FluidPhase {
         dem.other_work.per_cell = per_step(of_cell);
         dem.other_work.per_particle = per_step(self.work_of_particle).round() as u64;
     }
-}
-
-/// Bounds a flow averaged over particles by the walls of the case; collective.
-///
-/// # Errors
-/// Surfaces that are not closed, a closed box with an inlet, with the key.
-fn enclose(
-    case: &Case,
-    flow: &mut Flow,
-    exchange: &mut Exchange,
-    transport: &MpiTransport,
-) -> Result<(), RunError> {
-    let walls = agreed(transport, walls::FluidWalls::new(case).map_err(RunError::case))?;
-    if walls.is_empty() {
-        return Ok(());
-    }
-    let clearance = walls.clearance(&flow.setup.grid);
-    let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
-    agreed(transport, flow.enclose(&clearance, transport).map_err(about))?;
-    if let Some(openings) = flow.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref()) {
-        exchange.enclose(openings);
-    }
-    Ok(())
 }
 
 /// Nodes (m) of the cells that ranks share by number: those of a fluid alone, as they are all the work.

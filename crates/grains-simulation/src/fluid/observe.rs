@@ -49,8 +49,7 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
             columns.extend(OF_BODIES.map(|(what, unit)| (format!("{name}_{what}"), unit)));
         }
     }
-    // Of averaged flows the action on walls is not measured.
-    for (_, wall) in case.walls_of_fluid().filter(|_| case.resolved().is_some()) {
+    for (_, wall) in case.walls_of_fluid() {
         columns.extend(walls::COLUMNS.map(|(what, unit)| (format!("{}_flow_{what}", wall.name), unit)));
     }
     for profile in &fluid.profile {
@@ -226,6 +225,9 @@ impl FluidPhase {
         row.extend([iterations, -void_fraction[0], solid[0], imbalance]);
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
+        if let Some(walls) = &self.enclosing {
+            row.extend(walls.row(flow, transport));
+        }
         if let Some(resolved) = &self.resolved {
             if !case.inserts.is_empty() {
                 row.extend(loads_of_bodies(case, dem, transport));

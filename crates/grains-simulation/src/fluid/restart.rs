@@ -283,6 +283,9 @@ impl FluidPhase {
 
     /// Makes all else fit the fields that were taken; collective.
     pub(super) fn resume(&mut self, dem: &Dem, transport: &MpiTransport) {
+        if let (Some(walls), Some(exchange)) = (&mut self.enclosing, &mut self.exchange) {
+            walls.resume((&mut self.flow, exchange), dem, transport);
+        }
         self.flow.synchronise(transport);
         // Profiles interpolate means beyond the own cells.
         if let Some(means) = &mut self.means {

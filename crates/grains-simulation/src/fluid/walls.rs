@@ -1,9 +1,10 @@
 //! Walls that bound the fluid.
 
+use super::enclosure::PlacedWalls;
 use super::setup;
 use grains_case::{BoundaryKind, Case, Face, Fluid, FluidSide, Side, Wall, WallKind};
 use grains_dem::{Dem, Surface};
-use grains_fluid::{Clearance, Grid};
+use grains_fluid::{Enclosure, Grid};
 use grains_geometry::{ClosedMesh, ClosedSurface, Vec3};
 use grains_resolved::{FlowOnWall, FluidWall, Form, RigidBody, SolidSide};
 use std::sync::Arc;
@@ -15,10 +16,21 @@ pub const COLUMNS: [(&str, &str); 6] =
 /// Depth (cells) in a wall from which an inlet blows into it.
 const IN_WALL: f64 = 1e-6;
 
-/// Walls of a case that bound its fluid, by their numbers.
+/// A wall of a case that bounds its fluid.
+#[derive(Clone, Debug)]
+pub struct BoundingWall {
+    /// Its number in the case.
+    pub number: usize,
+    /// Surface and solid side.
+    pub wall: FluidWall,
+    /// Whether the fluid slips along it.
+    pub slips: bool,
+}
+
+/// Walls of a case that bound its fluid.
 #[derive(Clone, Debug, Default)]
 pub struct FluidWalls {
-    walls: Vec<(usize, FluidWall)>,
+    walls: Vec<BoundingWall>,
     /// Whether one of them moves, comes or goes.
     pub are_moving: bool,
 }
@@ -31,7 +43,8 @@ impl FluidWalls {
     pub fn new(case: &Case) -> Result<Self, String> {
         let wall = |(number, wall): (usize, &Wall)| {
             let surface = surface(wall).map_err(|e| case.about(&format!("wall[{number}]"), e))?;
-            Ok((number, FluidWall { surface, solid: solid_side(wall) }))
+            let solid = solid_side(wall);
+            Ok(BoundingWall { number, wall: FluidWall { surface, solid }, slips: wall.slip })
         };
         let walls = case.walls_of_fluid().map(wall).collect::<Result<_, String>>()?;
         Ok(Self { walls, are_moving: case.walls.iter().any(Wall::moves_fluid) })
@@ -40,8 +53,8 @@ impl FluidWalls {
     /// Those that are there now, with pose and velocity.
     pub fn placed(&self, dem: &Dem) -> Vec<(FluidWall, RigidBody)> {
         let time = dem.time();
-        let there = self.walls.iter().filter(|(number, _)| dem.setup.walls[*number].exists_at(time));
-        let placed = there.map(|(number, wall)| {
+        let there = self.walls.iter().filter(|wall| dem.setup.walls[wall.number].exists_at(time));
+        let placed = there.map(|BoundingWall { number, wall, .. }| {
             let state = &dem.wall_states()[*number];
             let body = RigidBody {
                 id: *number as u64,
@@ -59,10 +72,7 @@ impl FluidWalls {
 
     /// Force and torque on each, in the order of the case; NaN for those that are not there.
     pub fn row(&self, on_walls: &[FlowOnWall]) -> Vec<f64> {
-        let of_wall = |(number, _): &(usize, FluidWall)| match on_walls
-            .iter()
-            .find(|on_wall| on_wall.wall == *number as u64)
-        {
+        let of_wall = |wall: &BoundingWall| match on_walls.iter().find(|on| on.wall == wall.number as u64) {
             Some(FlowOnWall { force, torque, .. }) => {
                 [force.x, force.y, force.z, torque.x, torque.y, torque.z]
             }
@@ -76,50 +86,9 @@ impl FluidWalls {
         self.walls.is_empty()
     }
 
-    /// Where points (m) of the box of a grid lie seen from the walls at the beginning and their periodic images.
-    pub fn clearance(&self, grid: &Grid) -> impl Fn([f64; 3]) -> Clearance + use<> {
-        let flat = (0..3).find(|&a| !grid.is_active(a));
-        let walls: Vec<_> = self.walls.iter().map(|(_, wall)| (wall.clone(), images(wall, grid))).collect();
-        move |at| {
-            let mut closest = Clearance { distance: f64::INFINITY, direction: [0.0; 3] };
-            for (wall, shifts) in &walls {
-                for shift in shifts {
-                    let found = wall.surface.signed_distance(&(Vec3::from(at) - shift), flat);
-                    let sign = if wall.solid == SolidSide::Inside { 1.0 } else { -1.0 };
-                    if sign * found.distance < closest.distance {
-                        let (distance, direction) = (sign * found.distance, (found.outward * sign).into());
-                        closest = Clearance { distance, direction };
-                    }
-                }
-            }
-            closest
-        }
-    }
-
-    /// Largest area (m²) that the walls leave open of the layers of cells normal to an axis.
-    pub fn open_section(&self, axis: usize, grid: &Grid) -> f64 {
-        let clearance = self.clearance(grid);
-        let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
-        let of_layer = |layer: usize| {
-            let mut open = 0.0;
-            for i in 0..grid.cells()[b] {
-                for j in 0..grid.cells()[c] {
-                    let mut cell = [0; 3];
-                    (cell[axis], cell[b], cell[c]) = (layer, i, j);
-                    let at = clearance(std::array::from_fn(|a| grid.axis(a).centre(cell[a] as isize)));
-                    let widths = [b, c].map(|a| grid.axis(a).width(cell[a] as isize));
-                    let across = at.direction[b].abs() * widths[0] + at.direction[c].abs() * widths[1];
-                    let share = if across > 0.0 {
-                        0.5 + at.distance / across
-                    } else {
-                        f64::from(u8::from(at.distance > 0.0))
-                    };
-                    open += share.clamp(0.0, 1.0) * widths[0] * widths[1];
-                }
-            }
-            open
-        };
-        (0..grid.cells()[axis]).map(of_layer).fold(0.0, f64::max)
+    /// All of them, in the order of the case.
+    pub fn all(&self) -> &[BoundingWall] {
+        &self.walls
     }
 
     /// Refuses inlets that blow into a wall.
@@ -127,7 +96,7 @@ impl FluidWalls {
     /// # Errors
     /// The inlet, with a place and a remedy.
     pub fn check_inlets(&self, case: &Case, fluid: &Fluid, grid: &Grid) -> Result<(), String> {
-        let clearance = self.clearance(grid);
+        let placed = PlacedWalls::at_beginning(self, grid);
         let width = setup::narrowest(case, fluid);
         for face in Face::ALL.into_iter().filter(|face| !self.walls.is_empty() && grid.is_active(face.axis()))
         {
@@ -138,7 +107,7 @@ impl FluidWalls {
                 let Some(speed) = normal_speed(&boundary.kind, face.axis()) else { continue };
                 let is_of = |place: &&[f64; 3]| fluid.boundary_at(face, **place) == Some(k);
                 let blows = |place: &&[f64; 3]| {
-                    -clearance(**place).distance > IN_WALL * width && speed(**place) != 0.0
+                    -placed.clearance(**place).distance > IN_WALL * width && speed(**place) != 0.0
                 };
                 if let Some(place) = places.iter().filter(is_of).find(blows) {
                     let message = format!(
@@ -156,13 +125,13 @@ impl FluidWalls {
         if self.walls.is_empty() {
             return None;
         }
-        let clearance = self.clearance(grid);
+        let placed = PlacedWalls::at_beginning(self, grid);
         let [nx, ny, nz] = grid.cells();
         let center = |cell: [usize; 3]| Vec3::from_fn(|a, _| grid.axis(a).centre(cell[a] as isize));
         let mut solid = vec![false; nx * ny * nz];
         let index = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
         let cells = || (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-        cells().for_each(|cell| solid[index(cell)] = clearance(center(cell).into()).distance < 0.0);
+        cells().for_each(|cell| solid[index(cell)] = placed.clearance(center(cell).into()).distance < 0.0);
         let is_narrow = |cell: &[usize; 3]| {
             let beside = |a: usize| {
                 let mut beside = [*cell; 2];
@@ -189,25 +158,6 @@ pub struct WallsReport {
     pub solid: f64,
     /// Cells between two walls that are no wider than they, and the centre of the first (m).
     pub narrow: Option<(usize, [f64; 3])>,
-}
-
-/// Shifts (m) of the images of an obstacle along periodic axes that it does not span.
-fn images(wall: &FluidWall, grid: &Grid) -> Vec<Vec3> {
-    let mut shifts = vec![Vec3::zeros()];
-    let Some([lower, upper]) = wall.surface.extents().filter(|_| wall.solid == SolidSide::Inside) else {
-        return shifts;
-    };
-    for a in (0..3).filter(|&a| grid.axis(a).is_periodic()) {
-        let length = grid.axis(a).length();
-        if upper[a] - lower[a] < length {
-            let beside = |sign: f64| move |shift: &Vec3| shift + Vec3::ith(a, sign * length);
-            shifts = [-1.0, 0.0, 1.0]
-                .into_iter()
-                .flat_map(|s| shifts.iter().map(beside(s)).collect::<Vec<_>>())
-                .collect();
-        }
-    }
-    shifts
 }
 
 /// Middles (m) of the faces of cells on a face of the box.

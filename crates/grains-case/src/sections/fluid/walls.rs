@@ -14,13 +14,16 @@ const ACROSS: f64 = 1e-9;
 /// Refuses walls that cannot bound the fluid.
 pub(crate) fn check_walls(case: &Case, checker: &mut Checker) {
     for (i, wall) in case.walls.iter().enumerate() {
+        if let Some(message) = slip_of(wall, case) {
+            checker.error(&format!("wall[{i}].slip"), message);
+        }
         let Some(side) = wall.fluid else { continue };
         let key = format!("wall[{i}].fluid");
         let Some(fluid) = &case.fluid else {
             checker.error(&key, "there is no fluid; add [fluid], or remove it".into());
             continue;
         };
-        let refused = side_of(wall, side).or_else(|| flow_of(fluid, case)).or_else(|| motion_of(wall, case));
+        let refused = side_of(wall, side).or_else(|| flow_of(fluid, case)).or_else(|| motion_of(wall));
         if let Some(message) = refused.or_else(|| flat_of(fluid, wall)) {
             checker.error(&key, message);
         }
@@ -54,14 +57,24 @@ fn flow_of(fluid: &Fluid, case: &Case) -> Option<String> {
     has_multipliers.then(|| "walls have no multipliers; take fluid.resolved.method = \"direct\"".into())
 }
 
+/// Why the fluid cannot slip along a wall, if so.
+fn slip_of(wall: &Wall, case: &Case) -> Option<String> {
+    let message = match case.fluid.as_ref().map(|fluid| fluid.coupling.is_some() && !case.inserts.is_empty())
+    {
+        _ if !wall.slip => return None,
+        _ if wall.fluid.is_none() => {
+            "this wall does not bound the fluid; say on which side that is (fluid), or remove it"
+        }
+        Some(true) | None => return None,
+        Some(false) => {
+            "the fluid sticks to walls that the grid resolves; remove it, or average over the particles (fluid.coupling)"
+        }
+    };
+    Some(message.into())
+}
+
 /// Why a wall that moves so cannot bound the fluid, if so.
-fn motion_of(wall: &Wall, case: &Case) -> Option<String> {
-    let is_averaged =
-        case.fluid.as_ref().is_some_and(|fluid| fluid.coupling.is_some()) && !case.inserts.is_empty();
-    if is_averaged && wall.moves_fluid() {
-        let message = "walls that move, come or go bound resolved flows so far, not one averaged over particles (fluid.coupling); remove motion, from and until, or this key, or resolve the particles ([fluid.resolved])";
-        return Some(message.into());
-    }
+fn motion_of(wall: &Wall) -> Option<String> {
     let is_loaded = matches!(wall.motion, Some(Motion::Load { .. }));
     is_loaded.then(|| {
         "a load moves this wall against contact forces, those of the fluid left out; remove it, or prescribe the motion".into()

@@ -3,6 +3,7 @@
 mod kinds;
 mod resolved;
 
+use super::enclosure::PlacedWalls;
 use super::imposed::fastest;
 use super::max_dt::{FluidStepLimit, max_dt};
 use super::setup::{self, narrowest};
@@ -260,7 +261,8 @@ fn pressure_drop(
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
     let weight = insertions.mass(case, &buoyant) * case.gravity[axis].abs();
-    let section = FluidWalls::new(case)?.open_section(axis, &setup::grid(case, fluid)?);
+    let grid = setup::grid(case, fluid)?;
+    let section = PlacedWalls::at_beginning(&FluidWalls::new(case)?, &grid).open_section(axis, &grid);
     Ok(Some(PressureDrop { pressure: weight / section, weight, section }))
 }
 
