@@ -15,6 +15,7 @@
 //! particles      a particle as contacts see it, the arrays, and the records in which particles travel
 //! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
 //! exchange       migration, clones, and their updates
+//! films          liquid on particles and in bridges: shared out, given back, counted
 //! bonds          bonds between particles: made, found again, loads
 //! contacts       loads of a contact, batches in lanes, exact sums; spheres
 //! narrow_phase   convex parts where they are, distance, separating planes, contact patches
@@ -60,6 +61,7 @@ mod contacts;
 mod dem;
 mod error;
 mod exchange;
+mod films;
 mod flow_planes;
 mod hard;
 mod insertion;
@@ -87,6 +89,7 @@ pub use contact_history::renumber_walls;
 pub use dem::{Dem, DemSetup, Failure, Ledger, Origin, Partner, Passages, StepReport, Touch};
 pub use error::StepError;
 pub use exchange::{ExchangeStrategy, Traffic};
+pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms};
 pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
