@@ -78,12 +78,15 @@ def surface(run, half, width):
 
 
 def flanks(shape, law, seed):
-    """Angle (degrees) and standard error of a line through either flank, between 0.15 and 0.85 of the height."""
+    """Angle (degrees) and standard error of a line through either flank, between 0.15 and 0.85 of the height; none of a flank that
+    stands upright over a slot where beads have jammed."""
     at, height = surface(folder(shape, law, seed) / "run", *EXTENT[shape])
     found = []
     for side in (at < 0, at > 0):
         x, z = abs(at[side]), height[side]
         fit = (z > 0.15 * height.max()) & (z < 0.85 * height.max())
+        if fit.sum() < 4:
+            continue
         (slope, _), covariance = np.polyfit(x[fit], z[fit], 1, cov=True)
         angle = np.degrees(np.arctan(-slope))
         found.append((angle, np.degrees(np.sqrt(covariance[0, 0]) / (1 + slope**2))))
