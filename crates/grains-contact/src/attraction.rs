@@ -63,6 +63,13 @@ impl Attraction {
         }
     }
 
+    /// Sets the largest volume (m³) that a body gives to a bridge, if films feed these.
+    pub fn bound_shares(&mut self, largest: impl FnOnce(&FilmSupply) -> f64) {
+        if let Self::LiquidBridge { bridge: LiquidBridge { supply: Supply::Films(supply), .. }, .. } = self {
+            supply.largest = largest(supply);
+        }
+    }
+
     /// Largest gap (m) at which bodies of this effective radius (m) act on each other.
     pub fn reach(&self, radius: f64) -> f64 {
         match self {

@@ -179,6 +179,8 @@ impl LiquidBridge {
             }
         } else if gap <= self.rupture_distance(volume, effective_radius) && self.forms(gap, || [film; 2]) {
             *bridge = volume;
+        } else {
+            *bridge = 0.0;
         }
     }
 

@@ -1,8 +1,10 @@
 //! Liquid on particles: put on, taken along, and accounted for.
 
 use super::state::Dem;
+use crate::contact_history::SavedHistories;
 use crate::error::StepError;
-use crate::films::{BodyFilm, FILM_LENGTH, Held, Liquid, Parts, quanta};
+use crate::films::{BodyFilm, FILM_LENGTH, Held, Liquid, Parts, bridges_with_walls, quanta, sum_wide};
+use crate::particles::Kind;
 use grains_domain::Transport;
 
 impl Dem {
@@ -24,6 +26,22 @@ impl Dem {
         match (film, self.particles.films.last_mut()) {
             (Some(numbers), Some(film)) => *film = BodyFilm::from_numbers(numbers),
             _ => self.wet_last(),
+        }
+    }
+
+    /// Leaves the bridges of a particle with walls that are no longer there on these: `number` is that of a wall now, `packed` the
+    /// contact history as of [`Dem::packed_history`], before.
+    pub fn leave_on_walls(&mut self, packed: &[f64], kind: Kind, number: impl Fn(u16) -> Option<u16>) {
+        let catalogue = &self.setup.catalogue;
+        let Some(films) = catalogue.contacts.films() else { return };
+        let mut histories = SavedHistories::default();
+        histories.read(packed);
+        let is_gone = |wall: u16| number(wall).is_none();
+        let volumes = bridges_with_walls(&histories, 0, catalogue.shape(kind).is_sphere());
+        let volumes = volumes.filter(|(wall, _)| is_gone(*wall)).map(|(_, volume)| volume);
+        for volume in volumes {
+            self.liquid_ledger.onto_walls += quanta(volume, films.quantum);
+            self.liquid_ledger.broken += 2;
         }
     }
 
@@ -84,22 +102,17 @@ impl Dem {
             in_bridges += quanta(held.own, q) + quanta(held.of_walls, q);
             ends += held.ends;
         }
-        let [inserted, left, onto_walls, off_walls, formed, broken] = self.liquid_ledger.numbers();
-        let volumes = [on_particles, in_bridges, inserted, left, onto_walls, off_walls];
-        // In two halves, of which no sum over ranks overflows.
-        let mut counts: Vec<u64> = volumes.iter().flat_map(|n| [n & u64::from(u32::MAX), n >> 32]).collect();
-        counts.extend([ends, formed, broken]);
-        transport.sum_counts(&mut counts);
-        let whole = |k: usize| i128::from(counts[2 * k]) + (i128::from(counts[2 * k + 1]) << 32);
-        let [on_particles, in_bridges, inserted, left, onto, off] = [0, 1, 2, 3, 4, 5].map(whole);
-        let (ends, formed, broken) = (counts[12], counts[13], counts[14]);
+        let [inserted, left, onto, off, formed, broken] = self.liquid_ledger.numbers();
+        let counts = [on_particles, in_bridges, inserted, left, onto, off, ends, formed, broken];
+        let counts = sum_wide(counts, transport).map(|count| count as i128);
+        let [on_particles, in_bridges, inserted, left, onto, off, ends, formed, broken] = counts;
         let missing = inserted + off - onto - left - on_particles - in_bridges;
         let cubic_metres = |n: i128| n as f64 * q;
         if missing != 0 || formed != ends + broken {
             return Err(StepError::Liquid {
                 missing: cubic_metres(missing),
                 inserted: cubic_metres(inserted),
-                bridges: (formed as i64 - ends as i64 - broken as i64) / 2,
+                bridges: ((formed - ends - broken) / 2) as i64,
             });
         }
         Ok(Liquid {
@@ -108,8 +121,8 @@ impl Dem {
             walls: cubic_metres(onto - off),
             inserted: cubic_metres(inserted),
             left: cubic_metres(left),
-            count: ends / 2,
-            broken: broken / 2,
+            count: (ends / 2) as u64,
+            broken: (broken / 2) as u64,
         })
     }
 }

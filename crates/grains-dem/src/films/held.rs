@@ -3,7 +3,7 @@
 use super::MaterialFilms;
 use super::ledger::{LiquidLedger, quanta};
 use crate::catalogue::Catalogue;
-use crate::contact_history::SavedHistories;
+use crate::contact_history::{SavedHistories, WallHistory};
 use crate::particles::{Body, Particles};
 use crate::verlet::VerletLists;
 use crate::walls::Wall;
@@ -17,7 +17,7 @@ pub(crate) struct Held {
     /// The parts of walls (m³).
     pub(crate) of_walls: f64,
     /// Its ends of bridges, and those of walls.
-    pub(crate) ends: u64,
+    pub(crate) ends: u128,
 }
 
 /// What tells the parts of a bridge.
@@ -70,26 +70,12 @@ impl Held {
         for (history, law) in histories.spheres.row(row).iter().zip(histories.sphere_laws.row(row)) {
             held.add(parts, law.bridge, [id, history.partner]);
         }
-        // Contacts of the parts of two bodies share one bridge.
-        let part_pairs = histories.part_pairs.row(row);
-        for (k, history) in part_pairs.iter().enumerate() {
-            let is_counted = |other: &crate::contact_history::PartHistory| {
-                other.partner == history.partner && other.contact.law.bridge > 0.0
-            };
-            if !part_pairs[..k].iter().any(is_counted) {
-                held.add(parts, history.contact.law.bridge, [id, history.partner]);
-            }
+        for history in firsts(histories.part_pairs.row(row), |h| (h.partner, h.contact.law.bridge)) {
+            held.add(parts, history.contact.law.bridge, [id, history.partner]);
         }
         let is_sphere = parts.catalogue.shape(body.kind).is_sphere();
-        let walls = histories.walls.row(row);
-        for (k, history) in walls.iter().enumerate() {
-            let is_counted = |other: &crate::contact_history::WallHistory| {
-                let key = |h: &crate::contact_history::WallHistory| (h.wall, h.surface, h.image);
-                key(other) == key(history) && other.contact.law.bridge > 0.0
-            };
-            if is_sphere || !walls[..k].iter().any(is_counted) {
-                held.add_wall(parts, history.contact.law.bridge, (body, history.wall));
-            }
+        for (wall, bridge) in bridges_with_walls(histories, row, is_sphere) {
+            held.add_wall(parts, bridge, (body, wall));
         }
         held
     }
@@ -134,4 +120,28 @@ impl Held {
         ledger.onto_walls += quanta(self.of_walls, quantum);
         ledger.broken += self.ends;
     }
+}
+
+/// The first with a bridge of those of one key: contacts of the parts of two bodies share it.
+fn firsts<T, Key: PartialEq>(rows: &[T], key: impl Fn(&T) -> (Key, f64)) -> impl Iterator<Item = &T> {
+    let is_first = move |k: usize| {
+        let (own, bridge) = key(&rows[k]);
+        let has_been = |other: &T| matches!(key(other), (before, volume) if before == own && volume > 0.0);
+        bridge > 0.0 && !rows[..k].iter().any(has_been)
+    };
+    (0..rows.len()).filter(move |&k| is_first(k)).map(|k| &rows[k])
+}
+
+/// Walls and volumes (m³) of the bridges with walls in a row of saved histories. A sphere has one with each element it touches,
+/// another body one with a surface.
+pub(crate) fn bridges_with_walls(
+    histories: &SavedHistories,
+    row: usize,
+    is_sphere: bool,
+) -> impl Iterator<Item = (u16, f64)> {
+    let key = move |h: &WallHistory| {
+        let element = if is_sphere { Some((h.element, h.part)) } else { None };
+        ((h.wall, h.surface, h.image, element), h.contact.law.bridge)
+    };
+    firsts(histories.walls.row(row), key).map(|h| (h.wall, h.contact.law.bridge))
 }

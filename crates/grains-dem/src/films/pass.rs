@@ -50,7 +50,7 @@ pub(crate) fn follow_bridge(
             if k < particles.owned {
                 particles.films[k].gained -= change.taken[side];
                 particles.films[k].claims += change.claimed[side];
-                ledger.formed += u64::from(forms);
+                ledger.formed += u128::from(forms);
             }
         };
         note(i, 0);
@@ -58,7 +58,7 @@ pub(crate) fn follow_bridge(
             Partner::Particle(j) => note(j, 1),
             Partner::Wall(_) => {
                 ledger.off_walls += quanta(change.taken[1], films.quantum);
-                ledger.formed += u64::from(forms);
+                ledger.formed += u128::from(forms);
             }
         }
     }

@@ -157,7 +157,7 @@ impl Scene {
 pub struct Stopped {
     pub particles: Vec<(ParticleRecord, Vec<f64>)>,
     pub films: Vec<[f64; FILM_LENGTH]>,
-    pub liquid: [u64; 6],
+    pub liquid: [u128; 6],
     pub made_bonds: Vec<bool>,
     pub step: u64,
 }
