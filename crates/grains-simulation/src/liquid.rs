@@ -41,8 +41,9 @@ pub fn wet(case: &Case, catalogue: &mut Catalogue, kinds: &[KindRange]) {
         let [a, b] = contact.between;
         let mut law = *catalogue.contacts.law(a as u16, b as u16);
         if laws::max_volume(contact).is_none() {
-            let given = |share: &FilmSupply| largest_share(case, (catalogue, &amounts), [a, b], kinds, share);
-            law.attraction.bound_shares(|supply| 2.0 * given(supply));
+            let of = (&*catalogue, &amounts[..]);
+            // Half of a bridge may come from either body: one twice as large as at the beginning holds.
+            law.attraction.bound_shares(|supply| largest_bridge(case, of, [a, b], kinds, supply));
             catalogue.contacts.set(a, b, law);
         }
     }
@@ -82,25 +83,30 @@ fn wall_thickness(amounts: &[Option<FilmAmount>], material: usize) -> f64 {
     }
 }
 
-/// Largest volume (m³) that a body of the case gives to a bridge of two materials as films are at the beginning.
-fn largest_share(
+/// Volume (m³) of the largest bridge that forms between two materials as films are at the beginning.
+fn largest_bridge(
     case: &Case,
     (catalogue, amounts): (&Catalogue, &[Option<FilmAmount>]),
     between: [usize; 2],
     kinds: &[KindRange],
     supply: &FilmSupply,
 ) -> f64 {
+    let of = |material: usize| {
+        let kinds = kinds.iter().filter(move |kind| usize::from(kind.kind.material) == material);
+        kinds.map(|kind| body(catalogue, amounts, kind, kind.largest))
+    };
+    let share = |own: &WetBody, other: f64| supply.share.of(own.radius, other) * own.film;
     let mut largest = 0.0_f64;
     for (own, other) in [(between[0], between[1]), (between[1], between[0])] {
-        for kind in kinds.iter().filter(|kind| usize::from(kind.kind.material) == own) {
-            let one = body(catalogue, amounts, kind, kind.largest);
-            for partner in kinds.iter().filter(|kind| usize::from(kind.kind.material) == other) {
-                let radius = body(catalogue, amounts, partner, partner.largest).radius;
-                largest = largest.max(supply.share.of(one.radius, radius) * one.film);
+        let has_walls = case.walls.iter().any(|wall| wall.material == other);
+        let thickness = wall_thickness(amounts, other);
+        for one in of(own) {
+            for partner in of(other) {
+                largest = largest.max(share(&one, partner.radius) + share(&partner, one.radius));
             }
-            if case.walls.iter().any(|wall| wall.material == other) {
-                let of_wall = PI * one.radius * one.radius * wall_thickness(amounts, other);
-                largest = largest.max(supply.share.of(one.radius, f64::INFINITY) * one.film).max(of_wall);
+            if has_walls {
+                let of_wall = PI * one.radius * one.radius * thickness;
+                largest = largest.max(share(&one, f64::INFINITY) + of_wall);
             }
         }
     }

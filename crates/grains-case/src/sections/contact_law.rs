@@ -165,7 +165,7 @@ pub enum Attraction {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         share: Option<f64>,
-        /// Largest volume of a bridge (m³), half from either body; by default four times the largest share of a film there is at the
+        /// Largest volume of a bridge (m³), half from either body; by default twice the largest there is at the
         /// beginning.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-21, 1e-6]))]
