@@ -45,6 +45,7 @@
 //!   quantum as well, so both sides of the border see the same separations and relative velocities. A particle crosses in the
 //!   step in which it meets the border.
 //! * The force on a wall that a load moves is summed exactly over all ranks.
+//! * Volumes of liquid are whole quanta. Bridges claim shares of films as they were at the beginning of a step, and take them in the next.
 //!
 //! # Hard collisions
 //!

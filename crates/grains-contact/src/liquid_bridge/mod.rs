@@ -8,6 +8,8 @@
 //! Codes differ. Washino's form in LIGGGHTS takes R* for R and pulls half as much. LIGGGHTS-PFM multiplies the logarithms of
 //! Willett's fit by 2.3. LIGGGHTS' Soulié form takes √(R1 R2) outside and the larger radius inside. Derjaguin's R enters
 //! V/R³ too: for unequal spheres a reduced volume of another code may be another.
+//!
+//! Bridges have one volume, or take it from films on their bodies and give it back ([`Supply`]).
 
 mod films;
 mod rabinovich;
