@@ -231,6 +231,35 @@ fn bonded_block_that_breaks_and_leaves() {
 }
 
 #[test]
+fn wet_drum_whose_films_feed_bridges() {
+    let attraction = "attraction = { kind = \"film_bridge\", share = 0.3, formation = \"films\", surface_tension = 0.02, viscosity = 0.01 }\n";
+    let damping = "tangential = { kind = \"viscous\", gamma_t = 300 }\n";
+    let text = case("drum.toml")
+        .replace(damping, &format!("{damping}{attraction}"))
+        .replace("density = 1200\n", "density = 1200\nfilm = { kind = \"content\", content = 0.01 }\n")
+        .replace(
+            "name = \"steel\"\n\n",
+            "name = \"steel\"\nfilm = { kind = \"thickness\", thickness = 1e-6 }\n\n",
+        );
+    // Balls that fall faster than bridges pull leave through the bottom.
+    let text = replaced(&text, "[domain]\n", "[domain]\noutlets = [\"+x\", \"-x\", \"-z\"]\n");
+    let decompositions = Decompositions { chosen: &[2, 3, 4, 8], given: &[[1, 2, 3]] };
+    let results = compare_case("wet", text, &decompositions);
+    let series = series(&results);
+    let last = |name: &str| series.column(name).last().copied().unwrap();
+    let column = |name: &str| series.column(&format!("liquid_{name}"));
+    let [films, bridges, walls, inserted, left] =
+        ["films", "bridges", "walls", "inserted", "left"].map(column);
+    for k in 0..films.len() {
+        let there = films[k] + bridges[k] + walls[k] + left[k];
+        assert!((there - inserted[k]).abs() <= 1e-14 * inserted[k], "row {k}: {there} of {}", inserted[k]);
+    }
+    let (there, broken) = (last("bridges"), last("broken_bridges"));
+    assert!(there > 20.0 && broken > 50.0, "{there} bridges, {broken} broken");
+    assert!(walls.last().is_some_and(|&volume| volume != 0.0) && last("liquid_bridges") > 0.0);
+}
+
+#[test]
 fn drum_with_hard_collisions() {
     let text = replaced(
         &case("drum.toml"),

@@ -1,6 +1,6 @@
 """Angles of repose of spheres and cubes, with and without rolling resistance and cohesion: `python cases/angle-of-repose/
 angle_of_repose.py [--seeds 1 2 3] [--laws LAW ...]` with the Python that scripts/python-environment prints. Runs what is
-missing, goes on where it was stopped, prints the table of what there is, and draws it into angles.png."""
+missing, goes on where it was stopped, prints the table of what there is, and draws it into angles-SHAPE.png."""
 import argparse
 import sys
 from pathlib import Path
@@ -78,33 +78,37 @@ def surface(run, half, width):
 
 
 def flanks(shape, law, seed):
-    """Angle (degrees) and standard error of a line through either flank, between 0.15 and 0.85 of the height."""
+    """Angle (degrees) and standard error of a line through either flank, from 0.15 of the height to where it first reaches 0.85
+    from the edge of the plate inwards; none of a flank that is no slope: upright beside a slot in which beads have jammed, or broken off in steps,
+    so that the line is off by more than 10 degrees."""
     at, height = surface(folder(shape, law, seed) / "run", *EXTENT[shape])
     found = []
-    for side in (at < 0, at > 0):
-        x, z = abs(at[side]), height[side]
-        fit = (z > 0.15 * height.max()) & (z < 0.85 * height.max())
-        (slope, _), covariance = np.polyfit(x[fit], z[fit], 1, cov=True)
+    for inwards in (slice(None), slice(None, None, -1)):
+        x, z = abs(at[inwards]), height[inwards]
+        top = np.argmax(z > 0.85 * height.max())
+        x, z = x[:top][z[:top] > 0.15 * height.max()], z[:top][z[:top] > 0.15 * height.max()]
+        if len(x) < 4:
+            continue
+        (slope, _), covariance = np.polyfit(x, z, 1, cov=True)
         angle = np.degrees(np.arctan(-slope))
-        found.append((angle, np.degrees(np.sqrt(covariance[0, 0]) / (1 + slope**2))))
+        error = np.degrees(np.sqrt(covariance[0, 0]) / (1 + slope**2))
+        if error < 10:
+            found.append((angle, error))
     return found
 
 
-def draw(found, seed):
-    """Surfaces of the heaps of a seed, under the four laws."""
-    figure, panels = plt.subplots(len(EXTENT), 1, figsize=(6, 5), sharex=True)
-    for panel, shape in zip(panels, EXTENT):
-        for law in LAWS:
-            if (folder(shape, law, seed) / "done").exists():
-                at, height = surface(folder(shape, law, seed) / "run", *EXTENT[shape])
-                label = f"{law}: {np.mean([angle for angle, _ in found[shape, law]]):.0f}°"
-                panel.plot(at / (2 * RADIUS), height / (2 * RADIUS), label=label)
-        panel.set(ylabel="height / diameter", title=shape, aspect="equal", ylim=(0, None))
-        if panel.lines:
-            panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
-    panels[-1].set_xlabel("distance / diameter")
+def draw(found, shape, seed):
+    """Surfaces of the heaps of a shape and a seed, under the four laws."""
+    figure, panel = plt.subplots(figsize=(6, 2.5))
+    for law in LAWS:
+        if (shape, law) in found and (folder(shape, law, seed) / "done").exists():
+            at, height = surface(folder(shape, law, seed) / "run", *EXTENT[shape])
+            label = f"{law}: {np.mean([angle for angle, _ in found[shape, law]]):.0f}°"
+            panel.plot(at / (2 * RADIUS), height / (2 * RADIUS), label=label)
+    panel.set(xlabel="distance / diameter", ylabel="height / diameter", title=shape, aspect="equal", ylim=(0, None))
+    panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
     figure.tight_layout()
-    figure.savefig(HERE / "angles.png", dpi=100)
+    figure.savefig(HERE / f"angles-{shape}.png", dpi=100)
 
 
 def main():
@@ -126,8 +130,9 @@ def main():
     print(f"{'':<18} {'flanks':>6} {'angle':>6} {'deviation':>9} {'error of one fit':>16}")
     for (shape, law), of_flanks in found.items():
         angle, error = np.array(of_flanks).T
-        print(f"{shape + ', ' + law:<18} {len(angle):>6} {angle.mean():>6.1f} {angle.std(ddof=1):>9.1f} {error.mean():>16.1f}")
-    draw(found, options.seeds[0])
+        print(f"{shape + ', ' + law:<18} {len(angle):>6} {angle.mean():>6.1f} {angle.std(ddof=min(1, len(angle) - 1)):>9.1f} {error.mean():>16.1f}")
+    for shape in {shape for shape, _ in found}:
+        draw(found, shape, options.seeds[0])
 
 
 if __name__ == "__main__":

@@ -84,11 +84,14 @@ pub fn state(checkpoint: &Path) -> Vec<Particle> {
         let rows = file.dataset("state/particle")?.read_raw::<f64>()?;
         let lengths = file.dataset("state/memory_length")?.read_raw::<i64>()?;
         let memory = file.dataset("state/memory")?.read_raw::<f64>()?;
+        let films = file.dataset("state/film").and_then(|films| films.read_raw::<f64>()).unwrap_or_default();
+        let mut films = films.chunks_exact(4);
         let mut rest = &memory[..];
         let particles = rows.chunks_exact(COLUMNS).zip(lengths).map(|(row, length)| {
             let (own, after) = rest.split_at(length as usize);
             rest = after;
-            Particle { id: row[0] as u64, state: bits(row), memory: contacts(own) }
+            let state = [bits(row), bits(films.next().unwrap_or_default())].concat();
+            Particle { id: row[0] as u64, state, memory: contacts(own) }
         });
         Ok(particles.collect())
     };

@@ -63,6 +63,40 @@ fn a_silo_that_is_opened_at_a_restart_is_the_one_that_opens_by_itself() {
     assert!(history.contains("wall.lid is new"), "{history}");
 }
 
+/// A dry drum is wetted at a restart, and its lifter taken out at the next, with the liquid of the bridges to it.
+#[test]
+fn a_drum_is_wetted_at_a_restart_and_loses_a_wall_at_the_next() {
+    let home = folder("restarts_wet");
+    let until = |end: f64, text: &str| replaced(text, "end = 0.24", &format!("end = {end}"));
+    let dry = case("drum.toml");
+    let damping = "tangential = { kind = \"viscous\", gamma_t = 300 }\n";
+    let bridges = "attraction = { kind = \"film_bridge\", surface_tension = 0.05 }\n";
+    let film = "density = 1200\nfilm = { kind = \"content\", content = 0.02 }\n";
+    let wet = dry.replace(damping, &format!("{damping}{bridges}"));
+    let wet = wet.replace("density = 1200\n", film);
+    let (before, after) = wet.split_once("[[wall]]\nname = \"lifter\"").unwrap();
+    let without = format!("{before}[output]{}", after.split_once("[output]").unwrap().1);
+    run_case(2, &home, &until(0.08, &dry), &[]).succeeded();
+    staged(3, &home, &into("wet", &until(0.16, &wet)), "results");
+    staged(1, &home, &into("without", &until(0.2, &without)), "wet");
+    let [wet, without] = ["wet", "without"].map(|name| series(&home.join(name)));
+    let at = |series: &Series, name: &str, row: usize| series.column(&format!("liquid_{name}"))[row];
+    // 40 balls and solids or so are there when it is wetted, with a fiftieth of their volume.
+    let (first, last) = (0, wet.rows.len() - 1);
+    assert!(at(&wet, "inserted", first) > 0.4 * at(&wet, "inserted", last));
+    assert_eq!(at(&wet, "inserted", last), at(&without, "inserted", 0));
+    for series in [&wet, &without] {
+        for row in 0..series.rows.len() {
+            let there = ["films", "bridges", "walls", "left"].map(|name| at(series, name, row));
+            let (there, inserted) = (there.iter().sum::<f64>(), at(series, "inserted", row));
+            assert!((there - inserted).abs() <= 1e-14 * inserted, "row {row}: {there} of {inserted}");
+        }
+    }
+    let bridges = |series: &Series, row: usize| series.column("bridges")[row];
+    assert!(bridges(&wet, last) > 10.0, "{} bridges", bridges(&wet, last));
+    assert!(at(&without, "walls", 0) >= at(&wet, "walls", last));
+}
+
 /// Angle (rad) about y of the lifter of the drum in the last snapshot of its walls: that of its corners nearest to the axis.
 fn lifter(folder: &Path) -> f64 {
     let file = hdf5::File::open(folder.join("walls.vtkhdf")).unwrap();

@@ -25,6 +25,30 @@ pub(crate) fn check_sizes(case: &Case, checker: &mut Checker) {
     }
 }
 
+/// A film must not be thicker than its particle.
+pub(crate) fn check_films(case: &Case, checker: &mut Checker) {
+    let mut refused = Vec::new();
+    for component in case.inserts.iter().flat_map(|insert| &insert.particles) {
+        let material = &case.materials[component.material];
+        let radius = case.shapes[component.shape].inscribed_radius().map(|r| r * component.scale.smallest());
+        let (Some(film), Some(radius)) = (material.film, radius) else { continue };
+        let volume = film.on_sphere(radius, material.density.unwrap_or(0.0));
+        let thickness = (radius.powi(3) + 0.75 / std::f64::consts::PI * volume).cbrt() - radius;
+        if thickness > radius && !refused.contains(&component.material) {
+            refused.push(component.material);
+            checker.error(
+                &format!("material[{}].film", component.material),
+                format!(
+                    "{} m3 of liquid would be a film of {} m on a particle with an inscribed radius of {} m, thicker than that: check the unit",
+                    rounded(volume),
+                    rounded(thickness),
+                    rounded(radius)
+                ),
+            );
+        }
+    }
+}
+
 /// Why the largest particle of a component does not fit, if so.
 fn misfit(case: &Case, component: &Component) -> Option<String> {
     let shape = &case.shapes[component.shape];

@@ -42,7 +42,7 @@ pub use sections::bond::Bond;
 pub use sections::collisions::{Collisions, Model as CollisionModel, Scheme as ImpulseScheme};
 pub use sections::composite::{GluedPart, beam_size, layer_radius};
 pub use sections::contact::Contact;
-pub use sections::contact_law::{Attraction, Capillary, Normal, Rolling, Tangential};
+pub use sections::contact_law::{Attraction, Capillary, Formation, Normal, Rolling, Tangential};
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
@@ -50,7 +50,7 @@ pub use sections::fluid::{
     FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved, ResolvedMethod,
 };
 pub use sections::insert::{Component, Insert, Orientation};
-pub use sections::material::Material;
+pub use sections::material::{Film, Material};
 pub use sections::motion::{Motion, ParticleMotion};
 pub use sections::motion_table::TableRow;
 pub use sections::output::{Field, Output, Precision};

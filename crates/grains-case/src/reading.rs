@@ -12,7 +12,7 @@ use crate::renamed::with_names_of_today;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::shape::ShapeKind;
 use crate::sections::wall::Wall;
-use crate::sections::{bond, contact, fluid, insert, run, shape, wall};
+use crate::sections::{bond, contact, fluid, insert, material, run, shape, wall};
 use crate::source::Source;
 use crate::structure;
 use crate::vector::norm;
@@ -141,11 +141,18 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     };
     if !case.collisions.is_hard() {
         contact::check_laws(&case.contacts, &case.materials, checker);
+        contact::check_budget(&case.contacts, case.contact_points.composite, checker);
+    } else if let Some(i) = case.materials.iter().position(|material| material.film.is_some()) {
+        let message =
+            "bridges pull, and hard collisions know no forces; remove it, or set collisions.model = \"soft\"";
+        checker.error(&format!("material[{i}].film"), message.into());
     }
+    material::check_films(&case.materials, checker);
     case.collisions.check_contacts(&case.contacts, checker);
     // Sizes and pairs only make sense once every name stands for something.
     if checker.error_count() == 0 {
         fit::check_sizes(&case, checker);
+        fit::check_films(&case, checker);
         fit::check_pairs(&case, checker);
         fit::check_fluid(&case, checker);
     }

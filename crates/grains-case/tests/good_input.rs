@@ -17,7 +17,7 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 14] = [
+const GOOD: [&str; 15] = [
     "adhesive.toml",
     "bonded.toml",
     "gravel.toml",
@@ -32,6 +32,7 @@ const GOOD: [&str; 14] = [
     "bodies.toml",
     "suspension.toml",
     "pipe.toml",
+    "wet.toml",
 ];
 
 #[test]

@@ -44,8 +44,9 @@ pub use encounter::Encounter;
 pub use impulse::{Impact, ImpulseScheme, Mobility};
 pub use law::{Coefficients, ContactLaw, Damping, PreparedLaw, reduced_mass};
 pub use liquid_bridge::{
-    BridgeState, BridgeViscosity, Capillary, Film, Formation, LiquidBridge, Rabinovich, Rupture, Supply,
-    Willett, WillettShort, film_thickness,
+    BridgeChange, BridgeEnd, BridgeViscosity, Capillary, Film, FilmAmount, FilmShare, FilmSupply, Formation,
+    LiquidBridge, Rabinovich, Rupture, Supply, Willett, WillettShort, film_thickness, halves, sphere_radius,
+    whole_quanta,
 };
 pub use lubrication::Lubrication;
 pub use normal::{

@@ -1,7 +1,8 @@
 //! What particles are made of: shapes, materials, and the law of every pair of materials.
 
+use crate::films::MaterialFilms;
 use crate::particles::{Body, Kind};
-use grains_contact::{ContactLaw, PreparedLaw, Sharing};
+use grains_contact::{ContactLaw, PreparedLaw, Sharing, sphere_radius};
 use grains_geometry::{Shape, Vec3};
 
 /// The law of a pair of materials.
@@ -13,18 +14,30 @@ struct PairLaws {
     reach: f64,
 }
 
-/// Contact laws by pair of materials.
+/// Contact laws by pair of materials, and the liquid on these.
 #[derive(Clone, Debug)]
 pub struct ContactTable {
     laws: Vec<Option<PairLaws>>,
     materials: usize,
     reach: f64,
+    films: Option<MaterialFilms>,
 }
 
 impl ContactTable {
     /// Table without laws for a number of materials.
     pub fn new(materials: usize) -> Self {
-        Self { laws: vec![None; materials * materials], materials, reach: 0.0 }
+        Self { laws: vec![None; materials * materials], materials, reach: 0.0, films: None }
+    }
+
+    /// Puts films of liquid on the materials.
+    pub fn wet(&mut self, films: MaterialFilms) {
+        self.films = Some(films);
+    }
+
+    /// The films on the materials, in runs of bridges that these feed.
+    #[inline(always)]
+    pub fn films(&self) -> Option<&MaterialFilms> {
+        self.films.as_ref()
     }
 
     /// Sets the law between two materials, in either order.
@@ -174,6 +187,21 @@ impl Catalogue {
         }
         let shape = self.shape(body.kind);
         shape.part_radius() * (body.radius / shape.bounding_radius)
+    }
+
+    /// Radius (m) of the sphere of a body's volume.
+    pub(crate) fn solid_radius(&self, body: &Body) -> f64 {
+        let shape = self.shape(body.kind);
+        if shape.is_sphere() {
+            return body.radius;
+        }
+        sphere_radius(shape.volume) * (body.radius / shape.bounding_radius)
+    }
+
+    /// Volume (m³) of a body.
+    pub(crate) fn volume(&self, body: &Body) -> f64 {
+        let shape = self.shape(body.kind);
+        shape.volume * (body.radius / shape.bounding_radius).powi(3)
     }
 
     /// R1 R2/(R1 + R2) (m) of the radii that laws take.

@@ -214,6 +214,20 @@ pub fn renumber_walls(packed: &[f64], number: impl Fn(u16) -> Option<u16>) -> Ve
     packed
 }
 
+/// Contact history of a particle, as of [`Dem::packed_history`](crate::Dem::packed_history), without bridges.
+pub fn without_bridges(packed: &[f64]) -> Vec<f64> {
+    let mut histories = SavedHistories::default();
+    histories.read(packed);
+    let SavedHistories { sphere_laws, part_pairs, walls, .. } = &mut histories;
+    let laws = sphere_laws.items.iter_mut();
+    let laws = laws.chain(part_pairs.items.iter_mut().map(|history| &mut history.contact.law));
+    let laws = laws.chain(walls.items.iter_mut().map(|history| &mut history.contact.law));
+    laws.for_each(|law| law.bridge = 0.0);
+    let mut packed = Vec::new();
+    histories.write(0, &mut packed);
+    packed
+}
+
 impl SavedHistories {
     /// Saves entries (owned particle, history) in rows; those of spheres with what laws keep, if they do.
     pub(crate) fn fill(

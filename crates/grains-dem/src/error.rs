@@ -211,6 +211,18 @@ pub enum StepError {
         /// Left with particles so far.
         left: u64,
     },
+    /// Liquid is unaccounted for.
+    #[error(
+        "{inserted:e} m3 of liquid came with particles, and {missing:e} m3 of it and of what walls gave are neither on particles nor in bridges, on walls or gone; {bridges} bridges are unaccounted for"
+    )]
+    Liquid {
+        /// Missing (m³).
+        missing: f64,
+        /// Put on particles (m³).
+        inserted: f64,
+        /// Bridges that have formed and are neither there nor broken.
+        bridges: i64,
+    },
     /// The ledger does not close.
     #[error(
         "{inserted} particles were inserted, {inside} are inside and {left} left through outlets: {missing} are unaccounted for"

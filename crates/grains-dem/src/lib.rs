@@ -15,6 +15,7 @@
 //! particles      a particle as contacts see it, the arrays, and the records in which particles travel
 //! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
 //! exchange       migration, clones, and their updates
+//! films          liquid on particles and in bridges: shared out, given back, counted
 //! bonds          bonds between particles: made, found again, loads
 //! contacts       loads of a contact, batches in lanes, exact sums; spheres
 //! narrow_phase   convex parts where they are, distance, separating planes, contact patches
@@ -44,6 +45,7 @@
 //!   quantum as well, so both sides of the border see the same separations and relative velocities. A particle crosses in the
 //!   step in which it meets the border.
 //! * The force on a wall that a load moves is summed exactly over all ranks.
+//! * Volumes of liquid are whole quanta. Bridges claim shares of films as they were at the beginning of a step, and take them in the next.
 //!
 //! # Hard collisions
 //!
@@ -60,6 +62,7 @@ mod contacts;
 mod dem;
 mod error;
 mod exchange;
+mod films;
 mod flow_planes;
 mod hard;
 mod insertion;
@@ -83,10 +86,11 @@ mod walls;
 pub use bonds::{BondKind, BondLedger, BondRadius, Bonded};
 pub use catalogue::{Catalogue, ContactTable, FaceContact};
 pub use clock::{Clock, Phase};
-pub use contact_history::renumber_walls;
+pub use contact_history::{renumber_walls, without_bridges};
 pub use dem::{Dem, DemSetup, Failure, Ledger, Origin, Partner, Passages, StepReport, Touch};
 pub use error::StepError;
 pub use exchange::{ExchangeStrategy, Traffic};
+pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_wide};
 pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};

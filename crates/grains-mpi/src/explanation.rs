@@ -4,8 +4,8 @@ mod fluid;
 
 use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep, Wear};
 use grains_simulation::check::{
-    Basis, BondReport, CollisionModel, CompositeReport, FaceContact, ImpulseScheme, LawReport, MassSource,
-    MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
+    Basis, BondReport, CollisionModel, CompositeReport, FaceContact, FilmReport, ImpulseScheme, LawReport,
+    MassSource, MotionTableReport, ParticleReport, Partner, Report, ShapeReport, Sharing, SizeReport,
 };
 use grains_simulation::duration;
 
@@ -334,6 +334,7 @@ fn contact_law(report: &LawReport, dt: f64) {
         let weights = report.bond_number.map(|n| format!(", {n:.3} weights of the smallest (Bond number)"));
         parts.push(format!("pull-off force {:.3e} N{}", report.pull_off, weights.unwrap_or_default()));
     }
+    parts.extend(report.films.as_ref().map(films));
     if report.reach > 0.0 {
         parts.push(format!("holds on over gaps up to {:.2e} m", report.reach));
     }
@@ -341,6 +342,23 @@ fn contact_law(report: &LawReport, dt: f64) {
         parts.push(format!("bodies stay together below {speed:.2e} m/s"));
     }
     say!("  law          {}: {}", pair(&report.materials, report.partner), parts.join("; "));
+}
+
+/// What films and the bridges that they feed come to.
+fn films(report: &FilmReport) -> String {
+    let FilmReport { films: [small, large], bridges: [of_small, of_large], largest, .. } = report;
+    let range = |low: f64, high: f64| match low == high {
+        true => format!("{low:.3e}"),
+        false => format!("{low:.3e} to {high:.3e}"),
+    };
+    format!(
+        "films of {} m3, {} m thick, {} of the particles' volume; bridges of {} m3 at the beginning break at {} m, none is above {largest:.3e} m3",
+        range(small[0], large[0]),
+        range(small[1], large[1]),
+        range(small[2], large[2]),
+        range(of_small[0], of_large[0]),
+        range(of_small[1], of_large[1])
+    )
 }
 
 /// Prints what bonds come to.

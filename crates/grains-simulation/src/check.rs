@@ -11,6 +11,7 @@ pub use crate::fluid::check::{
     SettlingMotion, TooCoarse, WallsReport,
 };
 pub use crate::law_report::LawReport;
+pub use crate::liquid::FilmReport;
 pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeStepReason};
 pub use grains_case::Basis;
 pub use grains_contact::{ImpulseScheme, Sharing};

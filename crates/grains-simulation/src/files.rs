@@ -3,12 +3,13 @@
 use crate::changes;
 use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
+use crate::laws;
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
 use crate::wall_triangles::{triangles_of, wall_fields};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
-use grains_dem::{Dem, Loading, Totals};
+use grains_dem::{Dem, Liquid, Loading, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
@@ -19,7 +20,7 @@ use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
 
 /// Fields of a particle snapshot when none is left out.
-const PARTICLE_FIELDS: [FieldSpec; 15] = [
+const PARTICLE_FIELDS: [FieldSpec; 17] = [
     FieldSpec::integer("id"),
     FieldSpec::integer("shape"),
     FieldSpec::integer("material"),
@@ -35,6 +36,8 @@ const PARTICLE_FIELDS: [FieldSpec; 15] = [
     FieldSpec::real("torque", "N m", 3),
     FieldSpec::real("fluid_force", "N", 3),
     FieldSpec::real("fluid_torque", "N m", 3),
+    FieldSpec::real("film", "m3", 1),
+    FieldSpec::real("liquid", "m3", 1),
 ];
 
 /// Fields of the particle snapshots of a case.
@@ -50,6 +53,8 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
             "force" => Field::Force,
             "torque" => Field::Torque,
             "bonds" => Field::Bonds,
+            "film" => Field::Film,
+            "liquid" => Field::Liquid,
             "fluid_force" => Field::FluidForce,
             "fluid_torque" => Field::FluidTorque,
             _ => return true,
@@ -57,6 +62,7 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
         let exists = match optional {
             Field::FluidForce | Field::FluidTorque => is_resolved,
             Field::Bonds => !case.bonds.is_empty(),
+            Field::Film | Field::Liquid => case.contacts.iter().any(laws::is_fed_by_films),
             _ => true,
         };
         case.output.fields.contains(&optional) && exists
@@ -128,6 +134,8 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "torque" => vectors(&|i| particles.loads[i].torque),
         "fluid_force" => vectors(&|i| FlowLink::read(&particles.cargo[i]).force),
         "fluid_torque" => vectors(&|i| FlowLink::read(&particles.cargo[i]).torque),
+        "film" => reals(&|i| particles.films[i].volume()),
+        "liquid" => Values::Real(dem.liquid_of_each().into_iter().map(|[_, liquid]| liquid).collect()),
         "orientation_wxyz" => {
             // Of the shape as the case gives it, as insertions take it.
             let to_user = |i: usize| dem.setup.catalogue.shape(body(i).kind).user_to_body.0.inverse();
@@ -354,6 +362,11 @@ impl Files {
             let bonds = dem.check_bonds(transport).map_err(|e| RunError::unphysical(e.to_string()))?;
             values.extend(bonds.map(|count| count as f64));
         }
+        if dem.particles.is_wet() {
+            let liquid = dem.check_liquid(transport).map_err(|e| RunError::unphysical(e.to_string()))?;
+            let Liquid { films, bridges, walls, inserted, left, count, broken } = liquid;
+            values.extend([count as f64, broken as f64, films, bridges, walls, inserted, left]);
+        }
         values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
         let walls = dem.setup.walls.iter().zip(dem.wall_states());
         for ((load, worn), (wall, state)) in loads.iter().zip(worn).zip(walls) {
@@ -485,6 +498,11 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
     let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
     if !dem.setup.bonds.is_empty() {
         columns.extend(["bonds", "broken_bonds"].map(|name| (name.to_string(), "-")));
+    }
+    if dem.particles.is_wet() {
+        columns.extend(["bridges", "broken_bridges"].map(|name| (name.to_string(), "-")));
+        let places = ["films", "bridges", "walls", "inserted", "left"];
+        columns.extend(places.map(|place| (format!("liquid_{place}"), "m3")));
     }
     for plane in &dem.setup.planes {
         columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));

@@ -1,11 +1,13 @@
 //! What contact laws come to in a case.
 
+use crate::insertion::KindRange;
 use crate::laws;
+use crate::liquid::FilmReport;
 use crate::timestep::Partner;
 use crate::timestep::{Encounter, TimeStepChoice};
 use grains_case::{Attraction, Case, Contact, Material, Rolling, Tangential};
 use grains_contact::{ContactLaw, Twisting};
-use grains_dem::{CollisionModel, ContactTable, DemSetup};
+use grains_dem::{Catalogue, CollisionModel, DemSetup};
 
 /// What a law comes to for the lightest bodies it acts on.
 #[derive(Clone, Debug)]
@@ -32,29 +34,41 @@ pub struct LawReport {
     pub sticking_speed: Option<f64>,
     /// Volume of a liquid bridge over that of the cube of 2 R* (-).
     pub bridge_volume: Option<f64>,
+    /// What bridges come to that films feed.
+    pub films: Option<FilmReport>,
     /// Time of a Rayleigh wave over the smaller body (s), where the elastic constants of its material are known; √softening times as long where it is softened.
     pub rayleigh_time: Option<f64>,
 }
 
 impl LawReport {
     /// Of all encounters of a case of soft collisions.
-    pub(crate) fn of_all(case: &Case, setup: &DemSetup, step: &TimeStepChoice) -> Vec<Self> {
+    pub(crate) fn of_all(
+        case: &Case,
+        setup: &DemSetup,
+        kinds: &[KindRange],
+        step: &TimeStepChoice,
+    ) -> Vec<Self> {
         match setup.collisions {
             CollisionModel::Soft => {
-                step.encounters.iter().map(|e| Self::of(case, &setup.catalogue.contacts, e)).collect()
+                step.encounters.iter().map(|e| Self::of(case, &setup.catalogue, kinds, e)).collect()
             }
             _ => Vec::new(),
         }
     }
 
     /// Of an encounter of the case.
-    fn of(case: &Case, contacts: &ContactTable, encounter: &Encounter) -> Self {
+    fn of(case: &Case, catalogue: &Catalogue, kinds: &[KindRange], encounter: &Encounter) -> Self {
         let contact = &case.contacts[encounter.contact];
         let [a, b] = contact.between;
-        let law = *contacts.law(a as u16, b as u16);
+        let law = *catalogue.contacts.law(a as u16, b as u16);
         let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let radius = encounter.effective_radius;
-        let pull_off = law.normal.pull_off(radius) + law.attraction.pull_off(radius);
+        let number = |name: &String| case.materials.iter().position(|m| m.name == *name).unwrap_or(0);
+        let materials = [number(&encounter.materials[0]), number(&encounter.materials[1])];
+        let is_wall = encounter.partner == Partner::Wall;
+        let films = FilmReport::of(case, catalogue, kinds, (&law, materials, is_wall));
+        let pull = films.as_ref().map_or_else(|| law.attraction.pull_off(radius), |films| films.pull);
+        let pull_off = law.normal.pull_off(radius) + pull;
         let modulus =
             law.normal.is_hertzian().then(|| laws::modulus(contact, [a, b].map(|m| &case.materials[m])));
         let of_body = case.materials.iter().find(|m| m.name == encounter.materials[0]);
@@ -71,8 +85,12 @@ impl LawReport {
                 .then(|| sticking_speed(&law, encounter.reduced_mass, radius, case.time.impact_speed)),
             bridge_volume: match contact.attraction {
                 Attraction::LiquidBridge { volume, .. } => Some(volume / (2.0 * radius).powi(3)),
+                Attraction::FilmBridge { .. } => {
+                    films.as_ref().map(|films| films.bridges[0][0] / (2.0 * radius).powi(3))
+                }
                 _ => None,
             },
+            films,
             rayleigh_time: of_body
                 .and_then(|m| rayleigh_time(m, encounter.radius))
                 .map(|time| time * contact.softening.sqrt()),
@@ -99,6 +117,7 @@ fn parts(contact: &Contact, law: &ContactLaw) -> Vec<String> {
     let attraction = match contact.attraction {
         Attraction::None => None,
         Attraction::LiquidBridge { .. } => Some("liquid_bridge".to_string()),
+        Attraction::FilmBridge { .. } => Some("film_bridge".to_string()),
         Attraction::VanDerWaals { .. } => Some("van_der_waals".to_string()),
     };
     let resistance = |what: &str, coefficient: f64, kind: &str| {

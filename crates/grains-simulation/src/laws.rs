@@ -1,13 +1,14 @@
 //! From the contacts of a case to contact laws.
 
 use grains_case::{
-    Attraction as CaseAttraction, Capillary as CaseCapillary, Case, Contact, Material, Normal as CaseNormal,
-    Rolling as CaseRolling, Tangential as CaseTangential,
+    Attraction as CaseAttraction, Capillary as CaseCapillary, Case, Contact, Formation as CaseFormation,
+    Material, Normal as CaseNormal, Rolling as CaseRolling, Tangential as CaseTangential,
 };
 use grains_contact::{
-    Attraction, BridgeViscosity, Capillary, ContactLaw, Dmt, Elastic, ElasticPlastic, Formation, Hertz, Jkr,
-    Linear, LiquidBridge, Normal, Rabinovich, Rolling, Rupture, Sjkr, Supply, Tangential, VanDerWaals,
-    Willett, WillettShort, effective_modulus, effective_shear_modulus, work_of_adhesion,
+    Attraction, BridgeViscosity, Capillary, ContactLaw, Dmt, Elastic, ElasticPlastic, FilmShare, FilmSupply,
+    Formation, Hertz, Jkr, Linear, LiquidBridge, Normal, Rabinovich, Rolling, Rupture, Sjkr, Supply,
+    Tangential, VanDerWaals, Willett, WillettShort, effective_modulus, effective_shear_modulus,
+    work_of_adhesion,
 };
 
 /// The law of a contact of a case.
@@ -97,6 +98,27 @@ fn rolling(contact: &Contact) -> Rolling {
     }
 }
 
+/// Whether films feed the bridges of a contact.
+pub(crate) fn is_fed_by_films(contact: &Contact) -> bool {
+    matches!(contact.attraction, CaseAttraction::FilmBridge { .. })
+}
+
+/// Largest volume of a bridge (m³) that the case gives.
+pub(crate) fn max_volume(contact: &Contact) -> Option<f64> {
+    match contact.attraction {
+        CaseAttraction::FilmBridge { max_volume, .. } => max_volume,
+        _ => None,
+    }
+}
+
+fn capillary(force: CaseCapillary, contact_angle: f64) -> Capillary {
+    match force {
+        CaseCapillary::Willett => Capillary::Willett(Willett::new(contact_angle)),
+        CaseCapillary::WillettShort => Capillary::WillettShort(WillettShort::new(contact_angle)),
+        CaseCapillary::Rabinovich => Capillary::Rabinovich(Rabinovich::new(contact_angle)),
+    }
+}
+
 fn attraction(contact: &Contact) -> Attraction {
     match contact.attraction {
         CaseAttraction::None => Attraction::None,
@@ -112,21 +134,46 @@ fn attraction(contact: &Contact) -> Attraction {
             min_gap,
             film,
         } => {
-            let capillary = match force {
-                CaseCapillary::Willett => Capillary::Willett(Willett::new(contact_angle)),
-                CaseCapillary::WillettShort => Capillary::WillettShort(WillettShort::new(contact_angle)),
-                CaseCapillary::Rabinovich => Capillary::Rabinovich(Rabinovich::new(contact_angle)),
-            };
             let bridge = LiquidBridge {
                 surface_tension,
                 contact_angle,
-                capillary,
+                capillary: capillary(force, contact_angle),
                 rupture: Rupture::Lian,
                 viscosity: BridgeViscosity { viscosity, min_gap },
                 formation: if film > 0.0 { Formation::Films } else { Formation::Contact },
                 supply: Supply::PerBridge(volume),
             };
             Attraction::LiquidBridge { bridge, film }
+        }
+        CaseAttraction::FilmBridge {
+            share,
+            max_volume,
+            wall_share,
+            formation,
+            surface_tension,
+            contact_angle,
+            force,
+            viscosity,
+            min_gap,
+        } => {
+            let supply = FilmSupply {
+                share: share.map_or(FilmShare::Cap, FilmShare::Constant),
+                largest: 0.5 * max_volume.unwrap_or(0.0),
+                wall_share,
+            };
+            let bridge = LiquidBridge {
+                surface_tension,
+                contact_angle,
+                capillary: capillary(force, contact_angle),
+                rupture: Rupture::Lian,
+                viscosity: BridgeViscosity { viscosity, min_gap },
+                formation: match formation {
+                    CaseFormation::Contact => Formation::Contact,
+                    CaseFormation::Films => Formation::Films,
+                },
+                supply: Supply::Films(supply),
+            };
+            Attraction::LiquidBridge { bridge, film: 0.0 }
         }
     }
 }

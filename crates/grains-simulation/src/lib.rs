@@ -58,6 +58,7 @@ mod fluid;
 mod insertion;
 mod law_report;
 mod laws;
+mod liquid;
 mod lock;
 mod plausibility;
 mod random;

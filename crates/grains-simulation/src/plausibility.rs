@@ -42,6 +42,7 @@ const RULES: &[fn(&Setting) -> Vec<Remark>] = &[
     laws::glued,
     laws::softened_adhesion,
     laws::odd_bridges,
+    laws::films_without_effect,
     laws::restitution_without_effect,
     fine_step,
     many_steps,
@@ -53,7 +54,7 @@ pub fn warnings(case: &Case, system: &System, insertions: &Insertions) -> Vec<St
     let steps = [system.step.dt, system.step.recommended];
     let has_contacts = !system.step.encounters.is_empty();
     let (walls, catalogue) = (&setup.walls, &setup.catalogue);
-    let laws = LawReport::of_all(case, setup, &system.step);
+    let laws = LawReport::of_all(case, setup, insertions.kinds(), &system.step);
     let laws = &laws;
     let setting = Setting { case, walls, catalogue, insertions, steps, has_contacts, laws };
     let remarks = RULES.iter().flat_map(|rule| rule(&setting));

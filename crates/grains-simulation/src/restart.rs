@@ -4,12 +4,13 @@ use crate::changes::{self, Change};
 use crate::error::RunError;
 use crate::fluid::FluidPhase;
 use crate::insertion::Insertions;
+use crate::liquid;
 use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    BondLedger, CARGO_LENGTH, Cargo, Dem, FlowPlane, Kind, Origin, ParticleRecord, StressSums, Travel,
-    WallPlace, half_step_back, other_half_step, renumber_walls,
+    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, Kind, Origin, ParticleRecord, StressSums,
+    Travel, WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -77,6 +78,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     }
     let mut state = (arrays, texts);
     wear::save(dem, &mut state, transport);
+    liquid::save(dem, &mut state, transport);
     state
 }
 
@@ -209,13 +211,23 @@ fn restore_particles(
         if is_released {
             record.half_velocity = half_step_back(record.body.velocity, &dem.setup.parameters);
         }
+        // Bridges that no films fed have no part in their liquid.
+        let was_dry = dem.particles.is_wet() && row.film.is_none();
+        let history = if was_dry { without_bridges(&row.history) } else { row.history };
         match numbering.keeps_walls() {
-            true => dem.restore(&record, &row.history),
-            false => dem.restore(&record, &renumber_walls(&row.history, |wall| numbering.wall(wall))),
+            true => dem.restore(&record, &history),
+            false => {
+                let renumbered = renumber_walls(&history, |wall| numbering.wall(wall));
+                dem.leave_on_walls(&history, record.body.kind, |wall| numbering.wall(wall));
+                dem.restore(&record, &renumbered);
+            }
         }
         if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
             let is_resolved = fluid.is_some_and(|fluid| fluid.resolved.is_some());
             *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };
+        }
+        if dem.particles.is_wet() {
+            dem.restore_film(row.film);
         }
     }
     Ok(())
@@ -227,6 +239,9 @@ fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Tab
     (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
     let later = |k: usize| ledger.get(k).map_or(0, |&count| count as u64);
     dem.report.deep_penetrations = later(2);
+    if let (Some(ledger), true) = (liquid::ledger(file), dem.particles.is_wet()) {
+        dem.liquid_ledger.add(&ledger);
+    }
     dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
     let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
     let counts: Vec<(i64, f64)> = words
@@ -421,7 +436,10 @@ fn check_state(
     for (place, [smallest, largest]) in used.into_iter().enumerate().filter(|(_, [_, r])| r.is_finite()) {
         let old = Kind { shape: (place / materials) as u16, material: (place % materials) as u16 };
         let (shape, material) = (&names[0][usize::from(old.shape)], &names[1][usize::from(old.material)]);
-        let differs = |section: &str, name: &str| changes.iter().find(|c| c.is_within(&[section, name]));
+        // Particles that have come keep the film that they have.
+        let is_film = |change: &Change| change.is_within(&["material", material, "film"]);
+        let differs =
+            |section: &str, name: &str| changes.iter().find(|c| c.is_within(&[section, name]) && !is_film(c));
         if let Some(change) = differs("shape", shape).or(differs("material", material)) {
             return Err(format!(
                 "{change}: particles of it are there, and would not be what they were; give a new shape or material another name"
@@ -481,12 +499,14 @@ struct Row {
     record: ParticleRecord,
     /// What a coupling lets it carry.
     cargo: Option<Cargo>,
+    /// Its film.
+    film: Option<[f64; FILM_LENGTH]>,
     /// The history of its contacts.
     history: Vec<f64>,
 }
 
 /// The particles this rank owns.
-fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
+fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
     let records = file.real("particle")?;
     let lengths = file.integer("memory_length")?;
     let history = file.next_rows("memory", lengths.iter().sum::<i64>() as usize, transport.communicator())?;
@@ -494,6 +514,9 @@ fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Res
     let is_coupled = dem.particles.is_carrying() && file.has("cargo");
     let cargo = if is_coupled { file.real("cargo")? } else { &[] };
     let width = if is_coupled { CARGO_LENGTH } else { 0 };
+    let films = liquid::films(file, dem);
+    let of_film = if films.is_some() { FILM_LENGTH } else { 0 };
+    let films = films.unwrap_or_default();
     let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     let mut rest = &history[..];
     for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
@@ -505,6 +528,7 @@ fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Res
         message.push(length as f64);
         message.extend_from_slice(row);
         message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
+        message.extend_from_slice(&films[k * of_film..(k + 1) * of_film]);
         message.extend_from_slice(own);
     }
     let mut rows = Vec::new();
@@ -513,10 +537,12 @@ fn owned_rows(file: &CheckpointFile, dem: &Dem, transport: &MpiTransport) -> Res
         while let Some((&length, after)) = rest.split_first() {
             let (row, after) = after.split_at(ParticleRecord::LENGTH);
             let (cargo, after) = after.split_at(width);
+            let (film, after) = after.split_at(of_film);
             let (history, after) = after.split_at(length as usize);
             rows.push(Row {
                 record: ParticleRecord::read(row),
                 cargo: cargo.try_into().ok(),
+                film: film.try_into().ok(),
                 history: history.to_vec(),
             });
             rest = after;

@@ -5,6 +5,7 @@ use crate::error::RunError;
 use crate::fluid;
 use crate::insertion::KindRange;
 use crate::laws;
+use crate::liquid;
 use crate::shapes::shape;
 use crate::timestep::{self, TimeStepChoice};
 use crate::wall_surfaces::surfaces;
@@ -36,7 +37,13 @@ pub struct System {
 ///
 /// # Errors
 /// Meshes or a time step that cannot be used, naming key, value and remedy.
-pub fn build(case: &Case, ranks: usize, catalogue: Catalogue, kinds: &[KindRange]) -> Result<System, String> {
+pub fn build(
+    case: &Case,
+    ranks: usize,
+    mut catalogue: Catalogue,
+    kinds: &[KindRange],
+) -> Result<System, String> {
+    liquid::wet(case, &mut catalogue, kinds);
     let domain = &case.domain;
     let global = GlobalBox::new(domain.lower, domain.upper, domain.periodic);
     resolved_positions(case, &global, &catalogue, kinds)?;

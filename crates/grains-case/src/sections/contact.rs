@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::check::{Checker, Names};
 use crate::sections::contact_law::{Attraction, Capillary, Normal, Rolling, Tangential};
+use crate::sections::contact_points::Composite;
 use crate::sections::material::Material;
 
 /// The law between two materials: normal force, damping, Coulomb friction, resistance to rolling and twisting.
@@ -142,6 +143,7 @@ pub(crate) fn check_laws(contacts: &[Contact], materials: &[Material], checker: 
         check_constants(contact, [a, b], &key, checker);
         check_parts(contact, &key, checker);
         check_attraction(contact, &key("attraction"), checker);
+        check_liquid(contact, [a, b], &key("attraction.kind"), checker);
         let is_hertzian = contact.normal.is_hertzian();
         let is_mindlin = matches!(contact.tangential(), Tangential::Mindlin { .. });
         let without_effect = [
@@ -231,6 +233,52 @@ fn check_parts(contact: &Contact, key: &impl Fn(&str) -> String, checker: &mut C
     }
 }
 
+/// Refuses bridges of one volume between films, and bridges from films where there are none.
+fn check_liquid(contact: &Contact, [a, b]: [&Material; 2], key: &str, checker: &mut Checker) {
+    let wet = [a, b].into_iter().find(|m| m.film.is_some());
+    match (&contact.attraction, wet) {
+        (Attraction::LiquidBridge { .. }, Some(wet)) => checker.error(
+            key,
+            format!(
+                "bridges of one volume leave the film of \"{}\" as it is: take \"film_bridge\", or remove material.film",
+                wet.name
+            ),
+        ),
+        (Attraction::FilmBridge { .. }, None) => {
+            let dry = match a.name == b.name {
+                true => format!("\"{}\" has none", a.name),
+                false => format!("neither \"{}\" nor \"{}\" has one", a.name, b.name),
+            };
+            checker.error(
+                key,
+                format!(
+                    "takes liquid from films, and {dry}: give film in [[material]], or take \"liquid_bridge\" with a volume"
+                ),
+            );
+        }
+        _ => {}
+    }
+}
+
+/// Refuses what does not go with bridges that films feed: bridges of one volume, contacts of parts each on its own.
+pub(crate) fn check_budget(contacts: &[Contact], composite: Composite, checker: &mut Checker) {
+    if !contacts.iter().any(|c| matches!(c.attraction, Attraction::FilmBridge { .. })) {
+        return;
+    }
+    if let Some(i) = contacts.iter().position(|c| matches!(c.attraction, Attraction::LiquidBridge { .. })) {
+        checker.error(
+            &format!("contact[{i}].attraction.kind"),
+            "another contact has bridges that films feed, whose liquid is accounted for: take \"film_bridge\" everywhere, or \"liquid_bridge\"".into(),
+        );
+    }
+    if composite != Composite::Potential {
+        checker.error(
+            "contact_points.composite",
+            "two bodies have one bridge, however many of their parts touch: \"film_bridge\" takes \"potential\"".into(),
+        );
+    }
+}
+
 /// Refuses a pull that its law cannot have.
 fn check_attraction(contact: &Contact, key: &str, checker: &mut Checker) {
     /// Largest contact angle of Willett's fit (rad).
@@ -238,6 +286,7 @@ fn check_attraction(contact: &Contact, key: &str, checker: &mut Checker) {
     match contact.attraction {
         Attraction::None => return,
         Attraction::LiquidBridge { contact_angle, force: Capillary::Willett, .. }
+        | Attraction::FilmBridge { contact_angle, force: Capillary::Willett, .. }
             if contact_angle > WIDEST =>
         {
             checker.error(
@@ -252,7 +301,7 @@ fn check_attraction(contact: &Contact, key: &str, checker: &mut Checker) {
                 format!("must be above inner = {inner:e} m, below which the force grows no more"),
             );
         }
-        Attraction::LiquidBridge { .. } | Attraction::VanDerWaals { .. } => {}
+        Attraction::LiquidBridge { .. } | Attraction::FilmBridge { .. } | Attraction::VanDerWaals { .. } => {}
     }
     if contact.normal.takes_work() {
         checker.error(

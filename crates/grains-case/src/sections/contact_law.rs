@@ -158,6 +158,44 @@ pub enum Attraction {
         #[schemars(extend("minimum" = 0))]
         film: f64,
     },
+    /// By bridges of liquid from the films of the two materials, which get it back where they break, at a gap of
+    /// (1 + θ/2) V^(1/3).
+    FilmBridge {
+        /// Share of either film that a bridge takes (-); by default the cap that the other body sees (Shi and McCarthy 2008).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+        share: Option<f64>,
+        /// Largest volume of a bridge (m³), half from either body; by default twice the largest there is at the
+        /// beginning.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-21, 1e-6]))]
+        max_volume: Option<f64>,
+        /// Share of a broken bridge that stays on a wall (-); particles get half each.
+        #[serde(default = "half")]
+        #[schemars(extend("minimum" = 0, "maximum" = 1))]
+        wall_share: f64,
+        /// Where a bridge forms.
+        #[serde(default)]
+        formation: Formation,
+        /// Surface tension (N/m).
+        #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-3, 1]))]
+        surface_tension: f64,
+        /// Contact angle θ (rad).
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "maximum" = std::f64::consts::FRAC_PI_2))]
+        contact_angle: f64,
+        /// Force over the gap.
+        #[serde(default)]
+        force: Capillary,
+        /// Viscosity of the liquid (Pa s).
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "x-plausible" = [0, 100]))]
+        viscosity: f64,
+        /// Smallest gap over the effective radius that viscous forces see, the roughness (-).
+        #[serde(default = "roughness")]
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+        min_gap: f64,
+    },
     /// By van der Waals forces of surfaces with asperities.
     VanDerWaals {
         /// Hamaker constant (J).
@@ -175,6 +213,17 @@ pub enum Attraction {
         #[schemars(extend("exclusiveMinimum" = 0))]
         outer: f64,
     },
+}
+
+/// Where a bridge forms that films feed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Formation {
+    /// Where bodies touch.
+    #[default]
+    Contact,
+    /// Where their films touch.
+    Films,
 }
 
 /// Force of a liquid bridge over the gap.

@@ -38,6 +38,10 @@ pub enum Field {
     Torque,
     /// Bonds that hold the particle.
     Bonds,
+    /// Volume of the film on the particle (m³).
+    Film,
+    /// That with its parts of bridges (m³).
+    Liquid,
     /// Force of the flow around a resolved particle (N), without buoyancy.
     FluidForce,
     /// Torque of that flow (N m).
@@ -46,7 +50,7 @@ pub enum Field {
 
 impl Field {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Material,
         Self::Coordination,
         Self::WallContacts,
@@ -55,6 +59,8 @@ impl Field {
         Self::Force,
         Self::Torque,
         Self::Bonds,
+        Self::Film,
+        Self::Liquid,
         Self::FluidForce,
         Self::FluidTorque,
     ];

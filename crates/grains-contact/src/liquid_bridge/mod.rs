@@ -8,17 +8,21 @@
 //! Codes differ. Washino's form in LIGGGHTS takes R* for R and pulls half as much. LIGGGHTS-PFM multiplies the logarithms of
 //! Willett's fit by 2.3. LIGGGHTS' Soulié form takes √(R1 R2) outside and the larger radius inside. Derjaguin's R enters
 //! V/R³ too: for unequal spheres a reduced volume of another code may be another.
+//!
+//! Bridges have one volume, or take it from films on their bodies and give it back ([`Supply`]).
 
-mod budget;
+mod films;
 mod rabinovich;
 mod rupture;
+mod supply;
 mod viscous;
 mod willett;
 mod willett_short;
 
-pub use budget::{BridgeState, Film, Formation, Supply, film_thickness};
+pub use films::{Film, FilmAmount, film_thickness, sphere_radius};
 pub use rabinovich::Rabinovich;
 pub use rupture::Rupture;
+pub use supply::{BridgeChange, BridgeEnd, FilmShare, FilmSupply, Formation, Supply, halves, whole_quanta};
 pub use viscous::BridgeViscosity;
 pub use willett::Willett;
 pub use willett_short::WillettShort;

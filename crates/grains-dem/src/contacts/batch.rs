@@ -37,6 +37,8 @@ pub(crate) struct Batch<C> {
     tangential_displacements: Columns<3>,
     /// What laws keep beside them, see [`LawHistory`], before and after.
     law_histories: Columns<6>,
+    /// Sum of the thicknesses of the films (m), where bridges take liquid from these.
+    films: [f64; BLOCK],
     /// Pull on the first body over a gap (N), of a law that has one.
     pulls: Columns<3>,
     /// Force on the first body (N).
@@ -56,6 +58,7 @@ impl<C: Default> Default for Batch<C> {
             columns: C::default(),
             tangential_displacements: three,
             law_histories: [[0.0; BLOCK]; 6],
+            films: [0.0; BLOCK],
             pulls: three,
             forces: three,
             torques: [three; 2],
@@ -79,6 +82,12 @@ impl<C> Batch<C> {
         let LawHistory { angles: WoundAngles { rolling, twisting }, memory, bridge } = history;
         let row = [rolling.x, rolling.y, rolling.z, *twisting, *memory, *bridge];
         set(&mut self.law_histories, self.len - 1, row);
+    }
+
+    /// Sets the sum of the thicknesses (m) of the films on the bodies of the contact added last.
+    #[inline(always)]
+    pub(crate) fn set_films(&mut self, thicknesses: f64) {
+        self.films[self.len - 1] = thicknesses;
     }
 
     /// What the law keeps of contact `k` after the step.
@@ -136,7 +145,8 @@ impl<C: ContactColumns> Batch<C> {
     fn attract(&mut self, law: &PreparedLaw, dt: f64) {
         for k in 0..self.len.min(BLOCK) {
             let BatchedContact { point, effective_mass, effective_radius, .. } = self.columns.contact(k);
-            let at = Neighbourhood { radius: effective_radius, mass: effective_mass, dt };
+            let films = self.films[k];
+            let at = Neighbourhood { radius: effective_radius, mass: effective_mass, dt, films };
             let bridge = &mut self.law_histories[5][k];
             let pull = law.attraction.force(&point.encounter(), &at, bridge);
             set(&mut self.pulls, k, pull.into());

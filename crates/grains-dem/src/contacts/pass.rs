@@ -3,6 +3,7 @@
 use super::load_quanta::LoadQuanta;
 use crate::catalogue::Catalogue;
 use crate::error::{StepError, vector};
+use crate::films::LiquidLedger;
 use grains_geometry::Vec3;
 
 /// A pass over contacts that adds their loads.
@@ -12,6 +13,8 @@ pub(crate) struct ContactPass<'a> {
     /// Time step (s).
     pub(crate) dt: f64,
     pub(crate) statistics: &'a mut PassStatistics,
+    /// What bridges take from walls and leave on them, and how many form and break.
+    pub(crate) liquid: &'a mut LiquidLedger,
 }
 
 /// What one pass over the contacts found.

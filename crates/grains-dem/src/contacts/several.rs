@@ -26,6 +26,8 @@ pub(crate) struct PairLaw<'a> {
     pub(crate) effective_radius: f64,
     /// Time step (s).
     pub(crate) dt: f64,
+    /// Sum of the thicknesses of their films (m), where bridges take liquid from these.
+    pub(crate) films: f64,
 }
 
 /// The contacts of two bodies together.
@@ -99,7 +101,7 @@ impl SeveralContacts {
     /// What the law of the pair keeps, of what its contacts have: all have the same, or are new.
     #[inline]
     pub(crate) fn kept(&self, histories: impl Iterator<Item = LawHistory>) -> [f64; 2] {
-        histories.fold([0.0; 2], |[memory, bridge], law| [memory.max(law.memory), bridge.max(law.bridge)])
+        histories.fold([0.0; 2], |[memory, bridge], law| [memory.max(law.memory), either(bridge, law.bridge)])
     }
 
     /// What contacts of these overlaps (m) and weights of patches have wound up, their mean by weight.
@@ -177,7 +179,7 @@ impl SeveralContacts {
         let mut force = one.force(&encounter, displacement, dt);
         let attraction = &law.law.attraction;
         if attraction.is_active() {
-            let at = Neighbourhood { radius: law.effective_radius, mass: law.mass, dt };
+            let at = Neighbourhood { radius: law.effective_radius, mass: law.mass, dt, films: law.films };
             let weight = self.weight(point.encounter().overlap, share);
             force += attraction.force(&encounter, &at, &mut history.bridge) * weight;
         }
@@ -194,6 +196,12 @@ impl SeveralContacts {
         }
         loads
     }
+}
+
+/// That of two volumes of one bridge which is not zero.
+#[inline]
+pub(crate) fn either(one: f64, other: f64) -> f64 {
+    if one == 0.0 { other } else { one }
 }
 
 /// The part of a patch in the contacts of two bodies.

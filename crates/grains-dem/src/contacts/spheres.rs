@@ -8,8 +8,8 @@ use super::batch::{Batch, BatchedContact, ContactColumns};
 use super::lanes::{BLOCK, Columns, set, vector_at};
 use super::loads::ContactPoint;
 use super::pass::{ContactPass, Overlapping, PassStatistics};
-use crate::catalogue::ContactTable;
 use crate::contact_history::LawHistory;
+use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::particles::{Body, Particles};
 use grains_contact::{Encounter, PreparedLaw, RollingContact, reduced_mass};
 use grains_geometry::Vec3;
@@ -53,9 +53,9 @@ pub(crate) fn add_forces(
             prefetch(&particles.bodies, other);
             prefetch(&particles.loads, other);
         }
-        touching.pick((block, histories), &particles.bodies, reach);
+        touching.pick((block, histories), particles, pass, reach);
         while touching.len > 0 {
-            let law = take(&mut batch, &mut touching, (block, histories), &particles.bodies, contacts);
+            let law = take(&mut batch, &mut touching, (block, histories), particles, pass);
             batch.evaluate(&law, &quanta, dt);
             give(&batch, (block, histories), particles, pass.statistics);
         }
@@ -102,9 +102,11 @@ impl Touching {
     fn pick(
         &mut self,
         (block, histories): (&mut [SpherePair], &mut [LawHistory]),
-        bodies: &[Body],
+        particles: &mut Particles,
+        pass: &mut ContactPass,
         reach: f64,
     ) {
+        let bodies = &particles.bodies;
         let (mut apart, mut ending) = ([0_u32; BLOCK], 0);
         self.len = 0;
         for (k, pair) in block.iter().enumerate() {
@@ -123,7 +125,9 @@ impl Touching {
             block[k as usize].tangential_displacement = Vec3::zeros();
         }
         if !histories.is_empty() {
-            apart[..ending].iter().for_each(|&k| histories[k as usize] = LawHistory::default());
+            for &k in &apart[..ending] {
+                end(&mut histories[k as usize], &block[k as usize], particles, pass);
+            }
         }
     }
 }
@@ -224,23 +228,27 @@ fn take(
     batch: &mut Batch<SphereColumns>,
     touching: &mut Touching,
     (block, histories): (&mut [SpherePair], &mut [LawHistory]),
-    bodies: &[Body],
-    contacts: &ContactTable,
+    particles: &mut Particles,
+    pass: &mut ContactPass,
 ) -> PreparedLaw {
-    let materials = |pair: &SpherePair| {
+    let contacts = &pass.catalogue.contacts;
+    let materials = |pair: &SpherePair, bodies: &[Body]| {
         let [a, b] = [pair.a, pair.b].map(|i| bodies[i as usize].kind.material);
         (a.min(b), a.max(b))
     };
-    let wanted = materials(&block[touching.pair[0] as usize]);
+    let wanted = materials(&block[touching.pair[0] as usize], &particles.bodies);
     // What is within the reach of the run may be beyond that of these materials.
     let reach = contacts.reach_between(wanted.0, wanted.1);
+    let law = *contacts.prepared(wanted.0, wanted.1);
+    let is_wet = particles.is_wet() && law.attraction.fed_by_films().is_some();
     let is_shorter = reach < contacts.reach();
     let mut left = 0;
     batch.len = 0;
     for k in 0..touching.len.min(BLOCK) {
         let (index, between) = (touching.pair[k], touching.between[k]);
         let pair = &mut block[index as usize];
-        if materials(pair) != wanted {
+        let bodies = &particles.bodies;
+        if materials(pair, bodies) != wanted {
             (touching.pair[left], touching.between[left]) = (index, between);
             left += 1;
             continue;
@@ -250,19 +258,58 @@ fn take(
             if between[3] >= radii * radii {
                 pair.tangential_displacement = Vec3::zeros();
                 if let Some(history) = histories.get_mut(index as usize) {
-                    *history = LawHistory::default();
+                    end(history, pair, particles, pass);
                 }
                 continue;
             }
         }
         batch.columns.set(batch.len, between, [pair.a, pair.b].map(|i| &bodies[i as usize]));
         batch.push(index, &pair.tangential_displacement);
-        if let Some(history) = histories.get(index as usize) {
+        if let Some(history) = histories.get_mut(index as usize) {
+            if is_wet {
+                batch.set_films(follow(&mut history.bridge, pair, between[3], &law, particles, pass));
+            }
             batch.set_law_history(history);
         }
     }
     touching.len = left;
-    *contacts.prepared(wanted.0, wanted.1)
+    law
+}
+
+/// Ends the history of a pair out of reach.
+#[inline]
+fn end(history: &mut LawHistory, pair: &SpherePair, particles: &mut Particles, pass: &mut ContactPass) {
+    if history.bridge != 0.0 && particles.is_wet() {
+        let (contacts, [a, b]) = (&pass.catalogue.contacts, [pair.a, pair.b].map(|i| i as usize));
+        let [m, n] = [a, b].map(|i| particles.bodies[i].kind.material);
+        let law = contacts.prepared(m, n);
+        end_bridge(particles, (a, Partner::Particle(b)), (law, contacts), (&mut history.bridge, pass.liquid));
+    }
+    *history = LawHistory::default();
+}
+
+/// Lets the bridge of two spheres, whose centres have this square of a distance (m²), form or break; returns the thicknesses of
+/// their films (m).
+#[inline(never)]
+fn follow(
+    bridge: &mut f64,
+    pair: &SpherePair,
+    square: f64,
+    law: &PreparedLaw,
+    particles: &mut Particles,
+    pass: &mut ContactPass,
+) -> f64 {
+    let [a, b] = [pair.a, pair.b].map(|i| i as usize);
+    let radii = [a, b].map(|i| particles.bodies[i].radius);
+    let gap = square.sqrt() - (radii[0] + radii[1]);
+    let contacts = &pass.catalogue.contacts;
+    follow_bridge(
+        particles,
+        (a, Partner::Particle(b)),
+        (law, contacts),
+        (gap, radii, radii),
+        (bridge, pass.liquid),
+    )
 }
 
 /// Adds the loads to the particles and gives the pairs their tangential displacements back.

@@ -45,6 +45,7 @@ impl Dem {
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
         self.sum_stress();
+        self.particles.settle_films();
         self.clock.charge(Phase::Walls);
         self.note(statistics);
         if self.particles.is_carrying() {
@@ -66,6 +67,7 @@ impl Dem {
     fn contact_pass<'a>(&'a mut self, statistics: &'a mut PassStatistics) -> PassParts<'a> {
         let time = self.time();
         let Self { particles, neighbours, setup, quanta, states, wall_loads, sliding, .. } = self;
+        let liquid = &mut self.liquid_ledger;
         let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
         PassParts {
             particles,
@@ -73,7 +75,7 @@ impl Dem {
             wall_sums: WallSums { loads: wall_loads, sliding },
             scene: setup.wall_scene(states, time),
             lubrication: setup.lubrication.as_ref(),
-            pass: ContactPass { catalogue, quanta: *quanta, dt, statistics },
+            pass: ContactPass { catalogue, quanta: *quanta, dt, statistics, liquid },
         }
     }
 

@@ -1,5 +1,6 @@
 //! The granular phase of one rank and its step.
 
+mod liquid;
 mod loaded_walls;
 mod loads;
 mod observe;

@@ -20,11 +20,11 @@ impl Dem {
         let has_moved = self.balance(transport);
         self.save_history();
         let Self { particles, histories, exchange, .. } = self;
-        let (mut stays, mut left) = (Vec::new(), 0);
+        let (mut stays, mut left) = (Vec::new(), Vec::new());
         match exchange.migrate(particles, histories, transport) {
             Ok(migration) => {
                 left = migration.left;
-                self.ledger.left += left;
+                self.ledger.left += left.len() as u64;
                 self.bond_ledger.left += migration.bonds_left;
                 self.passages.left.extend(migration.carriers_left);
                 stays = migration.stays;
@@ -32,7 +32,8 @@ impl Dem {
             Err(error) => self.error = self.error.take().or(Some(error)),
         }
         self.check(transport)?;
-        let bonded = self.since_bonds_were_seen(left, transport);
+        self.let_liquid_leave(&left);
+        let bonded = self.since_bonds_were_seen(left.len() as u64, transport);
         self.sort_and_list(&stays, bonded, transport)?;
         // The history is in the lists now.
         self.histories = SavedHistories::default();
@@ -130,6 +131,7 @@ impl Dem {
         if checked.is_ok() {
             self.made_bonds.iter_mut().zip(due).for_each(|(made, is_due)| *made |= is_due);
         }
+        self.break_bridges_out_of_lists(&cell_list.order);
         self.bond_ledger.made += made.ends;
         self.bond_ledger.left += left;
         self.error = self.error.take().or(error).or(made.error).or(checked.err());

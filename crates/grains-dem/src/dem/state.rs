@@ -8,6 +8,7 @@ use crate::contact_history::SavedHistories;
 use crate::contacts::LoadQuanta;
 use crate::error::StepError;
 use crate::exchange::Exchange;
+use crate::films::LiquidLedger;
 use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
 use crate::particles::{ParticleRecord, Particles};
@@ -48,6 +49,8 @@ pub struct Dem {
     pub made_bonds: Vec<bool>,
     /// Ends of bonds on this rank.
     pub bond_ledger: BondLedger,
+    /// Liquid in and out on this rank.
+    pub liquid_ledger: LiquidLedger,
     /// Particles with cargo that came and went, until they are taken.
     pub passages: Passages,
     /// Time by phase.
@@ -112,6 +115,7 @@ impl Dem {
             dt_before: None,
             made_bonds: vec![false; setup.bonds.len()],
             bond_ledger: BondLedger::default(),
+            liquid_ledger: LiquidLedger::default(),
             passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
@@ -141,6 +145,9 @@ impl Dem {
             decomposition,
             setup,
         };
+        if dem.setup.catalogue.contacts.films().is_some() {
+            dem.particles.wet();
+        }
         dem.place_walls();
         let prescribed = std::mem::take(&mut dem.setup.prescribed);
         dem.prescribe(prescribed);
@@ -209,6 +216,7 @@ impl Dem {
             self.particles.half_velocity[last] = body.velocity;
         }
         self.ledger.inserted += 1;
+        self.wet_last();
         if self.particles.is_carrying() {
             self.passages.inserted.extend(self.particles.bodies.last());
         }

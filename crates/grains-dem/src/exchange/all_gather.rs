@@ -1,8 +1,8 @@
 //! The strategies that tell of all buffer particles, whoever needs them.
 
 use super::link::Link;
-use super::updates::{ExchangeStrategy, Updates, fill, take};
-use crate::particles::{Image, Particles, UPDATE_LENGTH};
+use super::updates::{ExchangeStrategy, LONGEST_UPDATE, Updates, fill, take};
+use crate::particles::{Image, Particles};
 use grains_domain::Transport;
 
 impl Updates {
@@ -44,7 +44,7 @@ impl Updates {
     fn pick(&self, k: usize, message: &[f64], links: &[Link], particles: &mut Particles) {
         for (origin, clone) in self.origins[k].iter().zip(self.filled[k].clone()) {
             let at = 1 + origin.slot as usize * self.length;
-            let mut record = [0.0; UPDATE_LENGTH];
+            let mut record = [0.0; LONGEST_UPDATE];
             record[..self.length].copy_from_slice(&message[at..at + self.length]);
             let image = links[origin.link as usize].image.opposite();
             (0..3).for_each(|a| record[a] += image.shift[a]);

@@ -3,6 +3,7 @@
 use super::link::Link;
 use super::messages::Exchange;
 use super::updates::{Origin, record_length};
+use crate::films::{BodyFilm, FILM_UPDATE_LENGTH};
 use crate::particles::{Body, CLONE_LENGTH, Particles, read_clone, write_clone};
 use grains_domain::{Direction, Transport};
 use grains_geometry::Rotation;
@@ -21,7 +22,7 @@ impl Exchange {
         self.write_clones(particles);
         transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
         let of_others =
-            self.received.iter().map(|message| message.len() / self.clone_length()).sum::<usize>();
+            self.received.iter().map(|message| message.len() / self.clone_length(particles)).sum::<usize>();
         let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
         particles.make_room(own + of_others);
         self.push_own_clones(particles);
@@ -30,8 +31,9 @@ impl Exchange {
     }
 
     /// Number of f64 that create a clone.
-    fn clone_length(&self) -> usize {
-        CLONE_LENGTH + usize::from(self.updates.gathers())
+    fn clone_length(&self, particles: &Particles) -> usize {
+        let of_film = if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 };
+        CLONE_LENGTH + of_film + usize::from(self.updates.gathers())
     }
 
     /// Writes the clones that other ranks get into their messages.
@@ -47,6 +49,7 @@ impl Exchange {
                 let orientation = particles.orientations.get(i).unwrap_or(&identity);
                 let message = &mut self.sent[peer];
                 write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.image, message);
+                message.extend(particles.films.get(i).map(BodyFilm::update).into_iter().flatten());
                 if gathers {
                     // Where the receiver finds it among all buffer particles, and by which way it came.
                     let slot = buffer.binary_search(&(i as u32)).unwrap_or(0);
@@ -68,20 +71,28 @@ impl Exchange {
                 (body.position, body.velocity) = link.image.motion_of(&body);
                 let orientation = *particles.orientations.get(i).unwrap_or(&identity);
                 particles.push_clone(particles.ids[i], body, orientation);
+                if let Some(clone) = particles.films.len().checked_sub(1) {
+                    particles.films[clone] = particles.films[i];
+                }
             }
         }
     }
 
     /// Appends the clones received from other ranks.
     fn read_clones(&mut self, particles: &mut Particles) {
-        let length = self.clone_length();
+        let length = self.clone_length(particles);
         for (k, message) in self.received.iter().enumerate() {
             let first = particles.len();
             self.updates.origins[k].clear();
             for record in message.chunks_exact(length) {
                 let (id, body, orientation) = read_clone(record);
                 particles.push_clone(id, body, orientation);
-                if let Some(&code) = record.get(CLONE_LENGTH) {
+                let mut rest = &record[CLONE_LENGTH..];
+                if let Some(film) = particles.films.last_mut() {
+                    let (update, after) = rest.split_at(FILM_UPDATE_LENGTH);
+                    (*film, rest) = (BodyFilm::of_update(update), after);
+                }
+                if let Some(&code) = rest.first() {
                     let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
                     // Its way back is one of ours, with the opposite image.
                     let back = self.links.iter().position(|l| l.direction.opposite().index() == way);
@@ -135,6 +146,9 @@ impl Exchange {
                 particles.bodies[clone] = Body { position, velocity, ..owner };
                 if turning {
                     particles.turn_to(clone, &before, particles.orientations[i]);
+                }
+                if particles.is_wet() {
+                    particles.films[clone] = particles.films[i];
                 }
             }
         }

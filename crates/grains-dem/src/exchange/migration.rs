@@ -3,6 +3,7 @@
 use super::messages::Exchange;
 use crate::contact_history::SavedHistories;
 use crate::error::{StepError, vector};
+use crate::films::{BodyFilm, FILM_LENGTH};
 use crate::particles::{Body, CARGO_LENGTH, Cargo, ParticleRecord, Particles};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -11,8 +12,8 @@ use grains_geometry::Vec3;
 pub(crate) struct Migration {
     /// Indices of the particles now owned here.
     pub(crate) stays: Vec<u32>,
-    /// How many left the box through an outlet.
-    pub(crate) left: u64,
+    /// Those that left the box through an outlet; they are there until particles are sorted.
+    pub(crate) left: Vec<u32>,
     /// How many ends of bonds they had.
     pub(crate) bonds_left: u64,
     /// Those of them that carried something.
@@ -34,7 +35,7 @@ impl Exchange {
         particles.drop_clones();
         let mut stays = Vec::new();
         self.sent.iter_mut().for_each(Vec::clear);
-        let (mut failure, mut left, mut bonds_left, mut carriers_left) = (None, 0, 0, Vec::new());
+        let (mut failure, mut left, mut bonds_left, mut carriers_left) = (None, Vec::new(), 0, Vec::new());
         for i in 0..particles.owned {
             match self.destination(particles, i) {
                 Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
@@ -42,12 +43,14 @@ impl Exchange {
                     Ok(peer) => {
                         particles.record(i).write(&mut self.sent[peer]);
                         self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
+                        self.sent[peer]
+                            .extend(particles.films.get(i).map(BodyFilm::numbers).into_iter().flatten());
                         histories.write(i, &mut self.sent[peer]);
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
                 },
                 Ok(None) => {
-                    left += 1;
+                    left.push(i as u32);
                     bonds_left += histories.bonds.row(i).len() as u64;
                     carriers_left.extend(particles.cargo.get(i).map(|cargo| (particles.bodies[i], *cargo)));
                 }
@@ -67,6 +70,11 @@ impl Exchange {
                 if let Some(cargo) = particles.cargo.last_mut() {
                     let (mine, others) = rest.split_at(CARGO_LENGTH);
                     cargo.copy_from_slice(mine);
+                    rest = others;
+                }
+                if let Some(film) = particles.films.last_mut() {
+                    let (mine, others) = rest.split_at(FILM_LENGTH);
+                    *film = BodyFilm::from_numbers(std::array::from_fn(|k| mine[k]));
                     rest = others;
                 }
                 rest = histories.read(rest);

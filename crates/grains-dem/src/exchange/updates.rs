@@ -13,6 +13,7 @@
 //! Persistent requests are started before the contacts and waited for after those that need no clone.
 
 use super::link::Link;
+use crate::films::{BodyFilm, FILM_UPDATE_LENGTH};
 use crate::memory_use::heap_bytes;
 use crate::particles::{
     Image, Particles, SPHERE_UPDATE_LENGTH, UPDATE_LENGTH, clone_update, read_motion, read_orientation,
@@ -185,8 +186,16 @@ fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Image)> {
 
 /// Numbers that tell of a clone.
 pub(crate) fn record_length(particles: &Particles) -> usize {
+    motion_length(particles) + if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 }
+}
+
+/// Those of them that tell of its motion; its film follows.
+fn motion_length(particles: &Particles) -> usize {
     if particles.has_orientations() { UPDATE_LENGTH } else { SPHERE_UPDATE_LENGTH }
 }
+
+/// Largest number of numbers that tell of a clone.
+pub(super) const LONGEST_UPDATE: usize = UPDATE_LENGTH + FILM_UPDATE_LENGTH;
 
 /// Writes the updates of particles into a message.
 pub(super) fn fill(
@@ -195,11 +204,15 @@ pub(super) fn fill(
     particles: &Particles,
     whom: impl Iterator<Item = (u32, Image)>,
 ) {
-    let identity = Rotation::identity();
+    let (identity, of_motion) = (Rotation::identity(), motion_length(particles));
     for (record, (i, image)) in message.chunks_exact_mut(length).zip(whom) {
         let i = i as usize;
         let orientation = particles.orientations.get(i).unwrap_or(&identity);
-        record.copy_from_slice(&clone_update(&particles.bodies[i], orientation, &image)[..length]);
+        let motion = clone_update(&particles.bodies[i], orientation, &image);
+        record[..of_motion].copy_from_slice(&motion[..of_motion]);
+        if let Some(film) = particles.films.get(i) {
+            record[of_motion..].copy_from_slice(&film.update());
+        }
     }
 }
 
@@ -214,7 +227,11 @@ fn take_all(message: &[f64], length: usize, clones: Range<usize>, particles: &mu
 pub(super) fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
     let before = particles.bodies[clone].position;
     read_motion(&mut particles.bodies[clone], record);
-    if record.len() == UPDATE_LENGTH {
+    if particles.has_orientations() {
         particles.turn_to(clone, &before, read_orientation(record));
+    }
+    let of_motion = motion_length(particles);
+    if let Some(film) = particles.films.get_mut(clone) {
+        *film = BodyFilm::of_update(&record[of_motion..]);
     }
 }

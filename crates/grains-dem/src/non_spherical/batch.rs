@@ -93,7 +93,7 @@ impl PointBatch {
         (place, found): (usize, &PartContact),
         [a, b]: [&Body; 2],
         poses: &[Pose; 2],
-        history: &ContactHistory,
+        (history, films): (&ContactHistory, f64),
         catalogue: &Catalogue,
     ) {
         if self.batch.len == 0 {
@@ -109,6 +109,7 @@ impl PointBatch {
         self.batch.columns.set(self.batch.len, &point, inverse_mass, [radius, effective_radius]);
         self.batch.push(place as u32, &history.tangential_displacement);
         self.batch.set_law_history(&history.law);
+        self.batch.set_films(films);
     }
 
     /// Finds the loads of all contacts taken, hands each to `visit` with its pair and the overlap over the smaller

@@ -6,11 +6,14 @@ use super::found::{Contacts, Found};
 use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, ContactTable};
 use crate::contact_history::ContactHistory;
-use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts};
+use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, either};
+use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
+use grains_contact::PreparedLaw;
+use grains_geometry::DepthNorm;
 use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
@@ -28,6 +31,7 @@ pub(crate) fn add_forces(
     while start < pairs.len() {
         let group = start..end_of_group(pairs, start);
         start = group.end;
+        let mut bridge = bridge_of(&pairs[group.clone()], histories, particles);
         if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], histories, catalogue, found) {
             pass.statistics.error = Some(error);
             continue;
@@ -35,20 +39,30 @@ pub(crate) fn add_forces(
         let pair = pairs[group.start];
         let (a, b) = (pair.a as usize, pair.b as usize);
         match &found.items[..] {
-            [] => {}
+            [] => {
+                if bridge != 0.0 {
+                    let (contacts, law) = law_of(particles, [a, b], catalogue);
+                    let bodies = (a, Partner::Particle(b));
+                    end_bridge(particles, bodies, (law, contacts), (&mut bridge, pass.liquid));
+                }
+            }
             [item] if found.footprint(item).is_none() => {
                 if !batch.has_room_for([a, b].map(|i| &particles.bodies[i])) {
                     finish(batch, (pairs, histories), particles, pass);
                 }
+                let films = follow(&mut bridge, -item.contact.overlap, [a, b], particles, pass);
                 let bodies = [a, b].map(|i| &particles.bodies[i]);
                 let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
                 let place = group.start + item.place;
                 let history = histories.of(&mut pairs[place]);
                 history.torsional_angle = 0.0;
+                if particles.is_wet() {
+                    history.law.bridge = bridge;
+                }
                 pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
-                batch.take((place, &item.contact), bodies, &poses, history, catalogue);
+                batch.take((place, &item.contact), bodies, &poses, (history, films), catalogue);
             }
-            _ => add_contacts(particles, (&mut pairs[group], histories, found), pass),
+            _ => add_contacts(particles, (&mut pairs[group], histories, found), &mut bridge, pass),
         }
     }
     finish(batch, (pairs, histories), particles, pass);
@@ -72,10 +86,18 @@ fn finish(
 fn add_contacts(
     particles: &mut Particles,
     (group, histories, found): (&mut [PartPair], &mut Histories, &Contacts),
+    bridge: &mut f64,
     pass: &mut ContactPass,
 ) {
     let (a, b) = (group[0].a as usize, group[0].b as usize);
-    let (catalogue, quanta, dt) = (pass.catalogue, &pass.quanta, pass.dt);
+    let (catalogue, quanta, dt) = (pass.catalogue, pass.quanta, pass.dt);
+    let films = match particles.is_wet() {
+        true => {
+            let depth = DepthNorm::of(found.items.iter().map(|item| item.contact.overlap)).depth;
+            follow(bridge, -depth, [a, b], particles, pass)
+        }
+        false => 0.0,
+    };
     let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
     let bodies = [a, b].map(|i| &particles.bodies[i]);
     let prepared = catalogue.contacts.prepared(bodies[0].kind.material, bodies[1].kind.material);
@@ -90,8 +112,12 @@ fn add_contacts(
         mass: 1.0 / (inverse(0) + inverse(1)),
         effective_radius: catalogue.effective_radius(bodies, prepared),
         dt,
+        films,
     };
-    let kept = several.kept(found.items.iter().map(|item| histories.of(&mut group[item.place]).law));
+    let mut kept = several.kept(found.items.iter().map(|item| histories.of(&mut group[item.place]).law));
+    if particles.is_wet() {
+        kept[1] = *bridge;
+    }
     let wound = several.wound(found.items.iter().map(|item| {
         let wound = kept_by(histories.of(&mut group[item.place])).wound();
         (item.contact.overlap, patch(item), wound)
@@ -116,10 +142,47 @@ fn add_contacts(
         if several.is_one() {
             kept.begin_with(&wound);
         }
-        let loads = several.loads(&point, patch, &law, kept, quanta);
+        let loads = several.loads(&point, patch, &law, kept, &quanta);
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
     pass.statistics.note(deepest / radius, || overlapping(particles, &group[0], catalogue));
+}
+
+/// The law of two bodies, in the table of all.
+fn law_of<'a>(
+    particles: &Particles,
+    bodies: [usize; 2],
+    catalogue: &'a Catalogue,
+) -> (&'a ContactTable, &'a PreparedLaw) {
+    let [m, n] = bodies.map(|i| particles.bodies[i].kind.material);
+    (&catalogue.contacts, catalogue.contacts.prepared(m, n))
+}
+
+/// The bridge of two bodies whose liquid came from films: all their contacts have the same.
+fn bridge_of(group: &[PartPair], histories: &Histories, particles: &Particles) -> f64 {
+    match particles.is_wet() {
+        true => group.iter().fold(0.0, |bridge, pair| either(bridge, histories.law_of(pair).bridge)),
+        false => 0.0,
+    }
+}
+
+/// Lets the bridge of two bodies form or break at a gap (m), if films feed it; returns the thicknesses of their films (m).
+fn follow(
+    bridge: &mut f64,
+    gap: f64,
+    [a, b]: [usize; 2],
+    particles: &mut Particles,
+    pass: &mut ContactPass,
+) -> f64 {
+    if !particles.is_wet() {
+        return 0.0;
+    }
+    let catalogue = pass.catalogue;
+    let (contacts, law) = law_of(particles, [a, b], catalogue);
+    let radii = [a, b].map(|i| catalogue.contact_radius(&particles.bodies[i], law));
+    let solid = [a, b].map(|i| catalogue.solid_radius(&particles.bodies[i]));
+    let (pair, of_law) = ((a, Partner::Particle(b)), (law, contacts));
+    follow_bridge(particles, pair, of_law, (gap, radii, solid), (bridge, pass.liquid))
 }
 
 fn kept_by(history: &mut ContactHistory) -> Kept<'_> {

@@ -1,6 +1,6 @@
 //! Pairs of parts that may touch, and the history of those that touch.
 
-use crate::contact_history::ContactHistory;
+use crate::contact_history::{ContactHistory, LawHistory};
 use grains_geometry::Vec3;
 
 /// A pair of parts that may touch; `a` is the particle of lower id.
@@ -63,6 +63,11 @@ impl Histories {
             pair.separated_until = 0.0;
         }
         &mut self.items[pair.history as usize]
+    }
+
+    /// What the law keeps of a pair, if it touched.
+    pub(super) fn law_of(&self, pair: &PartPair) -> LawHistory {
+        self.items.get(pair.history as usize).map_or_else(LawHistory::default, |history| history.law)
     }
 
     /// Forgets a pair that is apart.

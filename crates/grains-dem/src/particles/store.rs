@@ -2,6 +2,7 @@
 
 use super::body::{Body, CARGO_LENGTH, Cargo, Load};
 use super::record::ParticleRecord;
+use crate::films::BodyFilm;
 use crate::memory_use::heap_bytes;
 use crate::rotation::frame;
 use grains_geometry::{Mat3, Rotation, Vec3};
@@ -33,12 +34,15 @@ pub struct Particles {
     pub sides: Vec<u32>,
     /// What a coupling lets particles carry, owned; empty unless [`Particles::carry`] was called.
     pub cargo: Vec<Cargo>,
+    /// Liquid, owned and clones; empty unless [`Particles::wet`] was called.
+    pub films: Vec<BodyFilm>,
     /// Identities of those of prescribed motion, motion by motion.
     pub(crate) prescribed_ids: Vec<Range<u64>>,
     /// Sum of F ⊗ (x_a − x_b) over the contacts of the step (N m), those with clones by half; if it is asked for.
     pub(crate) virial: Option<Mat3>,
     has_orientations: bool,
     carrying: bool,
+    is_wet: bool,
 }
 
 impl Particles {
@@ -50,7 +54,7 @@ impl Particles {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
         let Self { bodies, ids, orientations, frames, path_length, .. } = self;
-        let Self { loads, half_velocity, half_spin, sides, cargo, .. } = self;
+        let Self { loads, half_velocity, half_spin, sides, cargo, films, .. } = self;
         let shared = heap_bytes(bodies)
             + heap_bytes(ids)
             + heap_bytes(orientations)
@@ -62,6 +66,7 @@ impl Particles {
             + heap_bytes(half_spin)
             + heap_bytes(sides)
             + heap_bytes(cargo)
+            + heap_bytes(films)
     }
 
     /// Whether this rank holds no particle.
@@ -76,6 +81,7 @@ impl Particles {
         self.orientations.truncate(self.owned);
         self.frames.truncate(self.owned);
         self.path_length.truncate(self.owned);
+        self.films.truncate(self.owned);
     }
 
     /// Particles without orientation if all shapes are spheres.
@@ -89,6 +95,19 @@ impl Particles {
     pub fn carry(&mut self) {
         self.carrying = true;
         self.cargo.resize(self.owned, [0.0; CARGO_LENGTH]);
+    }
+
+    /// Lets every particle, also those to come, carry a film of liquid; dry until somebody wets it.
+    ///
+    /// All ranks must do so before there are any.
+    pub fn wet(&mut self) {
+        self.is_wet = true;
+    }
+
+    /// Whether particles carry films of liquid.
+    #[inline(always)]
+    pub fn is_wet(&self) -> bool {
+        self.is_wet
     }
 
     /// Whether particles have orientations, as some are not spheres.
@@ -124,6 +143,9 @@ impl Particles {
             self.frames.reserve_exact(clones);
             self.path_length.reserve_exact(clones);
         }
+        if self.is_wet {
+            self.films.reserve_exact(clones);
+        }
     }
 
     /// Appends a clone.
@@ -134,6 +156,9 @@ impl Particles {
             self.orientations.push(orientation);
             self.frames.push(frame(&orientation));
             self.path_length.push(0.0);
+        }
+        if self.is_wet {
+            self.films.push(BodyFilm::default());
         }
     }
 
@@ -153,6 +178,11 @@ impl Particles {
         self.path_length[i] += (body.position - before).norm() + 2.5 * body.radius * turned;
         self.orientations[i] = orientation;
         self.frames[i] = frame(&orientation);
+    }
+
+    /// Ends a step of the films.
+    pub(crate) fn settle_films(&mut self) {
+        self.films.iter_mut().take(self.owned).for_each(BodyFilm::settle);
     }
 
     /// The packed form of an owned particle.
@@ -182,6 +212,9 @@ impl Particles {
         permute(&mut self.sides, order);
         if self.carrying {
             permute(&mut self.cargo, order);
+        }
+        if self.is_wet {
+            permute(&mut self.films, order);
         }
         self.owned = order.len();
     }

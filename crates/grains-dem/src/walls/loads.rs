@@ -10,11 +10,12 @@ use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
 use crate::contacts::{
-    ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, Wound,
+    ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, Wound, either,
 };
+use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
-use grains_geometry::{GjkError, Vec3};
+use grains_geometry::{DepthNorm, GjkError, Vec3};
 use std::ops::Range;
 
 /// Adds the loads of all wall contacts to particles and walls.
@@ -64,8 +65,14 @@ fn add_sphere(
         hand_over_history((&mut pairs[group.clone()], laws), normal, scene);
     }
     let materials = [body.kind.material, scene.walls[first.wall as usize].material];
+    let law = || catalogue.contacts.prepared(materials[0], materials[1]);
+    let bodies = (first.particle as usize, Partner::Wall(materials[1]));
     for k in group.clone() {
         let Some(touch) = list.touching_spheres[k - group.start] else {
+            if let Some(history) = list.laws.get_mut(k).filter(|law| law.bridge != 0.0) {
+                let of_law = (law(), &catalogue.contacts);
+                end_bridge(particles, bodies, of_law, (&mut history.bridge, pass.liquid));
+            }
             list.forget(k);
             continue;
         };
@@ -74,8 +81,13 @@ fn add_sphere(
         if !batch.has_room_for(materials) {
             batch.finish(particles, (pairs, laws), (scene, sums), pass);
         }
-        let law = catalogue.contacts.prepared(materials[0], materials[1]);
-        batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law));
+        let (law, mut films) = (law(), 0.0);
+        if let Some(history) = laws.get_mut(k).filter(|_| particles.is_wet()) {
+            let place = (-touch.overlap, [body.radius, f64::INFINITY], [body.radius; 2]);
+            let of_law = (law, &catalogue.contacts);
+            films = follow_bridge(particles, bodies, of_law, place, (&mut history.bridge, pass.liquid));
+        }
+        batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law, films));
     }
     Ok(())
 }
@@ -90,6 +102,8 @@ fn add_body(
     let catalogue = pass.catalogue;
     find_contacts(particles, list, group.clone(), scene, catalogue)?;
     let parts = touching_parts(list, group.clone(), scene);
+    let mut bridge = bridge_of(list, group.clone(), particles);
+    let films = follow(&mut bridge, parts, (list, group.clone()), (particles, scene), pass);
     if parts == 0 {
         group.for_each(|k| list.forget(k));
         return Ok(());
@@ -100,11 +114,14 @@ fn add_body(
     let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
     let inverse_inertia = catalogue.inverse_inertia([body], law);
     let effective_radius = catalogue.contact_radius(body, law);
-    let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt };
+    let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt, films };
     let touching = (first, &list.touching[..], parts);
     let several = together(particles, touching, &center, (&mut law, scene), catalogue);
     let laws = list.laws.get(group.clone()).unwrap_or_default().iter();
-    let kept = several.is_one().then(|| several.kept(laws.copied()));
+    let mut kept = several.is_one().then(|| several.kept(laws.copied()));
+    if let Some(kept) = kept.as_mut().filter(|_| particles.is_wet()) {
+        kept[1] = bridge;
+    }
     let wound = wound(&several, list, group.clone());
     for k in group.clone() {
         let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
@@ -124,6 +141,42 @@ fn add_body(
         }
     }
     Ok(())
+}
+
+/// The bridge of a body and a surface whose liquid came from films: all their contacts have the same.
+fn bridge_of(list: &WallList, group: Range<usize>, particles: &Particles) -> f64 {
+    let laws = list.laws.get(group).filter(|_| particles.is_wet()).unwrap_or_default();
+    laws.iter().fold(0.0, |bridge, law| either(bridge, law.bridge))
+}
+
+/// Lets the bridge of a body and a surface form or break, if films feed it; returns the thicknesses of the films (m).
+fn follow(
+    bridge: &mut f64,
+    parts: usize,
+    (list, group): (&WallList, Range<usize>),
+    (particles, scene): (&mut Particles, &WallScene),
+    pass: &mut ContactPass,
+) -> f64 {
+    if !particles.is_wet() {
+        return 0.0;
+    }
+    let first = &list.pairs[group.start];
+    let (i, wall) = (first.particle as usize, scene.walls[first.wall as usize].material);
+    let (catalogue, body) = (pass.catalogue, &particles.bodies[i]);
+    let bodies = (i, Partner::Wall(wall));
+    if parts == 0 && *bridge == 0.0 {
+        return 0.0;
+    }
+    let law = catalogue.contacts.prepared(body.kind.material, wall);
+    let of_law = (law, &catalogue.contacts);
+    if parts == 0 {
+        end_bridge(particles, bodies, of_law, (bridge, pass.liquid));
+        return 0.0;
+    }
+    let depth = DepthNorm::of(list.touching.iter().flatten().map(|contact| contact.overlap)).depth;
+    let radii = [catalogue.contact_radius(body, law), f64::INFINITY];
+    let place = (-depth, radii, [catalogue.solid_radius(body); 2]);
+    follow_bridge(particles, bodies, of_law, place, (bridge, pass.liquid))
 }
 
 /// What the contacts of a particle with one surface have wound up together.

@@ -83,7 +83,7 @@ impl SphereBatch {
         (body, center): (&Body, &Vec3),
         touch: &SphereTouch,
         scene: &WallScene,
-        (materials, law): ([u16; 2], &PreparedLaw),
+        (materials, law, films): ([u16; 2], &PreparedLaw, f64),
     ) {
         if self.batch.len == 0 {
             (self.materials, self.law) = (materials, Some(*law));
@@ -102,6 +102,7 @@ impl SphereBatch {
         self.batch.push(place as u32, &pair.tangential_displacement);
         if let Some(history) = history {
             self.batch.set_law_history(history);
+            self.batch.set_films(films);
         }
     }
 

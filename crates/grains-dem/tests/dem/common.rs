@@ -2,8 +2,8 @@
 
 use grains_contact::{ContactLaw, Rolling, Tangential};
 use grains_dem::{
-    Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FlowPlane, Kind, Motion, NewParticle,
-    ParticleRecord, Skin, StepParameters, Surface, Wall,
+    BodyFilm, Catalogue, CollisionModel, ContactTable, Dem, DemSetup, FILM_LENGTH, FlowPlane, Kind,
+    LiquidLedger, Motion, NewParticle, ParticleRecord, Skin, StepParameters, Surface, Wall,
 };
 use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{Lobes, RegularSolid, Rotation, Shape, Spacing, SphereArrangement, Vec3};
@@ -34,6 +34,8 @@ pub fn state_of(dem: &Dem) -> State {
         let mut history: Bits = history.iter().map(|x| x.to_bits()).collect();
         history.sort_unstable();
         bits.extend(history);
+        let film = dem.particles.films.get(i).map(BodyFilm::numbers);
+        bits.extend(film.into_iter().flatten().map(f64::to_bits));
         state.push((record.id, bits));
     }
     state
@@ -108,9 +110,7 @@ impl Scene {
             dem.refresh(&transport).unwrap();
             Stopped::of(&dem)
         });
-        let made_bonds = parts[0].made_bonds.clone();
-        let particles = parts.into_iter().flat_map(|part| part.particles).collect();
-        Stopped { particles, made_bonds, step: steps }
+        Stopped::joined(parts)
     }
 
     /// Runs some more steps on a grid of ranks.
@@ -136,24 +136,45 @@ impl Scene {
         prepare(&mut dem);
         dem.resume_at(from.step);
         dem.made_bonds.clone_from(&from.made_bonds);
-        for (record, history) in &from.particles {
+        for (k, (record, history)) in from.particles.iter().enumerate() {
             if dem.owns(&record.body.position) {
                 dem.restore(record, history);
+                if let Some(film) = from.films.get(k) {
+                    dem.restore_film(Some(*film));
+                }
             }
+        }
+        if rank == 0 {
+            dem.liquid_ledger = LiquidLedger::from_numbers(from.liquid);
         }
         dem.announce_insertion();
         dem
     }
 }
 
-/// What a run continues from: particles with the history of their contacts, kinds of bonds made, steps done.
+/// What a run continues from: particles with the history of their contacts and their films, the ledger of liquid, kinds of bonds
+/// made, steps done.
 pub struct Stopped {
     pub particles: Vec<(ParticleRecord, Vec<f64>)>,
+    pub films: Vec<[f64; FILM_LENGTH]>,
+    pub liquid: [u128; 6],
     pub made_bonds: Vec<bool>,
     pub step: u64,
 }
 
 impl Stopped {
+    /// That of all ranks.
+    pub fn joined(parts: Vec<Self>) -> Self {
+        let mut parts = parts.into_iter();
+        let mut all = parts.next().unwrap();
+        for part in parts {
+            all.particles.extend(part.particles);
+            all.films.extend(part.films);
+            all.liquid.iter_mut().zip(part.liquid).for_each(|(sum, own)| *sum += own);
+        }
+        all
+    }
+
     /// That of a system whose lists are fresh.
     pub fn of(dem: &Dem) -> Self {
         let (lengths, packed) = dem.packed_history();
@@ -164,7 +185,16 @@ impl Stopped {
             (dem.saved_record(i), own.to_vec())
         };
         let particles = lengths.iter().enumerate().map(row).collect();
-        Self { particles, made_bonds: dem.made_bonds.clone(), step: dem.step }
+        Self {
+            particles,
+            films: dem.particles.films[..dem.particles.films.len().min(dem.particles.owned)]
+                .iter()
+                .map(BodyFilm::numbers)
+                .collect(),
+            liquid: dem.liquid_ledger.numbers(),
+            made_bonds: dem.made_bonds.clone(),
+            step: dem.step,
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod cargo;
 mod common;
 mod contact_patches;
 mod failures;
+mod films;
 mod hard;
 mod impact;
 mod laws;

@@ -102,7 +102,7 @@ impl ParticleReport {
             open_faces,
             interaction_range: setup.interaction_range(),
             collisions: setup.collisions,
-            laws: LawReport::of_all(case, setup, &step),
+            laws: LawReport::of_all(case, setup, insertions.kinds(), &step),
             max_overlap: step.encounters.iter().map(overlap).fold(0.0, f64::max),
             step_without_fines: recommended_without_fines(case, catalogue, insertions.kinds()),
             weight_in_quanta: system::quanta_of_weight(case, setup, insertions.kinds()),

@@ -92,12 +92,36 @@ pub(super) fn odd_bridges(s: &Setting) -> Vec<Remark> {
     /// Volumes over R³ of the fits (-).
     const KNOWN: [f64; 2] = [1e-5, 0.1];
     let odd = s.laws.iter().filter_map(|law| law.bridge_volume).find(|v| !(KNOWN[0]..=KNOWN[1]).contains(v));
-    let is_bridge = |c: &grains_case::Contact| matches!(c.attraction, Attraction::LiquidBridge { .. });
+    let is_bridge = |c: &grains_case::Contact| {
+        matches!(c.attraction, Attraction::LiquidBridge { .. } | Attraction::FilmBridge { .. })
+    };
     let place = s.case.contacts.iter().position(is_bridge);
     let (Some(volume), Some(place)) = (odd, place) else { return Vec::new() };
     let message = format!(
         "{volume:.1e} of the cube of the radius of the smallest bodies, outside {:.0e} to {}, for which the force of bridges is known: check the unit (m3; a microlitre is 1e-9)",
         KNOWN[0], KNOWN[1]
     );
-    vec![(format!("contact[{place}].attraction.volume"), message)]
+    let key = match s.case.contacts[place].attraction {
+        Attraction::FilmBridge { .. } => "kind",
+        _ => "volume",
+    };
+    vec![(format!("contact[{place}].attraction.{key}"), message)]
+}
+
+/// Films that no bridge takes from.
+pub(super) fn films_without_effect(s: &Setting) -> Vec<Remark> {
+    let is_fed = |material: usize| {
+        let mut contacts = s.case.contacts.iter();
+        contacts
+            .any(|c| c.between.contains(&material) && matches!(c.attraction, Attraction::FilmBridge { .. }))
+    };
+    let wet = s.case.materials.iter().enumerate().filter(|(_, material)| material.film.is_some());
+    let remark = |(k, material): (usize, &Material)| {
+        let message = format!(
+            "without effect: no contact of \"{}\" has bridges that take liquid from it; set attraction = {{ kind = \"film_bridge\", surface_tension = ... }} in its [[contact]]",
+            material.name
+        );
+        (format!("material[{k}].film"), message)
+    };
+    wet.filter(|(k, _)| !is_fed(*k)).map(remark).collect()
 }
