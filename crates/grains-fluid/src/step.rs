@@ -2,7 +2,7 @@
 
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
-use crate::flow::{Drive, Flow, Immersed, StepReport, close_faces};
+use crate::flow::{Drive, Flow, Immersed, March, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
     Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, advance_outlets,
@@ -68,9 +68,10 @@ impl Flow {
         Ok(StepReport { dt, solve })
     }
 
-    /// Adams–Bashforth weights of the new and the old explicit terms.
+    /// Adams–Bashforth weights of the new and the old explicit terms; in pseudo-time those of Euler.
     fn weights(&self, dt: f64) -> [f64; 2] {
-        let ratio = if self.state.last_dt > 0.0 { dt / self.state.last_dt } else { 0.0 };
+        let has_last = self.state.last_dt > 0.0 && self.march == March::Time;
+        let ratio = if has_last { dt / self.state.last_dt } else { 0.0 };
         [1.0 + 0.5 * ratio, -0.5 * ratio]
     }
 
@@ -191,7 +192,13 @@ impl Flow {
         let viscosity = self.setup.viscosity / self.setup.density;
         let diagonal = match &self.mixture {
             Some(mixture) => mixture.diagonal(dt, viscosity),
-            None => MomentumDiagonal { inverse: None, dt, void_fraction: None, viscosity },
+            None => MomentumDiagonal {
+                inverse: None,
+                dt,
+                void_fraction: None,
+                viscosity,
+                carrier: (self.march == March::PseudoTime).then_some(&self.state.velocity),
+            },
         };
         let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         imposed_increments(&self.local, &self.boundary_data, diagonal, is_implicit, &mut self.increments);

@@ -173,7 +173,7 @@ fn min_seconds(case: &Case) -> Option<f64> {
     let resolved = case.resolved();
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
         Some(_) => fluid.cfl * narrowest(case, fluid) / case.time.impact_speed,
-        None => fluid.cfl / fastest(case, fluid).rate,
+        None => fluid.largest_cfl() / fastest(case, fluid).rate,
     };
     let step = match case.time.dt {
         TimeStep::Seconds(dt) if resolved.is_none() || case.holds_particles() => dt,
@@ -238,7 +238,7 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
 fn limited_step(case: &Case, fluid: &Fluid, void_fraction: f64) -> FluidStep {
     let (longest, fastest) = (max_dt(case, fluid), fastest(case, fluid));
-    let at_inlet = fluid.cfl / fastest.rate;
+    let at_inlet = fluid.largest_cfl() / fastest.rate;
     let between = void_fraction * at_inlet;
     let by_flow = FluidStepLimit::Imposed { speed: fastest.speed };
     let (max, limit) =
