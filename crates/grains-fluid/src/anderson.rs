@@ -214,7 +214,9 @@ impl Flow {
             let extrapolated = extrapolated.component_mut(component);
             held[component].near.iter().for_each(|&p| extrapolated[p as usize] = velocity[p as usize]);
         }
-        self.synchronise(transport);
+        let depth = self.layers_of_step();
+        self.refresh_velocity(depth, transport);
+        self.refresh_pressure(transport);
         self.refresh_extrapolated(transport);
     }
 }

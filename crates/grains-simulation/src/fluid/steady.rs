@@ -77,7 +77,10 @@ impl Steady {
             self.known.pop_front();
         }
         self.unsettled = unsettled(self.known.make_contiguous());
-        if !self.is_settled() {
+        if self.is_settled() {
+            // Nothing is combined any more, and what is written needs the room.
+            self.acceleration = Anderson::new(self.given.history as usize);
+        } else {
             self.acceleration.combine(flow, dt, transport);
         }
     }

@@ -23,6 +23,9 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 const BYTES: [[f64; 2]; 6] =
     [[105.0, 97.0], [240.0, 285.0], [60.0, 0.0], [0.0, 360.0], [0.0, 87.0], [60.0, 187.0]];
 
+/// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
+const BYTES_OF_STEADY: f64 = 10.0;
+
 /// The fluid of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FluidReport {
@@ -232,7 +235,9 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.resolved.is_some(),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
-    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum()
+    let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
+    let of_steady = cells * BYTES_OF_STEADY * history;
+    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>() + of_steady
 }
 
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
