@@ -133,7 +133,7 @@ impl Anderson {
         }
         transport.sum(&mut sums);
         let size = sums[0].sqrt();
-        if !(size <= LOST * self.smallest) {
+        if size.is_nan() || size > LOST * self.smallest {
             (self.count, self.smallest) = (0, size);
             return Vec::new();
         }
