@@ -5,6 +5,7 @@ mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
 mod resolved;
+mod steady;
 mod walls;
 
 use common::results::{checkpoints, series};

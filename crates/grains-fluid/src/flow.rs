@@ -126,6 +126,25 @@ impl FlowSetup {
     }
 }
 
+/// What steps are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum March {
+    /// The flow over time, of second order.
+    #[default]
+    Time,
+    /// A steady flow, the same one: advection is implicit too, by upwind differences of the change alone (Euler).
+    PseudoTime,
+}
+
+/// Places of own faces that bodies hold, of one component.
+#[derive(Clone, Debug, Default)]
+pub struct HeldFaces {
+    /// Those that have the velocity of the body.
+    pub deep: Vec<u32>,
+    /// Those next to its surface, with velocities that follow the fluid's.
+    pub near: Vec<u32>,
+}
+
 /// Rigid bodies in the fluid, as its steps see them.
 #[derive(Clone, Debug)]
 pub struct Immersed {
@@ -139,6 +158,8 @@ pub struct Immersed {
     /// Places of own cells inside walls, if there are walls that move: no pressure makes up for what flows into them where such a
     /// wall meets the end of the box.
     pub sealed: Option<Vec<u32>>,
+    /// Faces that bodies at rest hold, per component; empty where the flow marches in time.
+    pub held: [HeldFaces; 3],
 }
 
 impl Immersed {
@@ -150,7 +171,8 @@ impl Immersed {
 
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
-        Self { force: Faces::new(layout), extrapolated: None, passing: None, sealed: None }
+        let force = Faces::new(layout);
+        Self { force, extrapolated: None, passing: None, sealed: None, held: Default::default() }
     }
 }
 
@@ -194,6 +216,8 @@ pub struct Flow {
     pub mixture: Option<Mixture>,
     /// Rigid bodies whose velocity is imposed on the fluid.
     pub immersed: Option<Immersed>,
+    /// What steps are for.
+    pub march: March,
     /// Time spent per phase of the step.
     pub clock: Clock,
     pub(crate) local: Local,
@@ -243,6 +267,7 @@ impl Flow {
             },
             mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
             immersed: None,
+            march: March::Time,
             clock: Clock::default(),
             boundary_data,
             halo: Halo::new(&setup.grid, &setup.partition, layout),

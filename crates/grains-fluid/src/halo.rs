@@ -43,27 +43,32 @@ impl Halo {
 
     /// Fills the halos of all fields from the owners; sides without a neighbour stay as they are.
     pub fn fill(&mut self, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+        self.fill_to(self.layout.halo, fields, transport);
+    }
+
+    /// The same for so many layers next to the own cells alone.
+    pub fn fill_to(&mut self, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
         for a in 0..3 {
-            self.fill_axis(a, fields, transport);
+            self.fill_axis(a, depth.min(self.layout.halo), fields, transport);
         }
     }
 
-    fn fill_axis(&mut self, axis: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    fn fill_axis(&mut self, axis: usize, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
         let (layout, own) = (self.layout, self.own);
         let (n, h) = (layout.cells[axis], layout.halo);
         let exchange = &mut self.axes[axis];
         // Own slabs next to the faces leave, layers 0..h count in array places.
-        let inner = |side: usize| if side == 0 { h } else { n };
-        let outer = |side: usize| if side == 0 { 0 } else { n + h };
-        exchange.pack(layout, axis, fields, inner);
+        let inner = |side: usize| if side == 0 { h } else { n + h - depth };
+        let outer = |side: usize| if side == 0 { h - depth } else { n + h };
+        exchange.pack(layout, (axis, depth), fields, inner);
         exchange.communicate(transport);
-        exchange.unpack(layout, axis, fields, outer, |to, from| to.copy_from_slice(from));
+        exchange.unpack(layout, (axis, depth), fields, outer, |to, from| to.copy_from_slice(from));
         if exchange.neighbours.contains(&Some(own)) {
             for field in fields.iter_mut() {
-                for layer in 0..h {
+                for layer in 0..depth {
                     // A subdomain thinner than the halo repeats itself.
-                    let low = (layer as isize - h as isize).rem_euclid(n as isize) as usize;
-                    copy_layer(layout, axis, field, h + low, layer);
+                    let low = (-1 - layer as isize).rem_euclid(n as isize) as usize;
+                    copy_layer(layout, axis, field, h + low, h - 1 - layer);
                     copy_layer(layout, axis, field, h + layer % n, n + h + layer);
                 }
             }
@@ -84,9 +89,9 @@ impl Halo {
         let exchange = &mut self.axes[axis];
         let inner = |side: usize| if side == 0 { h } else { n };
         let outer = |side: usize| if side == 0 { 0 } else { n + h };
-        exchange.pack(layout, axis, fields, outer);
+        exchange.pack(layout, (axis, h), fields, outer);
         exchange.communicate(transport);
-        exchange.unpack(layout, axis, fields, inner, |to, from| {
+        exchange.unpack(layout, (axis, h), fields, inner, |to, from| {
             to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
         });
         for side in 0..2 {
@@ -106,15 +111,15 @@ impl AxisExchange {
     fn pack(
         &mut self,
         layout: Layout,
-        axis: usize,
+        (axis, depth): (usize, usize),
         fields: &mut [&mut [f64]],
         first: impl Fn(usize) -> usize,
     ) {
-        let size = layout.len() / layout.dims()[axis] * layout.halo * fields.len();
+        let size = layout.len() / layout.dims()[axis] * depth * fields.len();
         for (message, &side) in self.sent.iter_mut().zip(&self.leaves) {
             message.clear();
             for field in fields.iter() {
-                for_runs(layout, axis, first(side), layout.halo, |run| {
+                for_runs(layout, axis, first(side), depth, |run| {
                     message.extend_from_slice(&field[run]);
                 });
             }
@@ -131,7 +136,7 @@ impl AxisExchange {
     fn unpack(
         &self,
         layout: Layout,
-        axis: usize,
+        (axis, depth): (usize, usize),
         fields: &mut [&mut [f64]],
         first: impl Fn(usize) -> usize,
         store: impl Fn(&mut [f64], &[f64]),
@@ -139,7 +144,7 @@ impl AxisExchange {
         for (message, &side) in self.received.iter().zip(&self.arrives) {
             let mut at = 0;
             for field in fields.iter_mut() {
-                for_runs(layout, axis, first(side), layout.halo, |run| {
+                for_runs(layout, axis, first(side), depth, |run| {
                     let length = run.len();
                     store(&mut field[run], &message[at..at + length]);
                     at += length;

@@ -59,6 +59,7 @@
 //! References: Rakotonirina 2016 ("thesis"), ch. 5 and 7; Kim & Moin 1985 (factored diffusion); Brown, Cortez & Minion
 //! 2001 (pressure update); Verstappen & Veldman 2003 (stretched grids).
 
+mod anderson;
 mod boundary;
 mod cell_partition;
 mod clock;
@@ -79,12 +80,13 @@ mod projection;
 mod step;
 mod tridiagonal;
 
+pub use anderson::Anderson;
 pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
 pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};
 pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location};
-pub use flow::{Drive, Flow, FlowSetup, FlowState, Immersed, StepReport};
+pub use flow::{Drive, Flow, FlowSetup, FlowState, HeldFaces, Immersed, March, StepReport};
 pub use grid::{Axis, Grid, clustered};
 pub use halo::Halo;
 pub use limits::FlowLimits;

@@ -536,7 +536,13 @@ impl Mixture {
     }
 
     pub(crate) fn diagonal(&self, dt: f64, viscosity: f64) -> MomentumDiagonal<'_> {
-        MomentumDiagonal { inverse: Some(&self.inverse), dt, void_fraction: Some(self.porosity()), viscosity }
+        MomentumDiagonal {
+            inverse: Some(&self.inverse),
+            dt,
+            void_fraction: Some(self.porosity()),
+            viscosity,
+            carrier: None,
+        }
     }
 }
 

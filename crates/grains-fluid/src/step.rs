@@ -2,7 +2,7 @@
 
 use crate::boundary::fill_velocity;
 use crate::clock::Phase;
-use crate::flow::{Drive, Flow, Immersed, StepReport, close_faces};
+use crate::flow::{Drive, Flow, Immersed, March, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
     Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, advance_outlets,
@@ -52,7 +52,7 @@ impl Flow {
         self.add_increments();
         self.clock.book(Phase::Diffusion);
         self.keep_means(before, dt, transport);
-        self.exchange_velocity(transport);
+        self.exchange_velocity(1, transport);
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
         self.clock.book(Phase::Divergence);
@@ -68,9 +68,10 @@ impl Flow {
         Ok(StepReport { dt, solve })
     }
 
-    /// Adams–Bashforth weights of the new and the old explicit terms.
+    /// Adams–Bashforth weights of the new and the old explicit terms; in pseudo-time those of Euler.
     fn weights(&self, dt: f64) -> [f64; 2] {
-        let ratio = if self.state.last_dt > 0.0 { dt / self.state.last_dt } else { 0.0 };
+        let has_last = self.state.last_dt > 0.0 && self.march == March::Time;
+        let ratio = if has_last { dt / self.state.last_dt } else { 0.0 };
         [1.0 + 0.5 * ratio, -0.5 * ratio]
     }
 
@@ -191,7 +192,13 @@ impl Flow {
         let viscosity = self.setup.viscosity / self.setup.density;
         let diagonal = match &self.mixture {
             Some(mixture) => mixture.diagonal(dt, viscosity),
-            None => MomentumDiagonal { inverse: None, dt, void_fraction: None, viscosity },
+            None => MomentumDiagonal {
+                inverse: None,
+                dt,
+                void_fraction: None,
+                viscosity,
+                carrier: (self.march == March::PseudoTime).then_some(&self.state.velocity),
+            },
         };
         let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         imposed_increments(&self.local, &self.boundary_data, diagonal, is_implicit, &mut self.increments);
@@ -258,31 +265,44 @@ impl Flow {
         }
     }
 
-    fn exchange_velocity(&mut self, transport: &dyn Transport) {
+    fn exchange_velocity(&mut self, depth: usize, transport: &dyn Transport) {
         let [x, y, z] = self.state.velocity.components_mut();
-        self.halo.fill(&mut [x, y, z], transport);
+        self.halo.fill_to(depth, &mut [x, y, z], transport);
     }
 
-    /// Fills halos and ghosts of the velocity: to be called when it was changed inside; collective.
-    pub fn refresh_velocity(&mut self, transport: &dyn Transport) {
-        self.exchange_velocity(transport);
+    /// Layers of the velocity's halo that the next step reads; all where something else looks at them before it ends.
+    pub fn layers_of_step(&self) -> usize {
+        let is_sampled =
+            self.immersed.as_ref().is_some_and(|i| i.passing.is_some() || i.extrapolated.is_none());
+        if self.mixture.is_some() || is_sampled { self.setup.halo } else { 2 }
+    }
+
+    /// Fills so many layers of the halo, and the ghosts, of the velocity: to be called when it was changed inside; collective.
+    pub fn refresh_velocity(&mut self, depth: usize, transport: &dyn Transport) {
+        self.exchange_velocity(depth, transport);
         let ghosts = self.ghosts();
         fill_velocity(&self.boundary_data, &mut self.state.velocity, ghosts);
     }
 
-    /// Fills the halo of the extrapolated velocities inside bodies; collective.
+    /// Fills the halo, one layer, and the ghosts of the pressure; collective.
+    pub(crate) fn refresh_pressure(&mut self, transport: &dyn Transport) {
+        self.halo.fill_to(1, &mut [self.state.pressure.data_mut()], transport);
+        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut self.state.pressure, 1.0));
+    }
+
+    /// Fills the halo, one layer, of the extrapolated velocities inside bodies; collective.
     pub fn refresh_extrapolated(&mut self, transport: &dyn Transport) {
         if let Some(extrapolated) = self.immersed.as_mut().and_then(|bodies| bodies.extrapolated.as_mut()) {
             let [x, y, z] = extrapolated.components_mut();
-            self.halo.fill(&mut [x, y, z], transport);
+            self.halo.fill_to(1, &mut [x, y, z], transport);
         }
     }
 
-    /// Fills the halo of what passes cut faces; collective.
+    /// Fills the halo, two layers, of what passes cut faces; collective.
     pub fn refresh_passing(&mut self, transport: &dyn Transport) {
         if let Some(passing) = self.immersed.as_mut().and_then(|bodies| bodies.passing.as_mut()) {
             let [x, y, z] = passing.components_mut();
-            self.halo.fill(&mut [x, y, z], transport);
+            self.halo.fill_to(2, &mut [x, y, z], transport);
         }
     }
 
@@ -333,7 +353,7 @@ impl Flow {
     /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.
     fn correct(&mut self, dt: f64, transport: &dyn Transport) {
         let is_implicit = self.setup.diffusion == Diffusion::Implicit;
-        self.halo.fill(&mut [self.state.correction.data_mut()], transport);
+        self.halo.fill_to(1, &mut [self.state.correction.data_mut()], transport);
         self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
         self.clock.book(Phase::Boundaries);
         let correction = Correction {
@@ -353,9 +373,17 @@ impl Flow {
         }
         self.clock.book(Phase::Correction);
         let ghosts = self.ghosts();
+        // Bodies sample the velocity as far as the halo goes, particles in a mixture both.
+        let (all, is_mixture) = (self.setup.halo, self.mixture.is_some());
+        let depth = if self.immersed.is_some() { all } else { self.layers_of_step() };
         let state = &mut self.state;
         let [x, y, z] = state.velocity.components_mut();
-        self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
+        if is_mixture {
+            self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
+        } else {
+            self.halo.fill_to(depth, &mut [x, y, z], transport);
+            self.halo.fill_to(1, &mut [state.pressure.data_mut()], transport);
+        }
         fill_velocity(&self.boundary_data, &mut state.velocity, ghosts);
         self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {

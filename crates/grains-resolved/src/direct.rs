@@ -20,7 +20,7 @@ impl Resolved {
     ) -> Vec<Action> {
         if motions.is_some() || self.walls_moved {
             self.release(flow, dt);
-            flow.refresh_velocity(transport);
+            flow.refresh_velocity(self.subgrid.layout.halo, transport);
         }
         if let Some(motions) = motions {
             self.move_bodies(motions, flow, dt, transport);
@@ -68,7 +68,7 @@ impl Resolved {
                 self.forced[component].extend(nodes.iter().map(|node| node.place as usize));
             }
         }
-        flow.refresh_velocity(transport);
+        flow.refresh_velocity(flow.layers_of_step(), transport);
         flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
         self.note_walls(flow, transport);

@@ -4,6 +4,7 @@ use crate::cut_faces::{CutFace, CutFaces};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
+use grains_fluid::HeldFaces;
 use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
 
@@ -156,6 +157,17 @@ impl Nodes {
     /// The body that holds a velocity, halo included.
     pub fn holder(&self, component: usize, place: usize) -> Option<u32> {
         holder(self.marks[component][place], &self.of[component])
+    }
+
+    /// Places of the own nodes per component, those with the velocity of the body apart.
+    pub fn held(&self) -> [HeldFaces; 3] {
+        self.of.each_ref().map(|nodes| {
+            let places = |is_deep: bool| {
+                let nodes = nodes.iter().filter(move |node| (node.interface >= RIGID) == is_deep);
+                nodes.map(|node| node.place).collect()
+            };
+            HeldFaces { deep: places(true), near: places(false) }
+        })
     }
 
     /// Places of the own cells between faces of which one and the same wall holds all.

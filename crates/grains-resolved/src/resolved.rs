@@ -10,7 +10,7 @@ use crate::{
     Subgrid,
 };
 use grains_domain::Transport;
-use grains_fluid::{Faces, Flow, Immersed, Layout};
+use grains_fluid::{Faces, Flow, Immersed, Layout, March};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -146,6 +146,9 @@ impl Resolved {
             let is_moving = self.walls.iter().any(PlacedWall::is_moving);
             if !self.walls.is_empty() {
                 immersed.passing.get_or_insert_with(|| Faces::new(self.subgrid.layout));
+            }
+            if flow.march == March::PseudoTime {
+                immersed.held = self.nodes.held();
             }
             immersed.sealed = is_moving.then(|| self.nodes.sealed_cells(&self.bodies, &self.subgrid));
         }

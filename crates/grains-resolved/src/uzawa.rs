@@ -27,7 +27,7 @@ impl Resolved {
         transport: &dyn Transport,
     ) -> Result<Vec<Action>, ConstraintError> {
         self.take_back(flow, dt);
-        flow.refresh_velocity(transport);
+        flow.refresh_velocity(flow.setup.halo, transport);
         let inverse_diagonal = dt / (flow.setup.density * self.subgrid.cell_volume());
         self.velocities_without_flow(motions, transport);
         let count = self.multipliers.constraints.rows.len();
@@ -73,7 +73,7 @@ impl Resolved {
         }
         self.multipliers.iterations = iterations;
         let actions = self.apply(values, motions, flow, dt, transport);
-        flow.refresh_velocity(transport);
+        flow.refresh_velocity(flow.setup.halo, transport);
         Ok(actions)
     }
 

@@ -152,6 +152,7 @@ impl Simulation {
         }
         if is_last {
             self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
+            self.tell_of_steady();
             self.status = Status::Finished;
         } else if self.dem.interrupt {
             self.status = Status::Stopped;
@@ -161,6 +162,9 @@ impl Simulation {
             }
             self.dem.interrupt = self.is_asked_to_stop;
             self.advance()?;
+            if self.fluid.as_ref().is_some_and(FluidPhase::is_settled) {
+                self.schedule.end = self.dem.step;
+            }
         }
         Ok(self.status)
     }
@@ -265,6 +269,16 @@ impl Simulation {
         // To the fluid a single step of the particles is too short.
         let step = self.dem.step;
         self.schedule.end = if self.fluid.is_some() { self.schedule.next(step) } else { step + 1 };
+    }
+
+    /// Says how far a steady flow has settled at the end.
+    fn tell_of_steady(&self) {
+        let Some(fluid) = self.fluid.as_ref().filter(|_| self.transport.rank() == 0) else { return };
+        match fluid.told_of_steady() {
+            Some(told) if fluid.is_settled() => log::info!("{told}"),
+            Some(told) => log::warn!("{told}"),
+            None => {}
+        }
     }
 
     fn failed(&self, failure: Failure) -> RunError {

@@ -60,7 +60,8 @@ impl Implicit {
         increments: &mut Faces,
         transport: &dyn Transport,
     ) {
-        let is_constant = diagonal.inverse.is_none() && diagonal.void_fraction.is_none();
+        let is_constant =
+            diagonal.inverse.is_none() && diagonal.void_fraction.is_none() && diagonal.carrier.is_none();
         match self.ends {
             Some(ends) if is_constant => {
                 self.set(ends, 0.5 * diagonal.viscosity * diagonal.dt);

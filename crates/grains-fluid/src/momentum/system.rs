@@ -17,6 +17,8 @@ pub(crate) struct MomentumDiagonal<'a> {
     pub void_fraction: Option<Porosity<'a>>,
     /// Kinematic viscosity ν (m²/s).
     pub viscosity: f64,
+    /// What carries momentum implicitly, by upwind differences; none where advection is explicit.
+    pub carrier: Option<&'a Faces>,
 }
 
 impl MomentumDiagonal<'_> {
@@ -35,6 +37,8 @@ const ROWS: usize = 16;
 pub(super) struct Arrays<'a> {
     pub data: &'a mut [f64],
     pub conductance: &'a [f64],
+    /// Volume fluxes per area (m/s) that carry momentum through the same sides; empty if diffusion alone is implicit.
+    pub carried: &'a [f64],
     pub inverse: Option<&'a [f64]>,
     /// Influence vectors for unit values before and after the lines; empty if they stand alone.
     pub before: &'a mut [f64],
@@ -135,6 +139,24 @@ impl System<'_> {
         }
     }
 
+    /// Sets the volume flux per area through the upper side of every unknown and the lower one of the first.
+    pub fn set_carried(&self, velocity: &Faces, carried: &mut [f64]) {
+        let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
+        let q = velocity.component(axis);
+        let shift = layout.strides()[self.component];
+        let mut from = [0_isize; 3];
+        from[axis] = -1;
+        let count = (n[0] as isize - from[0]) as usize;
+        for k in from[2]..n[2] as isize {
+            for j in from[1]..n[1] as isize {
+                let start = layout.index(from[0], j, k);
+                let (here, next) = (&q[start..][..count], &q[start + shift..][..count]);
+                let row = &mut carried[start..][..count];
+                row.iter_mut().zip(here).zip(next).for_each(|((m, a), b)| *m = 0.5 * (a + b));
+            }
+        }
+    }
+
     /// Beyond the box there is no neighbour unless it is imposed.
     pub fn close_ends(&self, boundary_data: &[BoundaryData], conductance: &mut [f64]) {
         let (layout, stride) = (self.local.layout, self.local.layout.strides()[self.axis]);
@@ -186,9 +208,17 @@ impl System<'_> {
         let (done, carried) = scratch.carried.split_at_mut(i * lines);
         let (carried, low) = (&mut carried[..lines], &mut scratch.low[..lines]);
         let pivot = &mut scratch.pivot[..lines];
+        let [entering, leaving] = match arrays.carried {
+            [] => [&below[..0]; 2],
+            carried => [&carried[p - stride..][..lines], &carried[p..][..lines]],
+        };
         for l in 0..lines {
             let factor = inverse[l] * width;
-            let (down, up) = (factor * below[l], factor * above[l]);
+            let (mut down, mut up) = (factor * below[l], factor * above[l]);
+            if !entering.is_empty() {
+                down += factor * entering[l].max(0.0);
+                up -= factor * leaving[l].min(0.0);
+            }
             low[l] = a[0] * down + a[1] * up;
             carried[l] = b[0] * down + b[1] * up;
             pivot[l] = 1.0 + c[0] * down + c[1] * up;

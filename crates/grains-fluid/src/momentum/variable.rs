@@ -12,6 +12,7 @@ use grains_domain::Transport;
 struct Transposed {
     data: Vec<f64>,
     conductance: Vec<f64>,
+    carried: Vec<f64>,
     inverse: Vec<f64>,
     before: Vec<f64>,
     after: Vec<f64>,
@@ -24,6 +25,8 @@ pub(crate) struct VariableLines {
     coupled: [bool; 3],
     /// ½ ν ε / distance at the upper side of every unknown.
     conductance: Vec<f64>,
+    /// What carries momentum through the same sides, if that is implicit.
+    carried: Vec<f64>,
     before: Vec<f64>,
     after: Vec<f64>,
     ends: Vec<f64>,
@@ -39,6 +42,7 @@ impl VariableLines {
             gathers: std::array::from_fn(|a| RowAllGather::new(&partition.row(a), partition.coordinates[a])),
             coupled,
             conductance: vec![0.0; local.layout.len()],
+            carried: Vec::new(),
             before: vec![0.0; influence],
             after: vec![0.0; influence],
             ends: Vec::new(),
@@ -65,6 +69,15 @@ impl VariableLines {
         if component != axis {
             system.close_ends(boundary_data, &mut self.conductance);
         }
+        if let Some(carrier) = diagonal.carrier {
+            self.carried.resize(local.layout.len(), 0.0);
+            system.set_carried(carrier, &mut self.carried);
+            if component != axis {
+                system.close_ends(boundary_data, &mut self.carried);
+            }
+        } else {
+            self.carried.clear();
+        }
         self.ends.clear();
         if axis == 0 {
             self.eliminate_rows(&system, data);
@@ -85,6 +98,7 @@ impl VariableLines {
             let mut arrays = Arrays {
                 data,
                 conductance: &self.conductance,
+                carried: &self.carried,
                 inverse,
                 before: if is_coupled { &mut self.before } else { &mut [] },
                 after: if is_coupled { &mut self.after } else { &mut [] },
@@ -108,6 +122,9 @@ impl VariableLines {
             for (l, start) in starts.clone().enumerate() {
                 transpose(&data[start..start + n], &mut rows.data[lines + l..], lines);
                 transpose(&self.conductance[start - 1..start + n], &mut rows.conductance[l..], lines);
+                if !self.carried.is_empty() {
+                    transpose(&self.carried[start - 1..start + n], &mut rows.carried[l..], lines);
+                }
                 if let Some(inverse) = inverse {
                     transpose(&inverse[start..start + n], &mut rows.inverse[lines + l..], lines);
                 }
@@ -115,6 +132,7 @@ impl VariableLines {
             let mut arrays = Arrays {
                 data: &mut rows.data,
                 conductance: &rows.conductance,
+                carried: if self.carried.is_empty() { &[] } else { &rows.carried },
                 inverse: inverse.map(|_| &rows.inverse[..]),
                 before: &mut rows.before,
                 after: &mut rows.after,
@@ -174,6 +192,7 @@ impl Transposed {
         for (list, size) in [
             (&mut self.data, size),
             (&mut self.conductance, size),
+            (&mut self.carried, size),
             (&mut self.inverse, size),
             (&mut self.before, influence),
             (&mut self.after, influence),

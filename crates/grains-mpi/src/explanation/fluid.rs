@@ -23,6 +23,17 @@ pub fn tell(case: &Case, found: &FluidReport) {
         resolved(case, (fluid, given), found);
     }
     say!("fluid step     {}", step(case, fluid, found));
+    if let Some(given) = &fluid.steady {
+        say!(
+            "steady flow    by pseudo-steps up to CFL number {}, {} of them combined; the run ends when forces, pressure \
+             gradients and mean velocities change by less than {:e} of themselves, at pseudo-time {} s at the latest \
+             (time.end)",
+            given.cfl,
+            given.history,
+            given.tolerance,
+            case.time.end
+        );
+    }
     if let Some(found) = &found.coupling {
         relaxation(found);
     }
@@ -63,7 +74,8 @@ fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
     match limit {
         FluidStepLimit::Given => "fluid.max_dt".into(),
         FluidStepLimit::Imposed { speed } => {
-            format!("fluid.cfl = {} at the {speed:.4} m/s imposed", fluid.cfl)
+            let key = if fluid.steady.is_some() { "fluid.steady.cfl" } else { "fluid.cfl" };
+            format!("{key} = {} at the {speed:.4} m/s imposed", fluid.largest_cfl())
         }
         FluidStepLimit::Drive => "fluid.cfl from rest by fluid.drive".into(),
         FluidStepLimit::Gravity => "fluid.cfl from rest by gravity".into(),

@@ -140,7 +140,7 @@ fn a_body_that_moves_resists_as_one_that_the_fluid_passes() {
     scene.flow.setup.drive[0] = Drive::MeanVelocity(0.0);
     scene.flow.state.velocity.component_mut(0).iter_mut().for_each(|u| *u -= 1.0);
     scene.flow.state.last_dt = 0.0;
-    scene.flow.refresh_velocity(&SerialTransport);
+    scene.flow.refresh_velocity(7, &SerialTransport);
     scene.own[0].velocity.x = -1.0;
     let mass = 2.0 * std::f64::consts::PI / 4.0 * h;
     let (mut sum, mut furthest) = (0.0, 0.0_f64);

@@ -61,7 +61,7 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
         add(given, FluidStepLimit::Given);
     } else {
         let imposed = fastest_at(case, fluid, &[0.0]);
-        add(fluid.cfl / imposed.rate, FluidStepLimit::Imposed { speed: imposed.speed });
+        add(fluid.largest_cfl() / imposed.rate, FluidStepLimit::Imposed { speed: imposed.speed });
         if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
             add(from_rest(case, fluid, gradient.map(|g| g / fluid.density)), FluidStepLimit::Drive);
         }
@@ -86,7 +86,7 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
 fn from_rest(case: &Case, fluid: &Fluid, acceleration: [f64; 3]) -> f64 {
     let rate: f64 =
         active_axes(fluid).map(|a| acceleration[a].abs() / fluid.cell_widths(&case.domain, a)[0]).sum();
-    (2.0 * fluid.cfl / rate).sqrt()
+    (2.0 * fluid.largest_cfl() / rate).sqrt()
 }
 
 #[cfg(test)]

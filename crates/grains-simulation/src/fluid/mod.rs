@@ -33,6 +33,7 @@ mod resolved;
 mod restart;
 mod setup;
 mod span;
+mod steady;
 mod walls;
 
 use crate::error::{RunError, agreed};
@@ -54,6 +55,7 @@ use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
 use span::SpanRule;
+use steady::Steady;
 
 /// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
 /// in a cell; for an iteration for its pressure; with a particle smaller than the cells; and with a resolved one, for the
@@ -73,6 +75,8 @@ pub struct FluidPhase {
     enclosing: Option<EnclosingWalls>,
     /// Particles that the grid resolves, if there are any.
     pub resolved: Option<ResolvedBodies>,
+    /// The search for a steady flow, if the case asks for one.
+    pub steady: Option<Steady>,
     /// Particle step at which the fluid's state is.
     pub next_step: u64,
     /// What the last step did.
@@ -133,6 +137,7 @@ impl FluidPhase {
                 walls.enclose(case, (&mut flow, exchange), (dem, dem.time()), transport)?;
             }
         }
+        let steady = fluid.steady.map(|given| Steady::new(given, &mut flow));
         let resolved = case.resolved().map(|given| ResolvedBodies::new(case, given, &mut flow)).transpose();
         let resolved = agreed(transport, resolved.map_err(RunError::case))?;
         if exchange.is_some() || resolved.is_some() {
@@ -153,6 +158,7 @@ impl FluidPhase {
             exchange,
             enclosing,
             resolved,
+            steady,
             next_step: 0,
             report: StepReport::default(),
             steps: 0,
@@ -197,6 +203,24 @@ impl FluidPhase {
     /// Whether nothing moves but the fluid and its walls.
     pub fn is_alone(&self) -> bool {
         self.exchange.is_none() && self.resolved.as_ref().is_none_or(|resolved| resolved.is_fixed)
+    }
+
+    /// Whether a steady flow is looked for and found.
+    pub fn is_settled(&self) -> bool {
+        self.steady.as_ref().is_some_and(Steady::is_settled)
+    }
+
+    /// What is still unsettled of a steady flow that is looked for, and the steps so far.
+    pub fn told_of_steady(&self) -> Option<String> {
+        let steady = self.steady.as_ref()?;
+        let [force, gradient, velocity] = steady.unsettled;
+        let how = if steady.is_settled() { "settled" } else { "not settled" };
+        let remedy = if steady.is_settled() { "" } else { "; raise time.end or fluid.steady.tolerance" };
+        Some(format!(
+            "steady flow {how} after {} steps: forces to {force:.1e}, gradients to {gradient:.1e}, mean velocities to \
+             {velocity:.1e}{remedy}",
+            self.flow.state.step
+        ))
     }
 
     /// Takes the particles as they are for the void fraction from which the first step begins; collective.
@@ -247,6 +271,7 @@ impl FluidPhase {
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         if dem.step >= self.next_step {
+            self.rule.longest_settling = self.steady.as_ref().map_or(f64::INFINITY, |steady| steady.longest);
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
             // Resolved particles and walls go through the step before the fluid does.
@@ -293,6 +318,9 @@ impl FluidPhase {
             }
             exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
         }
+        if let Some(steady) = &mut self.steady {
+            steady.begin(&mut self.flow, dt);
+        }
         let exchanged = begun.elapsed().as_secs_f64();
         let outcome = self.flow.step(dt, transport);
         let failed =
@@ -304,6 +332,10 @@ impl FluidPhase {
         }
         if let Some(resolved) = &mut self.resolved {
             resolved.impose_rigid_velocity(dem, &mut self.flow, dt, transport)?;
+        }
+        if let Some(steady) = &mut self.steady {
+            let bodies = self.resolved.as_ref().map(|resolved| &resolved.bodies);
+            steady.end((dem, bodies), &mut self.flow, dt, transport);
         }
         self.seconds[0] += stepped - exchanged;
         self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;

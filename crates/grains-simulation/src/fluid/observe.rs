@@ -1,6 +1,6 @@
 //! What is told of the fluid: columns of the time series, fields in the cells, and their means over time.
 
-use super::{FluidPhase, walls};
+use super::{FluidPhase, steady, walls};
 use crate::error::RunError;
 use grains_case::{Case, FluidField, ProfileKind};
 use grains_comm::MpiTransport;
@@ -51,6 +51,9 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
     }
     for (_, wall) in case.walls_of_fluid() {
         columns.extend(walls::COLUMNS.map(|(what, unit)| (format!("{}_flow_{what}", wall.name), unit)));
+    }
+    if fluid.steady.is_some() {
+        columns.extend(steady::COLUMNS.map(|(name, unit)| (name.to_string(), unit)));
     }
     for profile in &fluid.profile {
         if let ProfileKind::Plane { .. } = profile.kind {
@@ -234,6 +237,9 @@ impl FluidPhase {
             }
             row.extend(resolved.walls.row(&resolved.bodies.on_walls));
         }
+        // Infinite is not what a table takes.
+        let unsettled = self.steady.iter().flat_map(|steady| steady.unsettled);
+        row.extend(unsettled.map(|x| if x.is_finite() { x } else { f64::NAN }));
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {
                 let axis = axis as usize;

@@ -20,6 +20,10 @@ pub struct SpanRule {
     given: Option<u64>,
     /// Longest step that the case asks for by a number (s).
     longest_given: f64,
+    /// Longest step (s) in which a steady flow settles.
+    pub longest_settling: f64,
+    /// The key of the CFL number.
+    cfl_key: &'static str,
     /// The time step as the case gives it.
     key: String,
     /// Whether the run was told that it does not get the particle steps given.
@@ -36,12 +40,15 @@ impl SpanRule {
         let given = fluid.coupling.as_ref().map_or(ticks, |coupling| coupling.particle_steps);
         let longest_given = fluid.max_dt.unwrap_or(f64::INFINITY);
         let longest = if given.is_some() { longest_given } else { max_dt(case, fluid).step };
-        let limits = FlowLimits { cfl: fluid.cfl, growth: f64::INFINITY, ..FlowLimits::new(longest) };
+        let cfl_key = if fluid.steady.is_some() { "fluid.steady.cfl" } else { "fluid.cfl" };
+        let limits =
+            FlowLimits { cfl: fluid.largest_cfl(), growth: f64::INFINITY, ..FlowLimits::new(longest) };
         let key = match case.time.dt {
             TimeStep::Seconds(_) => "time.dt".into(),
             TimeStep::Auto => "time.dt = \"auto\"".into(),
         };
-        Self { limits, given, longest_given, key, is_told: false }
+        let longest_settling = f64::INFINITY;
+        Self { limits, given, longest_given, longest_settling, cfl_key, key, is_told: false }
     }
 
     /// Particle steps of the coming step of the fluid: what its limits allow; if the case does not say how many, a fifth more
@@ -62,7 +69,8 @@ impl SpanRule {
         if stable > 0.0 && dt > (1.0 + ROUNDING) * stable.min(self.longest_given) {
             return Err(self.too_long(dem, stable));
         }
-        let allowed = ((stable.min(self.limits.longest) / dt) as u64).max(1);
+        let longest = self.limits.longest.min(self.longest_settling);
+        let allowed = ((stable.min(longest) / dt) as u64).max(1);
         let wanted = self.given.unwrap_or_else(|| match flow.state.last_dt > 0.0 {
             true => last + (last / 5).max(1),
             false => u64::MAX,
@@ -101,11 +109,14 @@ impl SpanRule {
         } else {
             let max = stable.min(self.longest_given);
             format!(
-                "longer than the {max:.3e} s that fluid.cfl = {} allows in the fastest flow, which would be {:.3} in one such step; \
-                 take time.dt = {:.1e}, half of it, or raise fluid.cfl, up to 1",
+                "longer than the {max:.3e} s that {} = {} allows in the fastest flow, which would be {:.3} in one such step; \
+                 take time.dt = {:.1e}, half of it, or raise {}, up to {}",
+                self.cfl_key,
                 self.limits.cfl,
                 self.limits.cfl * dt / max,
-                0.5 * max
+                0.5 * max,
+                self.cfl_key,
+                if self.cfl_key == "fluid.cfl" { 1 } else { 20 }
             )
         };
         RunError::unphysical(format!("t = {:.6e} s: {} is {dt:.3e} s, {message}", dem.time(), self.key))

@@ -8,6 +8,7 @@ mod formula;
 mod output;
 mod pressure;
 mod resolved;
+mod steady;
 mod walls;
 
 use grains_fluid::{Advection, Diffusion};
@@ -24,6 +25,7 @@ pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
+pub use steady::Steady;
 pub(crate) use walls::check_walls;
 
 use crate::check::Checker;
@@ -93,6 +95,9 @@ pub struct Fluid {
     /// Particles larger than the cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved: Option<Resolved>,
+    /// The steady flow past fixed particles and walls, without marching in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady: Option<Steady>,
     /// Lines and planes along which fields are written as tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub profile: Vec<Profile>,
@@ -136,6 +141,11 @@ pub(crate) struct Context<'a> {
 }
 
 impl Fluid {
+    /// Largest Courant number of a step (-): of a pseudo-step, if the steady flow is looked for.
+    pub fn largest_cfl(&self) -> f64 {
+        self.steady.map_or(self.cfl, |steady| steady.cfl)
+    }
+
     /// Fills in the defaults that depend on other keys and checks what the schema cannot express.
     pub(crate) fn check(mut self, context: &Context<'_>, inserts: &[Insert], checker: &mut Checker) -> Self {
         let domain = context.domain;
@@ -152,6 +162,7 @@ impl Fluid {
             coupling::check(self.coupling.as_ref(), context, checker);
         }
         resolved::check(&self, context, inserts, checker);
+        steady::check(&self, context, inserts, checker);
         cells::check(&self, domain, checker);
         boundary::check(&self, domain, checker);
         pressure::check(&self, domain, checker);

@@ -24,6 +24,9 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 const BYTES: [[f64; 2]; 6] =
     [[105.0, 97.0], [240.0, 285.0], [60.0, 0.0], [0.0, 360.0], [0.0, 87.0], [60.0, 187.0]];
 
+/// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
+const BYTES_OF_STEADY: f64 = 10.0;
+
 /// The fluid of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FluidReport {
@@ -174,7 +177,7 @@ fn min_seconds(case: &Case) -> Option<f64> {
     let resolved = case.resolved();
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
         Some(_) => fluid.cfl * narrowest(case, fluid) / case.time.impact_speed,
-        None => fluid.cfl / fastest(case, fluid).rate,
+        None => fluid.largest_cfl() / fastest(case, fluid).rate,
     };
     let step = match case.time.dt {
         TimeStep::Seconds(dt) if resolved.is_none() || case.holds_particles() => dt,
@@ -233,13 +236,15 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.resolved.is_some(),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
-    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum()
+    let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
+    let of_steady = cells * BYTES_OF_STEADY * history;
+    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>() + of_steady
 }
 
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
 fn limited_step(case: &Case, fluid: &Fluid, void_fraction: f64) -> FluidStep {
     let (longest, fastest) = (max_dt(case, fluid), fastest(case, fluid));
-    let at_inlet = fluid.cfl / fastest.rate;
+    let at_inlet = fluid.largest_cfl() / fastest.rate;
     let between = void_fraction * at_inlet;
     let by_flow = FluidStepLimit::Imposed { speed: fastest.speed };
     let (max, limit) =
