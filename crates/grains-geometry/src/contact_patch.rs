@@ -17,7 +17,7 @@ mod pairs;
 
 use crate::convex::feature::Feature;
 use crate::{Core, Mat3, Placement, Vec3, WallMesh};
-use pairs::{Edges, PlacedCore, Sum};
+use pairs::{Edges, PAIRS, Pair, PlacedCore, Sum};
 
 /// Cosine above which a contact normal on a triangle counts as that of its face.
 const FACING: f64 = 0.9;
@@ -76,7 +76,12 @@ impl ContactPatch {
         let sides = [PlacedCore::unmoved(a), PlacedCore::at(b, &placement)];
         sides[0].feature(&nearest.normal, &mut first)?;
         sides[1].feature(&-nearest.normal, &mut second)?;
+        let mut pairs;
         let mut sum = Sum::new(&nearest);
+        if !(first.is_whole && second.is_whole) {
+            pairs = [Pair::NONE; PAIRS];
+            sum.keep_in(&mut pairs);
+        }
         sum.add_corners(&first, 1.0, |corner| Some(sides[1].offset_from(&second, corner)));
         sum.add_corners(&second, -1.0, |corner| Some(sides[0].offset_from(&first, corner)));
         sum.add_edges(&Edges::of(&first), &Edges::of(&second), |_, _| true);
@@ -334,16 +339,13 @@ mod tests {
                 let errors =
                     [slope(unit, Vec3::zeros()) - force[axis], slope(Vec3::zeros(), unit) - torque[axis]];
                 let error = errors[0].abs().max(errors[1].abs());
-                if error > 1e-3 && std::env::var("SHOW").is_ok() {
-                    println!(
-                        "case {case} ({i},{j}) tilt {} yaw {yaw} axis {axis}: {errors:?} of {force:?} {torque:?}",
-                        tilt.norm()
-                    );
-                }
                 worst[i][j] = worst[i][j].max(error);
             }
         }
-        println!("{worst:?}");
-        assert!(worst.iter().flatten().all(|error| *error < 1e-3), "{worst:?}");
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            // The line along which the side of a cylinder is met turns in it.
+            let limit = if [i, j].contains(&1) { 1e-2 } else { 1e-7 };
+            assert!(worst[i][j] < limit, "{worst:?}");
+        }
     }
 }

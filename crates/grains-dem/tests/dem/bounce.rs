@@ -290,11 +290,10 @@ fn turn_of(seed: usize) -> Rotation {
     Rotation::new(Vec3::new(number(1), number(3), number(11)) * (2.0 * PI))
 }
 
+/// Energy must stay where corners and edges of two bodies meet, and where a floor is cut: with spin, and at an angle.
 #[test]
-fn survey() {
+fn where_corners_come_and_go_no_energy_does() {
     let partners = [
-        Partner::Plane,
-        Partner::Block,
         Partner::Tiles,
         Partner::Tiling,
         Partner::Sheets,
@@ -305,21 +304,26 @@ fn survey() {
         Partner::Flush,
         Partner::Edge,
     ];
-    let steps = std::env::var("STEPS").map_or(50.0, |s| s.parse().unwrap());
-    let only = std::env::var("ONLY").unwrap_or_default();
     for partner in partners {
-        if !format!("{partner:?}").contains(&only) {
-            continue;
-        }
         for (name, shape) in shapes() {
-            let mut errors: Vec<(f64, usize)> = tilts(24)
-                .enumerate()
-                .map(|(k, turn)| (bounce(&shape, partner, turn, 1.0, steps) - 1.0, k))
-                .collect();
-            errors.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-            let rms = (errors.iter().map(|e| e.0 * e.0).sum::<f64>() / 24.0).sqrt();
-            let first: Vec<String> = errors[..4].iter().map(|(e, k)| format!("{e:.1e}({k})")).collect();
-            println!("{partner:?} {name}: rms {rms:.1e}, worst {}", first.join(" "));
+            // Bodies without long edges meet none.
+            if partner == Partner::Edge && !["box", "cross", "eight cubes"].contains(&name) {
+                continue;
+            }
+            let worst = |steps: f64, count: usize| {
+                let errors = tilts(count).map(|turn| bounce(&shape, partner, turn, 1.0, steps) - 1.0);
+                errors.fold(0.0_f64, |worst, error| worst.max(error.abs()))
+            };
+            let coarse = worst(50.0, 24);
+            assert!(coarse < 2e-3, "{name} on {partner:?}: {coarse:e}");
+            // Cylinders side by side keep a part in a thousand at any step: the line they touch along turns in them.
+            if matches!(partner, Partner::Tiling | Partner::Flush | Partner::Edge) {
+                let fine = worst(200.0, 6);
+                assert!(fine < 1e-4, "{name} on {partner:?}: {fine:e}");
+            }
+            let damped = tilts(8).map(|turn| bounce(&shape, partner, turn, 0.8, 50.0)).fold(0.0, f64::max);
+            // One of them passes by.
+            assert!(damped < 1.0 + 1e-12, "{name} on {partner:?}: {damped}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The pairs of features that touch, and the wrench of their forces.
 
 use super::{ContactPatch, Nearest};
-use crate::convex::feature::{CAPACITY, Feature, to_segment};
+use crate::convex::feature::{Feature, SIDES, to_segment};
 use crate::{Core, Mat3, Placement, Vec3};
 
 /// Squared sine of the angle of two edges below which they are parallel: their ends stand for them.
@@ -9,7 +9,7 @@ const PARALLEL: f64 = 1e-20;
 /// Share of the overlap by which a pair is the nearest points themselves.
 const SAME: f64 = 1e-9;
 /// Most pairs that the nearest points of curved bodies are compared with.
-const PAIRS: usize = 48;
+pub(super) const PAIRS: usize = 48;
 
 /// A core in a frame.
 pub(super) struct PlacedCore<'a> {
@@ -52,7 +52,8 @@ impl<'a> PlacedCore<'a> {
 /// The edges of a feature: of a face all around, of a line the line.
 pub(super) struct Edges<'a> {
     points: &'a [Vec3],
-    normal: Option<Vec3>,
+    /// Unit normals of the edges in the plane of the face, away from it; zero of a line (-).
+    outward: [Vec3; SIDES],
     count: usize,
 }
 
@@ -60,33 +61,44 @@ impl<'a> Edges<'a> {
     pub(super) fn of(feature: &'a Feature) -> Self {
         let points = feature.points();
         let count = if points.len() > 2 { points.len() } else { points.len() / 2 };
-        Self { points, normal: feature.normal(), count }
+        let mut edges = Self { points, outward: [Vec3::zeros(); SIDES], count };
+        if let Some(normal) = feature.normal() {
+            for k in 0..count {
+                let [p, q] = edges.ends(k);
+                edges.outward[k] = (q - p).cross(&normal).normalize();
+            }
+        }
+        edges
     }
 
-    fn ends(&self, k: usize) -> [&Vec3; 2] {
+    #[inline]
+    fn ends(&self, k: usize) -> [&'a Vec3; 2] {
         [&self.points[k], &self.points[if k + 1 < self.points.len() { k + 1 } else { 0 }]]
     }
 
     /// Whether two points lie off edge `k` by more than `reach` (m) to the same side in the plane of the face.
+    #[inline]
     fn are_beside(&self, k: usize, others: [&Vec3; 2], reach: f64) -> bool {
-        let Some(normal) = self.normal else { return false };
-        let [p, q] = self.ends(k);
-        let outward = (q - p).cross(&normal);
-        let bound = reach * outward.norm();
-        let [s, t] = others.map(|x| outward.dot(&(x - p)));
-        s.min(t) > bound || s.max(t) < -bound
+        let [s, t] = others.map(|x| self.outward[k].dot(&(x - self.points[k])));
+        s.min(t) > reach || s.max(t) < -reach
     }
 }
 
 /// The nearest points of two features.
 #[derive(Clone, Copy)]
-struct Pair {
+pub(super) struct Pair {
     /// Midway between them, from the nearest points of the bodies (m).
     arm: Vec3,
     /// Unit vector from the one of A to the one of B (-).
     normal: Vec3,
     /// Overlap over that of the bodies, u ≤ 1 (-).
     ratio: f64,
+}
+
+impl Pair {
+    /// One that does not touch.
+    pub(super) const NONE: Self =
+        Self { arm: Vec3::new(0.0, 0.0, 0.0), normal: Vec3::new(0.0, 0.0, 0.0), ratio: 0.0 };
 }
 
 #[inline]
@@ -96,7 +108,7 @@ fn seventh_power(x: f64) -> f64 {
 }
 
 /// Sums over the pairs, lengths from the nearest points of the bodies, overlaps u in units of theirs.
-pub(super) struct Sum {
+pub(super) struct Sum<'a> {
     nearest: Nearest,
     overlap: f64,
     /// Largest distance along the surface of features that touch (m).
@@ -110,13 +122,14 @@ pub(super) struct Sum {
     total: f64,
     first: Vec3,
     second: Mat3,
-    pairs: [Option<Pair>; PAIRS],
+    /// The pairs, if there may be others between them as deep.
+    pairs: Option<&'a mut [Pair; PAIRS]>,
     len: usize,
     /// Largest u (-).
     deepest: f64,
 }
 
-impl Sum {
+impl<'a> Sum<'a> {
     pub(super) fn new(nearest: &Nearest) -> Self {
         let Nearest { gap, crusts, .. } = *nearest;
         Self {
@@ -129,10 +142,15 @@ impl Sum {
             total: 0.0,
             first: Vec3::zeros(),
             second: Mat3::zeros(),
-            pairs: [None; PAIRS],
+            pairs: None,
             len: 0,
             deepest: 0.0,
         }
+    }
+
+    /// Keeps the pairs, for [`Sum::add_nearest`].
+    pub(super) fn keep_in(&mut self, pairs: &'a mut [Pair; PAIRS]) {
+        self.pairs = Some(pairs);
     }
 
     /// The sum of two patches.
@@ -175,28 +193,27 @@ impl Sum {
     }
 
     fn keep(&mut self, pair: &Pair) {
-        if self.len < PAIRS {
-            self.pairs[self.len] = Some(*pair);
+        if let Some(place) = self.pairs.as_mut().and_then(|pairs| pairs.get_mut(self.len)) {
+            *place = *pair;
         }
         self.len += 1;
         self.deepest = self.deepest.max(pair.ratio);
     }
 
     /// Adds u⁸ Π (1 − (u_k/u)⁸) of a pair that others stand for where they are as deep.
-    fn add_remainder(&mut self, pair: &Pair, others: impl Iterator<Item = Pair> + Clone) {
-        let share = |other: &Pair| {
+    fn add_remainder(&mut self, pair: &Pair, others: &[Pair]) {
+        let mut gaps = [1.0; PAIRS];
+        for (gap, other) in gaps.iter_mut().zip(others) {
             let x = (other.ratio / pair.ratio).clamp(0.0, 1.0);
-            seventh_power(x) * x
-        };
-        let without = |left_out: usize| -> f64 {
-            others.clone().enumerate().filter(|(k, _)| *k != left_out).map(|(_, o)| 1.0 - share(&o)).product()
-        };
-        let all = without(usize::MAX);
+            *gap = 1.0 - seventh_power(x) * x;
+        }
+        let gaps = &gaps[..others.len().min(PAIRS)];
+        let all: f64 = gaps.iter().product();
         let mut own = all;
-        for (k, other) in others.clone().enumerate().filter(|(_, other)| other.ratio > 0.0) {
-            let rest = without(k);
-            own += share(&other) * rest;
-            self.add(&other, -seventh_power(other.ratio.min(pair.ratio)) * rest);
+        for (k, other) in others.iter().enumerate().filter(|(_, other)| other.ratio > 0.0) {
+            let rest: f64 = gaps[..k].iter().chain(&gaps[k + 1..]).product();
+            own += (1.0 - gaps[k]) * rest;
+            self.add(other, -seventh_power(other.ratio.min(pair.ratio)) * rest);
         }
         let weight = seventh_power(pair.ratio);
         self.eighth += weight * pair.ratio * all;
@@ -247,7 +264,7 @@ impl Sum {
     /// Adds the edges of A and B that cross; `counts` tells which of B, for a vector towards A, do.
     pub(super) fn add_edges(&mut self, first: &Edges, second: &Edges, counts: impl Fn(usize, &Vec3) -> bool) {
         // Behind which of B an edge is too far for all of A, and the other way round.
-        let mut heights = [f64::INFINITY; CAPACITY];
+        let mut heights = [f64::INFINITY; SIDES];
         for (k, height) in heights.iter_mut().enumerate().take(second.count) {
             *height = second.ends(k).map(|x| self.behind(x, -1.0)).into_iter().fold(f64::INFINITY, f64::min);
         }
@@ -288,24 +305,29 @@ impl Sum {
         if pair.ratio <= 0.0 || !counts(&-offset) {
             return;
         }
+        // Across the other edge the ends are this far off, beside the gap.
+        let is_far = |share: f64, other: &Vec3| {
+            share * share * squared > self.reach * self.reach * other.norm_squared()
+        };
+        if is_far(s.min(1.0 - s), &other) && is_far(t.min(1.0 - t), &along) {
+            self.add_whole(&pair);
+            return;
+        }
         let ends = [
             self.pair(a, &to_segment(a, c, d), 1.0),
             self.pair(b, &to_segment(b, c, d), 1.0),
             self.pair(c, &to_segment(c, a, b), -1.0),
             self.pair(d, &to_segment(d, a, b), -1.0),
         ];
-        self.add_remainder(&pair, ends.into_iter());
+        self.add_remainder(&pair, &ends);
         self.keep(&pair);
     }
 
     /// Adds the nearest points of the bodies, as far as no pair stands for them: those of curved ones.
     pub(super) fn add_nearest(&mut self) {
-        if self.deepest > 1.0 - SAME {
-            return;
-        }
-        let pairs = self.pairs;
+        let Some(pairs) = self.pairs.take().filter(|_| self.deepest < 1.0 - SAME) else { return };
         let whole = Pair { arm: Vec3::zeros(), normal: self.nearest.normal, ratio: 1.0 };
-        self.add_remainder(&whole, pairs.iter().flatten().copied());
+        self.add_remainder(&whole, &pairs[..self.len.min(PAIRS)]);
         self.len += 1;
     }
 

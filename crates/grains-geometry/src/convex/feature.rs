@@ -3,8 +3,6 @@
 use crate::Vec3;
 use nalgebra::Vector2;
 
-/// Corners of a clipped polygon.
-pub(crate) const CAPACITY: usize = 24;
 /// Largest number of corners taken of a face.
 pub(crate) const SIDES: usize = 8;
 /// Corners that stand for a disc of radius 1.
@@ -18,7 +16,7 @@ const FLUSH: f64 = 1e-5;
 
 /// A face as a loop of points, counter-clockwise seen from outside; two points are a segment.
 pub(crate) struct Feature {
-    points: [Vec3; CAPACITY],
+    points: [Vec3; SIDES],
     len: usize,
     /// Outward normal, if the feature is a face.
     face: Option<Vec3>,
@@ -30,7 +28,7 @@ pub(crate) struct Feature {
 
 impl Feature {
     pub fn empty() -> Self {
-        let points = [Vec3::zeros(); CAPACITY];
+        let points = [Vec3::zeros(); SIDES];
         Self { points, len: 0, face: None, is_whole: true, is_fixed: false }
     }
 
@@ -61,7 +59,7 @@ impl Feature {
     }
 
     fn push(&mut self, point: Vec3) {
-        if self.len < CAPACITY {
+        if self.len < SIDES {
             self.points[self.len] = point;
             self.len += 1;
         }
