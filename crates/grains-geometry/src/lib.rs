@@ -46,7 +46,7 @@ pub use bvh::{Aabb, Bvh};
 pub use closed_mesh::ClosedMesh;
 pub use closed_surface::{ClosedSurface, SignedDistance};
 pub use closest_surface::ClosestSurface;
-pub use contact_patch::ContactPatch;
+pub use contact_patch::{ContactPatch, Nearest, TouchesInAPoint};
 pub use convex::cone::Cone;
 pub use convex::polyhedron::Polyhedron;
 pub use core::Core;

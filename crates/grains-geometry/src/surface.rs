@@ -73,6 +73,8 @@ pub struct WallMesh {
     sides: Vec<Vec3>,
     /// Unit edge directions away from a vertex, vertex by vertex.
     spokes: Vec<Vec3>,
+    /// Edges of these directions.
+    spoke_edges: Vec<u32>,
     /// Triangles sharing a vertex with a triangle, triangle by triangle.
     neighbours: Vec<u32>,
     bvh: Bvh,
@@ -100,6 +102,7 @@ impl WallMesh {
             vertices: parts.vertices,
             sides: parts.sides,
             spokes: parts.spokes,
+            spoke_edges: parts.spoke_edges,
             neighbours: parts.neighbours,
             bvh: Bvh::new(&parts.boxes),
             mesh,
@@ -246,5 +249,18 @@ impl WallMesh {
             }
         }
         true
+    }
+
+    /// Which edges and corners of triangle `t`, that it owns, bodies `toward` (any length) meet before its face: borders
+    /// and ridges, no flat seams nor valleys.
+    pub(crate) fn ridges(&self, t: u32, toward: &Vec3) -> [[bool; 3]; 2] {
+        let triangle = &self.triangles[t as usize];
+        let is_ridge = |edge: u32| self.edges[edge as usize].is_ridge(&self.sides, toward);
+        let edge = |k: usize| triangle.owned_edges[k] && is_ridge(triangle.edges[k]);
+        let corner = |k: usize| {
+            let spokes = self.vertices[triangle.vertices[k] as usize].spokes();
+            triangle.owned_vertices[k] && self.spoke_edges[spokes].iter().any(|&edge| is_ridge(edge))
+        };
+        [[0, 1, 2].map(edge), [0, 1, 2].map(corner)]
     }
 }

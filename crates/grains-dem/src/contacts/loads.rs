@@ -44,9 +44,7 @@ impl ContactLoads {
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let torque = quanta.torque(&law.couple(encounter, rolling, angles, dt));
-        self.torques[0] += torque;
-        self.torques[1] -= torque;
+        self.add_torque(&law.couple(encounter, rolling, angles, dt), quanta);
     }
 
     /// Adds the torque of a contact patch of this second moment (m²) about its centre; its torsional angle (rad) is
@@ -59,7 +57,13 @@ impl ContactLoads {
         quanta: &LoadQuanta,
         dt: f64,
     ) {
-        let torque = quanta.torque(&law.patch_torque(encounter, second, torsional_angle, dt));
+        self.add_torque(&law.patch_torque(encounter, second, torsional_angle, dt), quanta);
+    }
+
+    /// Adds a torque (N m) on the first body, and its opposite on the second.
+    #[inline(always)]
+    pub(crate) fn add_torque(&mut self, torque: &Vec3, quanta: &LoadQuanta) {
+        let torque = quanta.torque(torque);
         self.torques[0] += torque;
         self.torques[1] -= torque;
     }

@@ -13,5 +13,5 @@ pub(crate) use lanes::{BLOCK, Columns, set, vector_at};
 pub(crate) use load_quanta::LoadQuanta;
 pub(crate) use loads::{ContactLoads, ContactPoint};
 pub(crate) use pass::{ContactPass, Overlapping, PassStatistics};
-pub(crate) use several::{Kept, PairLaw, PatchShare, SeveralContacts, Wound, either};
+pub(crate) use several::{Kept, PairLaw, PatchShare, Screw, SeveralContacts, Wound, either};
 pub(crate) use spheres::{SpherePair, add_forces as add_sphere_forces};

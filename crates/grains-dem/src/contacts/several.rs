@@ -15,7 +15,7 @@ use super::loads::{ContactLoads, ContactPoint};
 use crate::contact_history::LawHistory;
 use crate::narrow_phase::Pose;
 use grains_contact::{Approach, Coefficients, Encounter, Neighbourhood, PreparedLaw, Sharing, WoundAngles};
-use grains_geometry::{DepthNorm, Mat3, Vec3};
+use grains_geometry::{ContactPatch, DepthNorm, Mat3, Vec3};
 
 /// The law of two bodies.
 pub(crate) struct PairLaw<'a> {
@@ -48,12 +48,12 @@ pub(crate) struct SeveralContacts {
 }
 
 impl SeveralContacts {
-    /// All contact points of two bodies, of so many pairs of parts, each with the weight of its patch; 1 of a point.
+    /// All contact points of two bodies, of so many pairs of parts, each with the screw along which it presses.
     #[inline]
     pub(crate) fn of<P: ContactPoint>(
         sharing: Sharing,
         parts: usize,
-        points: impl Iterator<Item = (P, f64)> + Clone,
+        points: impl Iterator<Item = (P, Screw)> + Clone,
     ) -> Self {
         let count = points.clone().count();
         let sharing = if count == 1 { Sharing::Potential } else { sharing };
@@ -61,16 +61,17 @@ impl SeveralContacts {
         let (push, turns) = (Vec3::zeros(), [Vec3::zeros(); 2]);
         let mut all =
             Self { sharing, count, parts, norm, total: 0.0, squares: 0.0, opening: 0.0, push, turns };
-        for (point, patch) in points {
-            let Encounter { normal, overlap, velocity, .. } = point.encounter();
-            let weight = all.weight(overlap, patch);
+        for (point, screw) in points {
+            let encounter = point.encounter();
+            let weight = all.weight(encounter.overlap, screw.weight);
             all.total += weight;
             all.squares += weight * weight;
-            all.opening += weight * velocity.dot(&normal);
-            let force = normal * weight;
+            all.opening += weight * screw.opening(&encounter);
+            let force = encounter.normal * weight;
             all.push += force;
-            let torques = point.torques(&force);
-            (0..2).for_each(|side| all.turns[side] += torques[side]);
+            let ([torque, other], couple) = (point.torques(&force), force * screw.pitch);
+            all.turns[0] += torque + couple;
+            all.turns[1] += other - couple;
         }
         all
     }
@@ -133,13 +134,13 @@ impl SeveralContacts {
     fn one(
         &self,
         point: &impl ContactPoint,
-        patch: f64,
+        screw: &Screw,
         law: &PairLaw,
         memory: &mut f64,
     ) -> (Encounter, Coefficients) {
         let mut encounter = point.encounter();
-        let Encounter { normal, overlap, velocity, .. } = encounter;
-        let opening = velocity.dot(&normal);
+        let (overlap, patch) = (encounter.overlap, screw.weight);
+        let opening = screw.opening(&encounter);
         let seen = match self.sharing {
             Sharing::Potential => {
                 encounter.overlap = self.norm.depth;
@@ -147,7 +148,8 @@ impl SeveralContacts {
             }
             Sharing::Mean | Sharing::Sum => patch * opening,
         };
-        encounter.velocity += normal * (seen - opening);
+        let normal = encounter.normal;
+        encounter.velocity += normal * (seen - encounter.velocity.dot(&normal));
         let weight = self.weight(overlap, patch);
         let of_pair = Approach {
             overlap: encounter.overlap,
@@ -174,16 +176,20 @@ impl SeveralContacts {
         quanta: &LoadQuanta,
     ) -> ContactLoads {
         let (dt, Kept { displacement, torsional_angle, history }) = (law.dt, kept);
-        let share = patch.as_ref().map_or(1.0, |patch| patch.weight);
-        let (encounter, one) = self.one(point, share, law, &mut history.memory);
+        let screw = patch.as_ref().map_or(Screw::POINT, |patch| patch.screw);
+        let (encounter, one) = self.one(point, &screw, law, &mut history.memory);
         let mut force = one.force(&encounter, displacement, dt);
         let attraction = &law.law.attraction;
         if attraction.is_active() {
             let at = Neighbourhood { radius: law.effective_radius, mass: law.mass, dt, films: law.films };
-            let weight = self.weight(point.encounter().overlap, share);
+            let weight = self.weight(point.encounter().overlap, screw.weight);
             force += attraction.force(&encounter, &at, &mut history.bridge) * weight;
         }
         let mut loads = ContactLoads::of(point, &force, quanta);
+        if screw.pitch != 0.0 {
+            let normal = encounter.normal;
+            loads.add_torque(&(normal * (screw.pitch * force.dot(&normal))), quanta);
+        }
         if one.has_couples() {
             loads.add_couple(&encounter, &one, (&point.rolling(), &mut history.angles), quanta, dt);
         }
@@ -204,10 +210,34 @@ pub(crate) fn either(one: f64, other: f64) -> f64 {
     if one == 0.0 { other } else { one }
 }
 
+/// Along what the bodies press each other at a contact: its normal, about which they also turn each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Screw {
+    /// Weight of its patch (-).
+    pub(crate) weight: f64,
+    /// Couple over force (m).
+    pub(crate) pitch: f64,
+}
+
+impl Screw {
+    /// That of a point.
+    pub(crate) const POINT: Self = Self { weight: 1.0, pitch: 0.0 };
+
+    pub(crate) fn of(patch: Option<&ContactPatch>) -> Self {
+        patch.map_or(Self::POINT, |patch| Self { weight: patch.weight, pitch: patch.pitch })
+    }
+
+    /// Velocity (m/s) with which the bodies part along it.
+    #[inline]
+    fn opening(&self, encounter: &Encounter) -> f64 {
+        let Encounter { normal, velocity, spin, .. } = encounter;
+        (velocity - spin * self.pitch).dot(normal)
+    }
+}
+
 /// The part of a patch in the contacts of two bodies.
 pub(crate) struct PatchShare {
-    /// Its weight (-).
-    pub(crate) weight: f64,
+    pub(crate) screw: Screw,
     /// Second moment of its corners (m²), in the world.
     pub(crate) second: Mat3,
 }

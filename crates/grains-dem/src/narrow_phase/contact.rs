@@ -3,7 +3,9 @@
 use super::placed_part::{PlacedPart, Pose};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{ContactPatch, Core, GjkError, Placement, Simplex, Vec3};
+use grains_geometry::{
+    ContactPatch, Core, GjkError, Nearest, Placement, Simplex, TouchesInAPoint, Vec3, WallMesh,
+};
 
 /// Gap up to which bodies are separated by the plane that lasts longest, that of the nearest points, relative to a body.
 const SLACK: f64 = 0.05;
@@ -110,19 +112,40 @@ pub(crate) fn contact_patch(
     other_crust: f64,
     contact: &mut PartContact,
 ) -> Option<ContactPatch> {
-    let crusts = part.crust + other_crust;
-    let gap = (crusts - contact.overlap) / part.scale;
-    let normal = part.rotation.tr_mul(&contact.normal);
-    let found = ContactPatch::of_cores(part.core, other, placement, &normal, gap, crusts / part.scale)?;
-    // On a triangle it may be a corner of a face that lies on the neighbours too.
-    if found.is_one_corner() && !matches!(other, Core::Triangle(_)) {
-        return None;
-    }
+    let (crusts, inverse) = (part.crust + other_crust, 1.0 / part.scale);
+    let between_cores = contact.point - between_surfaces(part, other_crust, &contact.normal);
+    let nearest = Nearest {
+        normal: part.rotation.tr_mul(&contact.normal),
+        point: part.rotation.tr_mul(&between_cores) * inverse,
+        gap: (crusts - contact.overlap) * inverse,
+        crusts: crusts * inverse,
+    };
+    let found = ContactPatch::of_cores(part.core, other, placement, &nearest)?;
     let mut footprint = found.moved(&part.rotation, part.scale, &Vec3::zeros());
     let ContactPatch { normal, overlap, .. } = footprint;
     footprint.center += between_surfaces(part, other_crust, &normal);
     (contact.normal, contact.overlap, contact.point) = (normal, overlap, footprint.center);
     Some(footprint)
+}
+
+/// Contact of a part at `center` (m) with a triangle of a mesh, over the patch that no other triangle bears.
+///
+/// `point` is that of the nearest points; `Err` if the part touches in points only.
+pub(crate) fn patch_on_triangle(
+    part: &PlacedPart,
+    center: &Vec3,
+    on: (&WallMesh, u32),
+    (contact, point): (&PartContact, &Vec3),
+) -> Result<Option<ContactPatch>, TouchesInAPoint> {
+    let PartContact { normal, overlap, .. } = *contact;
+    let point = point - between_surfaces(part, 0.0, &normal);
+    let nearest = Nearest { normal, point, gap: part.crust - overlap, crusts: part.crust };
+    let placement = Placement { matrix: part.rotation * part.scale, translation: *center };
+    let patch = ContactPatch::on_triangle(part.core, &placement, on, &nearest)?;
+    Ok(patch.map(|patch| {
+        let center = patch.center + between_surfaces(part, 0.0, &patch.normal);
+        ContactPatch { center, ..patch }
+    }))
 }
 
 /// Meeting of two parts placed in the frame of the first; its point is taken from the centre of the first.

@@ -8,7 +8,7 @@ use super::pairs::{Histories, PartPair};
 use super::point_contact::PartPoint;
 use crate::catalogue::{Catalogue, ContactTable};
 use crate::contact_history::ContactHistory;
-use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, either};
+use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, either};
 use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
@@ -104,7 +104,7 @@ fn add_contacts(
     let inverse_inertia = catalogue.inverse_inertia(bodies, prepared);
     let point = |item: &Found| PartPoint::of(bodies, &item.contact, inverse_inertia);
     let patch = |item: &Found| found.footprint(item).map_or(1.0, |patch| patch.weight);
-    let points = found.items.iter().map(|item| (point(item), patch(item)));
+    let points = found.items.iter().map(|item| (point(item), Screw::of(found.footprint(item))));
     let several = SeveralContacts::of(catalogue.sharing, found.items.len(), points);
     let inverse = |side: usize| several.inverse_mass(&poses[side], bodies[side].contact_mass(), side);
     let law = PairLaw {
@@ -137,7 +137,7 @@ fn add_contacts(
             [history.law.memory, history.law.bridge] = kept;
         }
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
-        let patch = found.footprint(item).map(|f| PatchShare { weight: f.weight, second: f.second });
+        let patch = found.footprint(item).map(|f| PatchShare { screw: Screw::of(Some(f)), second: f.second });
         let mut kept = kept_by(history);
         if several.is_one() {
             kept.begin_with(&wound);

@@ -244,9 +244,4 @@ fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
             }
         }
     }
-    for contact in contacts {
-        if contact.as_ref().is_some_and(|contact| !contact.stands_alone) {
-            *contact = None;
-        }
-    }
 }

@@ -10,7 +10,7 @@ use super::wall_point::WallPoint;
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
 use crate::contacts::{
-    ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, SeveralContacts, Wound, either,
+    ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, Wound, either,
 };
 use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::narrow_phase::Pose;
@@ -208,9 +208,10 @@ fn together(
 ) -> SeveralContacts {
     let (i, w) = (pair.particle as usize, pair.wall as usize);
     let (state, body) = (&scene.states[w], &particles.bodies[i]);
-    let points = touching.iter().flatten().map(|found| {
-        (WallPoint::of((body, center), state, found, 0.0), found.footprint.as_ref().map_or(1.0, |f| f.weight))
-    });
+    let points = touching
+        .iter()
+        .flatten()
+        .map(|found| (WallPoint::of((body, center), state, found, 0.0), Screw::of(found.footprint.as_ref())));
     let several = SeveralContacts::of(catalogue.sharing, parts, points);
     let pose = Pose::of(particles, i, catalogue);
     law.mass = 1.0 / several.inverse_mass(&pose, body.mass, 0);
@@ -232,7 +233,7 @@ fn add_contact(
     let point = center + contact.arm;
     let quanta = &pass.quanta;
     let patch = found.footprint.as_ref().map(|patch| PatchShare {
-        weight: patch.weight,
+        screw: Screw::of(Some(patch)),
         second: state.rotation * patch.second * state.rotation.transpose(),
     });
     let loads = several.loads(&contact, patch, law, kept_by(pair, history), quanta);

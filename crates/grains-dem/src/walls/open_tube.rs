@@ -278,7 +278,6 @@ impl OpenTube {
             overlap: contact.overlap,
             point: center + contact.point,
             footprint: None,
-            stands_alone: true,
         }))
     }
 }

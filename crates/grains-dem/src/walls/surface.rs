@@ -3,7 +3,7 @@
 use super::open_tube::OpenTube;
 use super::surface_contact::{SphereTouch, SurfaceContact};
 use crate::catalogue::FaceContact;
-use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, touch};
+use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, patch_on_triangle, touch};
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
@@ -196,23 +196,34 @@ impl Surface {
             Surface::OpenTube(tube) => tube.meets_part(element, center, part),
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let contact = core_meets_part(core, &placement, center, part, simplex, is_multi_point)?;
-                Ok(contact.map(|(contact, _)| contact))
+                let Meeting::Touching(mut found) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
+                    return Ok(None);
+                };
+                let patch =
+                    is_multi_point.then(|| contact_patch(part, core, &placement, 0.0, &mut found)).flatten();
+                Ok(Some(SurfaceContact::found(&found, center, patch)))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let contact = core_meets_part(&core, &placement, center, part, simplex, is_multi_point)?;
-                Ok(contact.and_then(|(contact, is_deep_penetration)| {
-                    let SurfaceContact { normal, overlap, point, footprint, .. } = contact;
-                    // The triangle's point lies half an overlap behind the contact point.
-                    let on_triangle = point - normal * (0.5 * overlap);
-                    let stands_alone = is_deep_penetration
-                        || footprint.is_some_and(|patch| !patch.is_one_corner())
-                        || mesh.owns_local_minimum(element, &on_triangle, &-normal);
-                    (stands_alone || footprint.is_some())
-                        .then_some(SurfaceContact { stands_alone, ..contact })
-                }))
+                let Meeting::Touching(mut found) = touch(part, &core, &placement, 0.0, 0.0, simplex)? else {
+                    return Ok(None);
+                };
+                let point = center + found.point;
+                if is_multi_point
+                    && let Ok(patch) = patch_on_triangle(part, center, (mesh, element), (&found, &point))
+                {
+                    return Ok(patch.map(|patch| {
+                        (found.normal, found.overlap) = (patch.normal, patch.overlap);
+                        found.point = patch.center - center;
+                        SurfaceContact::found(&found, center, Some(patch))
+                    }));
+                }
+                // The triangle's point lies half an overlap behind the contact point.
+                let on_triangle = point - found.normal * (0.5 * found.overlap);
+                let stands_alone = found.is_deep_penetration
+                    || mesh.owns_local_minimum(element, &on_triangle, &-found.normal);
+                Ok(stands_alone.then(|| SurfaceContact::found(&found, center, None)))
             }
         }
     }
@@ -267,23 +278,4 @@ fn plane_meets_part(
     let gap = |p: &Vec3| (center + p - point).dot(normal);
     let patch = if is_multi_point { part.footprint(center, &-normal, gap) } else { None };
     Some(contact.over(patch, part.crust))
-}
-
-/// Contact of a part at `center` (m) with a core placed in its frame, and whether it is a deep penetration.
-fn core_meets_part(
-    core: &Core,
-    placement: &Placement,
-    center: &Vec3,
-    part: &PlacedPart,
-    simplex: &mut Simplex,
-    is_multi_point: bool,
-) -> Result<Option<(SurfaceContact, bool)>, GjkError> {
-    let Meeting::Touching(mut c) = touch(part, core, placement, 0.0, 0.0, simplex)? else {
-        return Ok(None);
-    };
-    let footprint = is_multi_point.then(|| contact_patch(part, core, placement, 0.0, &mut c)).flatten();
-    let point = center + c.point;
-    let contact =
-        SurfaceContact { normal: c.normal, overlap: c.overlap, point, footprint, stands_alone: true };
-    Ok(Some((contact, c.is_deep_penetration)))
 }

@@ -1,6 +1,6 @@
 //! The contact of a convex body with a surface of a wall.
 
-use crate::narrow_phase::PlacedPart;
+use crate::narrow_phase::{PartContact, PlacedPart};
 use grains_geometry::{ContactPatch, DiscreteSurface, Vec3};
 
 /// Contact of a convex body with a surface, in the wall's frame.
@@ -14,8 +14,6 @@ pub(crate) struct SurfaceContact {
     pub(crate) point: Vec3,
     /// Where the body touches if not in a point.
     pub(crate) footprint: Option<ContactPatch>,
-    /// Whether it is not where an edge of its triangle cuts a contact with the next.
-    pub(crate) stands_alone: bool,
 }
 
 /// Contact of a sphere with a surface, in the wall's frame.
@@ -38,7 +36,13 @@ impl SurfaceContact {
     /// Contact of a body whose surface lies `overlap` behind the wall at `deepest`.
     #[inline(always)]
     pub(crate) fn new(deepest: Vec3, normal: Vec3, overlap: f64, footprint: Option<ContactPatch>) -> Self {
-        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint, stands_alone: true }
+        Self { normal, overlap, point: deepest - normal * (0.5 * overlap), footprint }
+    }
+
+    /// Contact that was found of a part at `center` (m), which it points from.
+    pub(super) fn found(found: &PartContact, center: &Vec3, footprint: Option<ContactPatch>) -> Self {
+        let PartContact { normal, overlap, point, .. } = *found;
+        Self { normal, overlap, point: center + point, footprint }
     }
 
     /// That of the body as it is, which was swollen by `reach` (m): the overlap may be negative.
@@ -61,8 +65,7 @@ impl SurfaceContact {
                 let joined = a.joined(b);
                 // The point lies as far off the centre of the joined patch as off that of its own.
                 let point = self.point + joined.center - a.center;
-                let stands_alone = self.stands_alone || other.stands_alone || !joined.is_one_corner();
-                Self { overlap: joined.overlap, point, footprint: Some(joined), stands_alone, ..*self }
+                Self { normal: joined.normal, overlap: joined.overlap, point, footprint: Some(joined) }
             }
             // A triangle touched in one point adds nothing to a face that lies on its neighbours.
             (Some(_), None) => *self,
@@ -93,7 +96,6 @@ impl SurfaceContact {
             overlap: found.overlap * part.scale,
             point: center + part.rotation * found.point * part.scale,
             footprint: None,
-            stands_alone: true,
         })
     }
 }

@@ -162,6 +162,7 @@ impl Convex for Cone {
         }
         let squared = radial * radial;
         found.set([0, 1].map(|k| self.on_rim(k, direction, squared)), None);
+        found.is_whole = false;
         Some(())
     }
 

@@ -88,7 +88,7 @@ impl Convex for Cuboid {
         let mut normal = Vec3::zeros();
         normal[axis] = sign;
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        found.set(corners, Some((normal, direction[axis].abs())));
+        found.set(corners, Some(normal));
         Some(())
     }
 

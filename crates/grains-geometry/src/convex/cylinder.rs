@@ -79,6 +79,7 @@ impl Convex for Cylinder {
         }
         let away = Vec3::new(direction.x, direction.y, 0.0).normalize() * self.radius;
         found.set([-1.0, 1.0].map(|s| away + Vec3::z() * (s * self.half_height)), None);
+        found.is_whole = false;
         Some(())
     }
 

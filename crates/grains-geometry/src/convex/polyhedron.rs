@@ -159,11 +159,12 @@ impl Convex for Polyhedron {
 
     fn contact_feature(&self, direction: &Vec3, found: &mut Feature) -> Option<()> {
         let faces = self.faces.iter().map(|face| (face, face.normal.dot(direction)));
-        let (face, cosine) = faces.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+        let (face, _) = faces.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
         // Of a face with many corners every second or third will do.
         let every = face.vertices.len().div_ceil(SIDES);
         let corners = face.vertices.iter().step_by(every).map(|&v| self.vertices[v as usize]);
-        found.set(corners, Some((face.normal, cosine)));
+        found.set(corners, Some(face.normal));
+        found.is_whole = every == 1;
         Some(())
     }
 

@@ -61,7 +61,7 @@ impl Convex for Triangle {
         let normal = (b - a).cross(&(c - a)).normalize();
         let cosine = normal.dot(direction);
         let corners = if cosine < 0.0 { [a, c, b] } else { [a, b, c] };
-        found.set(corners, Some((normal * 1.0_f64.copysign(cosine), cosine.abs())));
+        found.set(corners, Some(normal * 1.0_f64.copysign(cosine)));
         Some(())
     }
 

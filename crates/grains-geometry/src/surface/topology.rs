@@ -62,6 +62,18 @@ pub(super) struct Vertex {
     end_spoke: u32,
 }
 
+/// Sine of the angle between faces below which their seam is flat.
+const FLAT: f64 = 1e-4;
+
+impl Edge {
+    /// Whether bodies, in a direction from it, meet it before its faces: not where these are flat or a valley.
+    pub fn is_ridge(&self, sides: &[Vec3], toward: &Vec3) -> bool {
+        let sides = &sides[self.sides()];
+        let bend: Vec3 = sides.iter().sum();
+        sides.len() == 1 || (bend.norm_squared() > FLAT * FLAT && bend.dot(toward) < 0.0)
+    }
+}
+
 impl Vertex {
     /// Where its spokes stand.
     #[inline]
@@ -77,6 +89,7 @@ pub(super) struct Parts {
     pub vertices: Vec<Vertex>,
     pub sides: Vec<Vec3>,
     pub spokes: Vec<Vec3>,
+    pub spoke_edges: Vec<u32>,
     pub neighbours: Vec<u32>,
     pub boxes: Vec<Aabb>,
 }
@@ -101,10 +114,10 @@ pub(super) fn build(mesh: &TriMesh) -> Parts {
         let direction = (end - origin) / length;
         edges.push(Edge { origin, direction, length, first_side, end_side: sides.len() as u32 });
     }
-    let (vertices, spokes) = vertices_and_spokes(mesh.vertices.len(), &edges, users.keys());
+    let (vertices, spokes, spoke_edges) = vertices_and_spokes(mesh.vertices.len(), &edges, users.keys());
     let neighbours = list_neighbours(mesh, &fans, &mut triangles);
     let boxes = triangles.iter().map(|t| Aabb::around(&t.corners)).collect();
-    Parts { triangles, edges, vertices, sides, spokes, neighbours, boxes }
+    Parts { triangles, edges, vertices, sides, spokes, spoke_edges, neighbours, boxes }
 }
 
 /// For each edge, its triangles in ascending order, with the edge's place in them.
@@ -156,25 +169,26 @@ fn unit_normal(edges: [Vec3; 3]) -> Vec3 {
     (normal - along * along.dot(&normal)).normalize()
 }
 
-/// The edges around each vertex.
+/// The edges around each vertex: their directions, and their numbers.
 fn vertices_and_spokes<'a>(
     count: usize,
     edges: &[Edge],
     ends: impl Iterator<Item = &'a (u32, u32)>,
-) -> (Vec<Vertex>, Vec<Vec3>) {
-    let mut around: Vec<Vec<(Vec3, f64)>> = vec![Vec::new(); count];
-    for (edge, &(a, b)) in edges.iter().zip(ends) {
-        around[a as usize].push((edge.direction, edge.length));
-        around[b as usize].push((-edge.direction, edge.length));
+) -> (Vec<Vertex>, Vec<Vec3>, Vec<u32>) {
+    let mut around: Vec<Vec<(Vec3, f64, u32)>> = vec![Vec::new(); count];
+    for (k, (edge, &(a, b))) in edges.iter().zip(ends).enumerate() {
+        around[a as usize].push((edge.direction, edge.length, k as u32));
+        around[b as usize].push((-edge.direction, edge.length, k as u32));
     }
+    let spoke_edges = around.iter().flatten().map(|spoke| spoke.2).collect();
     let mut spokes = Vec::with_capacity(2 * edges.len());
     let vertices = around.iter().map(|edges| {
         let first_spoke = spokes.len() as u32;
-        spokes.extend(edges.iter().map(|(direction, _)| *direction));
+        spokes.extend(edges.iter().map(|(direction, ..)| *direction));
         let shortest_edge = edges.iter().map(|e| e.1).fold(f64::INFINITY, f64::min);
         Vertex { shortest_edge, first_spoke, end_spoke: spokes.len() as u32 }
     });
-    (vertices.collect(), spokes)
+    (vertices.collect(), spokes, spoke_edges)
 }
 
 /// Lists the triangles that share a vertex with each triangle.

@@ -4,7 +4,8 @@ use crate::gjk_common::{Kind, Pair, Random, place};
 use crate::support::close;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
-    Component, Cone, ContactPatch, Core, MassProperties, Placement, Rotation, Shape, Simplex, TriMesh, Vec3,
+    Component, Cone, ContactPatch, Core, MassProperties, Nearest, Placement, Rotation, Shape, Simplex,
+    TriMesh, Vec3,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -163,7 +164,8 @@ fn a_capsule_and_a_cone_lie_on_lines_and_a_cone_stands_on_its_base() {
     // Two tips side by side share nothing.
     let beside =
         Placement { matrix: grains_geometry::Mat3::identity(), translation: Vec3::new(0.0, 0.0, 2.5) };
-    assert!(ContactPatch::of_cores(&capsule, &capsule, &beside, &Vec3::z(), 0.9, 1.0).is_none());
+    let nearest = Nearest { normal: Vec3::z(), point: Vec3::z() * 1.25, gap: 0.9, crusts: 1.0 };
+    assert!(ContactPatch::of_cores(&capsule, &capsule, &beside, &nearest).is_none());
 }
 
 #[test]
