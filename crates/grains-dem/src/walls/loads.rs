@@ -1,6 +1,6 @@
 //! Loads of wall contacts: the law of particles, against a body of infinite mass.
 
-use super::contacts::{find_contacts, find_contacts_of_sphere, not_found};
+use super::contacts::{Approach, find_contacts, find_contacts_of_sphere, not_found};
 use super::list::WallList;
 use super::pairs::{WallPair, WallScene};
 use super::seams::hand_over_history;
@@ -27,17 +27,14 @@ pub(crate) fn add_forces(
     sums: &mut WallSums,
     pass: &mut ContactPass,
 ) {
-    let mut start = 0;
-    while start < list.pairs.len() {
-        let group = start..list.group_end(start);
-        start = group.end;
-        let first = group.start;
-        let kind = particles.bodies[list.pairs[first].particle as usize].kind;
-        let added = match pass.catalogue.shape(kind).is_sphere() {
-            true => add_sphere(particles, (list, group), (scene, sums), pass),
-            false => add_body(particles, (list, group), (scene, sums), pass),
+    for group in 0..list.groups.len() {
+        let Some(approach) = Approach::of(particles, (list, group), scene, pass.catalogue) else { continue };
+        let added = match approach.is_sphere {
+            true => add_sphere(particles, (list, group, &approach), (scene, sums), pass),
+            false => add_body(particles, (list, group, &approach), (scene, sums), pass),
         };
         if let Err(reason) = added {
+            let first = list.groups[group].pairs().start;
             pass.statistics.error = Some(not_found(particles, &list.pairs[first], scene, &reason));
             return;
         }
@@ -49,33 +46,36 @@ pub(crate) fn add_forces(
 /// Lets the contacts of a sphere with one surface wait; those that waited are added where there is no more room.
 fn add_sphere(
     particles: &mut Particles,
-    (list, group): (&mut WallList, Range<usize>),
+    (list, group, approach): (&mut WallList, usize, &Approach),
     (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
-    let first = list.pairs[group.start];
-    let body = particles.bodies[first.particle as usize];
-    find_contacts_of_sphere(&body, list, group.clone(), scene, catalogue)?;
-    if group.len() > 1 {
-        let WallList { pairs, laws, touching_spheres, .. } = list;
-        let laws = laws.get_mut(group.clone()).unwrap_or_default();
-        let normal = |k: usize| touching_spheres[k].map(|touch| touch.normal);
-        hand_over_history((&mut pairs[group.clone()], laws), normal, scene);
+    find_contacts_of_sphere(list, group, approach, scene, catalogue)?;
+    if list.looked_at.len() > 1 {
+        let (pairs, start) = (list.groups[group].pairs(), list.groups[group].pairs().start);
+        let WallList { pairs: all, laws, looked_at, .. } = list;
+        let laws = laws.get_mut(pairs.clone()).unwrap_or_default();
+        let normal = |k: usize| {
+            let (_, touch) = looked_at.iter().find(|(pair, _)| *pair == start + k)?;
+            touch.map(|touch| touch.normal)
+        };
+        hand_over_history((&mut all[pairs], laws), normal, scene);
     }
-    let materials = [body.kind.material, scene.walls[first.wall as usize].material];
-    for k in group.clone() {
-        let Some(touch) = list.touching_spheres[k - group.start] else {
-            list.forget(k);
+    let Approach { body, wall, position, .. } = approach;
+    let materials = [body.kind.material, wall.material];
+    for k in 0..list.looked_at.len() {
+        let (pair, touch) = list.looked_at[k];
+        let Some(touch) = touch else {
+            list.forget(pair);
             continue;
         };
-        let center = scene.center(&first, &body.position, &list.shifts);
         let WallList { pairs, laws, batch, .. } = list;
         if !batch.has_room_for(materials) {
             batch.finish(particles, (pairs, laws), (scene, sums), pass);
         }
         let law = catalogue.contacts.prepared(materials[0], materials[1]);
-        batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law));
+        batch.take((pair, &pairs[pair], laws.get(pair)), (body, position), &touch, scene, (materials, law));
     }
     Ok(())
 }
@@ -83,12 +83,13 @@ fn add_sphere(
 /// Adds the loads of the contacts of another body with one surface.
 fn add_body(
     particles: &mut Particles,
-    (list, group): (&mut WallList, Range<usize>),
+    (list, group, approach): (&mut WallList, usize, &Approach),
     (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
-    find_contacts(particles, list, group.clone(), scene, catalogue)?;
+    find_contacts(particles, list, group, approach, scene, catalogue)?;
+    let group = list.groups[group].pairs();
     let parts = touching_parts(list, group.clone(), scene);
     if parts == 0 {
         group.for_each(|k| list.forget(k));
@@ -96,8 +97,8 @@ fn add_body(
     }
     let first = &list.pairs[group.start];
     let body = &particles.bodies[first.particle as usize];
-    let center = scene.center(first, &body.position, &list.shifts);
-    let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
+    let center = approach.position;
+    let law = catalogue.contacts.prepared(body.kind.material, approach.wall.material);
     let inverse_inertia = catalogue.inverse_inertia([body], law);
     let effective_radius = catalogue.contact_radius(body, law);
     let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt };
