@@ -169,8 +169,22 @@ impl WallMesh {
     }
 
     /// The same for a sphere of a radius (m): `None` unless it reaches the surface.
-    #[inline]
+    #[inline(always)]
     pub fn closest_within(&self, t: u32, c: &Vec3, radius: f64) -> Option<TriangleContact> {
+        let triangle = &self.triangles[t as usize];
+        let [a, b, d] = triangle.depths(c);
+        let height = triangle.normal.dot(&(c - triangle.corners[0]));
+        let distance = height.abs();
+        // Well inside the triangle, where most contacts are, no neighbour competes.
+        if a.min(b).min(d) > self.side_tolerance + distance * self.smooth_sine {
+            let contact = face_contact(triangle, c, height);
+            return (radius * radius - height * height > 0.0 && distance < radius).then_some(contact);
+        }
+        self.closest_near_border(t, c, radius)
+    }
+
+    #[inline(never)]
+    fn closest_near_border(&self, t: u32, c: &Vec3, radius: f64) -> Option<TriangleContact> {
         if !self.may_touch(t, c, radius) {
             return None;
         }
@@ -215,11 +229,7 @@ impl WallMesh {
         let margin = inside[0].min(inside[1]).min(inside[2]);
         if margin > 0.0 {
             let height = triangle.normal.dot(&(c - triangle.corners[0]));
-            let contact = TriangleContact {
-                point: c - triangle.normal * height,
-                distance: height.abs(),
-                normal: if height < 0.0 { -triangle.normal } else { triangle.normal },
-            };
+            let contact = face_contact(triangle, c, height);
             return Some(Minimum { contact, margin, rank: contact.distance * (1.0 - 2.0 * TIE) });
         }
         let (point, tie) = match self.edge_minimum(triangle, &inside, c) {
@@ -278,5 +288,15 @@ impl WallMesh {
             }
         }
         true
+    }
+}
+
+/// Contact of a point `c` (m), `height` (m) over the plane of a triangle, with its face.
+#[inline(always)]
+fn face_contact(triangle: &Triangle, c: &Vec3, height: f64) -> TriangleContact {
+    TriangleContact {
+        point: c - triangle.normal * height,
+        distance: height.abs(),
+        normal: if height < 0.0 { -triangle.normal } else { triangle.normal },
     }
 }

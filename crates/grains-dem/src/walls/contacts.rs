@@ -24,11 +24,10 @@ pub(super) struct Approach<'a> {
     /// Centre of its image (m), in the world and in the wall's frame.
     pub(super) position: Vec3,
     center: Vec3,
-    /// Rotation from its frame to that of the wall; of no meaning for a sphere.
-    frame: Mat3,
+    /// Rotation from its frame to that of the wall; none of a sphere.
+    frame: Option<Mat3>,
     /// Way it has gone, as the group counts it (m).
     way: f64,
-    pub(super) is_sphere: bool,
 }
 
 impl<'a> Approach<'a> {
@@ -46,27 +45,27 @@ impl<'a> Approach<'a> {
         let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
         let position = scene.center(first, &body.position, &list.shifts);
         let center = state.to_wall(&position);
-        let is_sphere = catalogue.shape(body.kind).is_sphere();
-        let (mut frame, mut turned) = (Mat3::identity(), None);
-        if !is_sphere {
-            frame = particles.frames[particle];
-            if state.is_displaced {
-                frame = state.rotation.tr_mul(&frame);
-            }
-            turned = Some((&frame, body.radius));
-        }
-        let way = list.way(group, &center, turned);
+        let frame = (!catalogue.shape(body.kind).is_sphere()).then(|| {
+            let frame = &particles.frames[particle];
+            if state.is_displaced { state.rotation.tr_mul(frame) } else { *frame }
+        });
+        let way = list.way(group, &center, frame.as_ref().map(|frame| (frame, body.radius)));
         if way < list.groups[group].apart_until {
             return None;
         }
         let surface = &wall.surfaces[first.surface as usize];
-        Some(Self { body, particle, wall, state, surface, position, center, frame, way, is_sphere })
+        Some(Self { body, particle, wall, state, surface, position, center, frame, way })
     }
 
     /// Way of the group up to which a pair is apart that has a free path (m) from here.
     #[inline(always)]
     fn apart_until(&self, free_path: f64) -> f64 {
         apart_until(self.way, free_path, [&self.position, &self.center], self.body.radius)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_sphere(&self) -> bool {
+        self.frame.is_none()
     }
 
     fn reach(&self, catalogue: &Catalogue) -> f64 {
@@ -176,16 +175,16 @@ pub(super) fn find_contacts(
         return Ok(());
     }
     let Approach { body, center, .. } = approach;
-    if approach.is_sphere {
+    let Some(frame) = &approach.frame else {
         find_contacts_of_sphere(list, group, approach, scene, catalogue)?;
         list.touching.resize(pairs.len(), None);
         for (pair, touch) in &list.looked_at {
             list.touching[pair - pairs.start] = touch.map(|touch| touch.contact(center, body.radius));
         }
         return Ok(());
-    }
+    };
     let mut pose = Pose::of(particles, approach.particle, catalogue);
-    pose.frame = &approach.frame;
+    pose.frame = frame;
     let reach = approach.reach(catalogue);
     let (mut start, mut were_apart) = (pairs.start, false);
     while start < pairs.end {
@@ -196,13 +195,14 @@ pub(super) fn find_contacts(
         start = end;
     }
     if were_apart {
-        list.see(group, approach.way, center, Some(&approach.frame));
+        list.see(group, approach.way, center, Some(frame));
     }
     list.leave(group);
     Ok(())
 }
 
 /// Finds which pairs of a sphere touch, of those that may, in the wall's frame.
+#[inline(always)]
 pub(super) fn find_contacts_of_sphere(
     list: &mut WallList,
     group: usize,

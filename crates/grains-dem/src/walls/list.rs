@@ -170,14 +170,6 @@ impl WallList {
         ContactHistory { tangential_displacement, torsional_angle, law, simplex }
     }
 
-    /// Forgets a contact that ended.
-    pub(super) fn forget(&mut self, pair: usize) {
-        self.pairs[pair].reset_displacements();
-        if let Some(law) = self.laws.get_mut(pair) {
-            *law = LawHistory::default();
-        }
-    }
-
     /// Drops the simplexes of a range of pairs.
     pub(super) fn drop_simplexes(&mut self, group: Range<usize>) {
         for pair in &self.pairs[group] {

@@ -29,7 +29,7 @@ pub(crate) fn add_forces(
 ) {
     for group in 0..list.groups.len() {
         let Some(approach) = Approach::of(particles, (list, group), scene, pass.catalogue) else { continue };
-        let added = match approach.is_sphere {
+        let added = match approach.is_sphere() {
             true => add_sphere(particles, (list, group, &approach), (scene, sums), pass),
             false => add_body(particles, (list, group, &approach), (scene, sums), pass),
         };
@@ -52,7 +52,8 @@ fn add_sphere(
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
     find_contacts_of_sphere(list, group, approach, scene, catalogue)?;
-    if list.looked_at.len() > 1 {
+    if list.looked_at.len() > 1 && list.looked_at.iter().any(|(_, touch)| touch.is_none()) {
+        // One of them may have ended.
         let (pairs, start) = (list.groups[group].pairs(), list.groups[group].pairs().start);
         let WallList { pairs: all, laws, looked_at, .. } = list;
         let laws = laws.get_mut(pairs.clone()).unwrap_or_default();
@@ -64,18 +65,17 @@ fn add_sphere(
     }
     let Approach { body, wall, position, .. } = approach;
     let materials = [body.kind.material, wall.material];
-    for k in 0..list.looked_at.len() {
-        let (pair, touch) = list.looked_at[k];
+    let law = catalogue.contacts.prepared(materials[0], materials[1]);
+    let WallList { pairs, laws, looked_at, batch, .. } = list;
+    for (pair, touch) in looked_at.iter() {
         let Some(touch) = touch else {
-            list.forget(pair);
+            forget(&mut pairs[*pair], laws.get_mut(*pair));
             continue;
         };
-        let WallList { pairs, laws, batch, .. } = list;
         if !batch.has_room_for(materials) {
             batch.finish(particles, (pairs, laws), (scene, sums), pass);
         }
-        let law = catalogue.contacts.prepared(materials[0], materials[1]);
-        batch.take((pair, &pairs[pair], laws.get(pair)), (body, position), &touch, scene, (materials, law));
+        batch.take((*pair, &pairs[*pair], laws.get(*pair)), (body, position), touch, scene, (materials, law));
     }
     Ok(())
 }
@@ -92,7 +92,7 @@ fn add_body(
     let group = list.groups[group].pairs();
     let parts = touching_parts(list, group.clone(), scene);
     if parts == 0 {
-        group.for_each(|k| list.forget(k));
+        group.for_each(|k| forget(&mut list.pairs[k], list.laws.get_mut(k)));
         return Ok(());
     }
     let first = &list.pairs[group.start];
@@ -110,7 +110,7 @@ fn add_body(
     for k in group.clone() {
         let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
         let Some(contact) = contact else {
-            list.forget(k);
+            forget(&mut list.pairs[k], list.laws.get_mut(k));
             continue;
         };
         let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
@@ -125,6 +125,15 @@ fn add_body(
         }
     }
     Ok(())
+}
+
+/// Forgets a contact that ended.
+#[inline(always)]
+fn forget(pair: &mut WallPair, law: Option<&mut LawHistory>) {
+    pair.reset_displacements();
+    if let Some(law) = law {
+        *law = LawHistory::default();
+    }
 }
 
 /// What the contacts of a particle with one surface have wound up together.

@@ -145,7 +145,7 @@ impl Surface {
     }
 
     /// Contact of a sphere with one element, if they touch.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn meets_sphere(
         &self,
         element: u32,
@@ -168,15 +168,7 @@ impl Surface {
             }
             Surface::OpenTube(tube) => tube.meets_sphere(element, center, radius),
             Surface::Solid { core, rotation, center: middle, .. } => {
-                let placement = Placement { matrix: *rotation, translation: middle - center };
-                match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
-                    Separation::Apart { distance, normal, .. } if distance < radius => {
-                        Some(SphereTouch { normal, overlap: radius - distance })
-                    }
-                    // The centre is inside the wall: far beyond any overlap limit, and so reported.
-                    Separation::Meeting => Some(SphereTouch { normal: Vec3::z(), overlap: radius }),
-                    _ => None,
-                }
+                sphere_meets_solid((core, rotation, middle), center, radius)?
             }
             Surface::Mesh(mesh) => mesh
                 .closest_within(element, center, radius)
@@ -263,6 +255,23 @@ impl Surface {
             _ => None,
         }
     }
+}
+
+/// Contact of a sphere at `center` (m) with a solid of this rotation and centre (m).
+fn sphere_meets_solid(
+    (core, rotation, middle): (&Core, &Mat3, &Vec3),
+    center: &Vec3,
+    radius: f64,
+) -> Result<Option<SphereTouch>, GjkError> {
+    let placement = Placement { matrix: *rotation, translation: middle - center };
+    Ok(match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
+        Separation::Apart { distance, normal, .. } if distance < radius => {
+            Some(SphereTouch { normal, overlap: radius - distance })
+        }
+        // The centre is inside the wall: far beyond any overlap limit, and so reported.
+        Separation::Meeting => Some(SphereTouch { normal: Vec3::z(), overlap: radius }),
+        _ => None,
+    })
 }
 
 /// How a part at `center` (m) meets a plane, by its vertices if it has any.
