@@ -271,7 +271,7 @@ fn overlap_with_element(surface: &Surface, element: u32, center: &Vec3, radius: 
         let mut cold = Simplex::default();
         let at = center + placed.offset;
         let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
-        overlap(met.map(|met| met.map(|contact| contact.overlap)))
+        overlap(met.map(|met| met.contact().map(|contact| contact.overlap)))
     };
     (0..pose.shape.parts.len() as u16).map(of_part).fold(0.0, f64::max)
 }

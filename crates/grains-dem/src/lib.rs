@@ -32,6 +32,8 @@
 //! indices and tangential displacement. Touching pairs of spheres are evaluated several at a time. A pair of parts of
 //! other particles holds a separating plane and the path that the two may travel before it is checked again; the
 //! history of touching pairs is stored apart.
+//! A pair with an element of a wall holds the way that its particle may go, as seen from the wall, before it is looked at again:
+//! so motions of walls need no bound, and a triangle that owns no minimum of the distance is left alone as long as that lasts.
 //!
 //! # Same bits on any number of ranks
 //!

@@ -130,15 +130,17 @@ impl WallMesh {
         self.bvh.for_each_in_box(lower, upper, f);
     }
 
-    /// Whether a ball of a radius (m) around `c` may meet triangle `t`: neither the triangle's box nor its
-    /// plane and edges rule it out. Where a larger ball is not near, a smaller one is not either.
+    /// Lower bound (m) on the distance of triangle `t` from `c`, by its box, its plane and its edges.
     #[inline]
-    pub fn is_near(&self, t: u32, c: &Vec3, radius: f64) -> bool {
-        let [p, q, r] = &self.triangles[t as usize].corners;
-        let meets_box = (0..3)
-            .all(|a| p[a].min(q[a]).min(r[a]) <= c[a] + radius && p[a].max(q[a]).max(r[a]) >= c[a] - radius);
+    pub fn distance_bound(&self, t: u32, c: &Vec3) -> f64 {
+        let triangle = &self.triangles[t as usize];
+        let [p, q, r] = &triangle.corners;
+        let (lower, upper) = (p.inf(q).inf(r), p.sup(q).sup(r));
+        let from_box = (lower - c).sup(&(c - upper)).max();
         // The boxes of slanted triangles hold much that is far from them.
-        meets_box && self.may_touch(t, c, radius)
+        let height = triangle.normal.dot(&(c - triangle.corners[0]));
+        let outside = triangle.depths(c).into_iter().fold(0.0, f64::min);
+        from_box.max((height * height + outside * outside).sqrt())
     }
 
     /// Whether plane and edges of triangle `t` allow it to meet a ball of a radius (m) around `c`.
@@ -170,12 +172,56 @@ impl WallMesh {
     }
 
     /// The same for a sphere of a radius (m): `None` unless it reaches the surface.
-    #[inline]
+    #[inline(always)]
     pub fn closest_within(&self, t: u32, c: &Vec3, radius: f64) -> Option<TriangleContact> {
+        let triangle = &self.triangles[t as usize];
+        let [a, b, d] = triangle.depths(c);
+        let height = triangle.normal.dot(&(c - triangle.corners[0]));
+        let distance = height.abs();
+        // Well inside the triangle, where most contacts are, no neighbour competes.
+        if a.min(b).min(d) > self.side_tolerance + distance * self.smooth_sine {
+            let contact = face_contact(triangle, c, height);
+            return (radius * radius - height * height > 0.0 && distance < radius).then_some(contact);
+        }
+        self.closest_near_border(t, c, radius)
+    }
+
+    #[inline(never)]
+    fn closest_near_border(&self, t: u32, c: &Vec3, radius: f64) -> Option<TriangleContact> {
         if !self.may_touch(t, c, radius) {
             return None;
         }
         self.closest_on_triangle(t, c).filter(|contact| contact.distance < radius)
+    }
+
+    /// Way (m) that a ball of a radius (m) around `c` may go, wherever to, before triangle `t` can have a contact with it; not
+    /// positive where one step may bring it.
+    ///
+    /// It has none as long as plane or edges keep it out of reach, or no minimum of the distance is its own.
+    pub fn free_path(&self, t: u32, c: &Vec3, radius: f64) -> f64 {
+        (self.distance_bound(t, c) - radius).max(self.way_to_minimum(t, c))
+    }
+
+    /// Way (m) that a point may go before [`Self::local_minimum`] finds one: each condition is as far from being met as a
+    /// coordinate along a unit vector, and of all conditions of a place one is enough.
+    fn way_to_minimum(&self, t: u32, c: &Vec3) -> f64 {
+        let triangle = &self.triangles[t as usize];
+        let inside = triangle.depths(c);
+        let to_face = -inside[0].min(inside[1]).min(inside[2]);
+        let edges = (0..3).filter(|&k| triangle.owned_edges[k]).map(|k| {
+            let edge = &self.edges[triangle.edges[k] as usize];
+            let from_origin = c - edge.origin;
+            let along = from_origin.dot(&edge.direction);
+            let beyond = (-along).max(along - edge.length) - self.corner_tolerance;
+            let sides = self.sides[edge.sides()].iter().map(|side| from_origin.dot(side));
+            sides.chain([inside[k]]).map(|depth| depth - self.side_tolerance).fold(beyond, f64::max)
+        });
+        let vertices = (0..3).filter(|&k| triangle.owned_vertices[k]).map(|k| {
+            let spokes = &self.spokes[self.vertices[triangle.vertices[k] as usize].spokes()];
+            let along = spokes.iter().map(|spoke| (c - triangle.corners[k]).dot(spoke));
+            along.fold(f64::NEG_INFINITY, f64::max) - self.corner_tolerance
+        });
+        edges.chain(vertices).fold(to_face, f64::min)
     }
 
     /// Local minimum that triangle `t` owns, before neighbours are compared.
@@ -186,11 +232,7 @@ impl WallMesh {
         let margin = inside[0].min(inside[1]).min(inside[2]);
         if margin > 0.0 {
             let height = triangle.normal.dot(&(c - triangle.corners[0]));
-            let contact = TriangleContact {
-                point: c - triangle.normal * height,
-                distance: height.abs(),
-                normal: if height < 0.0 { -triangle.normal } else { triangle.normal },
-            };
+            let contact = face_contact(triangle, c, height);
             return Some(Minimum { contact, margin, rank: contact.distance * (1.0 - 2.0 * TIE) });
         }
         let (point, tie) = match self.edge_minimum(triangle, &inside, c) {
@@ -262,5 +304,15 @@ impl WallMesh {
             triangle.owned_vertices[k] && self.spoke_edges[spokes].iter().any(|&edge| is_ridge(edge))
         };
         [[0, 1, 2].map(edge), [0, 1, 2].map(corner)]
+    }
+}
+
+/// Contact of a point `c` (m), `height` (m) over the plane of a triangle, with its face.
+#[inline(always)]
+fn face_contact(triangle: &Triangle, c: &Vec3, height: f64) -> TriangleContact {
+    TriangleContact {
+        point: c - triangle.normal * height,
+        distance: height.abs(),
+        normal: if height < 0.0 { -triangle.normal } else { triangle.normal },
     }
 }

@@ -45,14 +45,13 @@ impl VerletLists {
         let Self {
             references, reference_orientations, spheres, sphere_laws, part_pairs, walls, bonds, ..
         } = self;
-        let walls = heap_bytes(&walls.pairs) + heap_bytes(&walls.laws) + heap_bytes(&walls.simplexes);
         heap_bytes(references)
             + heap_bytes(reference_orientations)
             + heap_bytes(spheres)
             + heap_bytes(sphere_laws)
             + part_pairs.bytes()
             + bonds.bytes()
-            + walls
+            + walls.bytes()
     }
 
     /// Number of pairs in the lists: spheres, parts of other particles, walls.

@@ -161,10 +161,8 @@ impl VerletLists {
     /// Pairs of owned particles with walls.
     fn find_walls(&mut self, search: &Search) {
         let &Search { particles, cell_list, histories, context, .. } = search;
-        self.walls.pairs.clear();
-        self.walls.laws.clear();
+        self.walls.clear();
         self.walls.keep_laws = context.catalogue.contacts.keep_law_history();
-        self.walls.simplexes.clear();
         self.walls.shifts = images::shifts(&context.decomposition.global);
         let mut near_walls =
             WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };

@@ -1,16 +1,77 @@
 //! Where particles touch walls.
 
-use super::list::WallList;
+use super::list::{WallList, apart_until};
+use super::motion::WallState;
 use super::pairs::{WallPair, WallScene};
 use super::surface::Surface;
-use super::surface_contact::{SphereTouch, SurfaceContact};
+use super::surface_contact::{PartMeeting, SphereTouch, SurfaceContact};
+use super::wall::Wall;
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
-use grains_geometry::{GjkError, Simplex, Vec3};
+use grains_geometry::{GjkError, Mat3, Simplex, Vec3};
 use std::ops::Range;
+
+/// The particle of a group of pairs as the wall sees it.
+pub(super) struct Approach<'a> {
+    pub(super) body: Body,
+    pub(super) particle: usize,
+    pub(super) wall: &'a Wall,
+    pub(super) state: &'a WallState,
+    surface: &'a Surface,
+    /// Centre of its image (m), in the world and in the wall's frame.
+    pub(super) position: Vec3,
+    center: Vec3,
+    /// Rotation from its frame to that of the wall; none of a sphere.
+    frame: Option<Mat3>,
+    /// Way it has gone, as the group counts it (m).
+    way: f64,
+}
+
+impl<'a> Approach<'a> {
+    /// The particle of a group, unless no pair of it can touch.
+    #[inline(always)]
+    pub(super) fn of(
+        particles: &Particles,
+        (list, group): (&WallList, usize),
+        scene: &WallScene<'a>,
+        catalogue: &Catalogue,
+    ) -> Option<Self> {
+        let first = &list.pairs[list.groups[group].pairs().start];
+        let particle = first.particle as usize;
+        let body = particles.bodies[particle];
+        let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
+        let position = scene.center(first, &body.position, &list.shifts);
+        let center = state.to_wall(&position);
+        let frame = (!catalogue.shape(body.kind).is_sphere()).then(|| {
+            let frame = &particles.frames[particle];
+            if state.is_displaced { state.rotation.tr_mul(frame) } else { *frame }
+        });
+        let way = list.way(group, &center, frame.as_ref().map(|frame| (frame, body.radius)));
+        if way < list.groups[group].apart_until {
+            return None;
+        }
+        let surface = &wall.surfaces[first.surface as usize];
+        Some(Self { body, particle, wall, state, surface, position, center, frame, way })
+    }
+
+    /// Way of the group up to which a pair is apart that has a free path (m) from here.
+    #[inline(always)]
+    fn apart_until(&self, free_path: f64) -> f64 {
+        apart_until(self.way, free_path, [&self.position, &self.center], self.body.radius)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_sphere(&self) -> bool {
+        self.frame.is_none()
+    }
+
+    fn reach(&self, catalogue: &Catalogue) -> f64 {
+        catalogue.contacts.reach_between(self.body.kind.material, self.wall.material)
+    }
+}
 
 /// Calls `touches` with particle, wall and overlap (m) of every wall contact.
 pub(crate) fn for_each_contact(
@@ -20,16 +81,14 @@ pub(crate) fn for_each_contact(
     catalogue: &Catalogue,
     mut touches: impl FnMut(usize, usize, f64),
 ) {
-    let mut start = 0;
-    while start < list.pairs.len() {
-        let end = list.group_end(start);
-        if find_contacts(particles, list, start..end, scene, catalogue).is_ok() {
-            let first = &list.pairs[start];
+    for group in 0..list.groups.len() {
+        let Some(approach) = Approach::of(particles, (list, group), scene, catalogue) else { continue };
+        if find_contacts(particles, list, group, &approach, scene, catalogue).is_ok() {
+            let first = &list.pairs[list.groups[group].pairs().start];
             for contact in list.touching.iter().flatten().filter(|contact| contact.overlap > 0.0) {
                 touches(first.particle as usize, first.wall as usize, contact.overlap);
             }
         }
-        start = end;
     }
 }
 
@@ -59,20 +118,18 @@ pub(crate) fn meet(
     catalogue: &Catalogue,
     mut visit: impl FnMut(&WallMeeting),
 ) -> Result<(), StepError> {
-    let mut start = 0;
-    while start < list.pairs.len() {
-        let end = list.group_end(start);
-        find_contacts(particles, list, start..end, scene, catalogue)
-            .map_err(|reason| not_found(particles, &list.pairs[start], scene, &reason))?;
-        for (pair, found) in list.pairs[start..end].iter().zip(&list.touching) {
+    for group in 0..list.groups.len() {
+        let Some(approach) = Approach::of(particles, (list, group), scene, catalogue) else { continue };
+        let pairs = list.groups[group].pairs();
+        find_contacts(particles, list, group, &approach, scene, catalogue)
+            .map_err(|reason| not_found(particles, &list.pairs[pairs.start], scene, &reason))?;
+        let Approach { wall, state, surface, center, position, .. } = &approach;
+        for (pair, found) in list.pairs[pairs].iter().zip(&list.touching) {
             let Some(found) = found else { continue };
-            let position = &particles.bodies[pair.particle as usize].position;
-            let (wall, state) = (&scene.walls[pair.wall as usize], &scene.states[pair.wall as usize]);
-            let center = scene.center(pair, position, &list.shifts);
-            let arm = state.to_world(&(found.point - state.to_wall(&center)));
-            let point = center + arm;
-            let wrapped = wall.wrapped_axes(&wall.surfaces[pair.surface as usize]);
-            let image = images::seen_from_wrapped(pair.image, position, scene.global, wrapped);
+            let arm = state.to_world(&(found.point - center));
+            let point = position + arm;
+            let wrapped = wall.wrapped_axes(surface);
+            let image = images::seen_from_wrapped(pair.image, &approach.body.position, scene.global, wrapped);
             visit(&WallMeeting {
                 pair: *pair,
                 image: image.unwrap_or(27),
@@ -83,7 +140,6 @@ pub(crate) fn meet(
                 velocity: state.velocity_at(&point),
             });
         }
-        start = end;
     }
     Ok(())
 }
@@ -106,127 +162,140 @@ pub(crate) fn not_found(
 pub(super) fn find_contacts(
     particles: &Particles,
     list: &mut WallList,
-    group: Range<usize>,
+    group: usize,
+    approach: &Approach,
     scene: &WallScene,
     catalogue: &Catalogue,
 ) -> Result<(), GjkError> {
-    let first = list.pairs[group.start];
-    let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
-    let body = &particles.bodies[first.particle as usize];
-    let position = scene.center(&first, &body.position, &list.shifts);
+    let pairs = list.groups[group].pairs();
     list.touching.clear();
-    if !wall.exists_at(scene.time) {
-        list.touching.resize(group.len(), None);
-        list.drop_simplexes(group);
+    if !approach.wall.exists_at(scene.time) {
+        list.touching.resize(pairs.len(), None);
+        list.drop_simplexes(pairs);
         return Ok(());
     }
-    let surface = &wall.surfaces[first.surface as usize];
-    let reach = catalogue.contacts.reach_between(body.kind.material, wall.material);
-    let shape = catalogue.shape(body.kind);
-    let center = state.to_wall(&position);
-    if shape.is_sphere() {
-        for pair in &list.pairs[group] {
-            let touch = meet_sphere(surface, pair.element, &center, (body.radius, reach))?;
-            list.touching.push(touch.map(|touch| touch.contact(&center, body.radius)));
+    let Approach { body, center, .. } = approach;
+    let Some(frame) = &approach.frame else {
+        find_contacts_of_sphere(list, group, approach, scene, catalogue)?;
+        list.touching.resize(pairs.len(), None);
+        for (pair, touch) in &list.looked_at {
+            list.touching[pair - pairs.start] = touch.map(|touch| touch.contact(center, body.radius));
         }
         return Ok(());
-    }
-    let mut pose = Pose::of(particles, first.particle as usize, catalogue);
-    let turned;
-    if state.is_displaced {
-        turned = state.rotation.tr_mul(pose.frame);
-        pose.frame = &turned;
-    }
-    let mut start = group.start;
-    while start < group.end {
-        let end = list.part_end(start, group.end);
-        let number = list.pairs[start].part;
-        let part = PlacedPart::of(&pose, number);
-        find_contacts_of_part(
-            list,
-            start..end,
-            surface,
-            (&center, body.radius),
-            &part,
-            (catalogue.faces, reach),
-        )?;
-        join_flat_patches(&mut list.touching[start - group.start..]);
+    };
+    let mut pose = Pose::of(particles, approach.particle, catalogue);
+    pose.frame = frame;
+    let reach = approach.reach(catalogue);
+    let (mut start, mut were_apart) = (pairs.start, false);
+    while start < pairs.end {
+        let end = list.part_end(start, pairs.end);
+        let part = PlacedPart::of(&pose, list.pairs[start].part);
+        were_apart |= find_contacts_of_part(list, start..end, approach, &part, (catalogue.faces, reach))?;
+        join_flat_patches(&mut list.touching[start - pairs.start..]);
         start = end;
     }
+    if were_apart {
+        list.see(group, approach.way, center, Some(frame));
+    }
+    list.leave(group);
     Ok(())
 }
 
-/// Finds which pairs of a sphere touch, in the wall's frame.
+/// Finds which pairs of a sphere touch, of those that may, in the wall's frame.
+#[inline(always)]
 pub(super) fn find_contacts_of_sphere(
-    body: &Body,
     list: &mut WallList,
-    group: Range<usize>,
+    group: usize,
+    approach: &Approach,
     scene: &WallScene,
     catalogue: &Catalogue,
 ) -> Result<(), GjkError> {
-    let first = &list.pairs[group.start];
-    let (wall, state) = (&scene.walls[first.wall as usize], &scene.states[first.wall as usize]);
-    list.touching_spheres.clear();
-    if !wall.exists_at(scene.time) {
-        list.touching_spheres.resize(group.len(), None);
+    let Approach { surface, center, way, .. } = approach;
+    let (radius, reach) = (approach.body.radius, approach.reach(catalogue));
+    let pairs = list.groups[group].pairs();
+    list.looked_at.clear();
+    if !approach.wall.exists_at(scene.time) {
+        list.looked_at.extend(pairs.map(|pair| (pair, None)));
         return Ok(());
     }
-    let surface = &wall.surfaces[first.surface as usize];
-    let reach = catalogue.contacts.reach_between(body.kind.material, wall.material);
-    let center = state.to_wall(&scene.center(first, &body.position, &list.shifts));
-    for pair in &list.pairs[group] {
-        list.touching_spheres.push(meet_sphere(surface, pair.element, &center, (body.radius, reach))?);
+    let mut were_apart = false;
+    for pair in pairs {
+        if *way < list.apart_until[pair] {
+            continue;
+        }
+        let element = list.pairs[pair].element;
+        let touch = surface.meets_sphere(element, center, radius + reach)?;
+        list.apart_until[pair] = match touch {
+            Some(_) => f64::NEG_INFINITY,
+            None => approach.apart_until(surface.free_path(element, center, radius + reach)),
+        };
+        were_apart |= touch.is_none();
+        let touch = touch.map(|touch| SphereTouch { overlap: touch.overlap - reach, ..touch });
+        list.looked_at.push((pair, touch));
     }
+    if were_apart {
+        list.see(group, *way, center, None);
+    }
+    list.leave(group);
     Ok(())
 }
 
-/// Contact of a sphere of a radius (m) with an element within `reach` (m).
-#[inline(always)]
-fn meet_sphere(
-    surface: &Surface,
-    element: u32,
-    center: &Vec3,
-    (radius, reach): (f64, f64),
-) -> Result<Option<SphereTouch>, GjkError> {
-    let touch = surface.meets_sphere(element, center, radius + reach)?;
-    Ok(touch.map(|touch| SphereTouch { overlap: touch.overlap - reach, ..touch }))
-}
-
-/// Finds which pairs of one part touch; its particle has its centre at `center` (m), in the wall's frame.
+/// Finds which pairs of one part touch, of those that may; returns whether one was looked at that does not.
 fn find_contacts_of_part(
     list: &mut WallList,
     pairs: Range<usize>,
-    surface: &Surface,
-    (center, radius): (&Vec3, f64),
+    approach: &Approach,
     part: &PlacedPart,
     (faces, reach): (FaceContact, f64),
-) -> Result<(), GjkError> {
-    let WallList { pairs: all, simplexes, touching, .. } = list;
+) -> Result<bool, GjkError> {
+    let Approach { surface, center, way, .. } = approach;
+    let WallList { pairs: all, apart_until: until, simplexes, touching, .. } = list;
     let at = center + part.offset;
-    for pair in &all[pairs] {
+    let mut were_apart = false;
+    for k in pairs {
+        let pair = &all[k];
+        if *way < until[k] {
+            touching.push(None);
+            continue;
+        }
         let simplex = match pair.simplex {
             WallPair::CLOSED_FORM => &mut Simplex::default(),
             index => &mut simplexes[index as usize],
         };
-        let is_out_of_range = surface.is_out_of_range(pair.element, center, radius + reach)
-            || surface.is_out_of_range(pair.element, &at, part.bounding_radius + reach);
+        let mut gap = f64::NEG_INFINITY;
+        // Edges and tips of vertices lie outside the rounded part.
+        if part.vertices.is_none() {
+            let of_particle = surface.distance_bound(pair.element, center) - approach.body.radius;
+            let of_part = surface.distance_bound(pair.element, &at) - part.bounding_radius;
+            gap = of_particle.max(of_part) - reach;
+        }
         let mut contact = None;
-        if !is_out_of_range {
-            contact = surface.meets_part(pair.element, &at, part, simplex, faces)?;
-            if contact.is_none() && reach > 0.0 {
+        if gap < 0.0 {
+            let mut met = surface.meets_part(pair.element, &at, part, simplex, faces)?;
+            if let (PartMeeting::Apart(gap), true) = (&mut met, reach > 0.0) {
+                // Within reach it acts; beyond it is out of the reach by as much less.
+                *gap -= reach;
                 let swollen = part.swollen(reach);
-                let met = surface.meets_part(pair.element, &at, &swollen, simplex, FaceContact::Point)?;
-                contact = met.map(|contact| contact.shrunk(reach));
+                let again = surface.meets_part(pair.element, &at, &swollen, simplex, FaceContact::Point)?;
+                if let PartMeeting::Touching(contact) = again {
+                    met = PartMeeting::Touching(contact.shrunk(reach));
+                }
+            }
+            match met {
+                PartMeeting::Touching(touching) => contact = Some(touching),
+                PartMeeting::Apart(apart) => gap = gap.max(apart),
             }
         }
         // The history of a pair must not depend on how long it was in a list before it came near, nor on whether it was
         // in a list while it was near: another skin may leave it out.
         if contact.is_none() {
             simplex.len = 0;
+            were_apart = true;
         }
+        until[k] = contact.map_or_else(|| approach.apart_until(gap), |_| f64::NEG_INFINITY);
         touching.push(contact);
     }
-    Ok(())
+    Ok(were_apart)
 }
 
 /// Contacts of one part with nearly the same normal are one: a flat patch is one contact, however it is

@@ -1,6 +1,6 @@
 //! Loads of wall contacts: the law of particles, against a body of infinite mass.
 
-use super::contacts::{find_contacts, find_contacts_of_sphere, not_found};
+use super::contacts::{Approach, find_contacts, find_contacts_of_sphere, not_found};
 use super::list::WallList;
 use super::pairs::{WallPair, WallScene};
 use super::seams::hand_over_history;
@@ -28,17 +28,14 @@ pub(crate) fn add_forces(
     sums: &mut WallSums,
     pass: &mut ContactPass,
 ) {
-    let mut start = 0;
-    while start < list.pairs.len() {
-        let group = start..list.group_end(start);
-        start = group.end;
-        let first = group.start;
-        let kind = particles.bodies[list.pairs[first].particle as usize].kind;
-        let added = match pass.catalogue.shape(kind).is_sphere() {
-            true => add_sphere(particles, (list, group), (scene, sums), pass),
-            false => add_body(particles, (list, group), (scene, sums), pass),
+    for group in 0..list.groups.len() {
+        let Some(approach) = Approach::of(particles, (list, group), scene, pass.catalogue) else { continue };
+        let added = match approach.is_sphere() {
+            true => add_sphere(particles, (list, group, &approach), (scene, sums), pass),
+            false => add_body(particles, (list, group, &approach), (scene, sums), pass),
         };
         if let Err(reason) = added {
+            let first = list.groups[group].pairs().start;
             pass.statistics.error = Some(not_found(particles, &list.pairs[first], scene, &reason));
             return;
         }
@@ -50,44 +47,48 @@ pub(crate) fn add_forces(
 /// Lets the contacts of a sphere with one surface wait; those that waited are added where there is no more room.
 fn add_sphere(
     particles: &mut Particles,
-    (list, group): (&mut WallList, Range<usize>),
+    (list, group, approach): (&mut WallList, usize, &Approach),
     (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
-    let first = list.pairs[group.start];
-    let body = particles.bodies[first.particle as usize];
-    find_contacts_of_sphere(&body, list, group.clone(), scene, catalogue)?;
-    if group.len() > 1 {
-        let WallList { pairs, laws, touching_spheres, .. } = list;
-        let laws = laws.get_mut(group.clone()).unwrap_or_default();
-        let normal = |k: usize| touching_spheres[k].map(|touch| touch.normal);
-        hand_over_history((&mut pairs[group.clone()], laws), normal, scene);
+    find_contacts_of_sphere(list, group, approach, scene, catalogue)?;
+    if list.looked_at.len() > 1 && list.looked_at.iter().any(|(_, touch)| touch.is_none()) {
+        // One of them may have ended.
+        let (pairs, start) = (list.groups[group].pairs(), list.groups[group].pairs().start);
+        let WallList { pairs: all, laws, looked_at, .. } = list;
+        let laws = laws.get_mut(pairs.clone()).unwrap_or_default();
+        let normal = |k: usize| {
+            let (_, touch) = looked_at.iter().find(|(pair, _)| *pair == start + k)?;
+            touch.map(|touch| touch.normal)
+        };
+        hand_over_history((&mut all[pairs], laws), normal, scene);
     }
-    let materials = [body.kind.material, scene.walls[first.wall as usize].material];
-    let law = || catalogue.contacts.prepared(materials[0], materials[1]);
-    let bodies = (first.particle as usize, Partner::Wall(materials[1]));
-    for k in group.clone() {
-        let Some(touch) = list.touching_spheres[k - group.start] else {
-            if let Some(history) = list.laws.get_mut(k).filter(|law| law.bridge != 0.0) {
-                let of_law = (law(), &catalogue.contacts);
+    let Approach { body, wall, position, .. } = approach;
+    let materials = [body.kind.material, wall.material];
+    let law = catalogue.contacts.prepared(materials[0], materials[1]);
+    let bodies = (approach.particle, Partner::Wall(materials[1]));
+    let WallList { pairs, laws, looked_at, batch, .. } = list;
+    for (pair, touch) in looked_at.iter() {
+        let Some(touch) = touch else {
+            if let Some(history) = laws.get_mut(*pair).filter(|law| law.bridge != 0.0) {
+                let of_law = (law, &catalogue.contacts);
                 end_bridge(particles, bodies, of_law, (&mut history.bridge, pass.liquid));
             }
-            list.forget(k);
+            forget(&mut pairs[*pair], laws.get_mut(*pair));
             continue;
         };
-        let center = scene.center(&first, &body.position, &list.shifts);
-        let WallList { pairs, laws, batch, .. } = list;
         if !batch.has_room_for(materials) {
             batch.finish(particles, (pairs, laws), (scene, sums), pass);
         }
-        let (law, mut films) = (law(), 0.0);
-        if let Some(history) = laws.get_mut(k).filter(|_| particles.is_wet()) {
+        let mut films = 0.0;
+        if let Some(history) = laws.get_mut(*pair).filter(|_| particles.is_wet()) {
             let place = (-touch.overlap, [body.radius, f64::INFINITY], [body.radius; 2]);
             let of_law = (law, &catalogue.contacts);
             films = follow_bridge(particles, bodies, of_law, place, (&mut history.bridge, pass.liquid));
         }
-        batch.take((k, &pairs[k], laws.get(k)), (&body, &center), &touch, scene, (materials, law, films));
+        let of_pair = (*pair, &pairs[*pair], laws.get(*pair));
+        batch.take(of_pair, (body, position), touch, scene, (materials, law, films));
     }
     Ok(())
 }
@@ -95,23 +96,24 @@ fn add_sphere(
 /// Adds the loads of the contacts of another body with one surface.
 fn add_body(
     particles: &mut Particles,
-    (list, group): (&mut WallList, Range<usize>),
+    (list, group, approach): (&mut WallList, usize, &Approach),
     (scene, sums): (&WallScene, &mut WallSums),
     pass: &mut ContactPass,
 ) -> Result<(), GjkError> {
     let catalogue = pass.catalogue;
-    find_contacts(particles, list, group.clone(), scene, catalogue)?;
+    find_contacts(particles, list, group, approach, scene, catalogue)?;
+    let group = list.groups[group].pairs();
     let parts = touching_parts(list, group.clone(), scene);
     let mut bridge = bridge_of(list, group.clone(), particles);
     let films = follow(&mut bridge, parts, (list, group.clone()), (particles, scene), pass);
     if parts == 0 {
-        group.for_each(|k| list.forget(k));
+        group.for_each(|k| forget(&mut list.pairs[k], list.laws.get_mut(k)));
         return Ok(());
     }
     let first = &list.pairs[group.start];
     let body = &particles.bodies[first.particle as usize];
-    let center = scene.center(first, &body.position, &list.shifts);
-    let law = catalogue.contacts.prepared(body.kind.material, scene.walls[first.wall as usize].material);
+    let center = approach.position;
+    let law = catalogue.contacts.prepared(body.kind.material, approach.wall.material);
     let inverse_inertia = catalogue.inverse_inertia([body], law);
     let effective_radius = catalogue.contact_radius(body, law);
     let mut law = PairLaw { law, mass: body.mass, effective_radius, dt: pass.dt, films };
@@ -126,7 +128,7 @@ fn add_body(
     for k in group.clone() {
         let contact = list.touching[k - group.start].filter(|contact| !several.is_idle(contact.overlap));
         let Some(contact) = contact else {
-            list.forget(k);
+            forget(&mut list.pairs[k], list.laws.get_mut(k));
             continue;
         };
         let (pair, mut history) = (&mut list.pairs[k], list.laws.get(k).copied().unwrap_or_default());
@@ -177,6 +179,15 @@ fn follow(
     let radii = [catalogue.contact_radius(body, law), f64::INFINITY];
     let place = (-depth, radii, [catalogue.solid_radius(body); 2]);
     follow_bridge(particles, bodies, of_law, place, (bridge, pass.liquid))
+}
+
+/// Forgets a contact that ended.
+#[inline(always)]
+fn forget(pair: &mut WallPair, law: Option<&mut LawHistory>) {
+    pair.reset_displacements();
+    if let Some(law) = law {
+        *law = LawHistory::default();
+    }
 }
 
 /// What the contacts of a particle with one surface have wound up together.

@@ -17,7 +17,7 @@ mod wall_point;
 mod wear;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
-pub(crate) use list::WallList;
+pub(crate) use list::{WallList, apart_until};
 pub use loading::{Loading, Travel};
 pub(crate) use loads::add_forces;
 pub use motion::{Motion, WallPlace, WallState};

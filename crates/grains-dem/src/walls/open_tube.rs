@@ -114,39 +114,44 @@ impl OpenTube {
 
     /// Calls `found` with every element within `range` (m) of a point.
     pub(super) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
-        let (along, _, off) = self.coordinates(center);
-        if (off - self.radius).abs() >= range || along.abs() >= self.half_length + range {
+        let is_near = |element: &u32| self.distance_bound(*element, center) < range;
+        if !is_near(&WALL) {
             return;
         }
         found(WALL);
         for first in [1, 1 + RIM] {
             // The nearest point of a rim comes first: no other element is near without it.
-            if self.is_near(first, center, range) {
-                (first..first + RIM).filter(|&e| self.is_near(e, center, range)).for_each(&mut found);
+            if is_near(&first) {
+                (first..first + RIM).filter(is_near).for_each(&mut found);
             }
         }
     }
 
-    /// Whether a ball of radius `range` (m) may meet an element; if not, no smaller one does.
-    pub(super) fn is_near(&self, element: u32, center: &Vec3, range: f64) -> bool {
+    /// Lower bound (m) on the distance of an element from a point.
+    pub(super) fn distance_bound(&self, element: u32, center: &Vec3) -> f64 {
         let (along, _, off) = self.coordinates(center);
-        // Whether the point of a rim at a distance (m) across the axis is.
-        let is_rim_near = |rim: &Rim, across: f64| {
+        // The point of a rim at a distance (m) across the axis.
+        let from_rim = |rim: &Rim, across: f64| {
             let from_end = (center - rim.center).dot(&rim.outward);
-            across * across + from_end * from_end < range * range
+            (across * across + from_end * from_end).sqrt()
         };
         let beside = off - self.radius;
         match self.piece(element) {
-            Piece::Wall => beside.abs() < range && along.abs() < self.half_length + range,
-            Piece::Nearest(rim) => is_rim_near(&rim, beside),
-            Piece::Shallowest(rim) => is_rim_near(&rim, off + self.radius),
+            Piece::Wall => beside.abs().max(along.abs() - self.half_length),
+            Piece::Nearest(rim) => from_rim(&rim, beside),
+            Piece::Shallowest(rim) => from_rim(&rim, off + self.radius),
             Piece::Arc(rim, arc) => {
                 let half = 0.5 * TAU / f64::from(ARCS);
                 let middle = rim.at(start_of(arc) + half);
                 let radius_of_arc = 2.0 * self.radius * (0.5 * half).sin();
-                is_rim_near(&rim, beside) && (center - middle).norm() < range + radius_of_arc
+                from_rim(&rim, beside).max((center - middle).norm() - radius_of_arc)
             }
         }
+    }
+
+    /// Whether a sphere may touch an element: arcs are for others.
+    pub(super) fn is_for_spheres(&self, element: u32) -> bool {
+        !matches!(self.piece(element), Piece::Arc(..))
     }
 
     /// Whether a contact that moves on over the sheet may go from one element to the other.

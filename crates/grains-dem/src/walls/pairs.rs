@@ -26,12 +26,6 @@ pub(crate) struct WallPair {
 impl WallPair {
     pub(crate) const CLOSED_FORM: u32 = u32::MAX;
 
-    /// Whether two pairs are of the same particle, image and surface.
-    pub(super) fn meets_same(&self, other: &Self) -> bool {
-        let key = |p: &Self| (p.particle, p.wall, p.surface, p.image);
-        key(self) == key(other)
-    }
-
     /// Whether it keeps a displacement.
     pub(super) fn is_stretched(&self) -> bool {
         self.tangential_displacement != Vec3::zeros()

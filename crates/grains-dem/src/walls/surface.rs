@@ -1,9 +1,9 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
 use super::open_tube::OpenTube;
-use super::surface_contact::{SphereTouch, SurfaceContact};
+use super::surface_contact::{PartMeeting, SphereTouch, SurfaceContact};
 use crate::catalogue::FaceContact;
-use crate::narrow_phase::{Meeting, PlacedPart, contact_patch, patch_on_triangle, touch};
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, contact_patch, patch_on_triangle, touch};
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{Core, GjkError, Mat3, Placement, Simplex, Vec3, WallMesh};
 use std::sync::Arc;
@@ -89,41 +89,63 @@ impl Surface {
         matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))
     }
 
-    /// Calls `found` with every element (triangle, or 0) within `range` (m) of a point.
+    /// Calls `found` with every element (triangle, or 0) that may lie within `range` (m) of a point.
     pub(crate) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
+        let is_near = |element: u32| self.distance_bound(element, center) < range;
         match self {
-            Surface::Plane { point, normal } => {
-                if (center - point).dot(normal) < range {
-                    found(0);
-                }
-            }
-            Surface::Tube { center: middle, axis, radius, half_length } => {
-                let from = center - middle;
-                let along = from.dot(axis);
-                let off = (from - axis * along).norm();
-                if off > radius - range && along.abs() < half_length + range {
-                    found(0);
-                }
-            }
             Surface::OpenTube(tube) => tube.for_each_near(center, range, found),
-            Surface::Solid { center: middle, bounding_radius, .. } => {
-                if (center - middle).norm() < bounding_radius + range {
-                    found(0);
-                }
-            }
             Surface::Mesh(mesh) => {
                 let half = Vec3::repeat(range);
                 mesh.for_each_in_box(&(center - half), &(center + half), |t| {
-                    if mesh.is_near(t, center, range) {
+                    if is_near(t) {
                         found(t);
                     }
                 });
             }
+            _ if is_near(0) => found(0),
+            _ => {}
+        }
+    }
+
+    /// Lower bound (m) on the distance of an element from a point; behind a plane or a tube it is negative.
+    pub(crate) fn distance_bound(&self, element: u32, center: &Vec3) -> f64 {
+        match self {
+            Surface::Plane { point, normal } => (center - point).dot(normal),
+            Surface::Tube { center: middle, axis, radius, half_length } => {
+                let from = center - middle;
+                let along = from.dot(axis);
+                let off = (from - axis * along).norm();
+                (radius - off).max(along.abs() - half_length)
+            }
+            Surface::OpenTube(tube) => tube.distance_bound(element, center),
+            Surface::Solid { center: middle, bounding_radius, .. } => {
+                (center - middle).norm() - bounding_radius
+            }
+            Surface::Mesh(mesh) => mesh.distance_bound(element, center),
+        }
+    }
+
+    /// Way (m) that a sphere, which does not touch an element, may go in the wall's frame before it can; not positive where one
+    /// step may bring it.
+    pub(crate) fn free_path(&self, element: u32, center: &Vec3, radius: f64) -> f64 {
+        match self {
+            Surface::Mesh(mesh) => mesh.free_path(element, center, radius),
+            Surface::OpenTube(tube) if !tube.is_for_spheres(element) => f64::INFINITY,
+            Surface::Solid { core, rotation, center: middle, .. } => {
+                let placement = Placement { matrix: *rotation, translation: middle - center };
+                let gap = match distance(&Core::Point, core, &placement, radius, &mut Simplex::default()) {
+                    Ok(Separation::Beyond { axis }) => gap_across_axis(&Core::Point, core, &placement, &axis),
+                    Ok(Separation::Apart { distance, .. }) => distance,
+                    _ => 0.0,
+                };
+                gap.max(self.distance_bound(element, center)) - radius
+            }
+            _ => self.distance_bound(element, center) - radius,
         }
     }
 
     /// Contact of a sphere with one element, if they touch.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn meets_sphere(
         &self,
         element: u32,
@@ -146,15 +168,7 @@ impl Surface {
             }
             Surface::OpenTube(tube) => tube.meets_sphere(element, center, radius),
             Surface::Solid { core, rotation, center: middle, .. } => {
-                let placement = Placement { matrix: *rotation, translation: middle - center };
-                match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
-                    Separation::Apart { distance, normal, .. } if distance < radius => {
-                        Some(SphereTouch { normal, overlap: radius - distance })
-                    }
-                    // The centre is inside the wall: far beyond any overlap limit, and so reported.
-                    Separation::Meeting => Some(SphereTouch { normal: Vec3::z(), overlap: radius }),
-                    _ => None,
-                }
+                sphere_meets_solid((core, rotation, middle), center, radius)?
             }
             Surface::Mesh(mesh) => mesh
                 .closest_within(element, center, radius)
@@ -163,7 +177,7 @@ impl Surface {
         Ok(touch)
     }
 
-    /// Contact of a part (placed in the wall's frame, centre at `center`) with one element, if they touch.
+    /// How a part (placed in the wall's frame, centre at `center`) meets one element.
     pub(crate) fn meets_part(
         &self,
         element: u32,
@@ -171,7 +185,7 @@ impl Surface {
         part: &PlacedPart,
         simplex: &mut Simplex,
         faces: FaceContact,
-    ) -> Result<Option<SurfaceContact>, GjkError> {
+    ) -> Result<PartMeeting, GjkError> {
         let is_multi_point = faces == FaceContact::MultiPoint;
         match self {
             Surface::Plane { point, normal } => {
@@ -181,63 +195,57 @@ impl Surface {
                 let (deepest, outward, off) = part.farthest_from_axis(&(center - middle), axis);
                 let along = (center - middle + deepest).dot(axis);
                 if along.abs() > *half_length {
-                    return Ok(None);
+                    return Ok(PartMeeting::NONE);
                 }
                 let contact = SurfaceContact::behind(part, &(center + deepest), outward, off - radius);
-                Ok(contact.map(|contact| {
-                    let gap = |p: &Vec3| {
-                        let from = center - middle + p;
-                        radius - (from - axis * from.dot(axis)).norm()
-                    };
-                    let patch = if is_multi_point { part.footprint(center, &outward, gap) } else { None };
-                    contact.over(patch, part.crust)
-                }))
+                let Some(contact) = contact else { return Ok(PartMeeting::Apart(radius - off - part.crust)) };
+                let gap = |p: &Vec3| {
+                    let from = center - middle + p;
+                    radius - (from - axis * from.dot(axis)).norm()
+                };
+                let patch = if is_multi_point { part.footprint(center, &outward, gap) } else { None };
+                Ok(PartMeeting::Touching(contact.over(patch, part.crust)))
             }
-            Surface::OpenTube(tube) => tube.meets_part(element, center, part),
+            Surface::OpenTube(tube) => {
+                let contact = tube.meets_part(element, center, part)?;
+                Ok(contact.map_or(PartMeeting::NONE, PartMeeting::Touching))
+            }
             Surface::Solid { core, rotation, center: middle, .. } => {
                 let placement = part.placement(rotation, 1.0, &(middle - center));
-                let Meeting::Touching(mut found) = touch(part, core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
+                let mut found = match core_meets_part(core, &placement, part, simplex)? {
+                    Ok(found) => found,
+                    Err(gap) => return Ok(PartMeeting::Apart(gap)),
                 };
                 let patch =
                     is_multi_point.then(|| contact_patch(part, core, &placement, 0.0, &mut found)).flatten();
-                Ok(Some(SurfaceContact::found(&found, center, patch)))
+                Ok(PartMeeting::Touching(SurfaceContact::found(&found, center, patch)))
             }
             Surface::Mesh(mesh) => {
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
-                let Meeting::Touching(mut found) = touch(part, &core, &placement, 0.0, 0.0, simplex)? else {
-                    return Ok(None);
+                let mut found = match core_meets_part(&core, &placement, part, simplex)? {
+                    Ok(found) => found,
+                    Err(gap) => return Ok(PartMeeting::Apart(gap)),
                 };
                 let point = center + found.point;
                 if is_multi_point
                     && let Ok(patch) = patch_on_triangle(part, center, (mesh, element), (&found, &point))
                 {
-                    return Ok(patch.map(|patch| {
+                    return Ok(patch.map_or(PartMeeting::NONE, |patch| {
                         (found.normal, found.overlap) = (patch.normal, patch.overlap);
                         found.point = patch.center - center;
-                        SurfaceContact::found(&found, center, Some(patch))
+                        PartMeeting::Touching(SurfaceContact::found(&found, center, Some(patch)))
                     }));
                 }
                 // The triangle's point lies half an overlap behind the contact point.
                 let on_triangle = point - found.normal * (0.5 * found.overlap);
                 let stands_alone = found.is_deep_penetration
                     || mesh.owns_local_minimum(element, &on_triangle, &-found.normal);
-                Ok(stands_alone.then(|| SurfaceContact::found(&found, center, None)))
+                Ok(match stands_alone {
+                    true => PartMeeting::Touching(SurfaceContact::found(&found, center, None)),
+                    false => PartMeeting::NONE,
+                })
             }
-        }
-    }
-
-    /// Whether a ball is certainly apart from an element: true wherever [`Self::for_each_near`] does not find
-    /// the element for the same ball.
-    pub(crate) fn is_out_of_range(&self, element: u32, center: &Vec3, radius: f64) -> bool {
-        match self {
-            Surface::Plane { .. } | Surface::Tube { .. } => false,
-            Surface::Solid { center: middle, bounding_radius, .. } => {
-                (center - middle).norm() >= radius + bounding_radius
-            }
-            Surface::OpenTube(tube) => !tube.is_near(element, center, radius),
-            Surface::Mesh(mesh) => !mesh.is_near(element, center, radius),
         }
     }
 
@@ -263,19 +271,65 @@ impl Surface {
     }
 }
 
-/// Contact of a part at `center` (m) with a plane, by its vertices if it has any.
+/// Contact of a sphere at `center` (m) with a solid of this rotation and centre (m).
+fn sphere_meets_solid(
+    (core, rotation, middle): (&Core, &Mat3, &Vec3),
+    center: &Vec3,
+    radius: f64,
+) -> Result<Option<SphereTouch>, GjkError> {
+    let placement = Placement { matrix: *rotation, translation: middle - center };
+    Ok(match distance(&Core::Point, core, &placement, radius, &mut Simplex::default())? {
+        Separation::Apart { distance, normal, .. } if distance < radius => {
+            Some(SphereTouch { normal, overlap: radius - distance })
+        }
+        // The centre is inside the wall: far beyond any overlap limit, and so reported.
+        Separation::Meeting => Some(SphereTouch { normal: Vec3::z(), overlap: radius }),
+        _ => None,
+    })
+}
+
+/// How a part at `center` (m) meets a plane, by its vertices if it has any.
 fn plane_meets_part(
     (point, normal): (&Vec3, &Vec3),
     center: &Vec3,
     part: &PlacedPart,
     is_multi_point: bool,
-) -> Option<SurfaceContact> {
+) -> PartMeeting {
     if let Some(vertices) = part.vertices {
-        return SurfaceContact::of_vertices(part, vertices, center, point, normal);
+        let contact = SurfaceContact::of_vertices(part, vertices, center, point, normal);
+        let lowest = vertices.reach(&part.rotation.tr_mul(&-normal)) * part.scale;
+        return contact
+            .map_or(PartMeeting::Apart((center - point).dot(normal) - lowest), PartMeeting::Touching);
     }
     let deepest = center + part.farthest(&-normal);
-    let contact = SurfaceContact::behind(part, &deepest, -normal, -(deepest - point).dot(normal))?;
+    let before = (deepest - point).dot(normal);
+    let Some(contact) = SurfaceContact::behind(part, &deepest, -normal, -before) else {
+        return PartMeeting::Apart(before - part.crust);
+    };
     let gap = |p: &Vec3| (center + p - point).dot(normal);
     let patch = if is_multi_point { part.footprint(center, &-normal, gap) } else { None };
-    Some(contact.over(patch, part.crust))
+    PartMeeting::Touching(contact.over(patch, part.crust))
+}
+
+/// Contact of a part with a core placed in its frame, or how far (m) they are apart at least, if positive.
+fn core_meets_part(
+    core: &Core,
+    placement: &Placement,
+    part: &PlacedPart,
+    simplex: &mut Simplex,
+) -> Result<Result<PartContact, f64>, GjkError> {
+    Ok(match touch(part, core, placement, 0.0, 0.0, simplex)? {
+        Meeting::Touching(contact) => Ok(contact),
+        Meeting::Apart(axis) => {
+            let gap = gap_across_axis(part.core, core, placement, &part.rotation.tr_mul(&axis));
+            Err(gap * part.scale - part.crust)
+        }
+    })
+}
+
+/// Gap of two cores, the second placed in the frame of the first, across a plane of this normal in it, of any length (m).
+fn gap_across_axis(first: &Core, second: &Core, placement: &Placement, axis: &Vec3) -> f64 {
+    let axis = axis / axis.norm();
+    let nearest = axis.dot(&placement.translation) - second.support_value(&placement.matrix.tr_mul(&-axis));
+    nearest - first.support_value(&axis)
 }

@@ -16,6 +16,25 @@ pub(crate) struct SurfaceContact {
     pub(crate) footprint: Option<ContactPatch>,
 }
 
+/// What a look at a part of a body and an element of a surface found.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::large_enum_variant, reason = "it stays on the stack: no step allocates")]
+pub(crate) enum PartMeeting {
+    Touching(SurfaceContact),
+    /// They do not; how far (m) they are apart at least, if positive.
+    Apart(f64),
+}
+
+impl PartMeeting {
+    /// No contact, at an unknown distance.
+    pub(super) const NONE: Self = Self::Apart(0.0);
+
+    /// The contact, if they touch.
+    pub(crate) fn contact(self) -> Option<SurfaceContact> {
+        if let Self::Touching(contact) = self { Some(contact) } else { None }
+    }
+}
+
 /// Contact of a sphere with a surface, in the wall's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SphereTouch {

@@ -9,6 +9,38 @@ use grains_domain::{GlobalBox, Transport};
 use grains_geometry::{Lobes, RegularSolid, Rotation, Shape, Spacing, SphereArrangement, Vec3};
 use grains_testing::on_ranks;
 
+/// Numbers that look random.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Index below n.
+    pub fn index(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+
+    pub fn vector(&mut self) -> Vec3 {
+        Vec3::from_fn(|_, _| 2.0 * self.unit() - 1.0)
+    }
+
+    pub fn direction(&mut self) -> Vec3 {
+        loop {
+            let v = self.vector();
+            if (0.1..1.0).contains(&v.norm()) {
+                return v.normalize();
+            }
+        }
+    }
+}
+
 /// A particle's whole state, as bits.
 pub type Bits = Vec<u64>;
 

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod apart_from_walls;
 mod bonds;
 mod bounce;
 mod cargo;

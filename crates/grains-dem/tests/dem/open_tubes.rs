@@ -1,6 +1,6 @@
 //! Rims of open tubes: both sides and both ends of a sheet of no thickness, for every kind of body.
 
-use crate::common::{Scene, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
+use crate::common::{Random, Scene, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{ContactLaw, Tangential};
 use grains_dem::{Dem, DemSetup, Kind, Motion, NewParticle, OpenTube, Skin, Surface};
 use grains_domain::SerialTransport;
@@ -11,29 +11,6 @@ use std::f64::consts::TAU;
 
 const RADIUS: f64 = 1.5e-3;
 const MIDDLE: f64 = 0.03;
-
-/// Numbers that look random.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::from_fn(|_, _| 2.0 * self.unit() - 1.0)
-    }
-
-    fn direction(&mut self) -> Vec3 {
-        loop {
-            let v = self.vector();
-            if (0.1..1.0).contains(&v.norm()) {
-                return v.normalize();
-            }
-        }
-    }
-}
 
 /// Spheres, boxes, cylinders, hulls, lobes, crosses, glued spheres, superellipsoids, capsules and cones.
 fn shapes() -> Vec<Shape> {

@@ -454,3 +454,42 @@ fn tree_of_a_wall_equals_brute_force() {
         assert_eq!(found, (0..wall.mesh().triangles.len() as u32).filter(meets).collect::<Vec<_>>());
     }
 }
+
+/// Balls go less far than their free path in any direction, half of them straight to where the triangle may be met.
+#[test]
+fn no_ball_touches_a_triangle_within_its_free_path() {
+    let mut random = Random::new(16);
+    let turn = random.rotation();
+    let tiles = tessellated_square(&mut random, 60, 0.01);
+    let meshes = [
+        tiles.transformed(&turn, 1.0, &Vec3::new(0.3, -2.0, 1.0)),
+        half_pipe(40),
+        box_mesh(0.8),
+        TriMesh { vertices: tiles.vertices.iter().map(|v| v + random.vector() * 0.02).collect(), ..tiles },
+    ];
+    let (mut came_near, mut freed, mut near) = (0, 0, 0);
+    for mesh in meshes {
+        let wall = WallMesh::new(&mesh, SMOOTH_ANGLE).unwrap();
+        let count = wall.mesh().triangles.len();
+        for _ in 0..20_000 {
+            let t = random.index(count);
+            let corners = wall.mesh().corners(t);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let (c, radius) = (middle + random.vector() * random.range(0.0, 0.5), random.range(0.01, 0.3));
+            let (t, before) = (t as u32, wall.closest_within(t as u32, &c, radius));
+            let free = wall.free_path(t, &c, radius);
+            assert!(before.is_none() || free <= 0.0, "touches with a free path of {free}");
+            near += usize::from(before.is_none() && wall.distance_bound(t, &c) < radius);
+            if free <= 0.0 {
+                continue;
+            }
+            freed += usize::from(wall.distance_bound(t, &c) < radius);
+            let way = if random.unit() < 0.5 { middle - c } else { random.vector() };
+            let step = way * (free * random.unit() / way.norm().max(1e-9)).min(1.0);
+            assert_eq!(wall.closest_within(t, &(c + step * 0.999), radius), None, "{c} {step} {free}");
+            // It is no less than needed either: a little farther some do touch.
+            came_near += usize::from(wall.closest_within(t, &(c + step * 1.5), radius).is_some());
+        }
+    }
+    assert!(came_near > 100 && 10 * freed > 9 * near && near > 1000, "{came_near} {freed} {near}");
+}
