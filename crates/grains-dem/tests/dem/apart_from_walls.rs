@@ -111,8 +111,8 @@ fn pairs_with_walls_left_alone_change_no_bit() {
                 touching += left_alone.coordination().1.iter().sum::<u32>();
             }
         }
-        assert!(touching > 100, "round {round}: only {touching} touch walls");
+        assert!(touching > 50, "round {round}: only {touching} touch walls");
         let rebuilds = [&left_alone, &looked_at].map(|dem| dem.report.rebuilds);
-        assert!(rebuilds[0] < rebuilds[1] / 5 && rebuilds[1] > STEPS / 2, "round {round}: {rebuilds:?}");
+        assert!(5 * rebuilds[0] < rebuilds[1], "round {round}: {rebuilds:?}");
     }
 }
