@@ -511,7 +511,8 @@ impl Mixture {
                 for (i, &eps) in self.void_fraction.row(j, k).iter().enumerate().take(nx) {
                     let open = self.openings.as_ref().map_or(1.0, |open| open.cells.row(j, k)[i]);
                     let is_solid = open == 0.0 && eps == 0.0;
-                    if !(eps > 0.0 && eps <= open + 1e-9) && !is_solid && worst.is_none() {
+                    let is_right = is_solid || (eps > 0.0 && eps <= open + 1e-9);
+                    if !is_right && worst.is_none() {
                         worst = Some((eps, [i, j, k]));
                     }
                 }

@@ -18,7 +18,6 @@ pub(crate) struct SurfaceContact {
 
 /// What a look at a part of a body and an element of a surface found.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "it stays on the stack: no step allocates")]
 pub(crate) enum PartMeeting {
     Touching(SurfaceContact),
     /// They do not; how far (m) they are apart at least, if positive.
