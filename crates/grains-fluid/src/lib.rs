@@ -78,6 +78,7 @@ mod pressure;
 mod projection;
 mod step;
 mod tridiagonal;
+mod viscosity;
 
 pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
 pub use cell_partition::CellPartition;
@@ -95,4 +96,7 @@ pub use openings::{Clearance, Openings};
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,
+};
+pub use viscosity::{
+    BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence, ViscosityLaw, Wale,
 };
