@@ -8,8 +8,8 @@ use crate::mixture::Mixture;
 use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::openings::{Clearance, Openings};
-use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
+use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
 };

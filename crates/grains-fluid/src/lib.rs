@@ -98,5 +98,6 @@ pub use pressure::{
     SolveReport,
 };
 pub use viscosity::{
-    BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence, ViscosityLaw, Wale,
+    BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence,
+    ViscosityLaw, Wale,
 };

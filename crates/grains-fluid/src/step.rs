@@ -304,9 +304,11 @@ impl Flow {
     /// velocity are filled.
     pub fn dynamic_viscosity(&mut self) -> Field<Centre> {
         match &mut self.viscosity {
-            Some(viscosity) => {
-                viscosity.dynamic_viscosity(&self.local, &self.boundary_data, self.state.velocity.components())
-            }
+            Some(viscosity) => viscosity.dynamic_viscosity(
+                &self.local,
+                &self.boundary_data,
+                self.state.velocity.components(),
+            ),
             None => {
                 let mut field = Field::new(self.local.layout);
                 field.fill(self.setup.viscosity);

@@ -70,10 +70,9 @@ impl Explicit<'_> {
             };
             let (low, high) = match b == a {
                 true => (pair.at(weights.centres, 0), pair.at(weights.centres, pair.along as isize)),
-                false => (
-                    pair.at(weights.edges[a][b], -(pair.across as isize)),
-                    pair.at(weights.edges[a][b], 0),
-                ),
+                false => {
+                    (pair.at(weights.edges[a][b], -(pair.across as isize)), pair.at(weights.edges[a][b], 0))
+                }
             };
             match self.is_full {
                 true => pair.add::<true, true>(advective, viscous, scheme, |i| [low[i], high[i]]),

@@ -1,7 +1,7 @@
 //! Normal velocity of pressure outlets: its own momentum equation, explicit, on the face.
 
-use crate::boundary::{BoundaryData, Kind};
 use super::StressWeights;
+use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
 
 /// Fields the equation of an outlet is made of; all halos filled.

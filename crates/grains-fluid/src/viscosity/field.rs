@@ -173,8 +173,9 @@ fn wall_distances(grid: &Grid, local: &Local, boundaries: &Boundaries, axis: usi
         let is_wall = |c: &Condition| matches!(c, Condition::Wall { .. });
         !is_open && face.is_some_and(|face| boundaries.on(face).any(is_wall))
     });
-    let ends: Vec<f64> =
-        ends.map(|side| grid.axis(axis).nodes()[if side == 0 { 0 } else { grid.axis(axis).cells() }]).collect();
+    let ends: Vec<f64> = ends
+        .map(|side| grid.axis(axis).nodes()[if side == 0 { 0 } else { grid.axis(axis).cells() }])
+        .collect();
     let layout: Layout = local.layout;
     let distance = |m: usize| {
         let centre = grid.axis(axis).centre(m as isize - layout.halo as isize + local.first[axis] as isize);

@@ -104,10 +104,9 @@ fn yield_stress_fluids_flow_through_a_channel_as_a_plug() {
 /// Below its yield stress the fluid creeps, no faster than by the rate of that stress over the half height.
 #[test]
 fn below_the_yield_stress_nothing_flows() {
-    for regularisation in [
-        Regularisation::Papanastasiou { exponent: 1e4 },
-        Regularisation::BiViscosity { max_viscosity: 1e4 },
-    ] {
+    for regularisation in
+        [Regularisation::Papanastasiou { exponent: 1e4 }, Regularisation::BiViscosity { max_viscosity: 1e4 }]
+    {
         let law = Bingham { yield_stress: 1.05 * GRADIENT * HALF, plastic_viscosity: 1.0, regularisation };
         let rheology = Rheology::Bingham(law);
         let fastest = channel(rheology, 16, 100).iter().map(|[_, u]| u.abs()).fold(0.0, f64::max);
@@ -169,11 +168,9 @@ fn manufactured_error(n: usize, stretching: f64) -> f64 {
     };
     let grid = Grid::new([axis(), axis(), Axis::uniform(0.0, 1.0, 1, true)]).unwrap();
     let law = Some(ViscosityLaw::Rheology(rheology));
-    let mut flow = Flow::new(
-        FlowSetup { viscosity_law: law, ..FlowSetup::new(grid, 1.0, 1.0) },
-        &SerialTransport,
-    )
-    .unwrap();
+    let mut flow =
+        Flow::new(FlowSetup { viscosity_law: law, ..FlowSetup::new(grid, 1.0, 1.0) }, &SerialTransport)
+            .unwrap();
     flow.initialise(velocity, |_| 0.0, &SerialTransport);
     let exact = flow.state.velocity.clone();
     let mut immersed = Immersed::new(flow.layout());
@@ -289,13 +286,16 @@ fn any_number_of_ranks_gives_the_same_flow() {
         ..FlowSetup::new(stretched, 1.0, 0.02)
     };
     let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 1.5], [8, 8, 12], [false, true, false]).unwrap();
-    let inlet =
-        Condition::Inlet { profile: grains_fluid::Profile::Function(std::sync::Arc::new(|[x, ..], t| {
+    let inlet = Condition::Inlet {
+        profile: grains_fluid::Profile::Function(std::sync::Arc::new(|[x, ..], t| {
             [0.1 * t, 0.1, 0.5 + x * t]
-        })) };
-    let boundaries = Boundaries::default()
-        .with(2, Side::Low, inlet)
-        .with(2, Side::High, Condition::Outlet { pressure: 1.0 });
+        })),
+    };
+    let boundaries = Boundaries::default().with(2, Side::Low, inlet).with(
+        2,
+        Side::High,
+        Condition::Outlet { pressure: 1.0 },
+    );
     let open = FlowSetup { boundaries, ..FlowSetup::new(grid, 1.2, 0.02) };
     let bed = FlowSetup { mixture: Some(MixtureModel::A), ..open.clone() };
     for (number, setup) in [channel, open, bed].into_iter().enumerate() {
@@ -327,11 +327,12 @@ fn a_constant_viscosity_by_a_law_is_that_viscosity() {
         for _ in 0..400 {
             flow.step(0.02, &SerialTransport).unwrap();
         }
-        flow.state.velocity
+        let [u, v, w] = flow.state.velocity.components();
+        [u, v, w].map(|data| joined(vec![piece(data, flow.layout(), [0; 3])]))
     });
-    for axis in 0..3 {
-        let error = difference(a.component(axis), b.component(axis));
-        // The ghosts beyond edges of the box differ by nothing; steady states agree to the rounding of 400 steps.
-        assert!(error < 1e-6, "{axis}: {error:e}");
+    for (axis, (a, b)) in a.iter().zip(&b).enumerate() {
+        let error = difference(a, b);
+        println!("{axis}: {error:.1e}");
+        assert!(error < 1e-9, "{axis}: {error:e}");
     }
 }
