@@ -85,6 +85,11 @@ pub enum SetupError {
         /// Allowed range.
         range: &'static str,
     },
+    /// Explicit viscous terms of a viscosity that varies.
+    #[error(
+        "fluid.diffusion = \"explicit\": a viscosity that varies is treated implicitly only; take \"implicit\""
+    )]
+    ExplicitVariable,
     /// More fluid enters than leaves.
     #[error(
         "an inlet faces a closed box: {net:.4e} m³/s enter and no pressure outlet lets them out; declare an outlet or balance the inlets"

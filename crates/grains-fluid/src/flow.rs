@@ -9,6 +9,7 @@ use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::openings::{Enclosure, Openings};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
+use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
 };
@@ -42,6 +43,8 @@ pub struct FlowSetup {
     pub density: f64,
     /// Dynamic viscosity μ (Pa s).
     pub viscosity: f64,
+    /// What makes the viscosity vary; none if it is constant. Of a rheology μ above is not read by the fluid.
+    pub viscosity_law: Option<ViscosityLaw>,
     /// Conditions on the faces of the box.
     pub boundaries: Boundaries,
     /// Scheme of the advective terms.
@@ -63,6 +66,7 @@ impl FlowSetup {
             halo: 2,
             density,
             viscosity,
+            viscosity_law: None,
             boundaries: Boundaries::default(),
             advection: Advection::default(),
             diffusion: Diffusion::default(),
@@ -84,6 +88,9 @@ impl FlowSetup {
         };
         positive("fluid.density", self.density)?;
         positive("fluid.viscosity", self.viscosity)?;
+        if self.viscosity_law.is_some() && self.diffusion == Diffusion::Explicit {
+            return Err(SetupError::ExplicitVariable);
+        }
         self.partition.check(self.halo)?;
         self.boundaries.check(&self.grid)?;
         let undriven = |a: usize| self.drive[a] == Drive::None || self.grid.axis(a).is_periodic();
@@ -218,6 +225,8 @@ pub struct Flow {
     pub immersed: Option<Immersed>,
     /// What steps are for.
     pub march: March,
+    /// The viscosity, where it varies.
+    pub(crate) viscosity: Option<ViscosityField>,
     /// Time spent per phase of the step.
     pub clock: Clock,
     pub(crate) local: Local,
@@ -268,6 +277,10 @@ impl Flow {
             mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
             immersed: None,
             march: March::Time,
+            viscosity: setup.viscosity_law.map(|law| {
+                let properties = [setup.density, setup.viscosity];
+                ViscosityField::new(law, properties, (&setup.grid, &local), &setup.boundaries)
+            }),
             clock: Clock::default(),
             boundary_data,
             halo: Halo::new(&setup.grid, &setup.partition, layout),

@@ -79,6 +79,7 @@ mod pressure;
 mod projection;
 mod step;
 mod tridiagonal;
+mod viscosity;
 
 pub use anderson::Anderson;
 pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
@@ -97,4 +98,8 @@ pub use openings::{Clearance, Enclosure, Openings};
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,
+};
+pub use viscosity::{
+    BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence,
+    ViscosityLaw, Wale,
 };

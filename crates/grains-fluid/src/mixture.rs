@@ -2,7 +2,7 @@
 
 use crate::boundary::BoundaryData;
 use crate::metrics::Local;
-use crate::momentum::{FaceTerms, MomentumDiagonal, Porosity};
+use crate::momentum::{FaceTerms, StressWeights};
 use crate::openings::Openings;
 use crate::{Centre, Faces, Field, Halo, Layout, MixtureModel, StepError};
 use grains_domain::Transport;
@@ -204,7 +204,7 @@ impl Mixture {
     }
 
     /// Void fraction in the middle of the step, where stresses act.
-    pub(crate) fn porosity(&self) -> Porosity<'_> {
+    pub(crate) fn porosity(&self) -> StressWeights<'_> {
         let edges = |component: usize, across: usize| -> &[f64] {
             let along = (6 - component - across) % 3;
             match self.openings.is_some() && component == (along + 2) % 3 {
@@ -218,7 +218,7 @@ impl Mixture {
             true => self.middle.data(),
             false => &self.cut_centres[a],
         });
-        Porosity { centres, edges }
+        StressWeights { centres, edges }
     }
 
     /// Coefficients of the momentum equation of a face, over the density.
@@ -534,16 +534,6 @@ impl Mixture {
     pub(crate) fn finish(&mut self) {
         self.begin();
         self.is_continued = true;
-    }
-
-    pub(crate) fn diagonal(&self, dt: f64, viscosity: f64) -> MomentumDiagonal<'_> {
-        MomentumDiagonal {
-            inverse: Some(&self.inverse),
-            dt,
-            void_fraction: Some(self.porosity()),
-            viscosity,
-            carrier: None,
-        }
     }
 }
 

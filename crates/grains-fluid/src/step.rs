@@ -5,11 +5,11 @@ use crate::clock::Phase;
 use crate::flow::{Drive, Flow, Immersed, March, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
 use crate::momentum::{
-    Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, advance_outlets,
+    Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, StressWeights, advance_outlets,
     imposed_increments,
 };
 use crate::projection::{Correction, ForceRow, divergence};
-use crate::{Advection, SolveError, StepError};
+use crate::{Advection, Centre, Field, SolveError, StepError};
 use grains_domain::Transport;
 
 /// What a net source may be of the fluxes through the faces and still pass for rounding.
@@ -45,6 +45,7 @@ impl Flow {
                 .set_coefficients(&mixture.coefficients, transport)
                 .map_err(|source| StepError::Pressure { step, source })?;
         }
+        self.set_viscosity();
         let before = self.driven_means(transport);
         self.predict(dt);
         self.clock.book(Phase::Momentum);
@@ -103,10 +104,33 @@ impl Flow {
             local: &self.local,
             velocity,
             flux: self.mixture.as_ref().map_or(velocity, |m| m.flux.components()),
-            viscosity: self.setup.viscosity / self.setup.density,
-            void_fraction: self.mixture.as_ref().map(|m| m.porosity()),
+            viscosity: self.weighed_viscosity(),
+            weights: self.stress_weights(),
+            is_full: self.viscosity.is_some(),
             advection: self.setup.advection,
         }
+    }
+
+    /// Sets the viscosity to that of the present velocity, where it varies.
+    pub(crate) fn set_viscosity(&mut self) {
+        let Some(viscosity) = &mut self.viscosity else { return };
+        viscosity.update(&self.local, &self.boundary_data, self.state.velocity.components());
+        if let Some(mixture) = &self.mixture {
+            viscosity.weigh(mixture.porosity());
+        }
+    }
+
+    /// What the stresses are weighed with: the void fraction, and a viscosity that varies.
+    fn stress_weights(&self) -> Option<StressWeights<'_>> {
+        match &self.viscosity {
+            Some(viscosity) => Some(viscosity.weights()),
+            None => self.mixture.as_ref().map(|mixture| mixture.porosity()),
+        }
+    }
+
+    /// Kinematic viscosity (m²/s) that the weights multiply: 1 where they hold it.
+    fn weighed_viscosity(&self) -> f64 {
+        if self.viscosity.is_some() { 1.0 } else { self.setup.viscosity / self.setup.density }
     }
 
     /// Increment of a row before implicit diffusion: the sum of all terms over the momentum diagonal m.
@@ -174,7 +198,8 @@ impl Flow {
             flux: mixture.map_or(velocity, |m| m.flux.components()),
             pressure: self.state.pressure.data(),
             inverse_density: 1.0 / density,
-            viscosity: self.setup.viscosity / density,
+            viscosity: self.weighed_viscosity(),
+            stress_weights: self.viscosity.as_ref().map(|viscosity| viscosity.weights()),
             face: &|component, p| mixture.map_or(pure, |m| m.face_terms(component, p, density, dt)),
             weights,
         };
@@ -189,21 +214,23 @@ impl Flow {
         for face_data in self.boundary_data.iter_mut().filter(|t| t.is_unsteady) {
             face_data.evaluate(&self.setup.grid, &self.local, &self.setup.boundaries, time);
         }
-        let viscosity = self.setup.viscosity / self.setup.density;
-        let diagonal = match &self.mixture {
-            Some(mixture) => mixture.diagonal(dt, viscosity),
-            None => MomentumDiagonal {
-                inverse: None,
-                dt,
-                void_fraction: None,
-                viscosity,
-                carrier: (self.march == March::PseudoTime).then_some(&self.state.velocity),
+        let diagonal = MomentumDiagonal {
+            inverse: self.mixture.as_ref().map(|mixture| &mixture.inverse),
+            dt,
+            weights: match &self.viscosity {
+                Some(viscosity) => Some(viscosity.weights()),
+                None => self.mixture.as_ref().map(|mixture| mixture.porosity()),
             },
+            viscosity: self.weighed_viscosity(),
+            implicitness: self.viscosity.as_ref().map_or(0.5, |viscosity| viscosity.implicitness()),
+            is_full: self.viscosity.is_some(),
+            carrier: (self.march == March::PseudoTime).then_some(&self.state.velocity),
         };
         let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         imposed_increments(&self.local, &self.boundary_data, diagonal, is_implicit, &mut self.increments);
         if is_implicit {
-            self.implicit.solve(&self.local, &self.boundary_data, diagonal, &mut self.increments, transport);
+            let Self { implicit, local, boundary_data, increments, halo, .. } = self;
+            implicit.solve(local, boundary_data, diagonal, increments, halo, transport);
         }
     }
 
@@ -270,6 +297,28 @@ impl Flow {
         self.halo.fill_to(depth, &mut [x, y, z], transport);
     }
 
+    /// Lower bound of the viscosity (Pa s).
+    fn smallest_viscosity(&self) -> f64 {
+        self.viscosity.as_ref().map_or(self.setup.viscosity, |viscosity| viscosity.smallest_viscosity())
+    }
+
+    /// Dynamic viscosity (Pa s) at the centres of the own cells, of the present velocity; not collective, halos and ghosts of the
+    /// velocity are filled.
+    pub fn dynamic_viscosity(&mut self) -> Field<Centre> {
+        match &mut self.viscosity {
+            Some(viscosity) => viscosity.dynamic_viscosity(
+                &self.local,
+                &self.boundary_data,
+                self.state.velocity.components(),
+            ),
+            None => {
+                let mut field = Field::new(self.local.layout);
+                field.fill(self.setup.viscosity);
+                field
+            }
+        }
+    }
+
     /// Layers of the velocity's halo that the next step reads; all where something else looks at them before it ends.
     pub fn layers_of_step(&self) -> usize {
         let is_sampled =
@@ -306,9 +355,9 @@ impl Flow {
         }
     }
 
-    /// Layers of ghosts that the next step reads: central differences one, the bounded scheme two.
+    /// Layers of ghosts that the next step reads: central differences one, the bounded scheme and rates of strain two.
     fn ghosts(&self) -> usize {
-        if self.setup.advection == Advection::Central { 1 } else { 2 }
+        if self.setup.advection == Advection::Central && self.viscosity.is_none() { 1 } else { 2 }
     }
 
     /// Right-hand side of the pressure equation.
@@ -361,7 +410,7 @@ impl Flow {
             potential: self.state.correction.data(),
             coefficients: self.mixture.as_ref(),
             scale: if self.mixture.is_some() { 1.0 } else { self.setup.density / dt },
-            viscosity: if is_implicit { self.setup.viscosity } else { 0.0 },
+            viscosity: if is_implicit { self.smallest_viscosity() } else { 0.0 },
         };
         correction.velocity(&mut self.state.velocity);
         correction.outlets(&self.boundary_data, &mut self.state.velocity);

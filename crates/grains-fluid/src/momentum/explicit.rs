@@ -5,7 +5,8 @@ use crate::metrics::Local;
 
 /// Fields the explicit terms are made of; all halos filled.
 ///
-/// The terms are those of ∂(εu)/∂t + ∇·(εu u) = ν ∇·(ε (∇u + ∇uᵀ)) + …, divided by the density (m/s²).
+/// The terms are those of ∂(εu)/∂t + ∇·(εu u) = ∇·(ν w (∇u + ∇uᵀ)) + …, divided by the density (m/s²).
+/// The weights w are the void fraction ε, or with ν = 1 a viscosity that varies, or both.
 #[derive(Clone, Copy)]
 pub(crate) struct Explicit<'a> {
     pub local: &'a Local,
@@ -15,14 +16,16 @@ pub(crate) struct Explicit<'a> {
     pub flux: [&'a [f64]; 3],
     /// Kinematic viscosity ν (m²/s).
     pub viscosity: f64,
-    /// Void fraction, none for a single phase.
-    pub void_fraction: Option<Porosity<'a>>,
+    /// Weights w of the stresses; none where they are 1.
+    pub weights: Option<StressWeights<'a>>,
+    /// Whether the whole stress counts as viscous, not only that of ∇u.
+    pub is_full: bool,
     pub advection: Advection,
 }
 
-/// Void fraction where stresses act.
+/// What the stresses are weighed with, where they act: void fraction (-), viscosity (m²/s) or both.
 #[derive(Clone, Copy)]
-pub(crate) struct Porosity<'a> {
+pub(crate) struct StressWeights<'a> {
     /// At the centres, across which a component is stretched, with ghosts.
     pub centres: [&'a [f64]; 3],
     /// On the edges across which a component (first) is sheared along an axis (second): of a cell, those at its upper faces.
@@ -38,9 +41,10 @@ pub(crate) struct RowPlace {
 }
 
 impl Explicit<'_> {
-    /// ∇·(εu u) − ν ∇·(ε ∇uᵀ) and ν ∇·(ε ∇u) of a row; both buffers are as long as the row has unknowns.
+    /// ∇·(εu u) − ∇·(ν w ∇uᵀ) and ∇·(ν w ∇u) of a row, or ∇·(εu u) and ∇·(ν w (∇u + ∇uᵀ)); both buffers are as long as the row
+    /// has unknowns.
     ///
-    /// ∇·∇uᵀ vanishes, so the transposed half of the stress counts only where ε varies.
+    /// ∇·∇uᵀ vanishes, so the transposed half of the stress counts only where w varies.
     pub fn row(&self, place: RowPlace, advective: &mut [f64], viscous: &mut [f64]) {
         advective.fill(0.0);
         viscous.fill(0.0);
@@ -60,18 +64,19 @@ impl Explicit<'_> {
         let a = place.component;
         for b in (0..3).filter(|&b| self.local.active[b]) {
             let pair = Pair::new(self, place, b, advective.len());
-            match self.void_fraction {
-                None => pair.add::<false>(advective, viscous, scheme, |_| [1.0; 2]),
-                Some(eps) if b == a => {
-                    let (low, high) =
-                        (pair.at(eps.centres[a], 0), pair.at(eps.centres[a], pair.along as isize));
-                    pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
+            let Some(weights) = self.weights else {
+                pair.add::<false, false>(advective, viscous, scheme, |_| [1.0; 2]);
+                continue;
+            };
+            let (low, high) = match b == a {
+                true => (pair.at(weights.centres[a], 0), pair.at(weights.centres[a], pair.along as isize)),
+                false => {
+                    (pair.at(weights.edges[a][b], -(pair.across as isize)), pair.at(weights.edges[a][b], 0))
                 }
-                Some(eps) => {
-                    let edges = eps.edges[a][b];
-                    let (low, high) = (pair.at(edges, -(pair.across as isize)), pair.at(edges, 0));
-                    pair.add::<true>(advective, viscous, scheme, |i| [low[i], high[i]]);
-                }
+            };
+            match self.is_full {
+                true => pair.add::<true, true>(advective, viscous, scheme, |i| [low[i], high[i]]),
+                false => pair.add::<true, false>(advective, viscous, scheme, |i| [low[i], high[i]]),
             }
         }
     }
@@ -161,9 +166,10 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Adds the terms; `eps` holds the void fractions on the lower and upper face of the control volume.
+    /// Adds the terms; `eps` holds the weights on the lower and upper face of the control volume. The transposed half of the
+    /// stress is left out, or (`WEIGHED`) taken off the advective terms, or (`FULL`) added to the viscous ones.
     #[inline(always)]
-    fn add<const POROUS: bool>(
+    fn add<const WEIGHED: bool, const FULL: bool>(
         &self,
         advective: &mut [f64],
         viscous: &mut [f64],
@@ -180,26 +186,26 @@ impl<'a> Pair<'a> {
             (0, 0) => {
                 let metrics =
                     |i: usize| Metrics { inverse: distance[i], low: width[i], high: next_width[i], ..row };
-                self.own::<POROUS>(advective, viscous, scheme, metrics, eps);
+                self.own::<WEIGHED, FULL>(advective, viscous, scheme, metrics, eps);
             }
-            (a, b) if a == b => self.own::<POROUS>(advective, viscous, scheme, |_| row, eps),
+            (a, b) if a == b => self.own::<WEIGHED, FULL>(advective, viscous, scheme, |_| row, eps),
             (0, _) => {
                 let (low, high) = (window(&x.lower_share, 1), window(&x.upper_share, 1));
                 let metrics = |i: usize| Metrics { slope: distance[i], shares: [low[i], high[i]], ..row };
-                self.cross::<POROUS>(advective, viscous, scheme, metrics, eps);
+                self.cross::<WEIGHED, FULL>(advective, viscous, scheme, metrics, eps);
             }
             (_, 0) => {
                 let metrics =
                     |i: usize| Metrics { inverse: width[i], low: before[i], high: distance[i], ..row };
-                self.cross::<POROUS>(advective, viscous, scheme, metrics, eps);
+                self.cross::<WEIGHED, FULL>(advective, viscous, scheme, metrics, eps);
             }
-            _ => self.cross::<POROUS>(advective, viscous, scheme, |_| row, eps),
+            _ => self.cross::<WEIGHED, FULL>(advective, viscous, scheme, |_| row, eps),
         }
     }
 
     /// Through the faces normal to the component: the centres of the cells.
     #[inline(always)]
-    fn own<const POROUS: bool>(
+    fn own<const WEIGHED: bool, const FULL: bool>(
         &self,
         advective: &mut [f64],
         viscous: &mut [f64],
@@ -219,14 +225,14 @@ impl<'a> Pair<'a> {
             let stress = (u3[i] - u2[i]) * (m.high * e_high) - (u2[i] - u1[i]) * (m.low * e_low);
             let term = nu * stress * m.inverse;
             // The normal stress is its own transpose.
-            advective[i] += (f_high - f_low) * m.inverse - if POROUS { term } else { 0.0 };
-            viscous[i] += term;
+            advective[i] += (f_high - f_low) * m.inverse - if WEIGHED && !FULL { term } else { 0.0 };
+            viscous[i] += if FULL { 2.0 * term } else { term };
         }
     }
 
     /// Through the faces parallel to the component: the edges of the cells.
     #[inline(always)]
-    fn cross<const POROUS: bool>(
+    fn cross<const WEIGHED: bool, const FULL: bool>(
         &self,
         advective: &mut [f64],
         viscous: &mut [f64],
@@ -246,14 +252,15 @@ impl<'a> Pair<'a> {
             let (m_high, m_low) = (wl * q0[i] + wh * q1[i], wl * q2[i] + wh * q3[i]);
             let f_high = m_high * scheme(m_high, [u1[i], u2[i], u3[i], u4[i]]);
             let f_low = m_low * scheme(m_low, [u0[i], u1[i], u2[i], u3[i]]);
-            let transposed = if POROUS {
+            let transposed = if WEIGHED {
                 nu * m.slope * (e_high * (v1[i] - v0[i]) - e_low * (v3[i] - v2[i]))
             } else {
                 0.0
             };
-            advective[i] += (f_high - f_low - transposed) * m.inverse;
+            advective[i] += (f_high - f_low - if FULL { 0.0 } else { transposed }) * m.inverse;
             let stress = (u3[i] - u2[i]) * (m.high * e_high) - (u2[i] - u1[i]) * (m.low * e_low);
-            viscous[i] += nu * stress * m.inverse;
+            let term = nu * stress * m.inverse;
+            viscous[i] += if FULL { term + transposed * m.inverse } else { term };
         }
     }
 }

@@ -2,14 +2,25 @@
 //!
 //! In increments Δu the factors split (Douglas–Gunn): the error a² δx² δy² Δu is of third order per step, and none
 //! remains in a steady state.
+//!
+//! Where the viscosity varies, the whole stress 2 μ D couples the components. With D the factors of each by itself, normal stresses
+//! twice, and L and Lᵀ the transposed gradients of the components before and after it (`transposed`),
+//!
+//! ```text
+//! (D + L) D⁻¹ (D + Lᵀ) Δu = r       D + L + Lᵀ and an error L D⁻¹ Lᵀ Δu, of third order as well
+//! ```
+//!
+//! is solved once forth and once back. It is symmetric and no less than the operator itself, so that no viscosity, however
+//! large and uneven, limits the step.
 
 use super::constant::{ConstantLines, LineEnd, LineKind};
 use super::system::MomentumDiagonal;
+use super::transposed::add_transposed;
 use super::variable::VariableLines;
 use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
 use crate::tridiagonal::Panel;
-use crate::{Boundaries, CellPartition, Faces, Grid, Side};
+use crate::{Boundaries, CellPartition, Faces, Grid, Halo, Side};
 use grains_domain::Transport;
 
 /// Rows along x solved side by side, through a transposed buffer.
@@ -26,6 +37,8 @@ pub(crate) struct Implicit {
     lines: Vec<ConstantLines>,
     variable: VariableLines,
     rows: Vec<f64>,
+    /// What a component gets from those after it.
+    remainder: Vec<f64>,
 }
 
 impl Implicit {
@@ -48,6 +61,7 @@ impl Implicit {
             lines: Vec::new(),
             variable: VariableLines::new(local, partition, periodic),
             rows: Vec::new(),
+            remainder: Vec::new(),
         }
     }
 
@@ -58,10 +72,14 @@ impl Implicit {
         boundary_data: &[BoundaryData],
         diagonal: MomentumDiagonal<'_>,
         increments: &mut Faces,
+        halo: &mut Halo,
         transport: &dyn Transport,
     ) {
+        if diagonal.is_full {
+            return self.solve_full(local, boundary_data, diagonal, increments, halo, transport);
+        }
         let is_constant =
-            diagonal.inverse.is_none() && diagonal.void_fraction.is_none() && diagonal.carrier.is_none();
+            diagonal.inverse.is_none() && diagonal.weights.is_none() && diagonal.carrier.is_none();
         match self.ends {
             Some(ends) if is_constant => {
                 self.set(ends, 0.5 * diagonal.viscosity * diagonal.dt);
@@ -71,18 +89,52 @@ impl Implicit {
             }
             _ => {
                 for component in (0..3).filter(|&c| local.active[c]) {
-                    for axis in (0..3).filter(|&a| local.active[a]) {
-                        let data = increments.component_mut(component);
-                        self.variable.solve(
-                            local,
-                            boundary_data,
-                            [component, axis],
-                            diagonal,
-                            data,
-                            transport,
-                        );
-                    }
+                    let data = increments.component_mut(component);
+                    self.variable.solve_all(local, boundary_data, component, diagonal, data, transport);
                 }
+            }
+        }
+    }
+
+    /// The whole stress: all components forth, each with what those before it do, and back.
+    fn solve_full(
+        &mut self,
+        local: &Local,
+        boundary_data: &[BoundaryData],
+        diagonal: MomentumDiagonal<'_>,
+        increments: &mut Faces,
+        halo: &mut Halo,
+        transport: &dyn Transport,
+    ) {
+        let is_after = |c: usize, other: usize| other > c && local.active[other];
+        for component in (0..3).filter(|&c| local.active[c]) {
+            for source in (0..component).filter(|&s| local.active[s]) {
+                let (data, from) = increments.two_components(component, source);
+                add_transposed(local, diagonal, [component, source], from, data);
+            }
+            let data = increments.component_mut(component);
+            self.variable.solve_all(local, boundary_data, component, diagonal, data, transport);
+            halo.fill(&mut [data], transport);
+        }
+        for component in (0..3).rev().filter(|&c| local.active[c] && (0..3).any(|s| is_after(c, s))) {
+            self.remainder.clear();
+            self.remainder.resize(local.layout.len(), 0.0);
+            for source in (0..3).filter(|&s| is_after(component, s)) {
+                let from = increments.component(source);
+                add_transposed(local, diagonal, [component, source], from, &mut self.remainder);
+            }
+            let remainder = &mut self.remainder;
+            self.variable.solve_all(local, boundary_data, component, diagonal, remainder, transport);
+            let data = increments.component_mut(component);
+            let n = local.unknowns(component);
+            for k in 0..n[2] {
+                for j in 0..n[1] {
+                    let own = local.layout.row(j, k)..local.layout.row(j, k) + n[0];
+                    data[own.clone()].iter_mut().zip(&remainder[own]).for_each(|(x, y)| *x += y);
+                }
+            }
+            if component > 0 {
+                halo.fill(&mut [data], transport);
             }
         }
     }
@@ -226,7 +278,7 @@ impl Sweeps<'_> {
     }
 }
 
-/// Adds what changes of imposed velocities do to the unknowns next to them, ½ ν ∇·ε∇ of the boundary increments; the
+/// Adds what changes of imposed velocities do to the unknowns next to them, θ ν ∇·w∇ of the boundary increments; the
 /// increments of imposed normal velocities themselves are set on the faces.
 pub(crate) fn imposed_increments(
     local: &Local,
@@ -291,12 +343,12 @@ fn add_normal(
     let (cell, unknown) = if is_high { (n - 1, n - 2) } else { (0, 0) };
     let m = &local.axes[axis];
     let inverses = m.inverse_width[local.entry(cell)] * m.inverse_distance[local.entry(unknown)];
-    let factor = 0.5 * diagonal.viscosity * inverses;
+    let factor = diagonal.share(true) * inverses;
     let data = increments.component_mut(axis);
     own_entries(local, face_data, |_, _, inside, boundary| {
         let p = if is_high { boundary - stride } else { boundary + stride };
-        let eps = diagonal.void_fraction.map_or(1.0, |eps| eps.centres[axis][inside]);
-        data[p] += diagonal.inverse_at(axis, p) * factor * eps * data[boundary];
+        let weight = diagonal.weights.map_or(1.0, |weights| weights.centres[axis][inside]);
+        data[p] += diagonal.inverse_at(axis, p) * factor * weight * data[boundary];
     });
 }
 
@@ -310,17 +362,20 @@ fn add_tangential(
     let (axis, n) = (face_data.face.axis, local.layout.cells[face_data.face.axis]);
     let cell = if face_data.face.side == Side::High { n - 1 } else { 0 };
     let inverse = local.axes[axis].inverse_width[local.entry(cell)];
-    let factor = 0.5 * face_data.wall[0] * diagonal.viscosity * inverse * inverse;
+    let factor = diagonal.share(false) * face_data.wall[0] * inverse * inverse;
     let along = usize::from(face_data.tangents[1] == component);
     let (unknowns, stride) = (local.unknowns(component)[component], local.layout.strides()[component]);
     let data = increments.component_mut(component);
-    own_entries(local, face_data, |e, m, inside, _| {
+    own_entries(local, face_data, |e, m, inside, boundary| {
         if face_data.kinds[component][e] == Kind::Fixed && m[along] - local.layout.halo < unknowns {
-            let eps = diagonal.void_fraction.map_or(1.0, |eps| {
-                0.5 * (eps.centres[component][inside] + eps.centres[component][inside + stride])
+            let weight = diagonal.weights.map_or(1.0, |weights| match diagonal.is_full {
+                true => weights.edges[component][axis][boundary],
+                false => {
+                    0.5 * (weights.centres[component][inside] + weights.centres[component][inside + stride])
+                }
             });
             data[inside] +=
-                diagonal.inverse_at(component, inside) * factor * eps * face_data.increments[component][e];
+                diagonal.inverse_at(component, inside) * factor * weight * face_data.increments[component][e];
         }
     });
 }

@@ -6,9 +6,10 @@ mod implicit;
 mod outlet;
 mod scheme;
 mod system;
+mod transposed;
 mod variable;
 
-pub(crate) use explicit::{Explicit, Porosity, RowPlace};
+pub(crate) use explicit::{Explicit, RowPlace, StressWeights};
 pub(crate) use implicit::{Implicit, imposed_increments};
 pub(crate) use outlet::{FaceTerms, OutletTerms, advance_outlets};
 pub use scheme::{Advection, Diffusion};

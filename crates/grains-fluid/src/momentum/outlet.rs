@@ -1,5 +1,6 @@
 //! Normal velocity of pressure outlets: its own momentum equation, explicit, on the face.
 
+use super::StressWeights;
 use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
 
@@ -12,6 +13,8 @@ pub(crate) struct OutletTerms<'a> {
     pub pressure: &'a [f64],
     pub inverse_density: f64,
     pub viscosity: f64,
+    /// Weights of the stresses where the viscosity varies.
+    pub stress_weights: Option<StressWeights<'a>>,
     /// Per face of the axis: ε on the face, factor of the pressure gradient, diagonal (1/s), source (m/s²) and
     /// what multiplies u of the old step (1/s).
     pub face: &'a dyn Fn(usize, usize) -> FaceTerms,
@@ -88,7 +91,7 @@ fn face_balance(
     let flux_out = if leaving { q[b] * u[b] } else { 0.0 };
     let flux_in = 0.25 * (q[b] + q[inner]) * (u[b] + u[inner]);
     let mut advection = outward * (flux_out - flux_in) * inverse;
-    let nu = terms.viscosity * eps;
+    let nu = terms.viscosity * terms.stress_weights.map_or(eps, |weights| weights.centres[axis][inside]);
     let mut viscous = -nu * (u[b] - u[inner]) * inverse * inverse;
     let mut damping = nu * inverse * inverse;
     for (t, place) in face_data.tangents.into_iter().zip(m).filter(|(t, _)| local.active[*t]) {
@@ -96,6 +99,15 @@ fn face_balance(
         let flux = |face: usize, at: usize| terms.flux[t][face] * 0.5 * (u[at] + u[at + s]);
         advection += (flux(inside, b) - flux(inside - s, b - s)) * axes.inverse_width[place];
         let (low, high) = (axes.inverse_distance[place - 1], axes.inverse_distance[place]);
+        if let Some(weights) = terms.stress_weights {
+            let edges = weights.edges[axis][t];
+            let (low, high) = (low * edges[b - s], high * edges[b]);
+            viscous += ((u[b + s] - u[b]) * high - (u[b] - u[b - s]) * low)
+                * terms.viscosity
+                * axes.inverse_width[place];
+            damping += terms.viscosity * (low + high) * axes.inverse_width[place];
+            continue;
+        }
         viscous += nu * ((u[b + s] - u[b]) * high - (u[b] - u[b - s]) * low) * axes.inverse_width[place];
         damping += nu * (low + high) * axes.inverse_width[place];
     }

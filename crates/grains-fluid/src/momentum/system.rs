@@ -1,30 +1,40 @@
 //! One factor of the implicit diffusion as a tridiagonal system, and its elimination along lines side by side.
 
-use super::Porosity;
+use super::StressWeights;
 use crate::boundary::{BoundaryData, Kind};
 use crate::metrics::Local;
 use crate::tridiagonal::Panel;
 use crate::{Faces, Side};
 
-/// Coefficients of (m − ½ ν ∇·ε∇) δ = r.
+/// Coefficients of (m − θ ν ∇·w∇) δ = r.
 #[derive(Clone, Copy)]
 pub(crate) struct MomentumDiagonal<'a> {
     /// 1/m on the faces (s): 1/(ε/Δt + β/ρ); none where m = 1/Δt.
     pub inverse: Option<&'a Faces>,
     /// Time step Δt (s).
     pub dt: f64,
-    /// ε where stresses act; none where it is 1.
-    pub void_fraction: Option<Porosity<'a>>,
+    /// Weights w of the stresses; none where they are 1.
+    pub weights: Option<StressWeights<'a>>,
     /// Kinematic viscosity ν (m²/s).
     pub viscosity: f64,
     /// What carries momentum implicitly, by upwind differences; none where advection is explicit.
     pub carrier: Option<&'a Faces>,
+    /// Share θ of the end of the step (-).
+    pub implicitness: f64,
+    /// Whether the operator is that of the whole stress, ∇·w(∇ + ∇ᵀ).
+    pub is_full: bool,
 }
 
 impl MomentumDiagonal<'_> {
     /// 1/m of a face (s).
     pub fn inverse_at(&self, component: usize, p: usize) -> f64 {
         self.inverse.map_or(self.dt, |faces| faces.component(component)[p])
+    }
+
+    /// θ ν (m²/s), twice that of normal stresses, which are their own transpose.
+    pub fn share(&self, is_normal: bool) -> f64 {
+        let share = self.implicitness * self.viscosity;
+        if self.is_full && is_normal { 2.0 * share } else { share }
     }
 }
 
@@ -105,18 +115,18 @@ impl System<'_> {
         if self.component == self.axis { m.inverse_distance[e] } else { m.inverse_width[e] }
     }
 
-    /// Sets ½ ν ε/distance at the upper side of every unknown and at the lower one of the first.
+    /// Sets θ ν w/distance at the upper side of every unknown and at the lower one of the first.
     pub fn set_conductance(&self, conductance: &mut [f64]) {
         let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
-        let (m, half) = (&self.local.axes[axis], 0.5 * self.diagonal.viscosity);
+        let (m, share) = (&self.local.axes[axis], self.diagonal.share(self.component == axis));
         // Own stresses act in the cell above the face.
         let (inverse, shift) = match self.component == axis {
             true => (&m.inverse_width[1..], layout.strides()[axis]),
             false => (&m.inverse_distance[..], 0),
         };
-        let eps = self.diagonal.void_fraction.map(|eps| match self.component == axis {
-            true => eps.centres[axis],
-            false => eps.edges[self.component][axis],
+        let weights = self.diagonal.weights.map(|weights| match self.component == axis {
+            true => weights.centres[axis],
+            false => weights.edges[self.component][axis],
         });
         let mut from = [0_isize; 3];
         from[axis] = -1;
@@ -126,14 +136,14 @@ impl System<'_> {
                 let start = layout.index(from[0], j, k);
                 let row = &mut conductance[start..start + count];
                 let e = ([from[0], j, k][axis] + layout.halo as isize) as usize;
-                let eps = eps.map(|eps| &eps[start + shift..][..count]);
+                let weights = weights.map(|weights| &weights[start + shift..][..count]);
                 if axis == 0 {
-                    row.iter_mut().zip(&inverse[e..]).for_each(|(c, inverse)| *c = half * inverse);
+                    row.iter_mut().zip(&inverse[e..]).for_each(|(c, inverse)| *c = share * inverse);
                 } else {
-                    row.fill(half * inverse[e]);
+                    row.fill(share * inverse[e]);
                 }
-                if let Some(eps) = eps {
-                    row.iter_mut().zip(eps).for_each(|(c, eps)| *c *= eps);
+                if let Some(weights) = weights {
+                    row.iter_mut().zip(weights).for_each(|(c, weight)| *c *= weight);
                 }
             }
         }

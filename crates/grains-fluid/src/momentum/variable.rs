@@ -1,4 +1,4 @@
-//! The implicit factors where void fraction, drag or kinds of boundary differ from place to place.
+//! The implicit factors where void fraction, viscosity, drag or kinds of boundary differ from place to place.
 
 use super::system::{Arrays, MomentumDiagonal, Scratch, System};
 use crate::CellPartition;
@@ -23,7 +23,7 @@ struct Transposed {
 pub(crate) struct VariableLines {
     gathers: [RowAllGather; 3],
     coupled: [bool; 3],
-    /// ½ ν ε / distance at the upper side of every unknown.
+    /// θ ν w / distance at the upper side of every unknown.
     conductance: Vec<f64>,
     /// What carries momentum through the same sides, if that is implicit.
     carried: Vec<f64>,
@@ -51,8 +51,23 @@ impl VariableLines {
         }
     }
 
+    /// Solves the factors of all axes for a component, in place.
+    pub fn solve_all(
+        &mut self,
+        local: &Local,
+        boundary_data: &[BoundaryData],
+        component: usize,
+        diagonal: MomentumDiagonal<'_>,
+        data: &mut [f64],
+        transport: &dyn Transport,
+    ) {
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            self.solve(local, boundary_data, [component, axis], diagonal, data, transport);
+        }
+    }
+
     /// Solves the factor of one axis for all lines of a component, in place.
-    pub fn solve(
+    fn solve(
         &mut self,
         local: &Local,
         boundary_data: &[BoundaryData],

@@ -10,3 +10,4 @@ mod openings;
 mod patches;
 mod poisson;
 mod ranks;
+mod viscosity;

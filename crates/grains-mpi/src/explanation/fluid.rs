@@ -1,8 +1,8 @@
 //! What the terminal shows of the fluid of a case.
 
 use grains_case::{
-    Case, Coupling, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved, ResolvedMethod,
-    Side, Wall, WallKind,
+    Case, Coupling, Drive, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved,
+    ResolvedMethod, Side, Wall, WallKind,
 };
 use grains_simulation::check::{
     CouplingReport, FluidReport, FluidStep, FluidStepLimit, ParticlesInFluid, ResolvedReport, TooCoarse,
@@ -13,6 +13,7 @@ use grains_simulation::check::{
 pub fn tell(case: &Case, found: &FluidReport) {
     let Some(fluid) = &case.fluid else { return };
     cells(found);
+    viscosity(case, fluid);
     if let (Some(found), Some(given)) = (&found.coupling, &fluid.coupling) {
         coupling(given, found);
     }
@@ -48,6 +49,41 @@ fn cells(found: &FluidReport) {
     say!("fluid          {nx} x {ny} x {nz} = {} cells of {x} x {y} x {z} m", nx * ny * nz);
     let memory = (found.memory / 1e6).ceil();
     say!("  memory       about {memory:.0} MB of it for the fluid, halos of one rank included");
+}
+
+/// Prints what the viscosity depends on, and what a regularisation lets creep.
+fn viscosity(case: &Case, fluid: &Fluid) {
+    if let Some(turbulence) = &fluid.turbulence {
+        say!("  viscosity    {:.4e} Pa s and that of small eddies by {turbulence:?}", fluid.viscosity);
+    }
+    let Some(rheology) = &fluid.rheology else { return };
+    let (rest, reference) = (rheology.viscosity_at_rest(), rheology.reference_viscosity());
+    say!("  viscosity    {rheology:?}");
+    say!(
+        "    at rest    at most {rest:.4e} Pa s, {:.3e} times that at 1/s without yield stress",
+        rest / reference
+    );
+    if rheology.yield_stress() == 0.0 {
+        return;
+    }
+    let extents = case.domain.extents();
+    let active = (0..3).filter(|&a| fluid.cells[a] > 1);
+    let smallest = active.map(|a| extents[a]).fold(f64::INFINITY, f64::min);
+    let creep = rheology.creep_rate();
+    say!(
+        "    unyielded  fluid creeps at up to {creep:.3e} 1/s where the ideal one is rigid, by {:.3e} m/s over half the \
+         smallest extent",
+        0.5 * creep * smallest
+    );
+    if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
+        let largest = gradient.iter().fold(0.0_f64, |max, g| max.max(g.abs()));
+        say!(
+            "    yields     where stresses exceed {:.4e} Pa; between walls half the smallest extent from the middle the \
+             drive makes {:.4e} Pa",
+            rheology.yield_stress(),
+            0.5 * largest * smallest
+        );
+    }
 }
 
 /// The step of the fluid and what limits it.

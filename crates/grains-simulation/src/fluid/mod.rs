@@ -151,7 +151,10 @@ impl FluidPhase {
             Some(resolved) => WORK_OF_SURFACE * resolved.largest_surface(&dem.setup.catalogue, kinds),
             None => WORK_OF_DRAG,
         };
-        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), has_particles));
+        let means = fluid
+            .output
+            .mean_from
+            .map(|_| Sums::new(flow.layout(), has_particles, flow.setup.viscosity_law.is_some()));
         let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
         Ok(Some(Self {
             flow,

@@ -104,7 +104,7 @@ pub struct Sums {
     /// Number of samples.
     pub samples: u64,
     /// u, v, w at the centres (m/s), p (Pa); among particles also ε (-), the flux of solid volume along x, y, z
-    /// (m⁴/s per cell) and the solid volume (m³ per cell).
+    /// (m⁴/s per cell) and the solid volume (m³ per cell); where the viscosity varies at last that (Pa s).
     pub fields: Vec<Field<Centre>>,
 }
 
@@ -132,8 +132,9 @@ impl Observation {
 
 impl Sums {
     /// No samples yet.
-    pub fn new(layout: Layout, has_particles: bool) -> Self {
-        Self { samples: 0, fields: vec![Field::new(layout); if has_particles { 9 } else { 4 }] }
+    pub fn new(layout: Layout, has_particles: bool, viscosity_varies: bool) -> Self {
+        let count = if has_particles { 9 } else { 4 } + usize::from(viscosity_varies);
+        Self { samples: 0, fields: vec![Field::new(layout); count] }
     }
 
     /// Adds a sample.
@@ -165,9 +166,10 @@ impl Sums {
             FluidField::Pressure => vec![mean(3)],
             FluidField::VoidFraction => vec![mean(4)],
             FluidField::SolidVelocity => (5..8).map(ratio).collect(),
+            FluidField::Viscosity => vec![mean(self.fields.len() - 1)],
         };
-        let has_particles = self.fields.len() > 4;
-        let there = wanted.iter().filter(|field| has_particles || !needs_particles(field));
+        let (has_particles, varies) = (self.fields.len() >= 9, [5, 10].contains(&self.fields.len()));
+        let there = wanted.iter().filter(|field| is_there(field, has_particles, varies));
         there.map(|field| Observation { components: components(field) }).collect()
     }
 }
@@ -181,18 +183,24 @@ fn name(field: &FluidField) -> Name {
         FluidField::Pressure => ("pressure", "Pa", 1),
         FluidField::VoidFraction => ("void_fraction", "-", 1),
         FluidField::SolidVelocity => ("solid_velocity", "m/s", 3),
+        FluidField::Viscosity => ("viscosity", "Pa s", 1),
     }
 }
 
-fn needs_particles(field: &FluidField) -> bool {
-    matches!(field, FluidField::VoidFraction | FluidField::SolidVelocity)
+fn is_there(field: &FluidField, has_particles: bool, viscosity_varies: bool) -> bool {
+    match field {
+        FluidField::Velocity | FluidField::Pressure => true,
+        FluidField::VoidFraction | FluidField::SolidVelocity => has_particles,
+        FluidField::Viscosity => viscosity_varies,
+    }
 }
 
 impl FluidPhase {
     /// The fields that a case asks for and that there are.
     pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
         let has_particles = self.exchange.is_some() || self.resolved.is_some();
-        wanted.iter().filter(|field| has_particles || !needs_particles(field)).map(name).collect()
+        let varies = self.flow.setup.viscosity_law.is_some();
+        wanted.iter().filter(|field| is_there(field, has_particles, varies)).map(name).collect()
     }
 
     /// Values of the columns of the fluid in the time series; collective.
@@ -279,6 +287,9 @@ impl FluidPhase {
         }
         if let Some(resolved) = &self.resolved {
             fields.extend(resolved.void_and_flux(dem));
+        }
+        if self.flow.setup.viscosity_law.is_some() {
+            fields.push(self.flow.dynamic_viscosity());
         }
         let mut all: Vec<&mut [f64]> = fields.iter_mut().map(Field::data_mut).collect();
         self.halo.fill(&mut all, transport);

@@ -20,6 +20,13 @@ const COMING: &str = "coming_void_fraction";
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
+/// The same of so many fields; the last is the viscosity where it varies.
+fn mean_names(count: usize) -> impl Iterator<Item = &'static str> {
+    let varies = [5, 10].contains(&count);
+    let plain = MEANS.into_iter().take(count - usize::from(varies));
+    plain.chain(varies.then_some("sum_viscosity"))
+}
+
 /// What a text of a checkpoint says of the clocks of the fluid.
 const CLOCKS: &str = "fluid";
 /// What one says of the flow's last action on its walls.
@@ -186,8 +193,10 @@ impl FluidPhase {
             add("void_fraction", "-", cells(flow), mixture.void_fraction.data());
             add(COMING, "-", cells(flow), mixture.previous_void_fraction().data());
         }
-        for (field, name) in self.means.iter().flat_map(|m| &m.fields).zip(MEANS) {
-            add(name, "sum of samples", cells(flow), field.data());
+        if let Some(means) = &self.means {
+            for (field, name) in means.fields.iter().zip(mean_names(means.fields.len())) {
+                add(name, "sum of samples", cells(flow), field.data());
+            }
         }
         arrays
     }
@@ -274,7 +283,8 @@ impl FluidPhase {
         // The case may ask for means that the state has not got.
         if let Some(means) = self.means.as_mut().filter(|_| clocks.samples > 0) {
             means.samples = clocks.samples;
-            for (field, name) in means.fields.iter_mut().zip(MEANS) {
+            let names = mean_names(means.fields.len());
+            for (field, name) in means.fields.iter_mut().zip(names) {
                 take(name, place, field.data_mut())?;
             }
         }

@@ -11,7 +11,7 @@ use grains_dem::Catalogue;
 use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, CellPartition, Condition, ConjugateGradients, Drive, FastSolver,
-    Flow, FlowSetup, Grid, Patch, PressureSolver, Profile, Side,
+    Flow, FlowSetup, Grid, Patch, PressureSolver, Profile, Side, ViscosityLaw,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
@@ -76,6 +76,7 @@ pub fn flow_setup(
         halo,
         density: fluid.density,
         viscosity: fluid.viscosity,
+        viscosity_law: viscosity_law(fluid),
         advection: fluid.advection.unwrap_or(usual_advection),
         diffusion: fluid.diffusion,
         drive: drive(fluid),
@@ -83,6 +84,11 @@ pub fn flow_setup(
     };
     setup.check().map_err(about)?;
     Ok(setup)
+}
+
+fn viscosity_law(fluid: &CaseFluid) -> Option<ViscosityLaw> {
+    let rheology = fluid.rheology.map(ViscosityLaw::Rheology);
+    rheology.or(fluid.turbulence.map(ViscosityLaw::Turbulence))
 }
 
 fn drive(fluid: &CaseFluid) -> [Drive; 3] {

@@ -9,9 +9,10 @@ mod output;
 mod pressure;
 mod resolved;
 mod steady;
+mod viscosity;
 mod walls;
 
-use grains_fluid::{Advection, Diffusion};
+use grains_fluid::{Advection, Diffusion, Rheology, Turbulence};
 use grains_resolved::Extrapolation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,9 +52,16 @@ pub struct Fluid {
     /// Density (kg/m³).
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [0.01, 20000]))]
     pub density: f64,
-    /// Dynamic viscosity (Pa s).
+    /// Dynamic viscosity (Pa s); this or `rheology` is needed.
+    #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-7, 1000]))]
     pub viscosity: f64,
+    /// How the viscosity depends on the rate of shear, in place of a constant one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rheology: Option<Rheology>,
+    /// What eddies smaller than the cells add to the viscosity; nothing if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<Turbulence>,
     /// Number of cells along x, y, z (-); an axis of one cell makes the flow two-dimensional.
     #[schemars(schema_with = "three_counts")]
     pub cells: [u64; 3],
@@ -157,6 +165,7 @@ impl Fluid {
                 resolved.extrapolation.get_or_insert(Extrapolation::Quadratic);
             }
         }
+        viscosity::check(&mut self, context, checker);
         self.output.check(context.interval, context.end, checker);
         if self.resolved.is_none() {
             coupling::check(self.coupling.as_ref(), context, checker);

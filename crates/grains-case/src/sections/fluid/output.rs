@@ -18,11 +18,14 @@ pub enum FluidField {
     VoidFraction,
     /// Mean velocity of the particles (m/s); only among particles.
     SolidVelocity,
+    /// Dynamic viscosity (Pa s); only where it varies.
+    Viscosity,
 }
 
 impl FluidField {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Velocity, Self::Pressure, Self::VoidFraction, Self::SolidVelocity];
+    pub const ALL: [Self; 5] =
+        [Self::Velocity, Self::Pressure, Self::VoidFraction, Self::SolidVelocity, Self::Viscosity];
 }
 
 /// Where the fields are written as tables, at every snapshot and as means over time.

@@ -20,9 +20,17 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
-/// and vectors, conjugate gradients, resolved bodies.
-const BYTES: [[f64; 2]; 6] =
-    [[105.0, 97.0], [240.0, 285.0], [60.0, 0.0], [0.0, 360.0], [0.0, 87.0], [60.0, 187.0]];
+/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary and of rates of strain.
+const BYTES: [[f64; 2]; 8] = [
+    [105.0, 97.0],
+    [240.0, 285.0],
+    [60.0, 0.0],
+    [0.0, 360.0],
+    [0.0, 87.0],
+    [60.0, 187.0],
+    [64.0, 0.0],
+    [32.0, 0.0],
+];
 
 /// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
 const BYTES_OF_STEADY: f64 = 10.0;
@@ -197,10 +205,12 @@ pub fn bytes_on_disk(case: &Case) -> f64 {
     let cells = fluid.cells.iter().product::<u64>() as f64;
     let has_particles = (fluid.coupling.is_some() || fluid.resolved.is_some()) && !case.inserts.is_empty();
     let state = STATE + if fluid.resolved.is_some() { BODIES } else { 0.0 };
+    let varies = fluid.rheology.is_some() || fluid.turbulence.is_some();
     let components = |field: &FluidField| match (field, has_particles) {
         (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
         (FluidField::Pressure, _) | (FluidField::VoidFraction, true) => 1.0,
         (FluidField::SolidVelocity | FluidField::VoidFraction, false) => 0.0,
+        (FluidField::Viscosity, _) => f64::from(u8::from(varies)),
     };
     let numbers: f64 = fluid.output.fields.iter().map(components).sum();
     let interval = fluid.output.interval.unwrap_or(case.output.particles);
@@ -234,6 +244,8 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         method == PressureMethod::Petsc,
         method == PressureMethod::ConjugateGradients && !has_particles,
         fluid.resolved.is_some(),
+        fluid.rheology.is_some() || fluid.turbulence.is_some(),
+        fluid.rheology.is_some(),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
     let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
