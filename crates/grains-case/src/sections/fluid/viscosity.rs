@@ -18,11 +18,12 @@ pub(super) fn check(fluid: &mut Fluid, context: &Context<'_>, checker: &mut Chec
         (None, false) => {
             checker.error("fluid", "without a viscosity; add `viscosity`, or `rheology`".into());
         }
-        (Some(_), true) => {
+        // That of a resolved case is the one given below.
+        (Some(rheology), true) if fluid.viscosity != rheology.reference_viscosity() => {
             let message = "the viscosity is that of fluid.rheology; remove one of them";
             checker.error("fluid.viscosity", message.into());
         }
-        (Some(rheology), false) => fluid.viscosity = rheology.reference_viscosity(),
+        (Some(rheology), _) => fluid.viscosity = rheology.reference_viscosity(),
         (None, true) => {}
     }
     let law = match (&fluid.rheology, &fluid.turbulence) {
