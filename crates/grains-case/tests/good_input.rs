@@ -17,7 +17,9 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 18] = [
+const GOOD: [&str; 20] = [
+    "mud.toml",
+    "thinning.toml",
     "array.toml",
     "eddies.toml",
     "yielding.toml",

@@ -23,12 +23,8 @@ fn usual() -> f64 {
 
 impl TurbulenceModel for Smagorinsky {
     fn eddy_viscosity(&self, gradient: &[[f64; 3]; 3], width: f64, distance: f64) -> f64 {
-        let mut square = 0.0;
-        for a in 0..3 {
-            for b in 0..3 {
-                square += 0.5 * (gradient[a][b] + gradient[b][a]).powi(2);
-            }
-        }
+        let pairs = (0..3).flat_map(|a| (0..3).map(move |b| (a, b)));
+        let square: f64 = pairs.map(|(a, b)| 0.5 * (gradient[a][b] + gradient[b][a]).powi(2)).sum();
         (self.constant * width).min(KARMAN * distance).powi(2) * square.sqrt()
     }
 

@@ -24,13 +24,10 @@ impl TurbulenceModel for Wale {
         let square = |a: usize, b: usize| g[a][0] * g[0][b] + g[a][1] * g[1][b] + g[a][2] * g[2][b];
         let third = (square(0, 0) + square(1, 1) + square(2, 2)) / 3.0;
         let (mut eddies, mut strains) = (0.0, 0.0);
-        for a in 0..3 {
-            eddies += (square(a, a) - third).powi(2);
-            strains += g[a][a] * g[a][a];
-            for b in a + 1..3 {
-                eddies += 0.5 * (square(a, b) + square(b, a)).powi(2);
-                strains += 0.5 * (g[a][b] + g[b][a]).powi(2);
-            }
+        for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
+            let trace = if a == b { third } else { 0.0 };
+            eddies += (0.5 * (square(a, b) + square(b, a)) - trace).powi(2);
+            strains += (0.5 * (g[a][b] + g[b][a])).powi(2);
         }
         let sum = strains * strains * strains.sqrt() + eddies * eddies.sqrt().sqrt();
         if sum > 0.0 { (self.constant * width).powi(2) * eddies * eddies.sqrt() / sum } else { 0.0 }

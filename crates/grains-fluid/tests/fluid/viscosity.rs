@@ -134,12 +134,8 @@ fn gradient(f: &dyn Fn(Vector) -> Vector, x: Vector, step: f64) -> [Vector; 3] {
 /// 2 μ D at a point.
 fn stress(rheology: &Rheology, velocity: &dyn Fn(Vector) -> Vector, x: Vector) -> [Vector; 3] {
     let g = gradient(velocity, x, 1e-4);
-    let mut rate = 0.0;
-    for a in 0..3 {
-        for b in 0..3 {
-            rate += 0.5 * (g[a][b] + g[b][a]).powi(2);
-        }
-    }
+    let pairs = (0..3).flat_map(|a| (0..3).map(move |b| (a, b)));
+    let rate: f64 = pairs.map(|(a, b)| 0.5 * (g[a][b] + g[b][a]).powi(2)).sum();
     let viscosity = rheology.viscosity(rate.sqrt());
     std::array::from_fn(|a| std::array::from_fn(|b| viscosity * (g[a][b] + g[b][a])))
 }

@@ -57,7 +57,9 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], ch
         refuse("multipliers are marched in time only; take fluid.resolved.method = \"direct\"");
     }
     if fluid.rheology.is_some() || fluid.turbulence.is_some() {
-        refuse("pseudo-steps know a constant viscosity only; remove it, or fluid.rheology and fluid.turbulence");
+        refuse(
+            "pseudo-steps know a constant viscosity only; remove it, or fluid.rheology and fluid.turbulence",
+        );
     }
     if fluid.diffusion == Diffusion::Explicit {
         refuse("pseudo-steps are too long for explicit diffusion; take fluid.diffusion = \"implicit\"");
