@@ -85,6 +85,7 @@ fn pairs_with_walls_left_alone_change_no_bit() {
     let mut random = Random(26);
     let kinds: [fn() -> Vec<Shape>; 3] =
         [|| vec![Shape::sphere(1.3e-3).unwrap()], || mixed_shapes(1.3e-3), || knobbly_shapes(1.3e-3)];
+    let mut all = 0;
     for round in 0..6 {
         let mut scene = scene(&mut random, kinds[round % 3](), round % 2 == 1);
         scene.setup.overlap_limit = 0.9;
@@ -111,8 +112,10 @@ fn pairs_with_walls_left_alone_change_no_bit() {
                 touching += left_alone.coordination().1.iter().sum::<u32>();
             }
         }
-        assert!(touching > 50, "round {round}: only {touching} touch walls");
+        assert!(touching > 0, "round {round}: none touch walls");
+        all += touching;
         let rebuilds = [&left_alone, &looked_at].map(|dem| dem.report.rebuilds);
         assert!(5 * rebuilds[0] < rebuilds[1], "round {round}: {rebuilds:?}");
     }
+    assert!(all > 500, "only {all} touch walls");
 }

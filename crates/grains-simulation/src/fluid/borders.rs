@@ -51,10 +51,10 @@ impl FluidPhase {
         let setup = &self.flow.setup;
         let (cells, before) = (setup.grid.cells(), setup.partition.clone());
         let (arrays, clocks) = (self.arrays(), self.clocks());
+        let on_walls = self.on_walls().to_vec();
         // Nothing is held twice: the old fields go before the new ones come.
-        let Self { flow, exchange, resolved, report, sampled, steps, iterations, seconds, rule, .. } = self;
+        let Self { flow, exchange, report, sampled, steps, iterations, seconds, rule, .. } = self;
         let (clock, account) = (flow.clock.clone(), exchange.map(|exchange| exchange.account));
-        let on_walls = resolved.map(|resolved| resolved.bodies.on_walls);
         drop(flow);
         let arrays = exchanged(arrays, cells, (&before, &now), transport);
         let Some(mut fluid) = Self::new(case, petsc, dem, kinds, transport)? else {
@@ -70,9 +70,7 @@ impl FluidPhase {
         if let (Some(exchange), Some(account)) = (&mut fluid.exchange, account) {
             exchange.account = account;
         }
-        if let (Some(resolved), Some(on_walls)) = (&mut fluid.resolved, on_walls) {
-            resolved.bodies.resume_on_walls(&on_walls);
-        }
+        fluid.resume_on_walls(on_walls);
         (fluid.report, fluid.sampled, fluid.rule) = (report, sampled, rule);
         (fluid.steps, fluid.iterations, fluid.seconds) = (steps, iterations, seconds);
         fluid.seconds[1] += begun.elapsed().as_secs_f64();

@@ -8,13 +8,15 @@ use grains_comm::MpiTransport;
 use grains_dem::{Dem, WallState};
 use grains_fluid::{Clearance, Enclosure, Flow, Grid};
 use grains_geometry::Vec3;
-use grains_resolved::SolidSide;
+use grains_resolved::{FlowOnWall, SolidSide};
 
 /// Walls of a case around its averaged flow.
 pub struct EnclosingWalls {
     walls: FluidWalls,
     /// Numbers of those that were there in the last step of the fluid.
     present: Vec<usize>,
+    /// What the flow did to them in that step.
+    pub on_walls: Vec<FlowOnWall>,
 }
 
 impl EnclosingWalls {
@@ -24,7 +26,7 @@ impl EnclosingWalls {
     /// Surfaces that are not closed, with the key.
     pub fn new(case: &Case) -> Result<Option<Self>, String> {
         let walls = FluidWalls::new(case)?;
-        Ok((!walls.is_empty()).then_some(Self { walls, present: Vec::new() }))
+        Ok((!walls.is_empty()).then_some(Self { walls, present: Vec::new(), on_walls: Vec::new() }))
     }
 
     /// Bounds the flow by the walls as they are at a time (s); collective.
@@ -42,6 +44,7 @@ impl EnclosingWalls {
         let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid", e.to_string()));
         agreed(transport, flow.enclose(&placed, transport).map_err(about))?;
         exchange.enclose(flow);
+        self.note_loads(flow, transport);
         Ok(())
     }
 
@@ -76,13 +79,26 @@ impl EnclosingWalls {
         }
     }
 
-    /// Force and torque on each, in the order of the case, NaN for those that are not there; collective.
-    pub fn row(&self, flow: &Flow, transport: &MpiTransport) -> Vec<f64> {
+    /// Notes what the flow does to the walls, after its step; collective.
+    pub fn note_loads(&mut self, flow: &Flow, transport: &MpiTransport) {
         let loads = flow.loads_on_walls(self.walls.all().len(), transport);
+        self.on_walls.clear();
         let walls = self.walls.all().iter().zip(loads);
-        walls
-            .flat_map(|(wall, load)| if self.present.contains(&wall.number) { load } else { [f64::NAN; 6] })
-            .collect()
+        self.on_walls.extend(walls.filter(|(wall, _)| self.present.contains(&wall.number)).map(
+            |(wall, load)| {
+                let [fx, fy, fz, tx, ty, tz] = load;
+                FlowOnWall {
+                    wall: wall.number as u64,
+                    force: Vec3::new(fx, fy, fz),
+                    torque: Vec3::new(tx, ty, tz),
+                }
+            },
+        ));
+    }
+
+    /// Force and torque on each, in the order of the case, NaN for those that were not there.
+    pub fn row(&self) -> Vec<f64> {
+        self.walls.row(&self.on_walls)
     }
 
     fn place(&mut self, dem: &Dem, time: f64, grid: &Grid) -> PlacedWalls {

@@ -330,6 +330,9 @@ impl FluidPhase {
             |e: grains_fluid::StepError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
         self.report = agreed(transport, outcome.map_err(failed))?;
         let stepped = begun.elapsed().as_secs_f64();
+        if let Some(walls) = &mut self.enclosing {
+            walls.note_loads(&self.flow, transport);
+        }
         if let Some(exchange) = &mut self.exchange {
             exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
         }

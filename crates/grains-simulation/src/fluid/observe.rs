@@ -237,7 +237,7 @@ impl FluidPhase {
         row.extend((0..3).map(|axis| flow.mean_velocity(axis, transport)));
         row.push(self.resolved.as_ref().map_or(0.0, |resolved| resolved.bodies.iterations() as f64));
         if let Some(walls) = &self.enclosing {
-            row.extend(walls.row(flow, transport));
+            row.extend(walls.row());
         }
         if let Some(resolved) = &self.resolved {
             if !case.inserts.is_empty() {

@@ -10,6 +10,7 @@ use grains_domain::Transport;
 use grains_fluid::{CellPartition, Field, Flow, Layout};
 use grains_geometry::Vec3;
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
+use grains_resolved::FlowOnWall;
 
 const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
 const ADVECTIVE: [&str; 3] = ["advective_x", "advective_y", "advective_z"];
@@ -110,11 +111,11 @@ impl LastStep {
 impl FluidPhase {
     /// The state of this rank; collective.
     pub fn state(&self, dem: &Dem, transport: &MpiTransport) -> (Vec<GridArray>, Metadata) {
-        let on_walls = self.resolved.as_ref().map(|resolved| walls::text(&resolved.bodies.on_walls));
+        let on_walls = walls::text(self.on_walls());
         let texts = [
             (CLOCKS, self.clocks().text()),
             (LAST_STEP, self.last_step(dem, transport).text()),
-            (ON_WALLS, on_walls.unwrap_or_default()),
+            (ON_WALLS, on_walls),
         ];
         (self.arrays(), texts.map(|(name, text)| (name.into(), text)).into())
     }
@@ -218,11 +219,25 @@ impl FluidPhase {
         let last = file.text(LAST_STEP).and_then(LastStep::parse).ok_or_else(lacking)?;
         self.take_last_step(&last, dem, transport.rank() == 0);
         self.resume(dem, transport);
-        let on_walls = file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default();
+        self.resume_on_walls(file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default());
+        Ok(())
+    }
+
+    /// What the flow did to the walls in its last step.
+    pub(super) fn on_walls(&self) -> &[FlowOnWall] {
+        let of_resolved = self.resolved.as_ref().map(|resolved| &resolved.bodies.on_walls[..]);
+        let of_averaged = self.enclosing.as_ref().map(|walls| &walls.on_walls[..]);
+        of_resolved.or(of_averaged).unwrap_or_default()
+    }
+
+    /// Takes that of a continued run.
+    pub(super) fn resume_on_walls(&mut self, on_walls: Vec<FlowOnWall>) {
         if let Some(resolved) = &mut self.resolved {
             resolved.bodies.resume_on_walls(&on_walls);
         }
-        Ok(())
+        if let Some(walls) = &mut self.enclosing {
+            walls.on_walls = on_walls;
+        }
     }
 
     /// Begins now, in a run whose particles were there before.
