@@ -2,7 +2,7 @@
 //!
 //! The nearest points of two flush faces are any pair of them, so a single contact point drifts and
 //! bodies at rest spin and creep (thesis 3.3). So the features of both that look at each other touch: each corner the
-//! other body, and edges that cross each other ([`pairs`]). The overlap of each of these pairs is a continuous function
+//! other body, and edges that cross each other (`pairs`). The overlap of each of these pairs is a continuous function
 //! of how both bodies lie, with the derivative n_i along the line through its nearest points, and so is their norm
 //!
 //! ```text

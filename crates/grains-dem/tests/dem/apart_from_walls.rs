@@ -85,7 +85,7 @@ fn pairs_with_walls_left_alone_change_no_bit() {
     let mut random = Random(26);
     let kinds: [fn() -> Vec<Shape>; 3] =
         [|| vec![Shape::sphere(1.3e-3).unwrap()], || mixed_shapes(1.3e-3), || knobbly_shapes(1.3e-3)];
-    let mut all = 0;
+    let mut touching = [0; 3];
     for round in 0..6 {
         let mut scene = scene(&mut random, kinds[round % 3](), round % 2 == 1);
         scene.setup.overlap_limit = 0.9;
@@ -97,7 +97,6 @@ fn pairs_with_walls_left_alone_change_no_bit() {
             other.setup.skin = NONE;
             other.start([1; 3], 0)
         });
-        let mut touching = 0;
         for step in 0..STEPS {
             let [done, also_done] =
                 [&mut left_alone, &mut looked_at].map(|dem| dem.step(&SerialTransport).is_ok());
@@ -106,16 +105,14 @@ fn pairs_with_walls_left_alone_change_no_bit() {
             if !done {
                 break;
             }
-            if step % 20 == 0 {
+            if step % 10 == 0 {
                 let states = [&left_alone, &looked_at].map(|dem| merged(vec![state_of(dem)]));
                 assert!(states[0] == states[1], "round {round}: they differ in step {step}");
-                touching += left_alone.coordination().1.iter().sum::<u32>();
+                touching[round % 3] += left_alone.coordination().1.iter().sum::<u32>();
             }
         }
-        assert!(touching > 0, "round {round}: none touch walls");
-        all += touching;
         let rebuilds = [&left_alone, &looked_at].map(|dem| dem.report.rebuilds);
         assert!(5 * rebuilds[0] < rebuilds[1], "round {round}: {rebuilds:?}");
     }
-    assert!(all > 500, "only {all} touch walls");
+    assert!(touching.iter().all(|&n| n > 150), "few touch walls: {touching:?}");
 }
