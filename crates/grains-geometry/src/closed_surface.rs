@@ -1,6 +1,6 @@
 //! Closed surfaces by their signed distance.
 
-use crate::{ClosedMesh, Vec3};
+use crate::{ClosedMesh, Revolution, Vec3};
 use std::sync::Arc;
 
 /// Relative difference of distances that counts as rounding.
@@ -45,11 +45,13 @@ pub enum ClosedSurface {
     },
     /// A closed mesh of outward triangles.
     Mesh(Arc<ClosedMesh>),
+    /// A surface of revolution.
+    Revolution(Revolution),
 }
 
 impl ClosedSurface {
     /// Where a point (m) lies. With `across`, the number of an axis along which nothing varies, faces normal to it do not count;
-    /// of a mesh all do.
+    /// of meshes and surfaces of revolution all do.
     pub fn signed_distance(&self, point: &Vec3, across: Option<usize>) -> SignedDistance {
         match self {
             Self::Plane { point: start, normal } => {
@@ -77,6 +79,7 @@ impl ClosedSurface {
                 beside(&[0, 1, 2].map(face))
             }
             Self::Mesh(mesh) => mesh.signed_distance(point),
+            Self::Revolution(revolution) => revolution.signed_distance(point),
         }
     }
 
@@ -90,6 +93,7 @@ impl ClosedSurface {
             }
             Self::Box { lower, upper } => Some([*lower, *upper]),
             Self::Mesh(mesh) => Some(mesh.mesh().extents().into()),
+            Self::Revolution(revolution) => revolution.extents(),
         }
     }
 }
@@ -108,6 +112,6 @@ fn beside(faces: &[(f64, Vec3)]) -> SignedDistance {
 }
 
 /// Some unit vector at a right angle to one.
-fn some_normal(axis: &Vec3) -> Vec3 {
+pub(crate) fn some_normal(axis: &Vec3) -> Vec3 {
     axis.cross(&Vec3::ith(axis.iamin(), 1.0)).normalize()
 }

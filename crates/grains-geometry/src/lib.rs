@@ -29,6 +29,7 @@ pub mod obb;
 pub mod placement;
 mod powers;
 mod report;
+mod revolution;
 pub mod shape;
 mod shapes;
 mod solid;
@@ -65,6 +66,7 @@ pub use mesh_file::{
 };
 pub use placement::Placement;
 pub use report::{DecompositionReport, MassSource, ShapeReport};
+pub use revolution::Revolution;
 pub use shape::{Part, Shape};
 pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;

@@ -2,7 +2,7 @@
 
 use grains_case::{Side, WallKind};
 use grains_dem::{OpenTube, Surface};
-use grains_geometry::{Core, Mat3, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh};
+use grains_geometry::{Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 
@@ -41,6 +41,10 @@ pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), Stri
         WallKind::Cylinder { center, axis, radius, height, side, caps } => {
             cylinder(Vec3::from(*center), Vec3::from(*axis), *radius, 0.5 * height, (*side, *caps))?
         }
+        WallKind::Cone { facets, .. } | WallKind::Revolution { facets, .. } => {
+            let revolution = revolution(kind).ok_or("has no profile")?;
+            mesh_surface(&revolution.mesh(*facets))?
+        }
         WallKind::Mesh { path, scale, translate } => {
             let mesh = read_mesh(path).map_err(|e| e.to_string())?.mesh;
             mesh_surface(&mesh.transformed(
@@ -56,6 +60,26 @@ pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), Stri
             mesh_surface(&TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?)?
         }
     })
+}
+
+/// The surface of revolution that a wall is; none of others.
+pub fn revolution(kind: &WallKind) -> Option<Revolution> {
+    match kind {
+        WallKind::Cone { center, axis, bottom_radius, top_radius, height, caps, .. } => {
+            let half = 0.5 * height;
+            let side = [[-half, *bottom_radius], [half, *top_radius]];
+            let has_cap = |[_, radius]: &[f64; 2]| *caps && *radius > 0.0;
+            let on_axis = |[along, _]: [f64; 2]| [along, 0.0];
+            let bottom = Some(on_axis(side[0])).filter(|_| has_cap(&side[0]));
+            let top = Some(on_axis(side[1])).filter(|_| has_cap(&side[1]));
+            let profile = bottom.into_iter().chain(side).chain(top).collect();
+            Some(Revolution::new(Vec3::from(*center), Vec3::from(*axis), profile))
+        }
+        WallKind::Revolution { origin, axis, profile, .. } => {
+            Some(Revolution::new(Vec3::from(*origin), Vec3::from(*axis), profile.clone()))
+        }
+        _ => None,
+    }
 }
 
 fn mesh_surface(mesh: &TriMesh) -> Result<(Vec<Surface>, Option<Extents>), String> {

@@ -75,6 +75,52 @@ pub enum WallKind {
         #[serde(default = "super::yes")]
         caps: bool,
     },
+    /// Frustum of a circular cone. The fluid sees the cone itself; particles see facets whose sections have the same area, from
+    /// both sides.
+    Cone {
+        /// Middle of the cone, on the axis at half of the height (m).
+        center: [f64; 3],
+        /// Direction of the axis (-), from bottom to top, of any length.
+        axis: [f64; 3],
+        /// Radius at the bottom (m), or 0.
+        #[schemars(extend("minimum" = 0))]
+        bottom_radius: f64,
+        /// Radius at the top (m), or 0.
+        #[schemars(extend("minimum" = 0))]
+        top_radius: f64,
+        /// Height (m).
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        height: f64,
+        /// Whether the fluid is inside (a hopper) or outside (an obstacle), where `fluid` says "particles".
+        #[serde(default)]
+        side: Side,
+        /// Whether flat discs close the two ends. If not, particles go through them, and the walls of a fluid go on as tubes.
+        #[serde(default = "super::yes")]
+        caps: bool,
+        /// Facets about the axis that particles see (-).
+        #[serde(default = "facets")]
+        #[schemars(extend("minimum" = 12, "maximum" = 10000))]
+        facets: u32,
+    },
+    /// Surface of revolution: a hopper, a funnel, a cyclone, a ring. The fluid sees the surface itself; particles see facets whose
+    /// sections have the same area, from both sides.
+    Revolution {
+        /// Point of the axis from which heights count (m).
+        origin: [f64; 3],
+        /// Direction of the axis (-), of any length.
+        axis: [f64; 3],
+        /// Heights along the axis and radii of the corners of the profile, one after the other (m). A profile that comes back to
+        /// its first corner bounds a ring. Otherwise ends with radius 0 are closed; from others the walls of a fluid go on as tubes.
+        #[schemars(length(min = 2))]
+        profile: Vec<[f64; 2]>,
+        /// Whether the fluid is inside or outside, where `fluid` says "particles".
+        #[serde(default)]
+        side: Side,
+        /// Facets about the axis that particles see (-).
+        #[serde(default = "facets")]
+        #[schemars(extend("minimum" = 12, "maximum" = 10000))]
+        facets: u32,
+    },
     /// Surface from an STL or OBJ file; particles meet both of its sides.
     Mesh {
         /// STL or OBJ file, relative to the folder of the case file.
@@ -96,6 +142,24 @@ pub enum WallKind {
         #[schemars(schema_with = "polygon_list")]
         faces: Vec<Vec<u64>>,
     },
+}
+
+impl WallKind {
+    /// The side of a closed surface on which the particles are; none of planes and of surfaces that do not say so.
+    pub fn side(&self) -> Option<Side> {
+        match self {
+            Self::Box { side, .. }
+            | Self::Cylinder { side, .. }
+            | Self::Cone { side, .. }
+            | Self::Revolution { side, .. } => Some(*side),
+            Self::Plane { .. } | Self::Mesh { .. } | Self::Polygons { .. } => None,
+        }
+    }
+}
+
+/// Facets of a surface of revolution by default: they depart from it by half a thousandth of its radius.
+fn facets() -> u32 {
+    96
 }
 
 fn polygon_list(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
@@ -197,6 +261,19 @@ impl<Name> Wall<Name> {
             WallKind::Cylinder { axis, .. } => {
                 *axis = checker.direction(&format!("{path}.axis"), *axis);
             }
+            WallKind::Cone { axis, bottom_radius, top_radius, .. } => {
+                *axis = checker.direction(&format!("{path}.axis"), *axis);
+                if bottom_radius.max(*top_radius) <= 0.0 {
+                    let message = "one of bottom_radius and top_radius must be above 0";
+                    checker.error(&format!("{path}.bottom_radius"), message.into());
+                }
+            }
+            WallKind::Revolution { axis, profile, .. } => {
+                *axis = checker.direction(&format!("{path}.axis"), *axis);
+                if let Err((corner, message)) = check_profile(profile) {
+                    checker.error(&format!("{path}.profile[{corner}]"), message);
+                }
+            }
             WallKind::Mesh { path: file, .. } => {
                 *file = checker.file(&format!("{path}.path"), file, &["stl", "obj"]);
             }
@@ -225,6 +302,58 @@ pub(crate) fn check(
         })
     });
     walls.collect()
+}
+
+/// A profile must keep to one side of the axis, be an open or closed line without crossings, and bound something.
+fn check_profile(profile: &[[f64; 2]]) -> Result<(), (usize, String)> {
+    let last = profile.len() - 1;
+    if let Some(k) = profile.iter().position(|[_, radius]| *radius < 0.0) {
+        return Err((k, "the radius must not be below 0".into()));
+    }
+    if let Some(k) = (1..last).find(|&k| profile[k][1] == 0.0) {
+        return Err((k, "only the ends of a profile may lie on the axis; make two walls of it".into()));
+    }
+    if let Some(k) = (1..=last).find(|&k| profile[k] == profile[k - 1]) {
+        return Err((k, "the corner before is the same; name each once".into()));
+    }
+    let is_ring = profile[0] == profile[last];
+    if is_ring && last < 3 {
+        return Err((
+            last,
+            "a ring needs at least three corners, the first of which is named again at the end".into(),
+        ));
+    }
+    if !is_ring && profile[0][0] == profile[last][0] && profile[0][1].max(profile[last][1]) > 0.0 {
+        let message = "the profile ends at the height where it starts and bounds nothing; end on the axis (radius 0), or name the first corner again to make a ring";
+        return Err((last, message.into()));
+    }
+    for k in 0..last {
+        for m in k + 1..last {
+            let joins = m == k + 1 || (is_ring && k == 0 && m == last - 1);
+            if !joins && cross_each_other([profile[k], profile[k + 1]], [profile[m], profile[m + 1]]) {
+                return Err((
+                    m,
+                    format!(
+                        "the piece from here crosses that from corner {k}; a profile must not cross itself"
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether two segments of a plane have a point in common.
+fn cross_each_other([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+    let turn =
+        |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let is_between = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
+        (0..2).all(|k| p[k].min(q[k]) <= r[k] && r[k] <= p[k].max(q[k]))
+    };
+    let turns = [turn(a, b, c), turn(a, b, d), turn(c, d, a), turn(c, d, b)];
+    let touches = [(a, b, c), (a, b, d), (c, d, a), (c, d, b)];
+    let touches = turns.iter().zip(touches).any(|(turn, (p, q, r))| *turn == 0.0 && is_between(p, q, r));
+    touches || (turns[0] * turns[1] < 0.0 && turns[2] * turns[3] < 0.0)
 }
 
 /// A polygon must have existing, distinct corners, be flat and be convex.

@@ -246,10 +246,7 @@ fn walls(case: &Case, found: &WallsReport) {
     let side = |wall: &Wall| match (wall.fluid, &wall.kind) {
         (Some(FluidSide::Particles), WallKind::Plane { .. }) => "before",
         (Some(FluidSide::Outside), _) => "outside",
-        (
-            Some(FluidSide::Particles),
-            WallKind::Box { side: Side::Outside, .. } | WallKind::Cylinder { side: Side::Outside, .. },
-        ) => "outside",
+        (Some(FluidSide::Particles), kind) if kind.side() == Some(Side::Outside) => "outside",
         _ => "inside",
     };
     let named = |(_, wall): (usize, &Wall)| format!("{} `{}`", side(wall), wall.name);

@@ -207,6 +207,9 @@ fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
             radius: *radius,
             half_length: 0.5 * height,
         },
+        WallKind::Cone { .. } | WallKind::Revolution { .. } => {
+            ClosedSurface::Revolution(crate::wall_surfaces::revolution(&wall.kind).ok_or("has no profile")?)
+        }
         WallKind::Mesh { .. } | WallKind::Polygons { .. } => {
             let (surfaces, _) = crate::wall_surfaces::surfaces(&wall.kind)?;
             let [Surface::Mesh(mesh)] = &surfaces[..] else { return Err("is no mesh".into()) };
@@ -220,9 +223,7 @@ fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
 fn solid_side(wall: &Wall) -> SolidSide {
     let fluid_inside = match (wall.fluid, &wall.kind) {
         (Some(FluidSide::Inside), _) => true,
-        (Some(FluidSide::Particles), WallKind::Box { side, .. } | WallKind::Cylinder { side, .. }) => {
-            *side == Side::Inside
-        }
+        (Some(FluidSide::Particles), kind) => kind.side() == Some(Side::Inside),
         _ => false,
     };
     if fluid_inside { SolidSide::Outside } else { SolidSide::Inside }

@@ -88,7 +88,10 @@ fn flat_of(fluid: &Fluid, wall: &Wall) -> Option<String> {
         WallKind::Plane { normal, .. } => normal[flat].abs() < ACROSS,
         WallKind::Box { .. } => true,
         WallKind::Cylinder { axis, .. } => axis[flat].abs() > ALONG,
-        WallKind::Mesh { .. } | WallKind::Polygons { .. } => false,
+        WallKind::Cone { .. }
+        | WallKind::Revolution { .. }
+        | WallKind::Mesh { .. }
+        | WallKind::Polygons { .. } => false,
     };
     let turns_in_plane =
         wall.motion.as_ref().and_then(Motion::axis).is_none_or(|(_, axis)| axis[flat].abs() > ALONG);
