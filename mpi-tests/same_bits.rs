@@ -217,6 +217,18 @@ fn fixed_and_driven_particles_among_free_ones() {
 }
 
 #[test]
+fn funnel_with_a_cone_and_a_ring_that_turns() {
+    let decompositions = Decompositions { chosen: &[2, 4, 8], given: &[[1, 1, 3], [2, 2, 1]] };
+    let series = series(&compare("funnel", &decompositions));
+    for name in ["funnel", "deflector", "ring"] {
+        assert!(series.column(&format!("{name}_fz")).iter().any(|&f| f != 0.0), "{name} is touched");
+    }
+    let counts = series.column("particles");
+    let last = *counts.last().unwrap();
+    assert!(last < 440.0 && last > 20.0, "{counts:?} particles");
+}
+
+#[test]
 fn bonded_block_that_breaks_and_leaves() {
     let decompositions = Decompositions { chosen: &[2, 3, 4], given: &[[1, 1, 3], [2, 2, 1]] };
     let clamps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases/clamps.csv");

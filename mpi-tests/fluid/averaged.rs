@@ -313,6 +313,66 @@ fn a_bed_between_walls_that_cut_cells_keeps_volume_and_momentum_on_any_ranks() {
     }
 }
 
+/// Air and particles through a funnel, past a cone and a ring that turns: what flows in flows through its neck.
+#[test]
+fn a_funnel_of_surfaces_of_revolution_bounds_a_flow_and_its_particles() {
+    let home = folder("fluid_funnel");
+    let text = replaced(&case("funnel.toml"), "[0.04, 0.0095]]", "[0.04, 0.0095]]\nfluid = \"inside\"");
+    let text = replaced(&text, "height = 0.005", "height = 0.005\nfluid = \"particles\"");
+    let text = replaced(&text, "[-0.001, 0.006]]", "[-0.001, 0.006]]\nfluid = \"outside\"");
+    let text = replaced(&text, "end = 0.05", "end = 0.006")
+        + r#"
+[fluid]
+density = 1.2
+viscosity = 1.8e-5
+cells = [12, 12, 20]
+coupling = { drag = "beetstra", model = "A", kernel = { kind = "smooth", half_width = 1.5 } }
+pressure = { tolerance = 1e-12 }
+
+[[fluid.boundary]]
+face = "+z"
+kind = "inlet"
+velocity = [0, 0, -0.5]
+
+[[fluid.boundary]]
+face = "-z"
+kind = "outlet"
+
+[[fluid.profile]]
+name = "high"
+kind = "plane"
+axis = "z"
+at = 0.035
+
+[[fluid.profile]]
+name = "neck"
+kind = "plane"
+axis = "z"
+at = 0.0085
+"#;
+    let result = |ranks: usize| {
+        let own = home.join(ranks.to_string());
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, &text, &[]).succeeded();
+        series(&own.join("results"))
+    };
+    let table = result(1);
+    let [high, neck] = ["high_flow", "neck_flow"].map(|name| *table.column(name).last().unwrap());
+    let inflow = 0.5 * std::f64::consts::PI * 0.0095_f64.powi(2);
+    assert!((neck / -inflow - 1.0).abs() < 5e-3, "{neck} of {inflow} through the neck");
+    // Among the particles, which fall too, some less.
+    assert!((0.97..1.0).contains(&(high / neck)), "{high} of {neck}");
+    let largest = |name: &str| table.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(largest("momentum_imbalance") < 1e-10 * largest("momentum_z"), "momentum is lost");
+    let mut others = vec![result(2), result(4)];
+    others.push(series(&continued(&home, "2", 3, &text)));
+    for (k, found) in others.iter().enumerate() {
+        for name in ["pressure_drop", "fluid_kinetic", "kinetic_translation", "funnel_flow_fz"] {
+            assert_close(&table.column(name), &found.column(name), 1e-6, &format!("{name} of {k}"));
+        }
+    }
+}
+
 /// A closed column whose paddle turns, with a gate in the fluid that vanishes.
 #[test]
 fn a_bed_that_is_stirred_is_the_same_on_any_ranks_and_wherever_it_stops() {
