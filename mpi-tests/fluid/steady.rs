@@ -2,7 +2,7 @@
 
 use super::{assert_close, continued};
 use crate::common::results::{checkpoints, series};
-use crate::common::{folder, run_case};
+use crate::common::{folder, replaced, run_case};
 use std::fs;
 use std::path::Path;
 
@@ -120,4 +120,48 @@ fn a_steady_flow_is_the_same_on_any_ranks_and_after_a_restart() {
     assert!(checkpoints(&home.join("way/results")).len() > 1, "no checkpoint on the way");
     let restarted = continued(&home, "way", 4, &stopped);
     assert_close(&wanted[..2], &ends(&restarted)[..2], 4e-7, "after a restart");
+}
+
+/// Two bodies in a pipe that follows no grid line, and a sheet of baffles across it: walls bound steady flows as those in time.
+#[test]
+fn walls_bound_a_steady_flow_as_they_do_one_in_time() {
+    let home = folder("fluid_steady_walls");
+    let wall =
+        |name: &str, rest: &str| format!("[[wall]]\nname = \"{name}\"\nmaterial = \"solid\"\n{rest}\n");
+    let walls = wall(
+        "pipe",
+        "kind = \"revolution\"\norigin = [0, 0.507, 0.493]\naxis = [1, 0, 0]\nprofile = [[-9, 0.41], [0.6, 0.41], [0.8, 0.47], [9, 0.47]]\nfluid = \"inside\"",
+    ) + &wall(
+        "baffle",
+        "kind = \"box\"\nlower = [0.61, -1, -1]\nupper = [0.77, 0.32, 2]\nside = \"outside\"\nfluid = \"particles\"",
+    );
+    let text = |reynolds: f64, end: f64, key: &str| {
+        let bed = Bed { shape: SPHERE, reynolds, is_periodic: false, seed: 6 };
+        let text = bed.text(end, key);
+        let place = "place = { kind = \"lattice\", lower = [0, 0.28, 0.28], upper = [0.44, 0.72, 0.72], spacing = 0.44, noise = 0.02 }";
+        let old = "place = { kind = \"lattice\", lower = [0, 0, 0], upper = [1, 1, 1], spacing = 0.5, noise = 0.03 }";
+        let speed = if reynolds == 0.0 { 1e-3 } else { reynolds / 0.4 };
+        let inlet = format!("\"{speed} * step(0.41^2 - (y - 0.507)^2 - (z - 0.493)^2)\"");
+        replaced(&replaced(&text, old, place), "count = 8", "count = 1")
+            .replace("periodic = [false, true, true]", "periodic = [false, false, false]")
+            .replace(&format!("velocity = [{speed}, 0, 0]"), &format!("velocity = [{inlet}, 0, 0]"))
+            .replace("[output]", &format!("{walls}[output]"))
+    };
+    for reynolds in [0.0, 20.0] {
+        let key = format!("steady = {{ tolerance = {TOLERANCE} }}");
+        let label = |what: &str| format!("{what}_{reynolds}");
+        let steady = text(reynolds, 30.0, &key);
+        let (found, told) = run(&home, &label("steady"), 1, &steady, &[]);
+        assert!(told.contains("steady flow settled after"), "{told}");
+        let (shared, _) = run(&home, &label("shared"), 4, &steady, &[]);
+        let (marched, _) = run(&home, &label("marched"), 2, &text(reynolds, 0.3, ""), &[]);
+        let forces = |results: &Path| {
+            let table = series(results);
+            ["pipe_flow_fx", "baffle_flow_fx", "baffle_flow_fy", "bodies_fx", "pressure_drop"]
+                .map(|name| *table.column(name).last().unwrap())
+        };
+        let (wanted, here) = (forces(&marched), forces(&found));
+        assert_close(&wanted, &here, 3.0 * TOLERANCE, "marching");
+        assert_close(&here, &forces(&shared), 3.0 * TOLERANCE, "on four ranks");
+    }
 }

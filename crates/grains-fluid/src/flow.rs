@@ -162,9 +162,10 @@ pub struct Immersed {
     pub extrapolated: Option<Faces>,
     /// What passes faces that walls cut beyond their velocities (m/s), halo included, if there are walls.
     pub passing: Option<Faces>,
-    /// Places of own cells inside walls, if there are walls that move: no pressure makes up for what flows into them where such a
-    /// wall meets the end of the box.
-    pub sealed: Option<Vec<u32>>,
+    /// Places of own cells inside walls, in ascending order: they have no pressure of a flow.
+    pub sealed: Vec<u32>,
+    /// Whether walls move: no pressure makes up for what flows into sealed cells where such a wall meets the end of the box.
+    pub walls_move: bool,
     /// Faces that bodies at rest hold, per component; empty where the flow marches in time.
     pub held: [HeldFaces; 3],
 }
@@ -179,7 +180,7 @@ impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
         let force = Faces::new(layout);
-        Self { force, extrapolated: None, passing: None, sealed: None, held: Default::default() }
+        Self { force, extrapolated: None, passing: None, sealed: Vec::new(), walls_move: false, held: Default::default() }
     }
 }
 

@@ -113,11 +113,14 @@ impl Flow {
         self.mean_and_response(axis, 0.0, transport)[0]
     }
 
-    /// Mean pressure over what is open of the cells of a plane normal to `axis` (Pa), `cell` its global number.
+    /// Mean pressure over what is open of the cells of a plane normal to `axis` (Pa), `cell` its global number; what is inside
+    /// bodies counts, what is inside walls does not.
     pub fn mean_pressure(&self, axis: usize, cell: usize, transport: &dyn Transport) -> f64 {
         let mut sums = [0.0, 0.0];
+        let sealed = self.immersed.as_ref().map_or(&[][..], |bodies| &bodies.sealed);
         self.for_cells(|place, p| {
-            if place[axis] + self.local.first[axis] == cell {
+            let is_on_plane = place[axis] + self.local.first[axis] == cell;
+            if is_on_plane && sealed.binary_search(&(p as u32)).is_err() {
                 let open = self.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref());
                 let volume = self.local.volume(place) * open.map_or(1.0, |open| open.cells.data()[p]);
                 sums[0] += volume * self.state.pressure.data()[p];
@@ -125,7 +128,7 @@ impl Flow {
             }
         });
         transport.sum(&mut sums);
-        sums[0] / sums[1]
+        if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
     }
 
     /// Mean of ε u (m/s) along an axis, velocities inside bodies as those of the bodies, and its rise per force (m/s per Pa/m) in a step of `dt`.

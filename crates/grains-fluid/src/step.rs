@@ -388,7 +388,9 @@ impl Flow {
 
     /// Spreads the source in cells inside walls that move evenly over them, or takes it out where there is an outlet; collective.
     fn seal(&mut self, transport: &dyn Transport) {
-        let Some(sealed) = self.immersed.as_ref().and_then(|bodies| bodies.sealed.as_ref()) else { return };
+        let Some(Immersed { sealed, .. }) = self.immersed.as_ref().filter(|bodies| bodies.walls_move) else {
+            return;
+        };
         let rhs = self.rhs.data_mut();
         let source = sealed.iter().map(|&cell| rhs[cell as usize]).sum::<f64>();
         let mut sums = [source, sealed.len() as f64];

@@ -170,8 +170,11 @@ impl Nodes {
         })
     }
 
-    /// Places of the own cells between faces of which one and the same wall holds all.
+    /// Places of the own cells between faces of which one and the same wall holds all, in ascending order.
     pub fn sealed_cells(&self, bodies: &[RigidBody], subgrid: &Subgrid) -> Vec<u32> {
+        if !bodies.iter().any(RigidBody::is_wall) {
+            return Vec::new();
+        }
         let strides = subgrid.layout.strides();
         let axes: Vec<usize> = (0..3).filter(|&a| subgrid.active[a]).collect();
         let is_sealed = |&place: &usize| {

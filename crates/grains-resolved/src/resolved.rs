@@ -143,14 +143,14 @@ impl Resolved {
             }
         }
         if let Some(immersed) = &mut flow.immersed {
-            let is_moving = self.walls.iter().any(PlacedWall::is_moving);
+            immersed.walls_move = self.walls.iter().any(PlacedWall::is_moving);
             if !self.walls.is_empty() {
                 immersed.passing.get_or_insert_with(|| Faces::new(self.subgrid.layout));
             }
             if flow.march == March::PseudoTime {
                 immersed.held = self.nodes.held();
             }
-            immersed.sealed = is_moving.then(|| self.nodes.sealed_cells(&self.bodies, &self.subgrid));
+            immersed.sealed = self.nodes.sealed_cells(&self.bodies, &self.subgrid);
         }
         flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
