@@ -180,7 +180,14 @@ impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
         let force = Faces::new(layout);
-        Self { force, extrapolated: None, passing: None, sealed: Vec::new(), walls_move: false, held: Default::default() }
+        Self {
+            force,
+            extrapolated: None,
+            passing: None,
+            sealed: Vec::new(),
+            walls_move: false,
+            held: Default::default(),
+        }
     }
 }
 

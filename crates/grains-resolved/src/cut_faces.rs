@@ -11,7 +11,8 @@
 //! so that steady flow along a slanted wall goes through the cells beside it as if these were cut (Seo & Mittal 2011), while the
 //! pressure keeps its constant coefficients. c is at most an eighth of the velocity a cell away, and that of the last step.
 //! In cells without a velocity that is free nothing could make up for what the faces disagree about: one of their faces
-//! takes what the others leave.
+//! takes what the others leave. Where two walls meet some have neighbours of their kind only: nothing flows through these, or their
+//! pressure would rise without end.
 
 use crate::body::others;
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
@@ -68,6 +69,8 @@ pub(crate) struct CutFaces {
     /// Those with a c, per component.
     passed: [Vec<Passed>; 3],
     closed: Vec<ClosedCell>,
+    /// Faces of cells without a free velocity that have no such face, per component, in ascending order.
+    shut: [Vec<u32>; 3],
 }
 
 impl CutFace {
@@ -173,6 +176,7 @@ impl CutFaces {
         cells.sort_unstable();
         cells.dedup();
         self.closed.clear();
+        self.shut.iter_mut().for_each(Vec::clear);
         for cell in cells.into_iter().filter(|&cell| is_closed(cell as usize)) {
             let mut best: Option<(f64, ClosedCell)> = None;
             for &axis in &axes {
@@ -187,8 +191,12 @@ impl CutFaces {
                     }
                 }
             }
-            self.closed.extend(best.map(|(_, closed)| closed));
+            match best {
+                Some((_, closed)) => self.closed.push(closed),
+                None => axes.iter().for_each(|&a| self.shut[a].extend([cell - strides[a] as u32, cell])),
+            }
         }
+        self.shut.iter_mut().for_each(|faces| faces.sort_unstable());
     }
 
     /// Tells the flow what passes beyond its velocities; collective.
@@ -201,7 +209,11 @@ impl CutFaces {
         for (component, passed) in self.passed.iter().enumerate() {
             let velocity = flow.state.velocity.component(component);
             let passing = passing.component_mut(component);
+            let shut = &self.shut[component];
             for Passed { place, body, stencil, offset } in passed {
+                if shut.binary_search(place).is_ok() {
+                    continue;
+                }
                 let at = |body: u32, foot: &Vec3| bodies[body as usize].component_at(component, foot);
                 let surface = at(*body, &stencil.foot);
                 let opposite = stencil.opposite.as_ref().map(|o| (o.weight, at(o.body, &o.foot)));
