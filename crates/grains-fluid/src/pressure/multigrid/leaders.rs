@@ -76,5 +76,7 @@ pub(crate) fn members(partition: &CellPartition, group: [usize; 3]) -> Vec<[usiz
         let first = partition.coordinates[a] / group[a] * group[a];
         first..(first + group[a]).min(partition.ranks[a])
     });
-    z.flat_map(|k| y.clone().map(move |j| [j, k])).flat_map(|[j, k]| x.clone().map(move |i| [i, j, k])).collect()
+    z.flat_map(|k| y.clone().map(move |j| [j, k]))
+        .flat_map(|[j, k]| x.clone().map(move |i| [i, j, k]))
+        .collect()
 }
