@@ -18,7 +18,7 @@ fn closed_box(cells: usize) -> String {
 /// A bed in a column whose wall cuts the cells, averaged over particles.
 fn column(cells: usize) -> String {
     format!(
-        "[domain]\nlower = [0, 0, 0]\nupper = [0.02, 0.02, 0.02]\n[time]\nend = 1000\ndt = 1e-5\naccept_coarse_dt = true\n\
+        "[domain]\nlower = [0, 0, 0]\nupper = [0.02, 0.02, 0.02]\nbalance = false\n[time]\nend = 1000\ndt = 1e-5\naccept_coarse_dt = true\n\
          [[material]]\nname = \"glass\"\ndensity = 2500\n\
          [[contact]]\nbetween = [\"glass\", \"glass\"]\nnormal_stiffness = 10\nrestitution = 0.8\nfriction = 0.3\n\
          [[shape]]\nname = \"bead\"\nkind = \"sphere\"\nradius = 3e-4\n[[insert]]\nname = \"bed\"\n\

@@ -226,7 +226,18 @@ fn multigrid_iterations_do_not_grow_with_ranks() {
             (iterations, joined(results.into_iter().map(|(_, piece)| piece).collect()))
         };
         let (serial, expected) = solve([1; 3]);
-        for ranks in [[2, 1, 1], [2, 2, 2], [16, 1, 1], [1, 3, 5], [1, 1, 16], [4, 4, 4]] {
+        for ranks in [
+            [2, 1, 1],
+            [2, 2, 2],
+            [16, 1, 1],
+            [1, 3, 5],
+            [1, 1, 16],
+            [5, 5, 2],
+            [7, 1, 1],
+            [1, 5, 1],
+            [1, 1, 3],
+            [4, 4, 4],
+        ] {
             let (iterations, pressure) = solve(ranks);
             println!("measured iterations: {ranks:?} {iterations}, serial {serial}");
             assert!(iterations <= serial + 2, "{ranks:?}: {iterations}, serial {serial}");

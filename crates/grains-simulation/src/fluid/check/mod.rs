@@ -28,14 +28,14 @@ const BYTES: [[f64; 2]; 9] = [
     [60.0, 0.0],
     [0.0, 360.0],
     [0.0, 87.0],
-    [40.0, 184.0],
+    [40.0, 170.0],
     [64.0, 0.0],
     [32.0, 0.0],
     [340.0, 0.0],
 ];
 
 /// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
-const BYTES_OF_STEADY: f64 = 24.0;
+const BYTES_OF_STEADY: f64 = 18.0;
 
 /// The fluid of a case.
 #[derive(Clone, Debug, PartialEq)]
