@@ -77,7 +77,8 @@ impl Transport for MpiTransport {
 
     fn exchange(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
         let mut requests = self.requests.borrow_mut();
-        for (&peer, buffer) in peers.iter().zip(received.iter_mut()) {
+        for (&peer, buffer) in peers.iter().zip(received.iter_mut()).filter(|(_, buffer)| !buffer.is_empty())
+        {
             let mut request = MaybeUninit::uninit();
             // SAFETY: the buffer is borrowed mutably until `wait` has completed the request.
             unsafe {
@@ -93,7 +94,7 @@ impl Transport for MpiTransport {
                 requests.push(request.assume_init());
             }
         }
-        for (&peer, message) in peers.iter().zip(sent) {
+        for (&peer, message) in peers.iter().zip(sent).filter(|(_, message)| !message.is_empty()) {
             self.post_send(peer, TAG_SIZED, message, &mut requests);
         }
         Self::wait(&mut requests);

@@ -84,7 +84,8 @@ pub trait Transport {
     fn rank(&self) -> usize;
     /// Number of ranks.
     fn size(&self) -> usize;
-    /// Exchange with each peer a message whose length both know: `received[k]` arrives filled from `peers[k]`.
+    /// Exchange with each peer a message whose length both know: `received[k]` arrives filled from `peers[k]`. Empty messages
+    /// do not travel; ranks with none need not call.
     fn exchange(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
     /// Prepares the exchanges of a channel.
     fn prepare(&self, _: &mut Channel) {}

@@ -34,6 +34,10 @@ pub struct Anderson {
     smallest: f64,
     /// Time (s) by which forces per mass become velocities: the first step.
     unit: f64,
+    /// Products of rates that ranks agree on, the normal equations of the weights, and these.
+    sums: Vec<f64>,
+    matrix: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Anderson {
@@ -48,6 +52,9 @@ impl Anderson {
             has_rate: false,
             smallest: f64::INFINITY,
             unit: 0.0,
+            sums: Vec::new(),
+            matrix: Vec::new(),
+            weights: Vec::new(),
         }
     }
 
@@ -85,12 +92,11 @@ impl Anderson {
             self.count = (self.count + 1).min(depth);
         }
         self.has_rate = true;
-        let weights = self.weights(transport);
-        let used = self.used();
+        self.weigh(transport);
         let mut at = 0;
         let mut step = std::mem::take(&mut self.history[self.next][0]);
         let history = &self.history;
-        let oldest = self.next;
+        let (oldest, count) = (self.next, self.count);
         let old_step = |i: usize, at: usize, step: &[f32]| match i == oldest {
             true => f64::from(step[at]),
             false => f64::from(history[i][0][at]),
@@ -98,7 +104,7 @@ impl Anderson {
         flow.for_each_part(self.unit, |part, scale| {
             for x in part.iter_mut() {
                 let mut change = dt * f64::from(self.rate[at]);
-                for (&i, weight) in used.iter().zip(&weights) {
+                for (i, weight) in places(oldest, depth, count).zip(&self.weights) {
                     let of_rate = f64::from(history[i][1][at]);
                     change -= weight * (old_step(i, at, &step) + dt * of_rate);
                 }
@@ -112,48 +118,50 @@ impl Anderson {
         flow.settle_parts(transport);
     }
 
-    /// Places of the pairs there are.
-    fn used(&self) -> Vec<usize> {
-        let depth = self.history.len();
-        (1..=self.count).map(|k| (self.next + depth - k) % depth).collect()
-    }
-
-    /// γ of the pairs that are used; forgets them all where they lead away. Collective.
-    fn weights(&mut self, transport: &dyn Transport) -> Vec<f64> {
-        let used = self.used();
-        let (n, is_first) = (used.len(), transport.rank() == 0);
+    /// γ of the pairs there are; forgets them all where they lead away. Collective.
+    fn weigh(&mut self, transport: &dyn Transport) {
+        let (next, depth, n) = (self.next, self.history.len(), self.count);
+        let is_first = transport.rank() == 0;
         let own = self.rate.len() - if is_first { 0 } else { SHARED };
         let dot = |a: &[f32], b: &[f32]| {
             a[..own].iter().zip(&b[..own]).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>()
         };
-        let mut sums = vec![dot(&self.rate, &self.rate)];
-        for (k, &i) in used.iter().enumerate() {
-            sums.push(dot(&self.history[i][1], &self.rate));
-            sums.extend(used[..=k].iter().map(|&j| dot(&self.history[i][1], &self.history[j][1])));
+        let Self { sums, matrix, weights, history, rate, .. } = self;
+        sums.clear();
+        sums.push(dot(rate, rate));
+        for (k, i) in places(next, depth, n).enumerate() {
+            sums.push(dot(&history[i][1], rate));
+            sums.extend(places(next, depth, k + 1).map(|j| dot(&history[i][1], &history[j][1])));
         }
-        transport.sum(&mut sums);
+        transport.sum(sums);
+        weights.clear();
         let size = sums[0].sqrt();
         if size.is_nan() || size > LOST * self.smallest {
             (self.count, self.smallest) = (0, size);
-            return Vec::new();
+            return;
         }
         self.smallest = self.smallest.min(size);
-        let mut matrix = vec![0.0; n * n];
-        let mut right = vec![0.0; n];
+        matrix.clear();
+        matrix.resize(n * n, 0.0);
         let mut at = 1;
         for i in 0..n {
-            right[i] = sums[at];
+            weights.push(sums[at]);
             matrix[i * n..=i * n + i].copy_from_slice(&sums[at + 1..at + 2 + i]);
             at += i + 2;
         }
         let largest = (0..n).map(|i| matrix[i * n + i]).fold(0.0, f64::max);
         (0..n).for_each(|i| matrix[i * n + i] += REGULAR * largest);
-        solved(&mut matrix, right)
+        solve(matrix, weights);
     }
 }
 
-/// Solution with a symmetric matrix of which the lower half is given, by Cholesky; zeros of what has no pivot.
-fn solved(matrix: &mut [f64], mut x: Vec<f64>) -> Vec<f64> {
+/// Places of so many of the last pairs, the newest first.
+fn places(next: usize, depth: usize, count: usize) -> impl Iterator<Item = usize> {
+    (1..=count).map(move |k| (next + depth - k) % depth)
+}
+
+/// Solution in place with a symmetric matrix of which the lower half is given, by Cholesky; zeros of what has no pivot.
+fn solve(matrix: &mut [f64], x: &mut [f64]) {
     let n = x.len();
     for i in 0..n {
         for j in 0..=i {
@@ -172,7 +180,6 @@ fn solved(matrix: &mut [f64], mut x: Vec<f64>) -> Vec<f64> {
         let sum: f64 = (i + 1..n).map(|k| matrix[k * n + i] * x[k]).sum();
         x[i] = (x[i] - sum) / matrix[i * n + i];
     }
-    x
 }
 
 impl Flow {

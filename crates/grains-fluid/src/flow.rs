@@ -198,7 +198,7 @@ pub struct FlowState {
     pub velocity: Faces,
     /// Pressure without the imposed mean gradient (Pa), of the middle of the last step.
     pub pressure: Field<Centre>,
-    /// Advective (and other explicit) terms of the last step (m/s²).
+    /// Advective (and other explicit) terms of the last step (m/s²); of no cells in pseudo-time.
     pub advective: Faces,
     /// Last pressure correction over the step, the first guess of the next (Pa, or m²/s for one phase).
     pub correction: Field<Centre>,
@@ -303,6 +303,12 @@ impl Flow {
         flow.synchronise(transport);
         flow.check_inflow(transport)?;
         Ok(flow)
+    }
+
+    /// Looks for the steady flow from here on: steps are pseudo-steps, which need no terms of the last one.
+    pub fn seek_steady(&mut self) {
+        self.march = March::PseudoTime;
+        self.state.advective = Faces::new(Layout { cells: [0; 3], halo: 0 });
     }
 
     /// Bounds a mixture by walls; collective.

@@ -41,6 +41,16 @@ impl Halo {
         Self { layout, own, axes }
     }
 
+    /// The same exchange with other numbers of the ranks.
+    pub(crate) fn renumbered(mut self, rank: impl Fn(usize) -> usize) -> Self {
+        self.own = rank(self.own);
+        for axis in &mut self.axes {
+            axis.neighbours = axis.neighbours.map(|neighbour| neighbour.map(&rank));
+            axis.peers.iter_mut().for_each(|peer| *peer = rank(*peer));
+        }
+        self
+    }
+
     /// Fills the halos of all fields from the owners; sides without a neighbour stay as they are.
     pub fn fill(&mut self, fields: &mut [&mut [f64]], transport: &dyn Transport) {
         self.fill_to(self.layout.halo, fields, transport);

@@ -150,11 +150,15 @@ impl Flow {
         }
         let pressure = self.state.pressure.data();
         let (here, next) = (&pressure[start..][..n], &pressure[start + layout.strides()[component]..][..n]);
-        let kept = &mut self.state.advective.component_mut(component)[start..][..n];
         let out = &mut self.increments.component_mut(component)[start..][..n];
-        for ((viscous, explicit), kept) in viscous.iter_mut().zip(&*explicit).zip(kept) {
-            *viscous -= new * explicit + old * *kept;
-            *kept = *explicit;
+        if self.march == March::PseudoTime {
+            viscous.iter_mut().zip(&*explicit).for_each(|(viscous, explicit)| *viscous -= new * explicit);
+        } else {
+            let kept = &mut self.state.advective.component_mut(component)[start..][..n];
+            for ((viscous, explicit), kept) in viscous.iter_mut().zip(&*explicit).zip(kept) {
+                *viscous -= new * explicit + old * *kept;
+                *kept = *explicit;
+            }
         }
         let e = self.local.entry([0, place.j, place.k][component]);
         let distances = &self.local.axes[component].inverse_distance[e..];

@@ -1,6 +1,6 @@
 //! (1 − a δ²) x = d along lines with the same coefficients for all lines: factors computed once per time step.
 
-use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Couplings, Panel, SharedLines};
 use crate::{CellPartition, Grid};
 use grains_domain::Transport;
 
@@ -21,11 +21,10 @@ pub(crate) struct ConstantLines {
     /// Influence vectors of the own part for unit values beyond its ends; empty where the line is not shared nor a ring.
     before: Vec<f64>,
     after: Vec<f64>,
-    /// Values before and after the own part per end value of all parts: x = Σ response · ends.
-    responses: [Vec<f64>; 2],
-    gather: RowAllGather,
+    couplings: Couplings,
+    shared: SharedLines,
+    /// First and last value of the own part of every line.
     ends: Vec<f64>,
-    around: Vec<[f64; 2]>,
 }
 
 /// Which lines: a velocity component along an axis.
@@ -132,10 +131,9 @@ impl ConstantLines {
             factors: factor(&kind.rows(grid, partition, own, a)),
             before: Vec::new(),
             after: Vec::new(),
-            responses: [Vec::new(), Vec::new()],
-            gather: RowAllGather::new(&partition.row(kind.axis), own),
+            couplings: Couplings::default(),
+            shared: SharedLines::new(&partition.row(kind.axis), own),
             ends: Vec::new(),
-            around: Vec::new(),
         };
         if parts > 1 || grid.axis(kind.axis).is_periodic() {
             lines.couple(grid, partition, kind, a);
@@ -143,31 +141,22 @@ impl ConstantLines {
         lines
     }
 
-    /// Influence vectors of all parts for unit values beyond their ends, and from them those of the whole line.
+    /// Influence vectors of all parts for unit values beyond their ends, joined.
     fn couple(&mut self, grid: &Grid, partition: &CellPartition, kind: LineKind, a: f64) {
         let (parts, own) = (partition.ranks[kind.axis], partition.coordinates[kind.axis]);
-        let mut segments = Vec::new();
+        let mut influences = Vec::new();
         for column in 0..parts {
             let rows = kind.rows(grid, partition, column, a);
             let factors = factor(&rows);
             let n = rows.len();
             let v = influence_vector(&factors, 0, rows[0][0]);
             let w = influence_vector(&factors, n - 1, rows[n - 1][2]);
-            segments.push(Segment { y: [0.0; 2], v: [v[0], v[n - 1]], w: [w[0], w[n - 1]] });
+            influences.push([[v[0], v[n - 1]], [w[0], w[n - 1]]]);
             if column == own {
                 (self.before, self.after) = (v, w);
             }
         }
-        for column in 0..parts {
-            for end in 0..2 {
-                let around = values_around(parts, own, |k| {
-                    let mut segment = segments[k];
-                    segment.y[end] = f64::from(u8::from(k == column));
-                    segment
-                });
-                (0..2).for_each(|side| self.responses[side].push(around[side]));
-            }
-        }
+        self.couplings.join(parts, |part| influences[part]);
     }
 
     /// Whether lines need the values beyond their ends.
@@ -182,7 +171,7 @@ impl ConstantLines {
 
     /// Whether other ranks share the lines, so that ends must be exchanged before they are corrected.
     pub fn is_shared(&self) -> bool {
-        self.gather.len() > 1
+        self.shared.parts() > 1
     }
 
     /// Forgets the ends noted by [`ConstantLines::eliminate`].
@@ -201,38 +190,27 @@ impl ConstantLines {
         }
     }
 
-    /// Exchanges the ends of all lines.
+    /// Finds the values beyond the ends of all lines whose ends were noted; collective where lines are shared.
     pub fn exchange(&mut self, transport: &dyn Transport) {
-        self.gather.gather(&self.ends, transport);
-    }
-
-    /// Values before and after a line, by its place in the order of elimination.
-    fn around(&self, line: usize) -> [f64; 2] {
-        let mut around = [0.0; 2];
-        for part in 0..self.gather.len() {
-            let ends = &self.gather.message(part, &self.ends)[2 * line..][..2];
-            for (value, response) in around.iter_mut().zip(&self.responses) {
-                *value += response[2 * part] * ends[0] + response[2 * part + 1] * ends[1];
-            }
-        }
-        around
+        self.shared.collect(&self.ends, 2, transport);
+        let couplings = &mut self.couplings;
+        self.shared.solve(transport, |_, line, put| {
+            couplings.solve(|part| [line.part(part)[0], line.part(part)[1]], put);
+        });
     }
 
     /// Corrects the lines of a panel, the first of which is line `first` in the order of elimination.
-    pub fn correct(&mut self, data: &mut [f64], panel: Panel, first: usize) {
-        let mut values = std::mem::take(&mut self.around);
-        values.clear();
-        values.extend((0..panel.lines).map(|l| self.around(first + l)));
+    pub fn correct(&self, data: &mut [f64], panel: Panel, first: usize) {
+        let values = &self.shared.around()[first..first + panel.lines];
         for (i, (v, w)) in self.before.iter().zip(&self.after).enumerate() {
             let row = &mut data[panel.start + i * panel.stride..][..panel.lines];
-            row.iter_mut().zip(&values).for_each(|(x, around)| *x -= v * around[0] + w * around[1]);
+            row.iter_mut().zip(values).for_each(|(x, around)| *x -= v * around[0] + w * around[1]);
         }
-        self.around = values;
     }
 
     /// Corrects one line whose unknowns lie side by side.
     pub fn correct_contiguous(&self, line: &mut [f64], number: usize) {
-        let around = self.around(number);
+        let around = self.shared.around()[number];
         for (x, (v, w)) in line.iter_mut().zip(self.before.iter().zip(&self.after)) {
             *x -= v * around[0] + w * around[1];
         }

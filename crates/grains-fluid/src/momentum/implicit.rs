@@ -21,7 +21,7 @@ use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
 use crate::tridiagonal::Panel;
 use crate::{Boundaries, CellPartition, Faces, Grid, Halo, Side};
-use grains_domain::Transport;
+use grains_domain::{SerialTransport, Transport};
 
 /// Rows along x solved side by side, through a transposed buffer.
 const ROWS: usize = 8;
@@ -220,6 +220,7 @@ impl Sweeps<'_> {
             lines.begin();
             self.eliminate_slab(axis, lines, slab, rows, data);
             if lines.is_coupled() {
+                lines.exchange(&SerialTransport);
                 self.correct_slab(axis, lines, slab, 0, data);
             }
         }

@@ -59,8 +59,9 @@ pub(crate) fn advance_outlets(
                 let e = terms.local.entry(if step > 0 { layout.cells[axis] - 1 } else { 0 });
                 let rise = terms.pressure[(inside as isize + step) as usize] - terms.pressure[inside];
                 let gradient = face_data.face.outward() * rise * terms.local.axes[axis].inverse_width[e];
-                let old = advective[axis][b];
-                advective[axis][b] = advection;
+                // In pseudo-time none are kept.
+                let kept = advective[axis].get_mut(b);
+                let old = kept.map_or(0.0, |kept| std::mem::replace(kept, advection));
                 let force = viscous + face.source
                     - terms.weights[0] * advection
                     - terms.weights[1] * old

@@ -4,7 +4,7 @@ use super::system::{Arrays, MomentumDiagonal, Scratch, System};
 use crate::CellPartition;
 use crate::boundary::BoundaryData;
 use crate::metrics::Local;
-use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Couplings, Panel, SharedLines};
 use grains_domain::Transport;
 
 /// Transposed copies of rows along x, with one unknown more at the beginning.
@@ -21,7 +21,8 @@ struct Transposed {
 /// Solver of the factors, one component and axis at a time.
 #[derive(Clone)]
 pub(crate) struct VariableLines {
-    gathers: [RowAllGather; 3],
+    shared: [SharedLines; 3],
+    couplings: Couplings,
     coupled: [bool; 3],
     /// θ ν w / distance at the upper side of every unknown.
     conductance: Vec<f64>,
@@ -39,7 +40,8 @@ impl VariableLines {
         let coupled = std::array::from_fn(|a| partition.is_split(a) || periodic[a]);
         let influence = if coupled.contains(&true) { local.layout.len() } else { 0 };
         Self {
-            gathers: std::array::from_fn(|a| RowAllGather::new(&partition.row(a), partition.coordinates[a])),
+            shared: std::array::from_fn(|a| SharedLines::new(&partition.row(a), partition.coordinates[a])),
+            couplings: Couplings::default(),
             coupled,
             conductance: vec![0.0; local.layout.len()],
             carried: Vec::new(),
@@ -100,7 +102,16 @@ impl VariableLines {
             self.eliminate_columns(&system, data);
         }
         if self.coupled[axis] {
-            self.gathers[axis].gather(&self.ends, transport);
+            let (shared, couplings) = (&mut self.shared[axis], &mut self.couplings);
+            shared.collect(&self.ends, 6, transport);
+            let parts = shared.parts();
+            shared.solve(transport, |_, line, put| {
+                couplings.join(parts, |part| {
+                    let e = line.part(part);
+                    [[e[2], e[3]], [e[4], e[5]]]
+                });
+                couplings.solve(|part| [line.part(part)[0], line.part(part)[1]], put);
+            });
             self.correct(&system, data);
         }
     }
@@ -168,20 +179,14 @@ impl VariableLines {
 
     /// Adds to all lines what the values beyond their own parts contribute.
     fn correct(&mut self, system: &System<'_>, data: &mut [f64]) {
-        let (gather, ends) = (&self.gathers[system.axis], &self.ends);
-        let (n, mut number) = (system.len(), 0);
+        let (n, mut lines) = (system.len(), self.shared[system.axis].around().iter());
         let stride = system.local.layout.strides()[system.axis];
         let (v, w) = (&self.before, &self.after);
         let mut correct_line = |start: usize| {
-            let part = |k: usize| {
-                let e = &gather.message(k, ends)[6 * number..][..6];
-                Segment { y: [e[0], e[1]], v: [e[2], e[3]], w: [e[4], e[5]] }
-            };
-            let [before, after] = values_around(gather.len(), gather.own, part);
+            let [before, after] = lines.next().copied().unwrap_or_default();
             for p in (start..).step_by(stride).take(n) {
                 data[p] -= v[p] * before + w[p] * after;
             }
-            number += 1;
         };
         if system.axis == 0 {
             system.for_row_groups(|starts| starts.for_each(&mut correct_line));

@@ -10,6 +10,9 @@ use grains_domain::Transport;
 /// for equally flat.
 const EVEN: f64 = 4.0;
 
+/// Share of its square before below which the expected square of a residual is lost in rounding.
+const LOST: f64 = 1e-12;
+
 /// What [`ConjugateGradients`] are preconditioned by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preconditioner {
@@ -22,6 +25,8 @@ pub enum Preconditioner {
 }
 
 /// Conjugate gradients for any coefficients. After the first solve on one rank nothing is allocated.
+///
+/// Ranks agree twice per iteration: on r · z and |r|², and on the products of A d, from which |r + α A d| follows.
 pub struct ConjugateGradients {
     problem: PressureProblem,
     tolerance: f64,
@@ -34,6 +39,8 @@ pub struct ConjugateGradients {
     direction: Field<Centre>,
     /// The operator applied to the search direction, A d.
     applied: Field<Centre>,
+    /// Own part of |r|².
+    own_square: f64,
 }
 
 /// The operator and an approximate inverse of it.
@@ -60,23 +67,21 @@ impl Engine {
         }
     }
 
-    /// Solves −div(c grad z) = r approximately; returns r · z over all ranks.
+    /// Solves −div(c grad z) = r approximately; returns the own part of r · z.
     fn precondition(
         &mut self,
         r: &mut Field<Centre>,
         z: &mut Field<Centre>,
         transport: &dyn Transport,
     ) -> f64 {
-        let mut product = [match self {
+        match self {
             Engine::Multigrid(multigrid) => multigrid.apply(r, z, transport),
             Engine::PlaneMeans { solver, .. } => {
                 solver.apply(r, z, transport);
                 z.data_mut().iter_mut().for_each(|z| *z = -*z);
                 own_rows(r).map(|own| dot(&r.data()[own.clone()], &z.data()[own])).sum()
             }
-        }];
-        transport.sum(&mut product);
-        product[0]
+        }
     }
 }
 
@@ -132,44 +137,50 @@ impl ConjugateGradients {
             correction: field(),
             direction: field(),
             applied: field(),
+            own_square: 0.0,
         }
     }
 
-    /// r = A p − f, the residual with its sign turned; returns the norms of r and f.
+    /// r = A p − f, the residual with its sign turned, less evenly what no pressure can balance; returns the norms of r and f.
     fn start(&mut self, rhs: &Field<Centre>, guess: &Field<Centre>, transport: &dyn Transport) -> [f64; 2] {
         for (own, given) in own_rows(&self.direction).zip(own_rows(guess)) {
             self.direction.data_mut()[own].copy_from_slice(&guess.data()[given]);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
         self.engine.operator().apply(&self.direction, &mut self.applied);
-        let mut norms = [0.0, 0.0];
+        let mut sums = [0.0; 4];
         for (own, given) in own_rows(&self.residual).zip(own_rows(rhs)) {
             let (f, applied) = (&rhs.data()[given], &self.applied.data()[own.clone()]);
             let r = &mut self.residual.data_mut()[own];
             r.iter_mut().zip(f).zip(applied).for_each(|((r, f), a)| *r = a - f);
-            norms[0] += dot(r, r);
-            norms[1] += dot(f, f);
+            sums[0] += dot(r, r);
+            sums[1] += dot(f, f);
         }
-        transport.sum(&mut norms);
-        norms.map(f64::sqrt)
+        self.own_square = sums[0];
+        if self.problem.is_singular() {
+            for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
+                sums[2] += *r;
+                sums[3] += volume;
+            });
+        }
+        transport.sum(&mut sums);
+        let [mut square, of_rhs, sum, volume] = sums;
+        if self.problem.is_singular() && of_rhs > 0.0 {
+            square = self.balance(sum / volume, transport);
+        }
+        [square.sqrt(), of_rhs.sqrt()]
     }
 
-    /// Takes off the residual what no pressure can balance, evenly; returns its norm.
-    fn balance(&mut self, transport: &dyn Transport) -> f64 {
-        let mut sums = [0.0; 2];
-        for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
-            sums[0] += *r;
-            sums[1] += volume;
-        });
-        transport.sum(&mut sums);
-        let density = sums[0] / sums[1];
+    /// Takes so much per volume off the residual; returns its square.
+    fn balance(&mut self, density: f64, transport: &dyn Transport) -> f64 {
         let mut squares = [0.0];
         for_volumes(self.engine.operator(), &mut self.residual, |r, volume| {
             *r -= density * volume;
             squares[0] += *r * *r;
         });
+        self.own_square = squares[0];
         transport.sum(&mut squares);
-        squares[0].sqrt()
+        squares[0]
     }
 
     /// Makes the mean of the solution over the volume zero.
@@ -184,31 +195,42 @@ impl ConjugateGradients {
         for_volumes(self.engine.operator(), pressure, |p, _| *p -= mean);
     }
 
-    /// d = z + β d; returns −d · A d over all ranks.
-    fn new_direction(&mut self, beta: f64, transport: &dyn Transport) -> f64 {
+    /// z of the residual; returns r · z and |r|² over all ranks.
+    fn precondition(&mut self, transport: &dyn Transport) -> [f64; 2] {
+        let product = self.engine.precondition(&mut self.residual, &mut self.correction, transport);
+        let mut sums = [product, self.own_square];
+        transport.sum(&mut sums);
+        sums
+    }
+
+    /// d = z + β d; returns −d · A d, r · A d and |A d|² over all ranks.
+    fn new_direction(&mut self, beta: f64, transport: &dyn Transport) -> [f64; 3] {
         for own in own_rows(&self.direction) {
             let z = &self.correction.data()[own.clone()];
             self.direction.data_mut()[own].iter_mut().zip(z).for_each(|(d, z)| *d = z + beta * *d);
         }
         self.halo.fill(&mut [self.direction.data_mut()], transport);
-        let mut curvature = [-self.engine.operator().apply(&self.direction, &mut self.applied)];
-        transport.sum(&mut curvature);
-        curvature[0]
+        let (residual, mut along, mut square) = (self.residual.data(), 0.0, 0.0);
+        let product = self.engine.operator().apply_with(&self.direction, &mut self.applied, |own, row| {
+            along += dot(&residual[own], row);
+            square += dot(row, row);
+        });
+        let mut sums = [-product, along, square];
+        transport.sum(&mut sums);
+        sums
     }
 
-    /// x += α d and r += α A d; returns the norm of r.
-    fn advance(&mut self, pressure: &mut Field<Centre>, alpha: f64, transport: &dyn Transport) -> f64 {
-        let mut sum = [0.0];
+    /// x += α d and r += α A d.
+    fn advance(&mut self, pressure: &mut Field<Centre>, alpha: f64) {
+        self.own_square = 0.0;
         for (own, given) in own_rows(&self.direction).zip(own_rows(pressure)) {
             let direction = &self.direction.data()[own.clone()];
             pressure.data_mut()[given].iter_mut().zip(direction).for_each(|(x, d)| *x += alpha * d);
             let applied = &self.applied.data()[own.clone()];
             let r = &mut self.residual.data_mut()[own];
             r.iter_mut().zip(applied).for_each(|(r, a)| *r += alpha * a);
-            sum[0] += dot(r, r);
+            self.own_square += dot(r, r);
         }
-        transport.sum(&mut sum);
-        sum[0].sqrt()
     }
 
     fn failed(&self, iterations: usize, residual: f64, why: &str) -> SolveError {
@@ -233,14 +255,21 @@ impl ConjugateGradients {
                 let why = "raise the limit of iterations, or look for cells with extreme coefficients";
                 return Err(self.failed(iterations, residual / scale, why));
             }
-            let next = self.engine.precondition(&mut self.residual, &mut self.correction, transport);
+            let [next, before] = self.precondition(transport);
             let beta = if iterations == 0 { 0.0 } else { next / rho };
             rho = next;
-            let curvature = self.new_direction(beta, transport);
+            let [curvature, along, square] = self.new_direction(beta, transport);
             if curvature <= 0.0 || rho <= 0.0 {
                 return Err(self.failed(iterations, residual / scale, "the operator is not definite"));
             }
-            residual = self.advance(pressure, rho / curvature, transport);
+            let alpha = rho / curvature;
+            self.advance(pressure, alpha);
+            let mut expected = [before + alpha * (2.0 * along + alpha * square)];
+            if expected[0] < LOST * before {
+                expected = [self.own_square];
+                transport.sum(&mut expected);
+            }
+            residual = expected[0].sqrt();
             iterations += 1;
         }
         Ok((iterations, residual))
@@ -287,13 +316,10 @@ impl PressureSolver for ConjugateGradients {
         pressure: &mut Field<Centre>,
         transport: &dyn Transport,
     ) -> Result<SolveReport, SolveError> {
-        let [mut residual, scale] = self.start(rhs, pressure, transport);
+        let [residual, scale] = self.start(rhs, pressure, transport);
         if scale == 0.0 {
             pressure.fill(0.0);
             return Ok(SolveReport::default());
-        }
-        if self.problem.is_singular() {
-            residual = self.balance(transport);
         }
         let (iterations, residual) = self.iterate(pressure, [residual, scale], transport)?;
         if self.problem.is_singular() {

@@ -1,7 +1,7 @@
 //! The ordinary differential equation that remains per mode: tridiagonal along the third axis.
 
 use super::PressureProblem;
-use crate::tridiagonal::{Panel, RowAllGather, Segment, values_around};
+use crate::tridiagonal::{Couplings, Panel, SharedLines};
 use grains_domain::Transport;
 
 /// Coefficients c that depend on the place along the line axis only; global, the same on all ranks.
@@ -28,10 +28,9 @@ pub(crate) struct ModalTridiagonal {
     across: [Vec<f64>; 2],
     /// Line of the constant, and what is added to its first diagonal where it has no pressure imposed.
     pinned: Option<(usize, f64)>,
-    gather: RowAllGather,
-    /// Influence vectors [v₀, v₁, w₀, w₁] of the own part of every line, and those of all parts.
-    influence: Vec<f64>,
-    all_influence: RowAllGather,
+    shared: SharedLines,
+    /// Of every line of the own share.
+    couplings: Vec<Couplings>,
     ends: Vec<f64>,
     scratch: Scratch,
 }
@@ -70,9 +69,8 @@ impl ModalTridiagonal {
             base: Vec::new(),
             across: Default::default(),
             pinned: None,
-            gather: RowAllGather::new(&row, own),
-            influence: Vec::new(),
-            all_influence: RowAllGather::new(&row, own),
+            shared: SharedLines::new(&row, own),
+            couplings: Vec::new(),
             ends: Vec::new(),
             scratch: Scratch::default(),
         }
@@ -167,7 +165,7 @@ impl ModalTridiagonal {
     fn set_influence(&mut self, transport: &dyn Transport) {
         let (n, count) = (self.len(), self.lambda[0].len());
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.influence.clear();
+        let mut influence = Vec::with_capacity(4 * count);
         for first in (0..count).step_by(LINES) {
             let lines = LINES.min(count - first);
             let mut ends = [0.0, 0.0, 0.0, 0.0].repeat(lines);
@@ -181,10 +179,19 @@ impl ModalTridiagonal {
                     ends[4 * l + 2 * side + 1] = scratch.panel[(n - 1) * lines + l];
                 }
             }
-            self.influence.extend(ends);
+            influence.extend(ends);
         }
         self.scratch = scratch;
-        self.all_influence.gather(&self.influence, transport);
+        self.shared.collect(&influence, 4, transport);
+        let (shared, parts) = (&self.shared, self.shared.parts());
+        self.couplings.resize_with(shared.count(), Couplings::default);
+        for (number, couplings) in self.couplings.iter_mut().enumerate() {
+            let line = shared.line(number);
+            couplings.join(parts, |part| {
+                let a = line.part(part);
+                [[a[0], a[1]], [a[2], a[3]]]
+            });
+        }
     }
 
     /// Solves all lines of the block in place for the right-hand side −d; collective.
@@ -192,7 +199,11 @@ impl ModalTridiagonal {
         let mut scratch = std::mem::take(&mut self.scratch);
         if self.is_coupled {
             self.find_ends(block, &mut scratch);
-            self.gather.gather(&self.ends, transport);
+            self.shared.collect(&self.ends, 2, transport);
+            let couplings = &mut self.couplings;
+            self.shared.solve(transport, |number, line, put| {
+                couplings[number].solve(|part| [line.part(part)[0], line.part(part)[1]], put);
+            });
             self.impose_ends(block);
         }
         self.for_panels(block, &mut scratch, |lines, data, panel, first, carried| {
@@ -222,14 +233,8 @@ impl ModalTridiagonal {
 
     /// Moves the values beyond the ends of the own parts to the right-hand side.
     fn impose_ends(&mut self, block: &mut [f64]) {
-        let (n, parts) = (self.len(), self.gather.len());
-        for number in 0..self.lambda[0].len() {
-            let part = |k: usize| {
-                let y = &self.gather.message(k, &self.ends)[2 * number..][..2];
-                let a = &self.all_influence.message(k, &self.influence)[4 * number..][..4];
-                Segment { y: [y[0], y[1]], v: [a[0], a[1]], w: [a[2], a[3]] }
-            };
-            let [before, after] = values_around(parts, self.gather.own, part);
+        let n = self.len();
+        for (number, [before, after]) in self.shared.around().iter().enumerate() {
             let (start, stride) = self.line(number);
             block[start] += self.lower[0] * before;
             block[start + (n - 1) * stride] += self.upper[n - 1] * after;

@@ -139,6 +139,16 @@ impl PressureOperator {
 
     /// out = A p in the own cells, and Σ p A p over them; the halo of p must be filled, and zero beyond the box.
     pub fn apply(&self, p: &Field<Centre>, out: &mut Field<Centre>) -> f64 {
+        self.apply_with(p, out, |_, _| {})
+    }
+
+    /// The same; every row of A p and its place are handed to `look`.
+    pub(crate) fn apply_with(
+        &self,
+        p: &Field<Centre>,
+        out: &mut Field<Centre>,
+        mut look: impl FnMut(std::ops::Range<usize>, &[f64]),
+    ) -> f64 {
         let layout = self.local.layout;
         let n = layout.cells[0];
         let mut product = 0.0;
@@ -146,11 +156,12 @@ impl PressureOperator {
             let neighbours = self.neighbours(p.data(), start);
             let own = start..start + n;
             let (here, diagonal) = (&p.data()[own.clone()], &self.diagonal.data()[own.clone()]);
-            let row = &mut out.data_mut()[own];
+            let row = &mut out.data_mut()[own.clone()];
             for i in 0..n {
                 row[i] = neighbours.sum(i) - diagonal[i] * here[i];
             }
             product += dot(row, here);
+            look(own, row);
         }
         product
     }

@@ -1,8 +1,10 @@
 //! Tridiagonal systems along lines that lie side by side: the sweeps of Thomas elimination, vectorised over the lines.
 
+mod couplings;
 mod shared;
 
-pub(crate) use shared::{RowAllGather, Segment, values_around};
+pub(crate) use couplings::Couplings;
+pub(crate) use shared::SharedLines;
 
 /// Lines side by side: unknown i of line l lies at start + i stride + l.
 #[derive(Clone, Copy, Debug)]

@@ -1,148 +1,137 @@
-//! Tridiagonal lines shared by several ranks, or closed into a ring.
-//!
-//! Each rank solves its part of a line with zero beyond its ends; the true solution is x = y − v x₋ − w x₊, with
-//! the values x₋, x₊ just before and after the part, and v, w the influence vectors of unit values there. The end values of
-//! all parts give x₋ and x₊: exact, with two numbers per line and rank exchanged.
+//! Lines shared along a row of ranks: each rank has the ends of a share of the lines and finds what lies around all their parts.
 
 use grains_domain::Transport;
+use std::ops::Range;
 
-/// First and last value of a part of a line as functions of the values before and after it.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Segment {
-    /// With zeros beyond the ends.
-    pub y: [f64; 2],
-    /// Influence of the value before (subtracted).
-    pub v: [f64; 2],
-    /// Influence of the value after (subtracted).
-    pub w: [f64; 2],
-}
-
-impl Segment {
-    /// The part made of this and the next, and the first value of the next as such a function [y, v, w].
-    fn then(&self, next: &Segment) -> (Segment, [f64; 3]) {
-        let (a, b) = (self, next);
-        let s = 1.0 / (1.0 - a.w[1] * b.v[0]);
-        // Last value of a and first of b.
-        let at_a = [s * (a.y[1] - a.w[1] * b.y[0]), s * a.v[1], -s * a.w[1] * b.w[0]];
-        let at_b = [s * (b.y[0] - b.v[0] * a.y[1]), -s * b.v[0] * a.v[1], s * b.w[0]];
-        let joined = Segment {
-            y: [a.y[0] - a.w[0] * at_b[0], b.y[1] - b.v[1] * at_a[0]],
-            v: [a.v[0] - a.w[0] * at_b[1], -b.v[1] * at_a[1]],
-            w: [-a.w[0] * at_b[2], b.w[1] - b.v[1] * at_a[2]],
-        };
-        (joined, at_b)
-    }
-
-    /// Last and first value of a segment whose ends meet.
-    fn closed(&self) -> [f64; 2] {
-        let (a, b) = (1.0 + self.w[0], self.v[0]);
-        let (c, d) = (self.w[1], 1.0 + self.v[1]);
-        let det = a * d - b * c;
-        let first = (self.y[0] * d - b * self.y[1]) / det;
-        let last = (a * self.y[1] - c * self.y[0]) / det;
-        [last, first]
-    }
-}
-
-/// Values before and after part `own` of a line whose parts lie in a ring; where a line ends, the first part does
-/// not depend on what is before it, nor the last on what is after it.
-pub(crate) fn values_around(parts: usize, own: usize, part: impl Fn(usize) -> Segment) -> [f64; 2] {
-    let me = part(own);
-    if parts == 1 {
-        return me.closed();
-    }
-    let mut others = part((own + 1) % parts);
-    for step in 2..parts {
-        others = others.then(&part((own + step) % parts)).0;
-    }
-    let (ring, first_of_others) = me.then(&others);
-    let [before, first] = ring.closed();
-    let after = first_of_others[0] - first_of_others[1] * before - first_of_others[2] * first;
-    [before, after]
-}
-
-/// Gathers equally long messages among the ranks of a row.
+/// The ends of all parts of the lines along a row of ranks, shared out among these.
+///
+/// Every rank sends the others two or more numbers per line of their shares and gets two back for each of its own parts.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct RowAllGather {
-    /// Own place in the row.
-    pub own: usize,
+pub(crate) struct SharedLines {
+    own: usize,
     peers: Vec<usize>,
+    lines: usize,
+    width: usize,
     sent: Vec<Vec<f64>>,
+    /// Ends by part, the own one last.
+    ends: Vec<Vec<f64>>,
+    /// Values around the parts of other ranks, the own ones last; and those that arrive.
+    found: Vec<Vec<f64>>,
     received: Vec<Vec<f64>>,
+    /// Values before and after the own part of every line.
+    around: Vec<[f64; 2]>,
 }
 
-impl RowAllGather {
+/// One line of the own share.
+pub(crate) struct SharedLine<'a> {
+    lines: &'a SharedLines,
+    number: usize,
+}
+
+impl SharedLine<'_> {
+    /// What a part of the line has sent.
+    pub fn part(&self, part: usize) -> &[f64] {
+        let SharedLines { ends, width, .. } = self.lines;
+        &ends[self.lines.slot(part)][self.number * width..][..*width]
+    }
+}
+
+impl SharedLines {
     /// Among `row`, the own rank being `row[own]`.
     pub fn new(row: &[usize], own: usize) -> Self {
         let peers: Vec<usize> = row.iter().copied().filter(|&r| r != row[own]).collect();
-        let buffers = vec![Vec::new(); peers.len()];
-        Self { own, peers, sent: buffers.clone(), received: buffers }
-    }
-
-    /// Number of ranks in the row.
-    pub fn len(&self) -> usize {
-        self.peers.len() + 1
-    }
-
-    /// Exchanges the own message with the others.
-    pub fn gather(&mut self, message: &[f64], transport: &dyn Transport) {
-        for (sent, received) in self.sent.iter_mut().zip(&mut self.received) {
-            sent.clear();
-            sent.extend_from_slice(message);
-            received.resize(message.len(), 0.0);
-        }
-        if !self.peers.is_empty() {
-            transport.exchange(&self.peers, &self.sent, &mut self.received);
+        let (others, all) = (vec![Vec::new(); peers.len()], vec![Vec::new(); row.len()]);
+        Self {
+            own,
+            peers,
+            sent: others.clone(),
+            received: others,
+            ends: all.clone(),
+            found: all,
+            ..Self::default()
         }
     }
 
-    /// Message of a place in the row; `own` is the message given.
-    pub fn message<'a>(&'a self, place: usize, own: &'a [f64]) -> &'a [f64] {
-        match place.cmp(&self.own) {
-            std::cmp::Ordering::Less => &self.received[place],
-            std::cmp::Ordering::Equal => own,
-            std::cmp::Ordering::Greater => &self.received[place - 1],
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// −x_{i−1} + 3 x_i − x_{i+1} = d_i in parts of two cells, each solved by hand.
-    fn parts(d: &[f64], ring: bool) -> Vec<Segment> {
-        let count = d.len() / 2;
-        let solve = |a: f64, b: f64| [(3.0 * a + b) / 8.0, (a + 3.0 * b) / 8.0];
-        let part = |k: usize| {
-            let v = if ring || k > 0 { solve(-1.0, 0.0) } else { [0.0; 2] };
-            let w = if ring || k + 1 < count { solve(0.0, -1.0) } else { [0.0; 2] };
-            Segment { y: solve(d[2 * k], d[2 * k + 1]), v, w }
-        };
-        (0..count).map(part).collect()
+    /// Number of ranks in the row, and of parts of a line.
+    pub fn parts(&self) -> usize {
+        self.ends.len()
     }
 
-    #[test]
-    fn parts_of_a_line_and_of_a_ring_meet() {
-        let x = [0.3, -1.0, 2.0, 0.7, 5.0, -0.2, 0.9, 1.1];
-        for (count, ring) in [(1, true), (2, true), (4, true), (2, false), (4, false)] {
-            let n = 2 * count;
-            let at = |i: isize| match ring {
-                true => x[i.rem_euclid(n as isize) as usize],
-                false if i < 0 || i >= n as isize => 0.0,
-                false => x[i as usize],
-            };
-            let d: Vec<f64> = (0..n as isize).map(|i| 3.0 * at(i) - at(i - 1) - at(i + 1)).collect();
-            let parts = parts(&d, ring);
-            for own in 0..count {
-                let [before, after] = values_around(count, own, |k| parts[k]);
-                if ring || own > 0 {
-                    assert!((before - at(2 * own as isize - 1)).abs() < 1e-13, "{count} {ring} {own}");
-                }
-                if ring || own + 1 < count {
-                    assert!((after - at(2 * own as isize + 2)).abs() < 1e-13, "{count} {ring} {own}");
-                }
-            }
+    /// Lines of the share of a rank of the row.
+    fn share(&self, rank: usize) -> Range<usize> {
+        let parts = self.parts();
+        self.lines * rank / parts..self.lines * (rank + 1) / parts
+    }
+
+    /// Number of lines of the own share.
+    pub fn count(&self) -> usize {
+        self.share(self.own).len()
+    }
+
+    /// Place of a rank of the row in lists that have the own one last.
+    fn slot(&self, rank: usize) -> usize {
+        match rank.cmp(&self.own) {
+            std::cmp::Ordering::Less => rank,
+            std::cmp::Ordering::Equal => self.peers.len(),
+            std::cmp::Ordering::Greater => rank - 1,
         }
+    }
+
+    /// Sends so many numbers per line, those of the own parts, to the ranks that share the lines out.
+    pub fn collect(&mut self, ends: &[f64], width: usize, transport: &dyn Transport) {
+        (self.lines, self.width) = (ends.len() / width, width);
+        let count = self.count() * width;
+        for rank in (0..self.parts()).filter(|&rank| rank != self.own) {
+            let (slot, share) = (self.slot(rank), self.share(rank));
+            self.sent[slot].clear();
+            self.sent[slot].extend_from_slice(&ends[share.start * width..share.end * width]);
+            self.ends[slot].resize(count, 0.0);
+        }
+        let (share, others) = (self.share(self.own), self.peers.len());
+        self.ends[others].clear();
+        self.ends[others].extend_from_slice(&ends[share.start * width..share.end * width]);
+        if others > 0 {
+            transport.exchange(&self.peers, &self.sent, &mut self.ends[..others]);
+        }
+    }
+
+    /// A line of the own share.
+    pub fn line(&self, number: usize) -> SharedLine<'_> {
+        SharedLine { lines: self, number }
+    }
+
+    /// Solves the lines of the own share and sends the values around their parts to the ranks that have these;
+    /// `solve(number, line, put)` hands the values before and after each part to `put`.
+    pub fn solve(
+        &mut self,
+        transport: &dyn Transport,
+        mut solve: impl FnMut(usize, SharedLine<'_>, &mut dyn FnMut(usize, [f64; 2])),
+    ) {
+        let (count, others) = (self.count(), self.peers.len());
+        let mut found = std::mem::take(&mut self.found);
+        found.iter_mut().for_each(|values| values.resize(2 * count, 0.0));
+        for number in 0..count {
+            solve(number, self.line(number), &mut |part, around| {
+                found[self.slot(part)][2 * number..][..2].copy_from_slice(&around);
+            });
+        }
+        for rank in (0..self.parts()).filter(|&rank| rank != self.own) {
+            let (slot, share) = (self.slot(rank), self.share(rank));
+            self.received[slot].resize(2 * share.len(), 0.0);
+        }
+        if others > 0 {
+            transport.exchange(&self.peers, &found[..others], &mut self.received);
+        }
+        self.found = found;
+        self.around.clear();
+        for rank in 0..self.parts() {
+            let values = if rank == self.own { &self.found[others] } else { &self.received[self.slot(rank)] };
+            self.around.extend_from_slice(values.as_chunks::<2>().0);
+        }
+    }
+
+    /// Values before and after the own part of every line.
+    pub fn around(&self) -> &[[f64; 2]] {
+        &self.around
     }
 }

@@ -198,6 +198,55 @@ fn multigrid_iterations_do_not_grow_with_the_grid() {
     assert!(jumps[2] <= jumps[1] + 6 && jumps[2] <= 60, "{jumps:?}");
 }
 
+/// Coarse levels go to fewer ranks, down to one: no cut of the grid costs iterations, not even 64 ranks of some cells each.
+#[test]
+fn multigrid_iterations_do_not_grow_with_ranks() {
+    for (ends, contrast) in [
+        ([Ends::Closed(false, false), Ends::Periodic, Ends::Closed(false, true)], 0.9),
+        ([Ends::Periodic, Ends::Closed(false, false), Ends::Periodic], 0.5),
+    ] {
+        let solve = |ranks: [usize; 3]| {
+            let results = on_ranks(ranks.iter().product(), |transport| {
+                let mut problem = problem(ends, 34, [false; 3]);
+                problem.partition =
+                    partition(&problem.grid, ranks, grains_domain::Transport::rank(&transport));
+                let (rhs, _) = fields(&problem, ends);
+                let mut solver = ConjugateGradients::preconditioned(
+                    &problem,
+                    [1e-9, 60.0],
+                    Preconditioner::Multigrid,
+                    &transport,
+                );
+                solver.set_coefficients(&coefficients(&problem, contrast), &transport).unwrap();
+                let mut p = Field::new(rhs.layout());
+                let report = solver.solve(&rhs, &mut p, &transport).unwrap();
+                (report.iterations, piece(p.data(), p.layout(), problem.partition.first()))
+            });
+            let iterations = results[0].0;
+            (iterations, joined(results.into_iter().map(|(_, piece)| piece).collect()))
+        };
+        let (serial, expected) = solve([1; 3]);
+        for ranks in [
+            [2, 1, 1],
+            [2, 2, 2],
+            [16, 1, 1],
+            [1, 3, 5],
+            [1, 1, 16],
+            [5, 5, 2],
+            [7, 1, 1],
+            [1, 5, 1],
+            [1, 1, 3],
+            [4, 4, 4],
+        ] {
+            let (iterations, pressure) = solve(ranks);
+            println!("measured iterations: {ranks:?} {iterations}, serial {serial}");
+            assert!(iterations <= serial + 2, "{ranks:?}: {iterations}, serial {serial}");
+            let error = difference(&expected, &pressure);
+            assert!(error < 1e-6, "{ranks:?}: {error:.2e}");
+        }
+    }
+}
+
 fn balance(rhs: &mut Field<Centre>, is_singular: bool) {
     if is_singular {
         let count = rhs.own().count() as f64;

@@ -105,9 +105,9 @@ impl FluidFiles {
     ) -> Result<(), RunError> {
         let Some(file) = &mut self.snapshots else { return Ok(()) };
         let time = dem.time();
-        let now = phase.sample(dem, transport)?.observations(&self.fields);
+        let now = phase.sample(dem, transport)?.into_observations(&self.fields);
         append(file, time, &now)?;
-        let means = phase.means.as_ref().filter(|m| m.samples > 0).map(|m| m.observations(&self.fields));
+        let means = phase.means.clone().filter(|m| m.samples > 0).map(|m| m.into_observations(&self.fields));
         if let (Some(file), Some(means)) = (&mut self.means, &means) {
             append(file, time, means)?;
         }

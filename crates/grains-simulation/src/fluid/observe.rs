@@ -144,33 +144,38 @@ impl Sums {
     }
 
     /// The means as fields, of those that a case asks for; the solid velocity is that of the mean flux.
-    pub fn observations(&self, wanted: &[FluidField]) -> Vec<Observation> {
+    pub fn into_observations(mut self, wanted: &[FluidField]) -> Vec<Observation> {
         let share = 1.0 / self.samples.max(1) as f64;
-        let mean = |k: usize| {
-            let mut field = self.fields[k].clone();
-            field.data_mut().iter_mut().for_each(|x| *x *= share);
-            field
-        };
-        let ratio = |k: usize| {
-            let mut field = self.fields[k].clone();
-            let volumes = self.fields[8].data().iter();
-            field
-                .data_mut()
-                .iter_mut()
-                .zip(volumes)
-                .for_each(|(x, v)| *x = if *v > 0.0 { *x / v } else { 0.0 });
-            field
-        };
-        let components = |field: &FluidField| match field {
-            FluidField::Velocity => (0..3).map(mean).collect(),
-            FluidField::Pressure => vec![mean(3)],
-            FluidField::VoidFraction => vec![mean(4)],
-            FluidField::SolidVelocity => (5..8).map(ratio).collect(),
-            FluidField::Viscosity => vec![mean(self.fields.len() - 1)],
-        };
         let (has_particles, varies) = (self.fields.len() >= 9, [5, 10].contains(&self.fields.len()));
+        let volumes = has_particles.then(|| self.fields.remove(8));
+        let mut rest = self.fields.into_iter();
+        let mut means = |count: usize| -> Vec<Field<Centre>> {
+            let scaled = rest.by_ref().take(count).map(|mut field| {
+                field.data_mut().iter_mut().for_each(|x| *x *= share);
+                field
+            });
+            scaled.collect()
+        };
+        let (velocity, pressure) = (means(3), means(1));
+        let [void_fraction, mut solid_velocity] =
+            if has_particles { [means(1), means(3)] } else { Default::default() };
+        let viscosity = if varies { means(1) } else { Vec::new() };
+        for (field, volumes) in solid_velocity.iter_mut().zip(volumes.iter().cycle()) {
+            let pairs = field.data_mut().iter_mut().zip(volumes.data());
+            pairs.for_each(|(x, v)| *x = if *v > 0.0 { *x / (share * v) } else { 0.0 });
+        }
+        let mut known = [
+            (FluidField::Velocity, velocity),
+            (FluidField::Pressure, pressure),
+            (FluidField::VoidFraction, void_fraction),
+            (FluidField::SolidVelocity, solid_velocity),
+            (FluidField::Viscosity, viscosity),
+        ];
         let there = wanted.iter().filter(|field| is_there(field, has_particles, varies));
-        there.map(|field| Observation { components: components(field) }).collect()
+        let take = |wanted: &FluidField| {
+            known.iter_mut().find(|(field, _)| field == wanted).map(|(_, c)| std::mem::take(c))
+        };
+        there.map(take).map(|components| Observation { components: components.unwrap_or_default() }).collect()
     }
 }
 

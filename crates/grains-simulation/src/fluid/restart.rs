@@ -7,7 +7,7 @@ use grains_comm::MpiTransport;
 use grains_coupling::unpaid_impulse;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::{CellPartition, Field, Flow, Layout};
+use grains_fluid::{CellPartition, Field, Flow, Layout, March};
 use grains_geometry::Vec3;
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 use grains_resolved::FlowOnWall;
@@ -39,6 +39,7 @@ const LAST_STEP: &str = "fluid_last_step";
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clocks {
     time: f64,
+    /// Last time step (s), the negative of one in pseudo-time.
     last_dt: f64,
     force: [f64; 3],
     step: u64,
@@ -161,7 +162,7 @@ impl FluidPhase {
         let state = &self.flow.state;
         Clocks {
             time: state.time,
-            last_dt: state.last_dt,
+            last_dt: if self.flow.march == March::PseudoTime { -state.last_dt } else { state.last_dt },
             force: state.force,
             step: state.step,
             next_step: self.next_step,
@@ -180,7 +181,9 @@ impl FluidPhase {
         };
         for a in 0..3 {
             add(VELOCITY[a], "m/s", faces(flow, a), flow.state.velocity.component(a));
-            add(ADVECTIVE[a], "m/s2", faces(flow, a), flow.state.advective.component(a));
+            if flow.march == March::Time {
+                add(ADVECTIVE[a], "m/s2", faces(flow, a), flow.state.advective.component(a));
+            }
         }
         for (immersed, a) in flow.immersed.iter().flat_map(|immersed| [0, 1, 2].map(|a| (immersed, a))) {
             add(FORCE[a], "N/m3", faces(flow, a), immersed.force.component(a));
@@ -274,7 +277,10 @@ impl FluidPhase {
         let faces_of = [0, 1, 2].map(|a| faces(&self.flow, a));
         for (a, place) in faces_of.into_iter().enumerate() {
             take(VELOCITY[a], place, self.flow.state.velocity.component_mut(a))?;
-            take(ADVECTIVE[a], place, self.flow.state.advective.component_mut(a))?;
+            // Pseudo-steps leave none, and a march in time that follows them begins with a step of Euler.
+            if self.flow.march == March::Time && clocks.last_dt >= 0.0 {
+                take(ADVECTIVE[a], place, self.flow.state.advective.component_mut(a))?;
+            }
         }
         if let Some(immersed) = &mut self.flow.immersed {
             for a in 0..3 {
@@ -292,7 +298,11 @@ impl FluidPhase {
             take(COMING, place, mixture.previous_void_fraction_mut().data_mut())?;
         }
         let state = &mut self.flow.state;
-        (state.time, state.last_dt) = (clocks.time, clocks.last_dt);
+        let last_dt = match self.flow.march {
+            March::Time => clocks.last_dt.max(0.0),
+            March::PseudoTime => clocks.last_dt.abs(),
+        };
+        (state.time, state.last_dt) = (clocks.time, last_dt);
         (state.force, state.step) = (clocks.force, clocks.step);
         (self.next_step, self.last_span) = (clocks.next_step, clocks.last_span);
         // The case may ask for means that the state has not got.

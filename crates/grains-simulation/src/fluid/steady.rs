@@ -4,7 +4,7 @@ use grains_case::Steady as Given;
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::{Anderson, Flow, March};
+use grains_fluid::{Anderson, Flow};
 use grains_geometry::Vec3;
 use grains_resolved::{FlowLink, Resolved};
 use std::collections::VecDeque;
@@ -42,7 +42,7 @@ pub struct Steady {
 impl Steady {
     /// The search that a case asks for; steps of the flow are pseudo-steps from here on.
     pub fn new(given: Given, flow: &mut Flow) -> Self {
-        flow.march = March::PseudoTime;
+        flow.seek_steady();
         Self {
             given,
             acceleration: Anderson::new(given.history as usize),

@@ -17,7 +17,7 @@ pub struct Steady {
     #[serde(default = "usual_tolerance")]
     #[schemars(extend("minimum" = 1e-9, "maximum" = 0.1))]
     pub tolerance: f64,
-    /// Number of steps that are combined (-); each takes some 40 bytes a cell.
+    /// Number of steps that are combined (-); each takes some 32 bytes a cell.
     #[serde(default = "usual_history")]
     #[schemars(extend("minimum" = 1, "maximum" = 20))]
     pub history: u64,
@@ -32,7 +32,7 @@ fn usual_tolerance() -> f64 {
 }
 
 fn usual_history() -> u64 {
-    4
+    3
 }
 
 fn usual_cfl() -> f64 {

@@ -1,5 +1,6 @@
 //! One grid of the hierarchy: its operator, its fields and the smoother.
 
+use super::leaders::Leaders;
 use super::transfer::Transfer;
 use crate::pressure::operator::{PressureOperator, dot};
 use crate::{CellPartition, Centre, Field, Grid, Halo};
@@ -26,12 +27,14 @@ pub(crate) struct Level {
 }
 
 impl Level {
-    pub fn new(grid: Grid, partition: CellPartition) -> Self {
+    /// Of a grid whose cells `leaders` share by a partition.
+    pub fn new(grid: Grid, partition: CellPartition, leaders: Leaders) -> Self {
         let operator = PressureOperator::on(&grid, &partition, 1);
         let layout = operator.layout();
         let field = || Field::new(layout);
         Self {
-            halo: Halo::new(&grid, &partition, layout),
+            halo: Halo::new(&grid, &partition, layout)
+                .renumbered(|rank| leaders.rank(partition.place_of(rank))),
             grid,
             partition,
             operator,

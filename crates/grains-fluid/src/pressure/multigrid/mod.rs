@@ -3,52 +3,35 @@
 //! Cells are joined in pairs along the axes on which they are thin, every rank its own. Coarse conductances are
 //! those of the fine faces side by side over the coarse distance. A cycle goes down once and up once, with a damped
 //! Jacobi step before and after each correction, and with linear interpolation and its transpose: symmetric,
-//! positive definite, and the same for any order of the cells. What is left in the end, [`AGGLOMERATED`] cells or one per
-//! rank, is agglomerated on all ranks and coarsened further there, down to [`SOLVED_DIRECTLY`] cells that are solved by Cholesky.
+//! positive definite, and the same for any order of the cells. As soon as the cells of eight ranks are few, the first of the
+//! eight takes them all and goes on with other such ranks, and so forth. Ranks that gave their cells away wait for the
+//! correction. The first rank alone has the last levels and solves the coarsest by Cholesky.
 
 mod agglomerated;
 mod dense;
 mod hierarchy;
+mod leaders;
 mod level;
 mod transfer;
 
 use super::PressureProblem;
 use super::operator::PressureOperator;
 use crate::{Centre, Faces, Field};
-use agglomerated::Agglomerated;
-use dense::{Dense, SOLVED_DIRECTLY};
 use grains_domain::Transport;
 use hierarchy::Hierarchy;
+use leaders::Leaders;
 
-/// Cells of all ranks that are few enough to be solved by every rank.
-const AGGLOMERATED: usize = 1000;
-
-/// How the coarsest level is solved.
-enum CoarseSolve {
-    Dense(Dense),
-    Agglomerated(Box<Agglomerated>),
-}
-
-/// The hierarchy and the coarse solve, built once; coefficients are set as often as they change.
+/// The hierarchy, built once; coefficients are set as often as they change.
 pub(crate) struct Multigrid {
     hierarchy: Hierarchy,
-    coarse_solve: CoarseSolve,
 }
 
 impl Multigrid {
     /// Hierarchy for a problem.
     pub fn new(problem: &PressureProblem) -> Self {
         let (is_singular, imposed) = (problem.is_singular(), problem.imposed);
-        let is_shared = problem.partition.size() > 1;
-        let coarsest = if is_shared { AGGLOMERATED } else { SOLVED_DIRECTLY };
-        let hierarchy = Hierarchy::new(&problem.grid, &problem.partition, coarsest, imposed);
-        let last = hierarchy.coarsest();
-        let coarse_solve = if is_shared {
-            CoarseSolve::Agglomerated(Box::new(Agglomerated::new(last, is_singular, imposed)))
-        } else {
-            CoarseSolve::Dense(Dense::new(last, is_singular))
-        };
-        Self { hierarchy, coarse_solve }
+        let leaders = Leaders::all(&problem.partition);
+        Self { hierarchy: Hierarchy::new(&problem.grid, &problem.partition, leaders, is_singular, imposed) }
     }
 
     /// The operator of the equation.
@@ -59,13 +42,7 @@ impl Multigrid {
     /// Takes new coefficients; collective.
     pub fn set(&mut self, coefficients: &Faces, transport: &dyn Transport) {
         self.hierarchy.finest_mut().operator.set(coefficients);
-        self.hierarchy.refresh();
-        match &mut self.coarse_solve {
-            CoarseSolve::Dense(dense) => dense.set(self.hierarchy.coarsest()),
-            CoarseSolve::Agglomerated(agglomerated) => {
-                agglomerated.set(self.hierarchy.coarsest(), transport);
-            }
-        }
+        self.hierarchy.refresh(transport);
     }
 
     /// One cycle for −div(c grad p) = `residual`, which is borrowed by swapping: `correction` becomes p. Returns the own part
@@ -76,13 +53,10 @@ impl Multigrid {
         correction: &mut Field<Centre>,
         transport: &dyn Transport,
     ) -> f64 {
-        let Self { hierarchy, coarse_solve } = self;
+        let hierarchy = &mut self.hierarchy;
         std::mem::swap(residual, &mut hierarchy.finest_mut().rhs);
         std::mem::swap(correction, &mut hierarchy.finest_mut().solution);
-        let product = hierarchy.cycle(transport, |coarsest| match coarse_solve {
-            CoarseSolve::Dense(dense) => dense.solve(coarsest),
-            CoarseSolve::Agglomerated(agglomerated) => agglomerated.solve(coarsest, transport),
-        });
+        let product = hierarchy.cycle(transport);
         std::mem::swap(residual, &mut hierarchy.finest_mut().rhs);
         std::mem::swap(correction, &mut hierarchy.finest_mut().solution);
         product

@@ -37,13 +37,24 @@ pub(crate) struct Transfer {
     coarse_row: Vec<f64>,
 }
 
-/// Which axes are coarsened: the thin ones, as far as some rank has cells to pair.
-pub(crate) fn pairing(axes: [&Axis; 3], counts: [&[usize]; 3]) -> [bool; 3] {
+/// Which axes have the thin cells.
+fn thin(axes: [&Axis; 3]) -> [bool; 3] {
     let mean = |a: usize| axes[a].length() / axes[a].cells() as f64;
     let long = |a: &usize| axes[*a].cells() > 1;
     let thinnest = (0..3).filter(long).map(mean).fold(f64::INFINITY, f64::min);
-    let has_pairs = |a: usize| counts[a].iter().any(|&n| n > 1);
-    std::array::from_fn(|a| long(&a) && mean(a) <= ISOTROPIC * thinnest && has_pairs(a))
+    std::array::from_fn(|a| long(&a) && mean(a) <= ISOTROPIC * thinnest)
+}
+
+/// Which axes are coarsened: the thin ones, as far as some rank has cells to pair.
+pub(crate) fn pairing(axes: [&Axis; 3], counts: [&[usize]; 3]) -> [bool; 3] {
+    let thin = thin(axes);
+    std::array::from_fn(|a| thin[a] && counts[a].iter().any(|&n| n > 1))
+}
+
+/// Which thin axes cannot be coarsened, as every rank has one cell along them.
+pub(crate) fn stuck(axes: [&Axis; 3], counts: [&[usize]; 3]) -> [bool; 3] {
+    let (thin, pairs) = (thin(axes), pairing(axes, counts));
+    std::array::from_fn(|a| thin[a] && !pairs[a])
 }
 
 /// The coarse axis and where its ranks start; every rank pairs its own cells, the last of an odd number stays alone.

@@ -20,20 +20,22 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
-/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary and of rates of strain.
-const BYTES: [[f64; 2]; 8] = [
+/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary and of rates of strain; as seen, of
+/// walls in a flow averaged over particles.
+const BYTES: [[f64; 2]; 9] = [
     [105.0, 97.0],
     [240.0, 285.0],
     [60.0, 0.0],
     [0.0, 360.0],
     [0.0, 87.0],
-    [60.0, 187.0],
+    [40.0, 170.0],
     [64.0, 0.0],
     [32.0, 0.0],
+    [340.0, 0.0],
 ];
 
 /// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
-const BYTES_OF_STEADY: f64 = 10.0;
+const BYTES_OF_STEADY: f64 = 18.0;
 
 /// The fluid of a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -246,6 +248,7 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.resolved.is_some(),
         fluid.rheology.is_some() || fluid.turbulence.is_some(),
         fluid.rheology.is_some(),
+        fluid.resolved.is_none() && case.walls.iter().any(|wall| wall.fluid.is_some()),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
     let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
