@@ -98,6 +98,14 @@ pub enum SetupError {
         /// Net volume rate into the box (m³/s).
         net: f64,
     },
+    /// Walls leave nothing open of an inlet with a stated flow.
+    #[error(
+        "the flow of an inlet on {face} has nothing to go through: walls inside the flow cover all of it; move the inlet to where they leave the face open"
+    )]
+    CoveredInlet {
+        /// Face name.
+        face: String,
+    },
     /// A drive along an axis on which it means nothing.
     #[error("flow rate or mean pressure gradient along {axis}: only a periodic axis can be driven so")]
     DriveNotPeriodic {

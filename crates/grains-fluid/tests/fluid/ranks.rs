@@ -3,7 +3,7 @@
 use crate::common::{difference, joined, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,
+    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Outline, Patch,
     Profile, Side,
 };
 use grains_testing::on_ranks;
@@ -89,8 +89,7 @@ fn bed(mixture: Option<MixtureModel>) -> FlowSetup {
     let inlet = Condition::Inlet { profile: Profile::Uniform([0.0, 0.1, 0.6]) };
     let patch = Patch {
         face: BoxFace { axis: 2, side: Side::Low },
-        lower: [0.25, 0.0, 0.0],
-        upper: [0.75, 1.0, 0.0],
+        outline: Outline::Rectangle { lower: [0.25, 0.0, 0.0], upper: [0.75, 1.0, 0.0] },
         condition: inlet,
     };
     let boundaries = Boundaries::default()
@@ -118,7 +117,7 @@ fn patches_that_cut_cells() {
         let mut setup = bed(None);
         let face = BoxFace { axis: 2, side: Side::Low };
         let condition = Condition::Inlet { profile };
-        let at = |lower, upper| Patch { face, lower, upper, condition: condition.clone() };
+        let at = |lower, upper| Patch { face, outline: Outline::Rectangle { lower, upper }, condition: condition.clone() };
         setup.boundaries.patches =
             vec![at([0.21, 0.68, 0.0], [0.83, 1.31, 0.0]), at([0.51, 0.45, 0.0], [0.55, 0.49, 0.0])];
         compare(&setup, &GRIDS);
