@@ -135,7 +135,8 @@ impl Flow {
         // What the rise drives through the face alone is the source of the potential.
         if let Some(mut still) = self.fans.still.take() {
             self.drive(fan.condition, &mut still, &mut fan.velocity, false);
-            let porous = self.mixture.as_ref().map(|mixture| (mixture.open_faces().components(), still.data()));
+            let porous =
+                self.mixture.as_ref().map(|mixture| (mixture.open_faces().components(), still.data()));
             divergence(&self.local, &fan.velocity, porous, &mut self.rhs);
             self.fans.still = Some(still);
         }

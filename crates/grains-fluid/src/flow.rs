@@ -1,8 +1,8 @@
 //! A flow: what defines it, its state, and how it begins.
 
 use crate::boundary::{BoundaryData, Kind, fill_velocity, open_faces};
-use crate::fans::Fans;
 use crate::clock::Clock;
+use crate::fans::Fans;
 use crate::grid::AXES;
 use crate::metrics::Local;
 use crate::mixture::Mixture;

@@ -20,7 +20,10 @@ impl FanCurve {
         for (k, pair) in points.windows(2).enumerate() {
             let [[q0, p0], [q1, p1]] = [pair[0], pair[1]];
             if !(q0 < q1 && [q0, q1, p0, p1].iter().all(|x| x.is_finite())) {
-                return Err(format!("flow {q1} m³/s of point {} must be above {q0}, that of the one before", k + 1));
+                return Err(format!(
+                    "flow {q1} m³/s of point {} must be above {q0}, that of the one before",
+                    k + 1
+                ));
             }
             if p1 > p0 {
                 return Err(format!(

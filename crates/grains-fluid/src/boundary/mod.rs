@@ -246,7 +246,8 @@ impl Patch {
         let [n, m] = tangents.map(|t| grid.axis(t).cells() as isize);
         let covers = |i: isize, j: isize| {
             let mut at = [0.0; 3];
-            (at[tangents[0]], at[tangents[1]]) = (grid.axis(tangents[0]).centre(i), grid.axis(tangents[1]).centre(j));
+            (at[tangents[0]], at[tangents[1]]) =
+                (grid.axis(tangents[0]).centre(i), grid.axis(tangents[1]).centre(j));
             self.outline.contains(grid, axis, at)
         };
         if (0..n).any(|i| (0..m).any(|j| covers(i, j))) {

@@ -82,7 +82,9 @@ impl Outline {
     pub fn area(&self, axis: usize) -> f64 {
         let tangents = tangents_of(axis);
         match self {
-            Outline::Disc { radius, inner_radius, .. } => PI * (radius * radius - inner_radius * inner_radius),
+            Outline::Disc { radius, inner_radius, .. } => {
+                PI * (radius * radius - inner_radius * inner_radius)
+            }
             _ => {
                 let edges = self.edges(tangents);
                 // About a corner, so that a place far from the origin costs no digits.

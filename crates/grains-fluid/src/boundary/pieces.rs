@@ -100,7 +100,8 @@ impl<'a> Outlines<'a> {
 
     /// The pieces of the face of a cell, given with its middle (m).
     pub fn pieces(&self, cell: [isize; 3], at: [f64; 3]) -> Vec<Piece> {
-        let [x, y] = self.tangents.map(|t| [self.grid.axis(t).node(cell[t]), self.grid.axis(t).node(cell[t] + 1)]);
+        let [x, y] =
+            self.tangents.map(|t| [self.grid.axis(t).node(cell[t]), self.grid.axis(t).node(cell[t] + 1)]);
         let room = [x, y].map(|[begin, end]| SLIVER * (end - begin));
         let meets = |bounds: &[[f64; 2]; 2]| {
             (0..2).all(|m| bounds[m][0] < [x, y][m][1] - room[m] && bounds[m][1] > [x, y][m][0] + room[m])
@@ -115,8 +116,10 @@ impl<'a> Outlines<'a> {
             for pair in lines.windows(2) {
                 let [low, high] = [pair[0], pair[1]];
                 let condition = self.condition_in(&near, [middle, 0.5 * (low.at(middle) + high.at(middle))]);
-                let shift = near.iter().rev().find(|o| o.condition == condition && o.holds(middle, low, high));
-                let sums = self.integrals(condition, shift.map_or([0.0; 2], |o| o.shift), strip, [low, high], y);
+                let shift =
+                    near.iter().rev().find(|o| o.condition == condition && o.holds(middle, low, high));
+                let sums =
+                    self.integrals(condition, shift.map_or([0.0; 2], |o| o.shift), strip, [low, high], y);
                 match found.iter_mut().find(|known| known.condition == condition) {
                     Some(known) => known.sums.iter_mut().zip(sums).for_each(|(sum, more)| *sum += more),
                     None => found.push(Integrals { condition, sums }),

@@ -59,7 +59,13 @@ impl BoundaryData {
     }
 
     /// What enters and what leaves (m³/s) through the own cells of outlets.
-    pub fn outlet_flows(&self, local: &Local, boundaries: &Boundaries, velocity: &Faces, open: Option<&Faces>) -> [f64; 2] {
+    pub fn outlet_flows(
+        &self,
+        local: &Local,
+        boundaries: &Boundaries,
+        velocity: &Faces,
+        open: Option<&Faces>,
+    ) -> [f64; 2] {
         let axis = self.face.axis;
         let mut flows = [0.0; 2];
         self.for_free(local, |e, face, area| {

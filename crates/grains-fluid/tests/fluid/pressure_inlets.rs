@@ -2,7 +2,8 @@
 
 use grains_domain::SerialTransport as SERIAL;
 use grains_fluid::{
-    Boundaries, BoxFace, Condition, FanCurve, Flow, FlowSetup, Grid, MixtureModel, Outline, Patch, Profile, Side,
+    Boundaries, BoxFace, Condition, FanCurve, Flow, FlowSetup, Grid, MixtureModel, Outline, Patch, Profile,
+    Side,
 };
 use std::f64::consts::PI;
 
@@ -10,7 +11,8 @@ const DENSITY: f64 = 1.3;
 
 /// A channel along x, of one cell along z, between walls or slippery sides, with conditions at its ends.
 fn channel(cells: [usize; 2], viscosity: f64, sides: &Condition, ends: [Condition; 2]) -> Flow {
-    let grid = Grid::uniform([0.0; 3], [2.0, 0.5, 0.1], [cells[0], cells[1], 1], [false, false, true]).unwrap();
+    let grid =
+        Grid::uniform([0.0; 3], [2.0, 0.5, 0.1], [cells[0], cells[1], 1], [false, false, true]).unwrap();
     let [first, last] = ends;
     let boundaries = Boundaries::default()
         .with(0, Side::Low, first)
@@ -52,22 +54,29 @@ fn bernoullis_flow_starts_as_it_should() {
     }
 }
 
-/// Poiseuille: Q = h³ w Δp/(12 μ L), at a small Reynolds number.
+/// What the sum of a parabola over the middles of ten cells is more than its integral.
+const OF_CELLS: f64 = 1.005;
+
+/// Poiseuille: Q = h³ w Δp/(12 μ L), at a small Reynolds number, also in steps in which momentum diffuses over many cells.
 #[test]
 fn a_duct_gets_the_flow_of_its_resistance() {
     let viscosity = 2.0;
-    let mut flow = channel([12, 10], viscosity, &Condition::WALL, [total(0.3), OUTLET]);
-    (0..150).for_each(|_| drop(flow.step(0.02, &SERIAL).unwrap()));
-    let exact = 0.5_f64.powi(3) * 0.1 * 0.3 / (12.0 * viscosity * 2.0);
-    let found = flow.flow_rate(0, 6, &SERIAL);
-    assert!((found / exact - 1.0).abs() < 2e-3, "{found:.6e} for {exact:.6e}");
+    for dt in [0.01, 0.05] {
+        let mut flow = channel([12, 10], viscosity, &Condition::WALL, [total(0.3), OUTLET]);
+        (0..500).for_each(|_| {
+            let _ = flow.step(dt, &SERIAL).unwrap();
+        });
+        let exact = OF_CELLS * 0.5_f64.powi(3) * 0.1 * 0.3 / (12.0 * viscosity * 2.0);
+        let found = flow.flow_rate(0, 6, &SERIAL);
+        assert!((found / exact - 1.0).abs() < 1e-3, "{dt}: {found:.6e} for {exact:.6e}");
+    }
 }
 
 /// The operating point is where the curve meets the line of the duct, however steep the curve and long the step.
 #[test]
 fn a_fan_finds_its_operating_point() {
     let viscosity = 2.0;
-    let resistance = 12.0 * viscosity * 2.0 / (0.5_f64.powi(3) * 0.1);
+    let resistance = 12.0 / OF_CELLS * viscosity * 2.0 / (0.5_f64.powi(3) * 0.1);
     // The duct's flow at 1 Pa is 2.6e-4 m³/s.
     let curves: [&[[f64; 2]]; 3] = [
         &[[0.0, 1.0], [5e-4, 0.0]],
@@ -75,14 +84,16 @@ fn a_fan_finds_its_operating_point() {
         &[[-1e-3, 0.9], [1e-3, 0.7]],
     ];
     for (points, before) in curves.into_iter().zip([0.0, 0.1, 0.2]) {
-        for dt in [0.005, 0.1] {
+        for dt in [0.005, 0.02] {
             let mut flow = channel([12, 10], viscosity, &Condition::WALL, [fan(before, points), OUTLET]);
-            (0..300).for_each(|_| drop(flow.step(dt, &SERIAL).unwrap()));
+            (0..500).for_each(|_| {
+                let _ = flow.step(dt, &SERIAL).unwrap();
+            });
             let (found, rise) = (flow.flow_rate(0, 0, &SERIAL), flow.state.fans[0]);
             let curve = FanCurve::new(points.to_vec()).unwrap();
             assert!((rise - curve.rise(found)).abs() < 1e-9 * rise.abs().max(1.0), "{rise} off the curve");
             let of_duct = resistance * found - before;
-            assert!((of_duct / rise - 1.0).abs() < 2e-3, "{points:?} {dt}: {of_duct} and {rise} at {found}");
+            assert!((of_duct / rise - 1.0).abs() < 1e-3, "{points:?} {dt}: {of_duct} and {rise} at {found}");
         }
     }
 }
@@ -99,7 +110,8 @@ fn fans_side_by_side_share_the_flow() {
                 boundaries.faces[0] = whole;
             }
             let mut flow =
-                Flow::new(FlowSetup { boundaries, mixture, ..FlowSetup::new(grid, 1.0, 0.5) }, &SERIAL).unwrap();
+                Flow::new(FlowSetup { boundaries, mixture, ..FlowSetup::new(grid, 1.0, 0.5) }, &SERIAL)
+                    .unwrap();
             for _ in 0..60 {
                 if let Some(mixture) = &mut flow.mixture {
                     mixture.void_fraction.fill(0.6);
@@ -134,7 +146,8 @@ fn a_vortex_leaves_through_an_outlet() {
         let n = 32;
         let grid = Grid::uniform([0.0; 3], [1.5, 1.0, 0.1], [48, n, 1], [false, false, true]).unwrap();
         let inlet = Condition::Inlet { profile: Profile::Uniform([speed, 0.0, 0.0]) };
-        let boundaries = Boundaries::all(Condition::Symmetry).with(0, Side::Low, inlet).with(0, Side::High, OUTLET);
+        let boundaries =
+            Boundaries::all(Condition::Symmetry).with(0, Side::Low, inlet).with(0, Side::High, OUTLET);
         let setup = FlowSetup { boundaries, mixture, ..FlowSetup::new(grid, 1.0, 1e-4) };
         let mut flow = Flow::new(setup, &SERIAL).unwrap();
         let spin = |x: f64, y: f64| {

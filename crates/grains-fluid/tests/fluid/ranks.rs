@@ -3,8 +3,8 @@
 use crate::common::{difference, joined, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Outline, Patch,
-    Profile, Side,
+    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Outline,
+    Patch, Profile, Side,
 };
 use grains_testing::on_ranks;
 use std::sync::Arc;
@@ -117,7 +117,11 @@ fn patches_that_cut_cells() {
         let mut setup = bed(None);
         let face = BoxFace { axis: 2, side: Side::Low };
         let condition = Condition::Inlet { profile };
-        let at = |lower, upper| Patch { face, outline: Outline::Rectangle { lower, upper }, condition: condition.clone() };
+        let at = |lower, upper| Patch {
+            face,
+            outline: Outline::Rectangle { lower, upper },
+            condition: condition.clone(),
+        };
         setup.boundaries.patches =
             vec![at([0.21, 0.68, 0.0], [0.83, 1.31, 0.0]), at([0.51, 0.45, 0.0], [0.55, 0.49, 0.0])];
         compare(&setup, &GRIDS);
