@@ -8,7 +8,8 @@ use grains_comm::{Job, MpiTransport};
 use grains_domain::{Decomposition, GlobalBox, Transport};
 use grains_fluid::{
     Axis, Boundaries, BoxFace, CellPartition, Centre, Condition, ConjugateGradients, Faces, Field, Flow,
-    FlowSetup, Grid, MixtureModel, Outline, Patch, PressureProblem, PressureSolver, Profile, Side, SolveError,
+    FlowSetup, Grid, MixtureModel, Outline, Patch, PressureProblem, PressureSolver, Profile, Side,
+    SolveError,
 };
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
 use ranks::on_ranks;

@@ -96,27 +96,37 @@ impl Outline {
     }
 
     /// Whether a point (m) of a face, or an image of it along periodic axes, lies in it, edges included.
-    pub(super) fn contains(&self, grid: &Grid, axis: usize, at: [f64; 3]) -> bool {
+    pub(super) fn contains(&self, grid: &Grid, axis: usize, mut at: [f64; 3]) -> bool {
         let tangents = tangents_of(axis);
-        let bounds = self.bounds(tangents);
-        let slack = bounds.map(|[begin, end]| SLACK * (end - begin));
-        let image =
-            [0, 1].map(|k| image_from(grid.axis(tangents[k]), bounds[k][0] - slack[k], at[tangents[k]]));
-        if (0..2).any(|k| image[k] < bounds[k][0] - slack[k] || image[k] > bounds[k][1] + slack[k]) {
+        for (t, [begin, end]) in tangents.into_iter().zip(self.bounds(tangents)) {
+            at[t] = image_from(grid.axis(t), begin - SLACK * (end - begin), at[t]);
+        }
+        self.holds(axis, at)
+    }
+
+    /// Whether a point (m) of a face normal to an axis lies in it, edges included.
+    pub fn holds(&self, axis: usize, at: [f64; 3]) -> bool {
+        let tangents = tangents_of(axis);
+        let at = tangents.map(|t| at[t]);
+        let is_within = |([begin, end], x): ([f64; 2], f64)| {
+            let slack = SLACK * (end - begin);
+            x >= begin - slack && x <= end + slack
+        };
+        if !self.bounds(tangents).into_iter().zip(at).all(is_within) {
             return false;
         }
         match self {
             Outline::Rectangle { .. } => true,
             Outline::Disc { center, radius, inner_radius } => {
-                let distance = (image[0] - center[tangents[0]]).hypot(image[1] - center[tangents[1]]);
+                let distance = (at[0] - center[tangents[0]]).hypot(at[1] - center[tangents[1]]);
                 distance <= radius * (1.0 + SLACK) && distance >= inner_radius * (1.0 - SLACK)
             }
-            Outline::Polygon { .. } => encloses(&self.edges(tangents), image),
+            Outline::Polygon { .. } => encloses(&self.edges(tangents), at),
         }
     }
 
     /// Why it is none, if so.
-    pub(super) fn fault(&self, axis: usize) -> Option<&'static str> {
+    pub fn fault(&self, axis: usize) -> Option<&'static str> {
         let edges = self.edges(tangents_of(axis));
         let is_finite = edges.as_flattened().as_flattened().iter().all(|x| x.is_finite());
         match self {
