@@ -78,6 +78,7 @@ mod momentum;
 mod openings;
 mod pressure;
 mod projection;
+mod regions;
 mod step;
 mod tridiagonal;
 mod viscosity;

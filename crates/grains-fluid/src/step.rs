@@ -57,10 +57,11 @@ impl Flow {
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
         self.clock.book(Phase::Divergence);
-        let solve = self
-            .solver
-            .solve(&self.rhs, &mut self.state.correction, transport)
-            .map_err(|source| StepError::Pressure { step, source })?;
+        let solved = self.solver.solve(&self.rhs, &mut self.state.correction, transport);
+        let solve = solved.map_err(|source| match self.check_inflow(transport) {
+            Err(source) => StepError::ShutOff { step, source },
+            Ok(()) => StepError::Pressure { step, source },
+        })?;
         self.clock.book(Phase::Pressure);
         self.correct(dt, transport)?;
         self.state.time += dt;

@@ -214,7 +214,7 @@ impl BoundaryData {
     }
 
     /// Own entries with their array places along the tangential axes.
-    pub(super) fn own_entries(&self, layout: Layout) -> impl Iterator<Item = (usize, [usize; 2])> + use<> {
+    pub fn own_entries(&self, layout: Layout) -> impl Iterator<Item = (usize, [usize; 2])> + use<> {
         let ([d1, d2], h) = (self.extents, layout.halo);
         (h..d2 - h).flat_map(move |m2| (h..d1 - h).map(move |m1| (m2 * d1 + m1, [m1, m2])))
     }
