@@ -4,6 +4,7 @@
 mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
+mod inlets;
 mod resolved;
 mod steady;
 mod walls;
