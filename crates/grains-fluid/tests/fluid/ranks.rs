@@ -19,6 +19,10 @@ fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
         flow.initialise(|[x, y, z]| [wave(x, y, z), wave(y, z, x), wave(z, x, y)], |[x, ..]| x, &transport);
         for step in 0..steps {
             add_particles(&mut flow, step as f64 * 0.1);
+            // What appears at once would leave by the fan.
+            if let (true, 0, Some(mixture)) = (!flow.state.fans.is_empty(), step, &mut flow.mixture) {
+                mixture.begin();
+            }
             flow.step(0.01, &transport).unwrap();
         }
         let (state, layout, first) = (&flow.state, flow.layout(), flow.first_cell());
