@@ -170,7 +170,10 @@ impl Boundaries {
     pub(crate) fn face_of(&self, number: usize) -> BoxFace {
         match number.checked_sub(6) {
             Some(k) => self.patches[k].face,
-            None => BoxFace { axis: number / 2, side: if number % 2 == 0 { Side::Low } else { Side::High } },
+            None => BoxFace {
+                axis: number / 2,
+                side: if number.is_multiple_of(2) { Side::Low } else { Side::High },
+            },
         }
     }
 

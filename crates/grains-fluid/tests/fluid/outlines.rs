@@ -24,9 +24,9 @@ impl Random {
     /// A disc, an annulus or a polygon within the unit square about its middle, and its area.
     fn outline(&mut self, kind: usize) -> (Outline, f64) {
         let center = [0; 3].map(|_| self.within(0.4, 0.6));
-        let radius = if kind % 4 == 0 { self.within(0.01, 0.06) } else { self.within(0.1, 0.39) };
+        let radius = if kind.is_multiple_of(4) { self.within(0.01, 0.06) } else { self.within(0.1, 0.39) };
         let inner_radius = if kind % 2 == 1 { radius * self.within(0.1, 0.95) } else { 0.0 };
-        if kind % 3 > 0 {
+        if !kind.is_multiple_of(3) {
             let disc = Outline::Disc { center, radius, inner_radius };
             return (disc, PI * (radius * radius - inner_radius * inner_radius));
         }
