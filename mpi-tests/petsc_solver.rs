@@ -8,7 +8,8 @@ use grains_comm::{Job, MpiTransport};
 use grains_domain::{Decomposition, GlobalBox, Transport};
 use grains_fluid::{
     Axis, Boundaries, BoxFace, CellPartition, Centre, Condition, ConjugateGradients, Faces, Field, Flow,
-    FlowSetup, Grid, MixtureModel, Patch, PressureProblem, PressureSolver, Profile, Side, SolveError,
+    FlowSetup, Grid, MixtureModel, Outline, Patch, PressureProblem, PressureSolver, Profile, Side,
+    SolveError,
 };
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
 use ranks::on_ranks;
@@ -46,8 +47,7 @@ fn setups() -> Vec<(&'static str, FlowSetup)> {
     let flat = Grid::uniform([0.0; 3], [1.0, 0.1, 2.0], [16, 1, 30], [true, true, false]).unwrap();
     let window = Patch {
         face: BoxFace { axis: 2, side: Side::High },
-        lower: [0.3, 0.0, 0.0],
-        upper: [0.8, 0.5, 2.0],
+        outline: Outline::Rectangle { lower: [0.3, 0.0, 0.0], upper: [0.8, 0.5, 2.0] },
         condition: outlet.clone(),
     };
     let setup = |grid, boundaries| FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.01) };

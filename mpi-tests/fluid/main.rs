@@ -5,6 +5,7 @@ mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
 mod iterations;
+mod inlets;
 mod resolved;
 mod steady;
 mod walls;

@@ -46,9 +46,9 @@ pub use sections::contact_law::{Attraction, Capillary, Formation, Normal, Rollin
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
-    BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, Fluid, FluidField, FluidOutput, Formula,
-    FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind, Resolved, ResolvedMethod,
-    Steady,
+    BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, FlowProfile, Fluid, FluidField,
+    FluidOutput, Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind,
+    Resolved, ResolvedMethod, Steady,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::{Film, Material};

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// A fluid case that cannot be set up.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Debug, Error, PartialEq, Clone)]
 pub enum SetupError {
     /// The nodes of an axis do not ascend, or are fewer than two.
     #[error(
@@ -98,6 +98,24 @@ pub enum SetupError {
         /// Net volume rate into the box (m³/s).
         net: f64,
     },
+    /// More fluid enters a region between walls than leaves it.
+    #[error(
+        "walls shut an inlet off from all outlets: {net:.4e} m³/s enter the region about {at:?} m and nothing lets them out; open a way between walls or bodies, at least a cell wide, or give this region an outlet"
+    )]
+    ClosedRegion {
+        /// Net volume rate into the region (m³/s).
+        net: f64,
+        /// Centre of a cell in it (m).
+        at: [f64; 3],
+    },
+    /// Walls leave nothing open of an inlet with a stated flow.
+    #[error(
+        "the flow of an inlet on {face} has nothing to go through: walls inside the flow cover all of it; move the inlet to where they leave the face open"
+    )]
+    CoveredInlet {
+        /// Face name.
+        face: String,
+    },
     /// A drive along an axis on which it means nothing.
     #[error("flow rate or mean pressure gradient along {axis}: only a periodic axis can be driven so")]
     DriveNotPeriodic {
@@ -157,6 +175,14 @@ pub enum StepError {
         step: u64,
         /// What the solver said.
         source: SolveError,
+    },
+    /// Walls have shut off what must flow.
+    #[error("fluid step {step}: {source}")]
+    ShutOff {
+        /// Number of the step.
+        step: u64,
+        /// What is shut off.
+        source: SetupError,
     },
     /// A velocity that is no number.
     #[error(

@@ -64,6 +64,7 @@ mod boundary;
 mod cell_partition;
 mod clock;
 mod error;
+mod fans;
 mod field;
 mod flow;
 mod grid;
@@ -77,12 +78,15 @@ mod momentum;
 mod openings;
 mod pressure;
 mod projection;
+mod regions;
 mod step;
 mod tridiagonal;
 mod viscosity;
 
 pub use anderson::Anderson;
-pub use boundary::{Boundaries, BoxFace, Condition, Patch, Profile, Side, VelocityFunction};
+pub use boundary::{
+    Boundaries, BoxFace, Condition, FanCurve, FlowRate, Outline, Patch, Profile, Side, VelocityFunction,
+};
 pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};

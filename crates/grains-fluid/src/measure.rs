@@ -108,6 +108,19 @@ impl Flow {
         rate[0]
     }
 
+    /// What enters and what leaves (m³/s) through outlets.
+    pub fn outlet_flows(&self, transport: &dyn Transport) -> [f64; 2] {
+        let open = self.mixture.as_ref().map(|mixture| mixture.open_faces());
+        let mut flows = [0.0; 2];
+        for face in &self.boundary_data {
+            let [entering, leaving] =
+                face.outlet_flows(&self.local, &self.setup.boundaries, &self.state.velocity, open);
+            flows = [flows[0] + entering, flows[1] + leaving];
+        }
+        transport.sum(&mut flows);
+        flows
+    }
+
     /// Mean of ε u over the box along an axis (m/s), the superficial velocity; inside bodies u is theirs.
     pub fn mean_velocity(&self, axis: usize, transport: &dyn Transport) -> f64 {
         self.mean_and_response(axis, 0.0, transport)[0]

@@ -57,12 +57,13 @@ impl Flow {
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
         self.clock.book(Phase::Divergence);
-        let solve = self
-            .solver
-            .solve(&self.rhs, &mut self.state.correction, transport)
-            .map_err(|source| StepError::Pressure { step, source })?;
+        let solved = self.solver.solve(&self.rhs, &mut self.state.correction, transport);
+        let solve = solved.map_err(|source| match self.check_inflow(transport) {
+            Err(source) => StepError::ShutOff { step, source },
+            Ok(()) => StepError::Pressure { step, source },
+        })?;
         self.clock.book(Phase::Pressure);
-        self.correct(dt, transport);
+        self.correct(dt, transport)?;
         self.state.time += dt;
         self.state.step += 1;
         self.state.last_dt = dt;
@@ -340,7 +341,7 @@ impl Flow {
     /// Fills the halo, one layer, and the ghosts of the pressure; collective.
     pub(crate) fn refresh_pressure(&mut self, transport: &dyn Transport) {
         self.halo.fill_to(1, &mut [self.state.pressure.data_mut()], transport);
-        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut self.state.pressure, 1.0));
+        self.impose_pressures();
     }
 
     /// Fills the halo, one layer, of the extrapolated velocities inside bodies; collective.
@@ -406,7 +407,7 @@ impl Flow {
     }
 
     /// u = u* − ∇φ/m, p += φ − ½ μ ∇·u*; halos and boundary values.
-    fn correct(&mut self, dt: f64, transport: &dyn Transport) {
+    fn correct(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let is_implicit = self.setup.diffusion == Diffusion::Implicit;
         self.halo.fill_to(1, &mut [self.state.correction.data_mut()], transport);
         self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut self.state.correction, 0.0));
@@ -421,6 +422,7 @@ impl Flow {
         correction.velocity(&mut self.state.velocity);
         correction.outlets(&self.boundary_data, &mut self.state.velocity);
         correction.pressure(&self.rhs, &mut self.state.pressure);
+        self.balance_fans(dt, transport)?;
         if let Some(openings) = self.mixture.as_ref().and_then(|mixture| mixture.openings.as_ref()) {
             // Nothing says what the pressure is where there is no fluid.
             let cells = self.state.pressure.data_mut().iter_mut().zip(openings.cells.data());
@@ -440,10 +442,11 @@ impl Flow {
             self.halo.fill_to(1, &mut [state.pressure.data_mut()], transport);
         }
         fill_velocity(&self.boundary_data, &mut state.velocity, ghosts);
-        self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
+        self.impose_pressures();
         if let Some(mixture) = &mut self.mixture {
             mixture.finish();
         }
         self.clock.book(Phase::Boundaries);
+        Ok(())
     }
 }

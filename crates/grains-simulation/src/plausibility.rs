@@ -27,6 +27,7 @@ const RULES: &[fn(&Setting) -> Vec<Remark>] = &[
     flow::fine_cells,
     flow::cfl_exceeded,
     flow::endless_acceleration,
+    walls::body_wider_than_its_tube,
     empty_domain,
     sheared_lattice,
     walls::closed_outlet,

@@ -225,7 +225,7 @@ impl Simulation {
         if std::mem::take(&mut self.is_fluid_new)
             && let Some(fluid) = &mut self.fluid
         {
-            fluid.begin(&self.dem, &self.transport)?;
+            fluid.begin(&self.case, &self.dem, &self.transport)?;
         }
         let state = is_saved.then(|| self.state());
         self.dem.add_forces(&self.transport);

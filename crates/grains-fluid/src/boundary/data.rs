@@ -1,6 +1,8 @@
 //! The conditions of one face, spelt out for every boundary cell of a subdomain.
 
-use super::{Boundaries, BoxFace, Condition, Profile, Side, image_from};
+use super::outline::tangents_of;
+use super::pieces::{Outlines, Piece};
+use super::{Boundaries, BoxFace, Condition, Profile, Side};
 use crate::metrics::Local;
 use crate::{Grid, Layout};
 
@@ -11,7 +13,7 @@ pub(crate) enum Kind {
     Fixed,
     /// No gradient; a normal component is zero.
     Slip,
-    /// Outlet.
+    /// Outlet, or inlet of imposed pressure.
     Free,
 }
 
@@ -31,17 +33,30 @@ pub(crate) struct BoundaryData {
     pub increments: [Vec<f64>; 3],
     /// Ghost of a tangential velocity: weights of the imposed value, the first and the second cell.
     pub wall: [f64; 3],
-    /// Pressure of outlet cells (Pa).
+    /// Pressure that is imposed on cells of outlets and pressure inlets (Pa).
     pub pressure: Vec<f64>,
     /// Whether imposed velocities may change in time.
     pub is_unsteady: bool,
-    /// Whether some cell is an outlet.
+    /// Whether on some cell a pressure is imposed.
     pub has_outlet: bool,
+    /// Whether imposed velocities depend on what walls leave open.
+    pub depends_on_walls: bool,
+    /// Numbers of the conditions at the places of the components, see [`Boundaries::condition`].
+    pub(super) conditions: [Vec<u32>; 3],
+    /// What patches cut the faces of cells into: those of entry e from place `first_piece[e]` on.
+    pieces: Vec<Piece>,
+    first_piece: Vec<u32>,
+    /// Total pressures (Pa) of cells of pressure inlets, if there are any; not a number on others.
+    pub(super) totals: Option<Vec<f64>>,
+    /// What walls leave of the velocity through the face of a cell (-), see [`BoundaryData::weigh`].
+    pub(super) masks: Vec<f64>,
+    /// Factors of the profiles of the conditions, by their numbers: (-), of flow rates (1/m²).
+    pub(super) scales: Vec<f64>,
 }
 
 impl BoundaryData {
-    /// Tables of the faces the subdomain touches, at a time (s).
-    pub fn all(grid: &Grid, local: &Local, boundaries: &Boundaries, time: f64) -> Vec<BoundaryData> {
+    /// Tables of the faces the subdomain touches; imposed velocities are 0 until they are evaluated.
+    pub fn all(grid: &Grid, local: &Local, boundaries: &Boundaries) -> Vec<BoundaryData> {
         // Across an axis of one cell nothing is read.
         let touched = |face: &BoxFace| {
             local.active[face.axis] && local.ends[face.axis][usize::from(face.side == Side::High)]
@@ -49,21 +64,16 @@ impl BoundaryData {
         BoxFace::all()
             .filter(touched)
             .map(|face| {
-                let mut face_data = BoundaryData::new(face, local);
+                let mut face_data = BoundaryData::new(face, local, boundaries);
                 face_data.classify(grid, local, boundaries);
-                face_data.evaluate(grid, local, boundaries, time);
                 face_data
             })
             .collect()
     }
 
-    fn new(face: BoxFace, local: &Local) -> Self {
+    fn new(face: BoxFace, local: &Local, boundaries: &Boundaries) -> Self {
         let layout = local.layout;
-        let tangents = match face.axis {
-            0 => [1, 2],
-            1 => [0, 2],
-            _ => [0, 1],
-        };
+        let tangents = tangents_of(face.axis);
         let extents = tangents.map(|t| layout.dims()[t]);
         let size = extents[0] * extents[1];
         let zeros = || std::array::from_fn(|_| vec![0.0; size]);
@@ -78,6 +88,13 @@ impl BoundaryData {
             pressure: vec![0.0; size],
             is_unsteady: false,
             has_outlet: false,
+            depends_on_walls: false,
+            conditions: std::array::from_fn(|_| vec![0; size]),
+            pieces: Vec::new(),
+            first_piece: vec![0; size + 1],
+            totals: None,
+            masks: vec![1.0; size],
+            scales: vec![1.0; boundaries.conditions().count()],
         }
     }
 
@@ -105,32 +122,43 @@ impl BoundaryData {
         (cell, at)
     }
 
-    fn entries(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<> {
+    pub(super) fn entries(&self) -> impl Iterator<Item = (usize, [usize; 2])> + use<> {
         let [d1, d2] = self.extents;
         (0..d2).flat_map(move |m2| (0..d1).map(move |m1| (m2 * d1 + m1, [m1, m2])))
     }
 
     fn classify(&mut self, grid: &Grid, local: &Local, boundaries: &Boundaries) {
+        let outlines = Outlines::new(grid, boundaries, self.face);
         for component in 0..3 {
             for (e, entry) in self.entries() {
                 let (cell, at) = self.place(grid, local, component, entry);
-                let (condition, _) = condition_at(grid, boundaries, self.face, at);
+                let number = outlines.condition_at(at);
+                let condition = boundaries.condition(number);
+                self.conditions[component][e] = number as u32;
                 // What comes in through a part of the cell's face counts, whatever lies at its middle.
                 let (mut is_inlet, mut is_unsteady) = (false, condition.is_unsteady());
                 if component == self.face.axis {
-                    self.for_pieces(grid, boundaries, (cell, at), |piece| {
-                        is_inlet |= matches!(piece.condition, Condition::Inlet { .. });
-                        is_unsteady |= piece.condition.is_unsteady();
-                    });
+                    for piece in outlines.pieces(cell, at) {
+                        let condition = boundaries.condition(piece.condition);
+                        is_inlet |= matches!(condition, Condition::Inlet { .. });
+                        self.depends_on_walls |= is_inlet;
+                        is_unsteady |= condition.is_unsteady();
+                        self.pieces.push(piece);
+                    }
+                    self.first_piece[e + 1] = self.pieces.len() as u32;
                 }
                 self.kinds[component][e] = match condition {
                     _ if is_inlet => Kind::Fixed,
                     Condition::Wall { .. } | Condition::Inlet { .. } => Kind::Fixed,
                     Condition::Symmetry => Kind::Slip,
-                    Condition::Outlet { pressure } => {
+                    Condition::Outlet { pressure } | Condition::PressureInlet { pressure, .. } => {
                         if component == self.face.axis {
                             self.pressure[e] = *pressure;
                             self.has_outlet = true;
+                            if let Condition::PressureInlet { .. } = condition {
+                                let size = self.pressure.len();
+                                self.totals.get_or_insert_with(|| vec![f64::NAN; size])[e] = *pressure;
+                            }
                         }
                         Kind::Free
                     }
@@ -144,110 +172,57 @@ impl BoundaryData {
     pub fn evaluate(&mut self, grid: &Grid, local: &Local, boundaries: &Boundaries, time: f64) {
         for component in 0..3 {
             for (e, entry) in self.entries() {
-                let (cell, at) = self.place(grid, local, component, entry);
-                let mut value = 0.0;
-                if component == self.face.axis {
-                    self.for_pieces(grid, boundaries, (cell, at), |piece| {
-                        value += piece.share * self.imposed(grid, component, &piece, time);
-                    });
+                let value = if component == self.face.axis {
+                    let pieces = self.pieces_of(e).iter();
+                    self.masks[e]
+                        * pieces.map(|piece| piece.share * self.normal(boundaries, piece, time)).sum::<f64>()
                 } else {
-                    let (condition, extent) = condition_at(grid, boundaries, self.face, at);
-                    let piece = Piece { condition, extent, at, bounds: [[0.0; 2]; 3], share: 1.0 };
-                    value = self.imposed(grid, component, &piece, time);
-                }
+                    match boundaries.condition(self.conditions[component][e] as usize) {
+                        Condition::Wall { velocity } => velocity[component],
+                        Condition::Inlet { profile: Profile::Uniform(velocity) } => velocity[component],
+                        Condition::Inlet { profile: Profile::Function(f) } => {
+                            f(self.place(grid, local, component, entry).1, time)[component]
+                        }
+                        _ => 0.0,
+                    }
+                };
                 self.increments[component][e] = value - self.values[component][e];
                 self.values[component][e] = value;
             }
         }
     }
 
-    /// A component of the velocity (m/s) that is imposed on a piece, its mean over it for a parabola.
-    fn imposed(&self, grid: &Grid, component: usize, piece: &Piece<'_>, time: f64) -> f64 {
-        match piece.condition {
-            Condition::Wall { velocity } => velocity[component],
-            Condition::Inlet { profile: Profile::Uniform(velocity) } => velocity[component],
-            Condition::Inlet { profile: Profile::Function(f) } => f(piece.at, time)[component],
-            Condition::Inlet { profile: Profile::Parabolic { mean } } => {
-                let is_normal = component == self.face.axis;
-                if is_normal { -self.face.outward() * mean * self.parabola(grid, piece) } else { 0.0 }
-            }
-            Condition::Symmetry | Condition::Outlet { .. } => 0.0,
+    /// The velocity along the axis (m/s) that is imposed on a piece.
+    fn normal(&self, boundaries: &Boundaries, piece: &Piece, time: f64) -> f64 {
+        let axis = self.face.axis;
+        let inwards = -self.face.outward() * self.scales[piece.condition];
+        match boundaries.condition(piece.condition) {
+            Condition::Wall { velocity } => velocity[axis],
+            Condition::Inlet { profile } => match profile {
+                Profile::Uniform(velocity) => velocity[axis],
+                Profile::Function(f) => f(piece.at, time)[axis],
+                Profile::Parabolic { mean } => inwards * mean * piece.parabola,
+                Profile::FlowRate { rate, .. } => inwards * rate.at(time) * piece.parabola,
+            },
+            Condition::Symmetry | Condition::Outlet { .. } | Condition::PressureInlet { .. } => 0.0,
         }
     }
 
-    /// Mean over a piece of Π 6 s (1 − s) across the inlet, along the axes that are not periodic.
-    fn parabola(&self, grid: &Grid, piece: &Piece<'_>) -> f64 {
-        let across =
-            |&t: &usize| grid.is_active(t) && (piece.extent.is_some() || !grid.axis(t).is_periodic());
-        let factors = self.tangents.iter().filter(|t| across(t)).map(|&t| {
-            let axis = grid.axis(t);
-            let (lower, upper) = match piece.extent {
-                Some((lower, upper)) if axis.is_periodic() => (lower[t], upper[t]),
-                Some((lower, upper)) => {
-                    (lower[t].max(axis.nodes()[0]), upper[t].min(axis.nodes()[axis.cells()]))
-                }
-                None => (axis.nodes()[0], axis.nodes()[axis.cells()]),
-            };
-            let [begin, end] = piece.bounds[t];
-            let middle = 0.5 * (begin + end);
-            let shift = image_from(axis, lower, middle) - middle;
-            let scaled = |x: f64| ((x + shift - lower) / (upper - lower)).clamp(0.0, 1.0);
-            let integral = |s: f64| s * s * (3.0 - 2.0 * s);
-            (integral(scaled(end)) - integral(scaled(begin))) * (upper - lower) / (end - begin)
-        });
-        factors.product()
+    /// What patches cut the face of a cell into.
+    pub(super) fn pieces_of(&self, e: usize) -> &[Piece] {
+        &self.pieces[self.first_piece[e] as usize..self.first_piece[e + 1] as usize]
     }
 
-    /// Visits the rectangles into which the edges of patches cut the boundary face of a cell, given with its middle (m): what
-    /// flows through a patch is then its velocity times its area, wherever its edges lie.
-    fn for_pieces<'a>(
-        &self,
-        grid: &Grid,
-        boundaries: &'a Boundaries,
-        (cell, at): ([isize; 3], [f64; 3]),
-        mut visit: impl FnMut(Piece<'a>),
-    ) {
+    /// Own entries with their array places along the tangential axes.
+    pub fn own_entries(&self, layout: Layout) -> impl Iterator<Item = (usize, [usize; 2])> + use<> {
+        let ([d1, d2], h) = (self.extents, layout.halo);
+        (h..d2 - h).flat_map(move |m2| (h..d1 - h).map(move |m1| (m2 * d1 + m1, [m1, m2])))
+    }
+
+    /// Area (m²) of the face of the cell at tangential places m₁, m₂.
+    pub(super) fn area(&self, local: &Local, [m1, m2]: [usize; 2]) -> f64 {
         let [t1, t2] = self.tangents;
-        let whole = self.tangents.map(|t| [grid.axis(t).node(cell[t]), grid.axis(t).node(cell[t] + 1)]);
-        let mut bounds = [[0.0; 2]; 3];
-        let mut low1 = whole[0][0];
-        while low1 < whole[0][1] {
-            bounds[t1] = [low1, self.next_edge(grid, boundaries, t1, low1, whole[0])];
-            let mut low2 = whole[1][0];
-            while low2 < whole[1][1] {
-                bounds[t2] = [low2, self.next_edge(grid, boundaries, t2, low2, whole[1])];
-                let (mut middle, mut share) = (at, 1.0);
-                for (t, whole) in self.tangents.into_iter().zip(whole) {
-                    if bounds[t] != whole {
-                        let [begin, end] = bounds[t];
-                        middle[t] = 0.5 * (begin + end);
-                        share *= (end - begin) / (whole[1] - whole[0]);
-                    }
-                }
-                let (condition, extent) = condition_at(grid, boundaries, self.face, middle);
-                visit(Piece { condition, extent, at: middle, bounds, share });
-                low2 = bounds[t2][1];
-            }
-            low1 = bounds[t1][1];
-        }
-    }
-
-    /// The first edge of a patch (m) beyond a place along a tangential axis, within the face of a cell; else the end of that.
-    fn next_edge(
-        &self,
-        grid: &Grid,
-        boundaries: &Boundaries,
-        axis: usize,
-        place: f64,
-        [begin, end]: [f64; 2],
-    ) -> f64 {
-        /// What is left of a cell beside an edge and counts as nothing (-).
-        const SLIVER: f64 = 1e-9;
-        let room = SLIVER * (end - begin);
-        let patches = boundaries.patches.iter().filter(|patch| patch.face == self.face);
-        let edges = patches.flat_map(|patch| [patch.lower[axis], patch.upper[axis]]);
-        let images = edges.map(|edge| image_from(grid.axis(axis), begin, edge));
-        images.filter(|&edge| place + room < edge && edge < end - room).fold(end, f64::min)
+        local.axes[t1].width[m1] * local.axes[t2].width[m2]
     }
 
     /// Array place of the own cell next to the face at tangential places m₁, m₂.
@@ -262,35 +237,6 @@ impl BoundaryData {
     #[inline]
     pub fn boundary(&self, layout: Layout, inside: usize) -> usize {
         if self.face.side == Side::High { inside } else { inside - layout.strides()[self.face.axis] }
-    }
-}
-
-/// A rectangle of the boundary face of a cell under one condition.
-struct Piece<'a> {
-    condition: &'a Condition,
-    /// Extent of its patch.
-    extent: Option<Extent>,
-    /// Middle (m).
-    at: [f64; 3],
-    /// Begin and end along the tangential axes (m).
-    bounds: [[f64; 2]; 3],
-    /// Part of the area of the cell's face (-).
-    share: f64,
-}
-
-/// Lower and upper corner of a patch (m).
-type Extent = ([f64; 3], [f64; 3]);
-
-/// The condition at a point of a face, and the extent of its patch.
-fn condition_at<'a>(
-    grid: &Grid,
-    boundaries: &'a Boundaries,
-    face: BoxFace,
-    at: [f64; 3],
-) -> (&'a Condition, Option<Extent>) {
-    match boundaries.patches.iter().rev().find(|p| p.face == face && p.contains(grid, at)) {
-        Some(patch) => (&patch.condition, Some((patch.lower, patch.upper))),
-        None => (&boundaries.faces[face.index()], None),
     }
 }
 
@@ -326,16 +272,11 @@ impl BoundaryData {
 
     /// Imposed normal velocities (m/s, positive into the box) with the areas of their faces (m²).
     pub fn for_normal_values(&self, local: &Local, mut job: impl FnMut(usize, f64, f64)) {
-        let (axis, h) = (self.face.axis, local.layout.halo);
-        let [t1, t2] = self.tangents;
-        for m2 in h..self.extents[1] - h {
-            for m1 in h..self.extents[0] - h {
-                let e = m2 * self.extents[0] + m1;
-                if self.kinds[axis][e] != Kind::Free {
-                    let area = local.axes[t1].width[m1] * local.axes[t2].width[m2];
-                    let face = self.boundary(local.layout, self.inside(local.layout, m1, m2));
-                    job(face, -self.face.outward() * self.values[axis][e], area);
-                }
+        let axis = self.face.axis;
+        for (e, [m1, m2]) in self.own_entries(local.layout) {
+            if self.kinds[axis][e] != Kind::Free {
+                let face = self.boundary(local.layout, self.inside(local.layout, m1, m2));
+                job(face, -self.face.outward() * self.values[axis][e], self.area(local, [m1, m2]));
             }
         }
     }

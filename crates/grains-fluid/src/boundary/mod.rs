@@ -1,15 +1,24 @@
-//! Boundary conditions per face of the box and per rectangular patch of a face.
+//! Boundary conditions per face of the box and per patch of a face.
 
 mod data;
+mod fan;
 mod fill;
+mod open_area;
+mod outline;
+mod pieces;
+mod pressure_inlet;
+mod profile;
 
 use crate::grid::AXES;
 use crate::{Axis, Grid, SetupError};
-use std::fmt::{self, Debug, Display, Formatter};
-use std::sync::Arc;
+use outline::tangents_of;
+use std::fmt::{self, Display, Formatter};
 
 pub(crate) use data::{BoundaryData, Kind};
+pub use fan::FanCurve;
 pub(crate) use fill::fill_velocity;
+pub use outline::Outline;
+pub use profile::{FlowRate, Profile, VelocityFunction};
 
 /// End of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,35 +61,6 @@ impl Display for BoxFace {
     }
 }
 
-/// A velocity (m/s) as a function of position (m) and time (s).
-pub type VelocityFunction = Arc<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
-
-/// Velocity over an inlet.
-#[derive(Clone)]
-pub enum Profile {
-    /// The same velocity everywhere (m/s).
-    Uniform([f64; 3]),
-    /// Parabolas across the inlet, zero at its edges, Π 6 s (1 − s) times the mean normal speed (m/s, inwards);
-    /// cells take their exact mean, so the flow rate is exact.
-    Parabolic {
-        /// Mean speed into the box (m/s).
-        mean: f64,
-    },
-    /// Any function of position and time, taken at the middle of a boundary cell, or of the parts into which edges of
-    /// patches cut it: the flow rate is of second order in the width of the cells.
-    Function(VelocityFunction),
-}
-
-impl Debug for Profile {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Profile::Uniform(velocity) => write!(f, "Uniform({velocity:?})"),
-            Profile::Parabolic { mean } => write!(f, "Parabolic({mean})"),
-            Profile::Function(_) => write!(f, "Function"),
-        }
-    }
-}
-
 /// What holds on a part of the boundary.
 #[derive(Clone, Debug)]
 pub enum Condition {
@@ -99,6 +79,13 @@ pub enum Condition {
         /// Pressure on the outlet (Pa).
         pressure: f64,
     },
+    /// Imposed total pressure p₀: where fluid enters, along the normal, the pressure is p₀ − ρ u²/2; where it leaves, p₀.
+    PressureInlet {
+        /// Total pressure p₀ (Pa), of a fan that on its suction side.
+        pressure: f64,
+        /// The fan that raises it, if there is one.
+        fan: Option<FanCurve>,
+    },
     /// No flow through, no shear.
     Symmetry,
 }
@@ -109,11 +96,16 @@ impl Condition {
 
     /// Whether the velocity it imposes may change in time.
     pub(crate) fn is_unsteady(&self) -> bool {
-        matches!(self, Condition::Inlet { profile: Profile::Function(_) })
+        matches!(self, Condition::Inlet { profile } if profile.is_unsteady())
+    }
+
+    /// Whether it imposes a pressure, so that fluid may come and go as it likes.
+    pub fn imposes_pressure(&self) -> bool {
+        matches!(self, Condition::Outlet { .. } | Condition::PressureInlet { .. })
     }
 }
 
-/// A rectangle of a face with a condition of its own; along periodic axes it may reach over the end of the period.
+/// A part of a face with a condition of its own; along periodic axes it may reach over the end of the period.
 ///
 /// The flow rate through an inlet, Σ u·n A over the faces of the boundary cells (m³/s), is its mean velocity times its area
 /// within the face, wherever its edges lie among the cells. Other conditions hold in the cells whose middle they cover.
@@ -121,10 +113,8 @@ impl Condition {
 pub struct Patch {
     /// Face it lies on.
     pub face: BoxFace,
-    /// Lower corner (m); the coordinate normal to the face is not read.
-    pub lower: [f64; 3],
-    /// Upper corner (m).
-    pub upper: [f64; 3],
+    /// Its form and place.
+    pub outline: Outline,
     /// What holds there.
     pub condition: Condition,
 }
@@ -168,9 +158,33 @@ impl Boundaries {
         std::iter::once(&self.faces[face.index()]).chain(patches.map(|p| &p.condition))
     }
 
-    /// Whether any face of an axis that is not periodic has an outlet.
+    /// The condition of a number: 0 to 5 those of the faces, in the order of [`BoxFace::all`], then those of the patches.
+    pub(crate) fn condition(&self, number: usize) -> &Condition {
+        match number.checked_sub(6) {
+            Some(k) => &self.patches[k].condition,
+            None => &self.faces[number],
+        }
+    }
+
+    /// The face of the condition of a number.
+    pub(crate) fn face_of(&self, number: usize) -> BoxFace {
+        match number.checked_sub(6) {
+            Some(k) => self.patches[k].face,
+            None => BoxFace {
+                axis: number / 2,
+                side: if number.is_multiple_of(2) { Side::Low } else { Side::High },
+            },
+        }
+    }
+
+    /// The conditions, by their numbers.
+    pub(crate) fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        self.faces.iter().chain(self.patches.iter().map(|patch| &patch.condition))
+    }
+
+    /// Whether any face of an axis that is not periodic has an outlet, or an inlet of imposed pressure.
     pub fn has_outlet(&self, grid: &Grid) -> bool {
-        open_faces(grid).any(|face| self.on(face).any(|c| matches!(c, Condition::Outlet { .. })))
+        open_faces(grid).any(|face| self.on(face).any(Condition::imposes_pressure))
     }
 
     /// Whether velocities imposed somewhere on the boundary may change in time.
@@ -213,43 +227,37 @@ impl Patch {
     fn check(&self, grid: &Grid) -> Result<(), SetupError> {
         let error =
             |reason: &str| Err(SetupError::Patch { face: self.face.to_string(), reason: reason.to_string() });
-        if grid.axis(self.face.axis).is_periodic() {
+        let axis = self.face.axis;
+        if grid.axis(axis).is_periodic() {
             return error("the axis is periodic and has no boundary; remove the patch or the periodicity");
         }
-        let mut tangents = (0..3).filter(|&a| a != self.face.axis);
-        if matches!(self.condition, Condition::Inlet { .. }) {
-            let overlaps = |a: usize| {
-                let (axis, nodes) = (grid.axis(a), grid.axis(a).nodes());
-                let [begin, end] = match axis.is_periodic() {
-                    true => [self.lower[a], self.upper[a]],
-                    false => [self.lower[a].max(nodes[0]), self.upper[a].min(nodes[axis.cells()])],
-                };
-                begin < end
-            };
-            return if tangents.all(overlaps) { Ok(()) } else { error("it covers no part of the face") };
+        if let Some(reason) = self.outline.fault(axis) {
+            return error(reason);
         }
-        let covers = |a: usize| {
-            let axis = grid.axis(a);
-            let centres = (0..axis.cells()).map(|i| axis.centre(i as isize));
-            centres
-                .map(|x| image_from(axis, self.lower[a], x))
-                .any(|x| self.lower[a] <= x && x <= self.upper[a])
+        let tangents = tangents_of(axis);
+        if self.condition.is_parabolic() && matches!(self.outline, Outline::Polygon { .. }) {
+            return error("a polygon has no parabola; take a uniform profile, or a function");
+        }
+        let bounds = self.outline.bounds(tangents);
+        if matches!(self.condition, Condition::Inlet { .. }) {
+            let overlaps = |k: usize| {
+                let (axis, nodes) = (grid.axis(tangents[k]), grid.axis(tangents[k]).nodes());
+                axis.is_periodic() || bounds[k][0] < nodes[axis.cells()] && nodes[0] < bounds[k][1]
+            };
+            return if (0..2).all(overlaps) { Ok(()) } else { error("it covers no part of the face") };
+        }
+        let [n, m] = tangents.map(|t| grid.axis(t).cells() as isize);
+        let covers = |i: isize, j: isize| {
+            let mut at = [0.0; 3];
+            (at[tangents[0]], at[tangents[1]]) =
+                (grid.axis(tangents[0]).centre(i), grid.axis(tangents[1]).centre(j));
+            self.outline.contains(grid, axis, at)
         };
-        if tangents.all(covers) {
+        if (0..n).any(|i| (0..m).any(|j| covers(i, j))) {
             Ok(())
         } else {
             error("it covers no centre of a boundary cell; widen it or refine the grid")
         }
-    }
-
-    /// Whether a point of the face or an image of it lies on the patch, edges included.
-    fn contains(&self, grid: &Grid, at: [f64; 3]) -> bool {
-        (0..3).filter(|&a| a != self.face.axis).all(|a| {
-            let slack = 1e-9 * (self.upper[a] - self.lower[a]);
-            let lower = self.lower[a] - slack;
-            let image = image_from(grid.axis(a), lower, at[a]);
-            image >= lower && image <= self.upper[a] + slack
-        })
     }
 }
 

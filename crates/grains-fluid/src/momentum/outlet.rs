@@ -1,4 +1,4 @@
-//! Normal velocity of pressure outlets: its own momentum equation, explicit, on the face.
+//! Normal velocity of outlets and pressure inlets: its own momentum equation, explicit, on the face.
 
 use super::StressWeights;
 use crate::boundary::{BoundaryData, Kind};
@@ -32,10 +32,14 @@ pub(crate) struct FaceTerms {
     pub friction: f64,
 }
 
+/// By how much of the diagonal of its viscous term a face resists a change (-). 1 would turn the sign of what changes from face to
+/// face in long steps, and with the implicit diffusion beside it that grows.
+const DAMPING: f64 = 2.0;
+
 /// Sets the increments of the normal velocities of outlets, and their new advective terms.
 ///
-/// The tangential and normal viscous terms enter by their full diagonal: unconditionally stable, first order in time
-/// on this face only. Fluid that comes in carries no momentum.
+/// The tangential and normal viscous terms enter by twice their diagonal: unconditionally stable, first order in time
+/// on this face only. Fluid that comes in through an outlet carries no momentum.
 pub(crate) fn advance_outlets(
     boundary_data: &[BoundaryData],
     terms: &OutletTerms<'_>,
@@ -67,7 +71,7 @@ pub(crate) fn advance_outlets(
                     - terms.weights[1] * old
                     - face.gradient * gradient * terms.inverse_density
                     - face.friction * terms.velocity[axis][b];
-                increments[axis][b] = force / (face.diagonal + damping);
+                increments[axis][b] = force / (face.diagonal + DAMPING * damping);
             }
         }
     }
@@ -88,8 +92,9 @@ fn face_balance(
     let inner = (b as isize - outward as isize * strides[axis] as isize) as usize;
     let e = local.entry(if outward > 0.0 { layout.cells[axis] - 1 } else { 0 });
     let inverse = local.axes[axis].inverse_width[e];
-    let leaving = outward * q[b] > 0.0;
-    let flux_out = if leaving { q[b] * u[b] } else { 0.0 };
+    let e_face = m[1] * face_data.extents[0] + m[0];
+    let carries = outward * q[b] > 0.0 || face_data.brings_momentum(e_face);
+    let flux_out = if carries { q[b] * u[b] } else { 0.0 };
     let flux_in = 0.25 * (q[b] + q[inner]) * (u[b] + u[inner]);
     let mut advection = outward * (flux_out - flux_in) * inverse;
     let nu = terms.viscosity * terms.stress_weights.map_or(eps, |weights| weights.centres[axis][inside]);

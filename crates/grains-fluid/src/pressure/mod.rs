@@ -39,12 +39,12 @@ pub struct PressureProblem {
 }
 
 impl PressureProblem {
-    /// The problem of a flow: pressure is imposed at outlets.
+    /// The problem of a flow: pressure is imposed at outlets and pressure inlets.
     pub fn new(grid: &Grid, partition: &CellPartition, halo: usize, boundaries: &Boundaries) -> Self {
         let mut imposed = [[false; 2]; 3];
         for face in open_faces(grid) {
             imposed[face.axis][usize::from(face.side == Side::High)] =
-                boundaries.on(face).any(|c| matches!(c, Condition::Outlet { .. }));
+                boundaries.on(face).any(Condition::imposes_pressure);
         }
         Self { grid: grid.clone(), partition: partition.clone(), halo, imposed }
     }

@@ -448,13 +448,12 @@ fn an_oscillating_wall_drives_the_stokes_layer_at_order_two_in_time() {
 
 #[test]
 fn patches_are_conditions_of_a_part_of_a_face() {
-    use grains_fluid::{BoxFace, Patch};
+    use grains_fluid::{BoxFace, Outline, Patch};
     let grid = Grid::uniform([0.0; 3], [2.0, 1.0, 1.0], [24, 12, 1], [false, false, true]).unwrap();
     let face = |side| BoxFace { axis: 1, side };
     let patch = |side, lower: f64, upper: f64, condition| Patch {
         face: face(side),
-        lower: [lower, 0.0, 0.0],
-        upper: [upper, 1.0, 1.0],
+        outline: Outline::Rectangle { lower: [lower, 0.0, 0.0], upper: [upper, 1.0, 1.0] },
         condition,
     };
     let inlet = Condition::Inlet { profile: Profile::Parabolic { mean: 0.8 } };

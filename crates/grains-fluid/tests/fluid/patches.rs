@@ -1,7 +1,9 @@
 //! What flows through inlets on patches is their velocity times their area, wherever their edges lie among the cells.
 
 use grains_domain::SerialTransport as SERIAL;
-use grains_fluid::{Axis, Boundaries, BoxFace, Condition, Flow, FlowSetup, Grid, Patch, Profile, Side};
+use grains_fluid::{
+    Axis, Boundaries, BoxFace, Condition, Flow, FlowSetup, Grid, Outline, Patch, Profile, Side,
+};
 use std::sync::Arc;
 
 /// Random numbers in [0, 1), the same in every run.
@@ -53,7 +55,7 @@ fn patch(face: BoxFace, [a, b]: [[f64; 2]; 2], condition: Condition) -> Patch {
     for (t, [begin, end]) in tangents.into_iter().zip([a, b]) {
         (lower[t], upper[t]) = (begin, end);
     }
-    Patch { face, lower, upper, condition }
+    Patch { face, outline: Outline::Rectangle { lower, upper }, condition }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use crate::common::{difference, joined, partition, piece};
 use grains_domain::Transport;
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, Condition, Drive, Flow, FlowSetup, Grid, MixtureModel, Patch,
-    Profile, Side,
+    Advection, Axis, Boundaries, BoxFace, Clearance, Condition, Drive, FanCurve, Flow, FlowRate, FlowSetup,
+    Grid, MixtureModel, Outline, Patch, Profile, Side,
 };
 use grains_testing::on_ranks;
 use std::sync::Arc;
@@ -19,6 +19,10 @@ fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
         flow.initialise(|[x, y, z]| [wave(x, y, z), wave(y, z, x), wave(z, x, y)], |[x, ..]| x, &transport);
         for step in 0..steps {
             add_particles(&mut flow, step as f64 * 0.1);
+            // What appears at once would leave by the fan.
+            if let (true, 0, Some(mixture)) = (!flow.state.fans.is_empty(), step, &mut flow.mixture) {
+                mixture.begin();
+            }
             flow.step(0.01, &transport).unwrap();
         }
         let (state, layout, first) = (&flow.state, flow.layout(), flow.first_cell());
@@ -89,8 +93,7 @@ fn bed(mixture: Option<MixtureModel>) -> FlowSetup {
     let inlet = Condition::Inlet { profile: Profile::Uniform([0.0, 0.1, 0.6]) };
     let patch = Patch {
         face: BoxFace { axis: 2, side: Side::Low },
-        lower: [0.25, 0.0, 0.0],
-        upper: [0.75, 1.0, 0.0],
+        outline: Outline::Rectangle { lower: [0.25, 0.0, 0.0], upper: [0.75, 1.0, 0.0] },
         condition: inlet,
     };
     let boundaries = Boundaries::default()
@@ -118,7 +121,11 @@ fn patches_that_cut_cells() {
         let mut setup = bed(None);
         let face = BoxFace { axis: 2, side: Side::Low };
         let condition = Condition::Inlet { profile };
-        let at = |lower, upper| Patch { face, lower, upper, condition: condition.clone() };
+        let at = |lower, upper| Patch {
+            face,
+            outline: Outline::Rectangle { lower, upper },
+            condition: condition.clone(),
+        };
         setup.boundaries.patches =
             vec![at([0.21, 0.68, 0.0], [0.83, 1.31, 0.0]), at([0.51, 0.45, 0.0], [0.55, 0.49, 0.0])];
         compare(&setup, &GRIDS);
@@ -131,5 +138,80 @@ fn a_bed_with_particles() {
         let mut setup = bed(Some(model));
         setup.advection = Advection::Central;
         compare(&setup, &[[2, 1, 1], [1, 2, 1], [1, 1, 2], [2, 1, 2]]);
+    }
+}
+
+#[test]
+fn fans_and_stated_flows_through_discs_and_polygons() {
+    let face = |axis, side| BoxFace { axis, side };
+    let disc = |x, radius, inner_radius| Outline::Disc { center: [x, 0.52, 0.47], radius, inner_radius };
+    let flow = Profile::FlowRate { rate: FlowRate::Constant(0.05), is_parabolic: true };
+    let fan = FanCurve::new(vec![[0.0, 3.0], [0.2, 1.0], [0.3, -1.0]]).unwrap();
+    let corners = vec![[0.2, 0.1, 0.0], [0.8, 0.3, 0.0], [0.4, 0.9, 0.0]];
+    for mixture in [None, Some(MixtureModel::A)] {
+        let grid = Grid::new([
+            Axis::clustered(0.0, 1.0, 12, 1.0),
+            Axis::uniform(0.0, 1.0, 8, true),
+            Axis::uniform(0.0, 1.0, 12, false),
+        ]);
+        let patches = vec![
+            Patch {
+                face: face(0, Side::Low),
+                outline: disc(0.0, 0.3, 0.0),
+                condition: Condition::PressureInlet { pressure: 0.5, fan: Some(fan.clone()) },
+            },
+            Patch {
+                face: face(2, Side::High),
+                outline: Outline::Polygon { corners: corners.clone() },
+                condition: Condition::Inlet { profile: Profile::Uniform([0.1, 0.0, -0.4]) },
+            },
+            Patch {
+                face: face(2, Side::Low),
+                outline: disc(0.45, 0.35, 0.12),
+                condition: Condition::Inlet { profile: flow.clone() },
+            },
+        ];
+        let boundaries = Boundaries { patches, ..Boundaries::default() };
+        let boundaries = boundaries.with(0, Side::High, Condition::Outlet { pressure: 0.0 });
+        let setup = FlowSetup { boundaries, mixture, ..FlowSetup::new(grid.unwrap(), 1.0, 0.02) };
+        compare(&setup, &GRIDS);
+    }
+}
+
+/// A plate across the box shuts the inlet off, whichever ranks own it; with a hole it does not.
+#[test]
+fn regions_that_walls_shut_off() {
+    let plate = |hole: f64| {
+        move |[x, y, z]: [f64; 3]| {
+            let beside = (x - 0.55).abs() - 0.1;
+            let to_hole = hole - (y - 0.5).hypot(z - 0.5);
+            let (distance, direction) = match beside > to_hole {
+                true => (beside, [(x - 0.55).signum(), 0.0, 0.0]),
+                false => (to_hole, [0.0, (0.5 - y).signum(), 0.0]),
+            };
+            Clearance { distance, direction, wall: 0 }
+        }
+    };
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [16, 10, 10], [false; 3]).unwrap();
+    let boundaries = Boundaries::default()
+        .with(0, Side::Low, Condition::Inlet { profile: Profile::Uniform([0.3, 0.0, 0.0]) })
+        .with(0, Side::High, Condition::Outlet { pressure: 0.0 });
+    let setup = FlowSetup { boundaries, mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, 0.02) };
+    for ranks in [[1, 1, 1], [2, 1, 1], [1, 2, 2], [3, 2, 1]] {
+        for (hole, is_shut) in [(-1.0, true), (0.25, false)] {
+            let results = on_ranks(ranks.iter().product(), |transport| {
+                let own = partition(&setup.grid, ranks, transport.rank());
+                let mut flow = Flow::new(FlowSetup { partition: own, ..setup.clone() }, &transport).unwrap();
+                flow.enclose(&plate(hole), &transport).map_err(|error| error.to_string())
+            });
+            for result in results {
+                assert_eq!(result.is_err(), is_shut, "{ranks:?} {hole}: {result:?}");
+                let message = result.err().unwrap_or_default();
+                assert!(
+                    !is_shut || message.contains("3.0000e-1 m³/s enter the region about [0.03125"),
+                    "{message}"
+                );
+            }
+        }
     }
 }

@@ -53,7 +53,18 @@ impl FluidPhase {
         let (arrays, clocks) = (self.arrays(), self.clocks());
         let on_walls = self.on_walls().to_vec();
         // Nothing is held twice: the old fields go before the new ones come.
-        let Self { flow, exchange, report, sampled, steps, iterations, seconds, rule, .. } = self;
+        let Self {
+            flow,
+            exchange,
+            report,
+            sampled,
+            steps,
+            iterations,
+            seconds,
+            rule,
+            is_told_of_backflow,
+            ..
+        } = self;
         let (clock, account) = (flow.clock.clone(), exchange.map(|exchange| exchange.account));
         drop(flow);
         let arrays = exchanged(arrays, cells, (&before, &now), transport);
@@ -72,6 +83,7 @@ impl FluidPhase {
         }
         fluid.resume_on_walls(on_walls);
         (fluid.report, fluid.sampled, fluid.rule) = (report, sampled, rule);
+        fluid.is_told_of_backflow = is_told_of_backflow;
         (fluid.steps, fluid.iterations, fluid.seconds) = (steps, iterations, seconds);
         fluid.seconds[1] += begun.elapsed().as_secs_f64();
         Ok(fluid)

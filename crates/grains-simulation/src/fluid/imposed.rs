@@ -1,6 +1,6 @@
 //! The fastest flow that a case imposes: on its boundaries, by its drive, and at its start.
 
-use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, Fluid, Motion};
+use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, FlowProfile, Fluid, Motion};
 use std::f64::consts::TAU;
 
 /// Samples per axis of a formula.
@@ -95,7 +95,21 @@ fn on_boundary(
             velocity[axis] = mean * 1.5_f64.powi((0..3).filter(is_across).count() as i32);
             consider(velocity);
         }
-        BoundaryKind::Outlet { .. } | BoundaryKind::Symmetry => {}
+        BoundaryKind::FlowInlet { profile, .. } => {
+            let Some((flow, factor)) = boundary.kind.flow(fluid.density) else { return };
+            let extents = case.domain.extents();
+            let whole = || (0..3).filter(|&a| a != axis).map(|a| extents[a]).product();
+            let area: f64 = boundary.outline().map_or_else(whole, |outline| outline.area(axis));
+            // The middle of a disc has twice the mean, that of a square 9/4.
+            let peak = if *profile == FlowProfile::Parabolic { 2.25 } else { 1.0 };
+            let Ok(formula) = flow.compile() else { return };
+            for &time in times {
+                let mut velocity = [0.0; 3];
+                velocity[axis] = peak * factor * formula.at([0.0; 3], time) / area;
+                consider(velocity);
+            }
+        }
+        BoundaryKind::PressureInlet { .. } | BoundaryKind::Outlet { .. } | BoundaryKind::Symmetry => {}
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::imposed::fastest_at;
 use super::setup::{active_axes, diffusion_step, narrowest};
-use grains_case::{Case, Drive, Fluid};
+use grains_case::{BoundaryKind, Case, Drive, Fluid};
 
 /// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
 const SHARE_OF_DIFFUSION: f64 = 0.01;
@@ -26,7 +26,7 @@ pub enum FluidStepLimit {
         /// Speed (m/s).
         speed: f64,
     },
-    /// The CFL number from rest under the drive.
+    /// The CFL number from rest under the drive, or between imposed pressures.
     Drive,
     /// The CFL number from rest under gravity.
     Gravity,
@@ -46,7 +46,7 @@ pub enum FluidStepLimit {
 /// With cells Δx along an axis, CFL number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
 ///
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
-/// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
+/// * √(2 C Δx/a): a drive, imposed pressures or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles.
 pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
@@ -65,6 +65,9 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
         if let Some(Drive::PressureGradient { gradient }) = &fluid.drive {
             add(from_rest(case, fluid, gradient.map(|g| g / fluid.density)), FluidStepLimit::Drive);
         }
+        if let Some(acceleration) = by_pressure(case, fluid) {
+            add(from_rest(case, fluid, acceleration), FluidStepLimit::Drive);
+        }
         if !case.inserts.is_empty() && !case.holds_particles() {
             add(from_rest(case, fluid, case.gravity), FluidStepLimit::Gravity);
         }
@@ -80,6 +83,28 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     }
     let first = MaxStep { step: f64::MAX, limit: FluidStepLimit::None };
     candidates.into_iter().fold(first, |a, b| if b.step < a.step { b } else { a })
+}
+
+/// Acceleration (m/s²) along each axis of what is at rest, by the largest difference of the pressures that are imposed, over the
+/// extent of the domain; none without inlets of imposed pressure.
+fn by_pressure(case: &Case, fluid: &Fluid) -> Option<[f64; 3]> {
+    let of = |kind: &BoundaryKind| match kind {
+        BoundaryKind::PressureInlet { pressure, fan } => {
+            let rises = fan.iter().flatten().map(|point| point[1]);
+            Some(pressure + rises.fold(0.0, f64::max))
+        }
+        BoundaryKind::Outlet { pressure } => Some(*pressure),
+        _ => None,
+    };
+    let is_inlet = |kind: &BoundaryKind| matches!(kind, BoundaryKind::PressureInlet { .. });
+    fluid.boundary.iter().find(|boundary| is_inlet(&boundary.kind))?;
+    let pressures = || fluid.boundary.iter().filter_map(|boundary| of(&boundary.kind));
+    let [low, high] =
+        [pressures().fold(f64::INFINITY, f64::min), pressures().fold(f64::NEG_INFINITY, f64::max)];
+    let inlets = fluid.boundary.iter().filter(|boundary| is_inlet(&boundary.kind));
+    let axes: Vec<usize> = inlets.map(|boundary| boundary.face.axis()).collect();
+    let extents = case.domain.extents();
+    Some([0, 1, 2].map(|a| if axes.contains(&a) { (high - low) / (fluid.density * extents[a]) } else { 0.0 }))
 }
 
 /// Time (s) in which what is at rest moves as far as the CFL number allows, at an acceleration (m/s²).

@@ -55,6 +55,7 @@ use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
 use span::SpanRule;
+use std::cell::Cell;
 use steady::Steady;
 
 /// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
@@ -102,6 +103,8 @@ pub struct FluidPhase {
     last_span: u64,
     /// How many particle steps a step of the fluid takes.
     rule: SpanRule,
+    /// Whether the run was told that fluid comes back through outlets.
+    is_told_of_backflow: Cell<bool>,
 }
 
 impl FluidPhase {
@@ -175,6 +178,7 @@ impl FluidPhase {
             moves: dem.report.moves,
             last_span: 1,
             rule: SpanRule::new(case, fluid),
+            is_told_of_backflow: Cell::new(false),
         }))
     }
 
@@ -229,10 +233,13 @@ impl FluidPhase {
     /// Takes the particles as they are for the void fraction from which the first step begins; collective.
     ///
     /// # Errors
-    /// A particle beyond the halo, a cell too full.
-    pub fn begin(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
+    /// A particle beyond the halo, a cell too full, walls and bodies that shut an inlet off.
+    pub fn begin(&mut self, case: &Case, dem: &Dem, transport: &MpiTransport) -> Result<(), RunError> {
         if let Some(resolved) = &mut self.resolved {
             resolved.place(dem, &mut self.flow, transport);
+            if resolved.is_fixed {
+                resolved.check_regions(case, dem, &self.flow, transport)?;
+            }
         }
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
             exchange.fill_void_fraction(&dem.particles, &mut mixture.void_fraction, transport)?;

@@ -2,7 +2,7 @@
 
 use super::{FluidPhase, steady, walls};
 use crate::error::RunError;
-use grains_case::{Case, FluidField, ProfileKind};
+use grains_case::{Boundary, BoundaryKind, Case, FluidField, ProfileKind};
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
@@ -33,6 +33,17 @@ const COLUMNS: [(&str, &str); 16] = [
     ("multiplier_iterations", "-"),
 ];
 
+/// What comes back in through outlets over what passes them.
+const BACKFLOW: (&str, &str) = ("outlet_backflow", "-");
+/// Share from which it is warned of (-).
+const NOTABLE: f64 = 0.01;
+
+/// Whether fluid may leave a case through an outlet.
+fn has_outlet(case: &Case) -> bool {
+    let is_outlet = |boundary: &Boundary| matches!(boundary.kind, BoundaryKind::Outlet { .. });
+    case.fluid.as_ref().is_some_and(|fluid| fluid.boundary.iter().any(is_outlet))
+}
+
 /// What is told of the flow's action on bodies: the force, buoyancy apart, and the torque, of each about its centre.
 const OF_BODIES: [(&str, &str); 6] =
     [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
@@ -60,6 +71,9 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
             columns.push((format!("{}_pressure", profile.name), "Pa"));
             columns.push((format!("{}_flow", profile.name), "m3/s"));
         }
+    }
+    if has_outlet(case) {
+        columns.push((BACKFLOW.0.to_string(), BACKFLOW.1));
     }
     columns
 }
@@ -261,7 +275,26 @@ impl FluidPhase {
                 row.push(flow.flow_rate(axis, node, transport));
             }
         }
+        if has_outlet(case) {
+            row.push(self.backflow(dem, transport));
+        }
         row
+    }
+
+    /// What comes back in through outlets over what passes them (-), with a warning the first time that it is notable; collective.
+    fn backflow(&self, dem: &Dem, transport: &MpiTransport) -> f64 {
+        let [entering, leaving] = self.flow.outlet_flows(transport);
+        let share = if entering > 0.0 { entering / (entering + leaving) } else { 0.0 };
+        if share > NOTABLE && !self.is_told_of_backflow.replace(true) && transport.rank() == 0 {
+            log::warn!(
+                "t = {:.6e} s: {:.0} % of what passes the outlets comes back in; it brings no momentum, so the run is stable, but \
+                 the flow there depends on where the domain ends: move the outlet downstream, or close the part through which \
+                 it comes (told once, see outlet_backflow in series.csv)",
+                dem.time(),
+                100.0 * share
+            );
+        }
+        share
     }
 
     /// The fields of the cells now, halo filled; collective.

@@ -108,6 +108,23 @@ impl ResolvedBodies {
         Ok(())
     }
 
+    /// Refuses walls and bodies that shut an inlet off from all outlets: whole sections of cells without fluid; collective.
+    ///
+    /// # Errors
+    /// The region, with a place in it.
+    pub fn check_regions(
+        &self,
+        case: &Case,
+        dem: &Dem,
+        flow: &Flow,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let [void, ..] = self.void_and_flux(dem);
+        let found = flow.check_regions(|place| void.data()[place] > 0.0, transport);
+        let about = |e: grains_fluid::SetupError| RunError::case(case.about("fluid.boundary", e.to_string()));
+        agreed(transport, found.map_err(about))
+    }
+
     /// Void fraction (-), flux of solid volume along x, y, z (m⁴/s per cell) and solid volume (m³) of the own cells.
     pub fn void_and_flux(&self, dem: &Dem) -> [Field<Centre>; 5] {
         let (layout, cell) = (self.bodies.subgrid.layout, self.bodies.subgrid.cell_volume());

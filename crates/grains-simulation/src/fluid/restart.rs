@@ -36,7 +36,7 @@ const ON_WALLS: &str = "flow_on_walls";
 const LAST_STEP: &str = "fluid_last_step";
 
 /// Times and counts of the fluid.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Clocks {
     time: f64,
     /// Last time step (s), the negative of one in pseudo-time.
@@ -47,6 +47,8 @@ pub(super) struct Clocks {
     last_span: u64,
     /// Samples of the means.
     samples: u64,
+    /// Pressure rises of the fans (Pa).
+    fans: Vec<f64>,
 }
 
 impl Clocks {
@@ -54,7 +56,8 @@ impl Clocks {
         let [fx, fy, fz] = self.force;
         let exact = [self.time, self.last_dt, fx, fy, fz].map(|x| format!("{:x}", x.to_bits()));
         let counts = [self.step, self.next_step, self.last_span, self.samples].map(|n| n.to_string());
-        exact.into_iter().chain(counts).collect::<Vec<_>>().join(" ")
+        let fans = self.fans.iter().map(|rise| format!("{:x}", rise.to_bits()));
+        exact.into_iter().chain(counts).chain(fans).collect::<Vec<_>>().join(" ")
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -69,6 +72,7 @@ impl Clocks {
             next_step: count(6)?,
             last_span: count(7)?,
             samples: count(8).unwrap_or(0),
+            fans: (9..words.len()).map(real).collect::<Option<_>>()?,
         })
     }
 }
@@ -168,6 +172,7 @@ impl FluidPhase {
             next_step: self.next_step,
             last_span: self.last_span,
             samples: self.means.as_ref().map_or(0, |m| m.samples),
+            fans: state.fans.clone(),
         }
     }
 
@@ -304,6 +309,10 @@ impl FluidPhase {
         };
         (state.time, state.last_dt) = (clocks.time, last_dt);
         (state.force, state.step) = (clocks.force, clocks.step);
+        // The case may have other fans than the state; these begin anew.
+        if state.fans.len() == clocks.fans.len() {
+            state.fans.clone_from(&clocks.fans);
+        }
         (self.next_step, self.last_span) = (clocks.next_step, clocks.last_span);
         // The case may ask for means that the state has not got.
         if let Some(means) = self.means.as_mut().filter(|_| clocks.samples > 0) {

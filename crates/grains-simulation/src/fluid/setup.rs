@@ -2,16 +2,16 @@
 
 use crate::insertion::KindRange;
 use grains_case::{
-    BoundaryKind, Case, Drive as CaseDrive, Expression, Face, Fluid as CaseFluid, Formula, FormulaError,
-    PressureMethod, Resolved as CaseResolved,
+    BoundaryKind, Case, Drive as CaseDrive, Expression, Face, FlowProfile, Fluid as CaseFluid, Formula,
+    FormulaError, PressureMethod, Resolved as CaseResolved,
 };
 use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, Fluid};
 use grains_dem::Catalogue;
 use grains_domain::{Decomposition, Transport};
 use grains_fluid::{
-    Advection, Axis, Boundaries, BoxFace, CellPartition, Condition, ConjugateGradients, Drive, FastSolver,
-    Flow, FlowSetup, Grid, Patch, PressureSolver, Profile, Side, ViscosityLaw,
+    Advection, Axis, Boundaries, BoxFace, CellPartition, Condition, ConjugateGradients, Drive, FanCurve,
+    FastSolver, Flow, FlowRate, FlowSetup, Grid, Patch, PressureSolver, Profile, Side, ViscosityLaw,
 };
 use grains_geometry::Vec3;
 use grains_petsc::{Options, PetscSolver, Preconditioning, Settings};
@@ -113,10 +113,10 @@ fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries,
         let on_face = fluid.on_face(case_face);
         for k in on_face.whole.into_iter().chain(on_face.patches) {
             let given = &fluid.boundary[k];
-            let about = |e: FormulaError| case.about(&format!("fluid.boundary[{k}].velocity"), e.to_string());
-            let condition = condition(&given.kind).map_err(about)?;
-            match given.patch() {
-                Some([lower, upper]) => boundaries.patches.push(Patch { face, lower, upper, condition }),
+            let about = |e: String| case.about(&format!("fluid.boundary[{k}]"), e);
+            let condition = condition(&given.kind, fluid.density).map_err(about)?;
+            match given.outline() {
+                Some(outline) => boundaries.patches.push(Patch { face, outline, condition }),
                 None => boundaries.faces[face.index()] = condition,
             }
         }
@@ -124,10 +124,28 @@ fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries,
     Ok(boundaries)
 }
 
-fn condition(kind: &BoundaryKind) -> Result<Condition, FormulaError> {
+fn condition(kind: &BoundaryKind, density: f64) -> Result<Condition, String> {
     Ok(match kind {
         BoundaryKind::Wall { velocity } => Condition::Wall { velocity: *velocity },
-        BoundaryKind::Inlet { velocity } => Condition::Inlet { profile: inlet(velocity)? },
+        BoundaryKind::Inlet { velocity } => {
+            Condition::Inlet { profile: inlet(velocity).map_err(|e| e.to_string())? }
+        }
+        BoundaryKind::FlowInlet { profile, .. } => {
+            let (flow, factor) = kind.flow(density).ok_or("states no flow")?;
+            let formula = flow.compile().map_err(|e| e.to_string())?;
+            let rate = match flow {
+                Expression::Number(flow) => FlowRate::Constant(factor * flow),
+                Expression::Formula(_) => {
+                    FlowRate::Function(Arc::new(move |time| factor * formula.at([0.0; 3], time)))
+                }
+            };
+            let is_parabolic = *profile == FlowProfile::Parabolic;
+            Condition::Inlet { profile: Profile::FlowRate { rate, is_parabolic } }
+        }
+        BoundaryKind::PressureInlet { pressure, fan } => {
+            let fan = fan.clone().map(FanCurve::new).transpose()?;
+            Condition::PressureInlet { pressure: *pressure, fan }
+        }
         BoundaryKind::ParabolicInlet { mean } => {
             Condition::Inlet { profile: Profile::Parabolic { mean: *mean } }
         }

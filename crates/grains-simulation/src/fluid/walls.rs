@@ -111,7 +111,7 @@ impl FluidWalls {
                 };
                 if let Some(place) = places.iter().filter(is_of).find(blows) {
                     let message = format!(
-                        "the inlet blows into a wall, at {place:?} m among others: give it a patch (lower and upper) or a formula of the velocity that is 0 there, such as 0.1 * step(0.05^2 - y^2 - z^2)"
+                        "the inlet blows into a wall, at {place:?} m among others: give it a part of the face that lies in the fluid (lower and upper, center and radius, or corners), or a formula of the velocity that is 0 there, such as 0.1 * step(0.05^2 - y^2 - z^2)"
                     );
                     return Err(case.about(&format!("fluid.boundary[{k}]"), message));
                 }
@@ -188,7 +188,11 @@ fn normal_speed(kind: &BoundaryKind, axis: usize) -> Option<Box<dyn Fn([f64; 3])
             let mean = *mean;
             Some(Box::new(move |_| mean))
         }
-        BoundaryKind::Wall { .. } | BoundaryKind::Outlet { .. } | BoundaryKind::Symmetry => None,
+        BoundaryKind::FlowInlet { .. } => Some(Box::new(|_| 1.0)),
+        BoundaryKind::Wall { .. }
+        | BoundaryKind::Outlet { .. }
+        | BoundaryKind::PressureInlet { .. }
+        | BoundaryKind::Symmetry => None,
     }
 }
 

@@ -23,7 +23,10 @@ fn speed_inwards(fluid: &Fluid, index: usize) -> Option<f64> {
             Expression::Number(normal) => Some(if boundary.face.is_upper() { -normal } else { normal }),
             Expression::Formula(_) => None,
         },
-        _ => None,
+        kind => match kind.flow(fluid.density) {
+            Some((Expression::Number(flow), factor)) => Some(flow * factor),
+            _ => None,
+        },
     }
 }
 
@@ -31,7 +34,7 @@ pub(super) fn inlet_outwards(s: &Setting) -> Vec<Remark> {
     let Some(fluid) = &s.case.fluid else { return Vec::new() };
     let all = conditions(s.case, fluid);
     // Without an outlet, what one inlet blows in another has to take out.
-    if !all.iter().any(|&i| matches!(fluid.boundary[i].kind, BoundaryKind::Outlet { .. })) {
+    if !all.iter().any(|&i| fluid.boundary[i].kind.imposes_pressure()) {
         return Vec::new();
     }
     let outwards = all.into_iter().filter(|&i| speed_inwards(fluid, i).is_some_and(|speed| speed < 0.0));
@@ -41,6 +44,7 @@ pub(super) fn inlet_outwards(s: &Setting) -> Vec<Remark> {
             let (axis, face) = (boundary.face.axis(), boundary.face.name());
             let key = match boundary.kind {
                 BoundaryKind::ParabolicInlet { .. } => format!("fluid.boundary[{i}].mean"),
+                BoundaryKind::FlowInlet { .. } => format!("fluid.boundary[{i}].kind"),
                 _ => format!("fluid.boundary[{i}].velocity[{axis}]"),
             };
             (key, format!("this inlet on {face} blows out of the domain, so fluid is sucked in through the outlet; change the sign"))
@@ -57,7 +61,8 @@ pub(super) fn outlet_alone(s: &Setting) -> Vec<Remark> {
     });
     let Some((first, pressure)) = pressures.next() else { return Vec::new() };
     let is_driven = all.iter().any(|&i| match &fluid.boundary[i].kind {
-        BoundaryKind::Inlet { .. } | BoundaryKind::ParabolicInlet { .. } => true,
+        kind if kind.imposes_flow() => true,
+        BoundaryKind::PressureInlet { .. } => true,
         BoundaryKind::Wall { velocity } => *velocity != [0.0; 3],
         _ => false,
     });

@@ -1,7 +1,7 @@
 //! What is odd about walls, flow planes, and faces of the domain.
 
 use super::setting::{LONG_DISPLACEMENT, Remark, Setting};
-use grains_case::{Case, Face, Motion, WallKind};
+use grains_case::{Case, Face, FluidSide, Motion, Side, WallKind};
 use grains_dem::{OpenTube, Surface, Wall};
 use grains_geometry::{Core, TriMesh, Vec3};
 
@@ -29,6 +29,35 @@ pub(super) fn mesh_of_another_size(s: &Setting) -> Vec<Remark> {
             s.diagonal()
         );
         remarks.push((format!("wall[{i}].scale"), message));
+    }
+    remarks
+}
+
+/// Bodies that fill the whole section of a tube or a box around the fluid.
+pub(super) fn body_wider_than_its_tube(s: &Setting) -> Vec<Remark> {
+    let widest =
+        s.insertions.kinds().iter().map(|k| 2.0 * k.largest * s.catalogue.shape(k.kind).inscribed_radius);
+    let widest = widest.fold(0.0, f64::max);
+    let mut remarks = Vec::new();
+    for (i, wall) in s.case.walls.iter().enumerate() {
+        let is_around = |side: &Side| match wall.fluid {
+            Some(FluidSide::Inside) => true,
+            Some(FluidSide::Particles) => *side == Side::Inside,
+            _ => false,
+        };
+        let (key, width) = match &wall.kind {
+            WallKind::Cylinder { side, radius, .. } if is_around(side) => ("radius", 2.0 * radius),
+            WallKind::Box { side, lower, upper, .. } if is_around(side) => {
+                ("upper", (0..3).map(|a| upper[a] - lower[a]).fold(f64::INFINITY, f64::min))
+            }
+            _ => continue,
+        };
+        if widest > width {
+            let message = format!(
+                "this wall around the fluid is {width:.3e} m wide, and the largest body holds a ball of {widest:.3e} m: it blocks the section and reaches into the wall; take a smaller shape or scale, or a wider wall"
+            );
+            remarks.push((format!("wall[{i}].{key}"), message));
+        }
     }
     remarks
 }

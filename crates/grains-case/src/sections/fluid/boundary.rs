@@ -1,9 +1,10 @@
 //! `[[fluid.boundary]]`: what holds on the faces of the domain.
 
+use grains_fluid::FanCurve;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Expression, Fluid, check_formula};
+use super::{Expression, Fluid, check_formula, outline};
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
 
@@ -27,6 +28,26 @@ pub enum BoundaryKind {
         /// Mean speed into the domain (m/s).
         mean: f64,
     },
+    /// A stated flow into the domain, normal to the face, through what walls leave open of the inlet.
+    FlowInlet {
+        /// Mass flow (kg/s), a number or a formula in t.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mass_flow: Option<Expression>,
+        /// Volume flow (m³/s), in its place.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        volume_flow: Option<Expression>,
+        /// How it is distributed.
+        #[serde(default)]
+        profile: FlowProfile,
+    },
+    /// Imposed total pressure: p0 - density u²/2 where fluid enters, along the normal, and p0 where it leaves.
+    PressureInlet {
+        /// Total pressure p0 without its hydrostatic part (Pa); of a fan that on its suction side.
+        pressure: f64,
+        /// Pressure rise of a fan over the flow it lets in: points (m³/s, Pa), of ascending flow and pressures that do not rise.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        fan: Option<Vec<[f64; 2]>>,
+    },
     /// Imposed pressure.
     Outlet {
         /// Pressure without its hydrostatic part (Pa).
@@ -37,7 +58,50 @@ pub enum BoundaryKind {
     Symmetry,
 }
 
-/// A boundary condition, of a whole face or of a rectangle of it; walls at rest elsewhere.
+/// How a stated flow is distributed over its inlet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FlowProfile {
+    /// Evenly.
+    #[default]
+    Uniform,
+    /// As a parabola, 0 at the edges.
+    Parabolic,
+}
+
+impl BoundaryKind {
+    /// Whether it imposes a pressure, so that fluid may come and go as it likes.
+    pub fn imposes_pressure(&self) -> bool {
+        matches!(self, BoundaryKind::Outlet { .. } | BoundaryKind::PressureInlet { .. })
+    }
+
+    /// Whether it imposes what flows in.
+    pub fn imposes_flow(&self) -> bool {
+        matches!(
+            self,
+            BoundaryKind::Inlet { .. } | BoundaryKind::ParabolicInlet { .. } | BoundaryKind::FlowInlet { .. }
+        )
+    }
+
+    /// The stated flow of a flow inlet, and what of it is a volume flow (m³/s), of a density (kg/m³).
+    pub fn flow(&self, density: f64) -> Option<(&Expression, f64)> {
+        match self {
+            BoundaryKind::FlowInlet { volume_flow: Some(flow), .. } => Some((flow, 1.0)),
+            BoundaryKind::FlowInlet { mass_flow: Some(flow), .. } => Some((flow, 1.0 / density)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn is_parabolic(&self) -> bool {
+        matches!(
+            self,
+            BoundaryKind::ParabolicInlet { .. }
+                | BoundaryKind::FlowInlet { profile: FlowProfile::Parabolic, .. }
+        )
+    }
+}
+
+/// A boundary condition, of a whole face or of a part of it; walls at rest elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(extend("unevaluatedProperties" = false))]
 pub struct Boundary {
@@ -52,17 +116,20 @@ pub struct Boundary {
     /// Upper corner of the rectangle (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper: Option<[f64; 3]>,
-}
-
-impl Boundary {
-    /// Lower and upper corner (m) of the rectangle, if it is not the whole face.
-    pub fn patch(&self) -> Option<[[f64; 3]; 2]> {
-        Some([self.lower?, self.upper?])
-    }
-
-    fn is_whole(&self) -> bool {
-        self.lower.is_none() && self.upper.is_none()
-    }
+    /// Centre of a disc (m), in place of a rectangle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 3]>,
+    /// Radius of the disc (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<f64>,
+    /// Radius of a hole about its centre (m), which makes it an annulus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub inner_radius: Option<f64>,
+    /// Corners of a polygon in order (m), in place of a rectangle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corners: Option<Vec<[f64; 3]>>,
 }
 
 /// Which of [`Fluid::boundary`] hold somewhere on a face.
@@ -70,7 +137,7 @@ impl Boundary {
 pub struct OnFace {
     /// That of the whole face; a wall at rest if there is none.
     pub whole: Option<usize>,
-    /// Those of rectangles; later ones hold where several do.
+    /// Those of parts; later ones hold where several do.
     pub patches: Vec<usize>,
 }
 
@@ -99,8 +166,7 @@ impl Fluid {
     pub fn boundary_at(&self, face: Face, place: [f64; 3]) -> Option<usize> {
         let on_face = self.on_face(face);
         let holds = |&&k: &&usize| {
-            let Some([lower, upper]) = self.boundary[k].patch() else { return false };
-            (0..3).filter(|&a| a != face.axis()).all(|a| (lower[a]..=upper[a]).contains(&place[a]))
+            self.boundary[k].outline().is_some_and(|outline| outline.holds(face.axis(), place))
         };
         on_face.patches.iter().rev().find(holds).copied().or(on_face.whole)
     }
@@ -123,7 +189,7 @@ pub(super) fn check(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
             continue;
         }
         check_kind(boundary, &path, domain, checker);
-        check_patch(boundary, &path, fluid, domain, checker);
+        outline::check(boundary, &path, fluid, domain, checker);
         let on_face = fluid.on_face(boundary.face);
         if !on_face.all().any(|j| j == i) {
             let later = on_face.whole.unwrap_or_default();
@@ -157,44 +223,39 @@ fn check_kind(boundary: &Boundary, path: &str, domain: &Domain, checker: &mut Ch
                 check_formula(component, &format!("{path}.velocity[{c}]"), domain, checker);
             }
         }
-        BoundaryKind::ParabolicInlet { .. } | BoundaryKind::Outlet { .. } | BoundaryKind::Symmetry => {}
-    }
-}
-
-/// A rectangle has two corners in order, lies on the face, and holds the centre of a cell unless it is an inlet.
-fn check_patch(boundary: &Boundary, path: &str, fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
-    let (lower, upper) = match (boundary.lower, boundary.upper) {
-        (None, None) => return,
-        (Some(lower), Some(upper)) => (lower, upper),
-        (lower, _) => {
-            let missing = if lower.is_none() { "lower" } else { "upper" };
-            let message = "missing key; a rectangle has both corners, the whole face none".into();
-            return checker.error(&format!("{path}.{missing}"), message);
-        }
-    };
-    let is_inlet = matches!(boundary.kind, BoundaryKind::Inlet { .. } | BoundaryKind::ParabolicInlet { .. });
-    for a in (0..3).filter(|a| *a != boundary.face.axis()) {
-        let [low, high] = [domain.lower[a], domain.upper[a]];
-        // What is written as the corner of the domain must not be outside by rounding.
-        let slack = 1e-9 * (high - low);
-        if lower[a] >= upper[a] {
-            checker
-                .error(&format!("{path}.upper[{a}]"), format!("must be above lower[{a}] = {} m", lower[a]));
-        } else if domain.is_upright() && lower[a] < low - slack {
-            checker
-                .error(&format!("{path}.lower[{a}]"), format!("outside the domain, which begins at {low} m"));
-        } else if domain.is_upright() && upper[a] > high + slack {
-            checker
-                .error(&format!("{path}.upper[{a}]"), format!("outside the domain, which ends at {high} m"));
-        } else if domain.is_upright() && !is_inlet && !fluid.has_centre_in(domain, a, [lower[a], upper[a]]) {
-            checker.error(
-                &format!("{path}.upper[{a}]"),
-                format!(
-                    "no cell has its centre between {} and {} m; widen the rectangle or raise fluid.cells[{a}]",
-                    lower[a], upper[a]
+        BoundaryKind::FlowInlet { mass_flow, volume_flow, .. } => {
+            let flows = [("mass_flow", mass_flow), ("volume_flow", volume_flow)];
+            match (mass_flow, volume_flow) {
+                (None, None) => {
+                    checker
+                        .error(&format!("{path}.mass_flow"), "missing key; state this or volume_flow".into());
+                }
+                (Some(_), Some(_)) => checker.error(
+                    &format!("{path}.volume_flow"),
+                    "the flow is stated twice; remove this or mass_flow".into(),
                 ),
-            );
+                _ => {}
+            }
+            for (key, flow) in flows.into_iter().filter_map(|(key, flow)| Some((key, flow.as_ref()?))) {
+                let path = format!("{path}.{key}");
+                check_formula(flow, &path, domain, checker);
+                if flow.compile().is_ok_and(|formula| formula.is_local()) {
+                    checker.error(
+                        &path,
+                        "a flow is that of the whole inlet; use t alone, or an inlet with a velocity".into(),
+                    );
+                }
+            }
         }
+        BoundaryKind::PressureInlet { fan: Some(points), .. } => {
+            if let Err(fault) = FanCurve::new(points.clone()) {
+                checker.error(&format!("{path}.fan"), fault);
+            }
+        }
+        BoundaryKind::PressureInlet { fan: None, .. }
+        | BoundaryKind::ParabolicInlet { .. }
+        | BoundaryKind::Outlet { .. }
+        | BoundaryKind::Symmetry => {}
     }
 }
 
@@ -206,7 +267,7 @@ fn check_inflow(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
         let on_face = fluid.on_face(face);
         has_patches |= !on_face.patches.is_empty();
         for i in on_face.all() {
-            match inflow(&fluid.boundary[i], domain) {
+            match inflow(&fluid.boundary[i], fluid.density, domain) {
                 Inflow::Rate(rate) => rates.push((i, rate)),
                 Inflow::Balanced => {}
                 Inflow::Unknown => return,
@@ -216,7 +277,7 @@ fn check_inflow(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
     let sums = |sign: f64| rates.iter().map(|r| (sign * r.1).max(0.0)).sum::<f64>();
     let (inwards, outwards) = (sums(1.0), sums(-1.0));
     let (net, gross) = (inwards - outwards, inwards + outwards);
-    // Rectangles may overlap and are cut by cells: only their signs are sure.
+    // Parts may overlap, and walls may cover them: only their signs are sure.
     let is_sure = !has_patches || inwards == 0.0 || outwards == 0.0;
     if !is_sure || net.abs() <= 1e-9 * gross {
         return;
@@ -243,11 +304,17 @@ enum Inflow {
     Unknown,
 }
 
-fn inflow(boundary: &Boundary, domain: &Domain) -> Inflow {
+fn inflow(boundary: &Boundary, density: f64, domain: &Domain) -> Inflow {
     let axis = boundary.face.axis();
     let inwards = if boundary.face.is_upper() { -1.0 } else { 1.0 };
     let speed = match &boundary.kind {
-        BoundaryKind::Outlet { .. } => return Inflow::Unknown,
+        BoundaryKind::Outlet { .. } | BoundaryKind::PressureInlet { .. } => return Inflow::Unknown,
+        kind @ BoundaryKind::FlowInlet { .. } => {
+            return match kind.flow(density) {
+                Some((Expression::Number(flow), factor)) => Inflow::Rate(flow * factor),
+                _ => Inflow::Unknown,
+            };
+        }
         BoundaryKind::Wall { .. } | BoundaryKind::Symmetry => return Inflow::Balanced,
         BoundaryKind::ParabolicInlet { mean } => *mean,
         BoundaryKind::Inlet { velocity } => match velocity[axis] {
@@ -255,6 +322,6 @@ fn inflow(boundary: &Boundary, domain: &Domain) -> Inflow {
             Expression::Formula(_) => return Inflow::Unknown,
         },
     };
-    let [lower, upper] = boundary.patch().unwrap_or([domain.lower, domain.upper]);
-    Inflow::Rate(speed * (0..3).filter(|a| *a != axis).map(|a| upper[a] - lower[a]).product::<f64>())
+    let whole = || (0..3).filter(|a| *a != axis).map(|a| domain.extents()[a]).product();
+    Inflow::Rate(speed * boundary.outline().map_or_else(whole, |outline| outline.area(axis)))
 }

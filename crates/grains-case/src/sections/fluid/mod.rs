@@ -5,6 +5,7 @@ mod cells;
 mod coupling;
 mod drive;
 mod formula;
+mod outline;
 mod output;
 mod pressure;
 mod resolved;
@@ -17,7 +18,7 @@ use grains_resolved::Extrapolation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use boundary::{Boundary, BoundaryKind, OnFace};
+pub use boundary::{Boundary, BoundaryKind, FlowProfile, OnFace};
 pub(crate) use cells::check_thickness;
 pub use coupling::Coupling;
 pub use drive::Drive;

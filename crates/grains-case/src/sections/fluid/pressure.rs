@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BoundaryKind, Fluid};
+use super::Fluid;
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
 
@@ -91,7 +91,7 @@ pub(super) fn check(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
 
 fn is_outlet_in_part(fluid: &Fluid, face: Face) -> bool {
     let on_face = fluid.on_face(face);
-    let is_outlet = |i: usize| matches!(fluid.boundary[i].kind, BoundaryKind::Outlet { .. });
+    let is_outlet = |i: usize| fluid.boundary[i].kind.imposes_pressure();
     let is_whole = on_face.whole.is_some_and(is_outlet);
     on_face.patches.iter().any(|i| is_outlet(*i) != is_whole)
 }

@@ -68,10 +68,16 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], ch
         BoundaryKind::Inlet { velocity } => {
             velocity.iter().any(|v| v.compile().is_ok_and(|formula| formula.is_unsteady()))
         }
-        _ => false,
+        kind => kind.flow(1.0).is_some_and(|(flow, _)| flow.compile().is_ok_and(|f| f.is_unsteady())),
     });
     if is_unsteady {
-        refuse("the velocity of an inlet changes with t; write it without t, or remove fluid.steady");
+        refuse("the velocity or flow of an inlet changes with t; write it without t, or remove fluid.steady");
+    }
+    let has_fan = |kind: &BoundaryKind| matches!(kind, BoundaryKind::PressureInlet { fan: Some(_), .. });
+    if fluid.boundary.iter().any(|boundary| has_fan(&boundary.kind)) {
+        refuse(
+            "pseudo-steps do not follow the curve of a fan; state a pressure or a flow, or remove fluid.steady",
+        );
     }
     if fluid.output.mean_from.is_some() {
         refuse("means over pseudo-time mean nothing; remove fluid.output.mean_from");

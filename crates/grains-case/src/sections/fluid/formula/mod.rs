@@ -130,6 +130,11 @@ impl Formula {
         }
     }
 
+    /// Whether the value depends on the place.
+    pub fn is_local(&self) -> bool {
+        matches!(&self.0, Kind::Compiled(_, places) if places.iter().any(|place| *place < 3))
+    }
+
     /// Whether the value depends on time.
     pub fn is_unsteady(&self) -> bool {
         matches!(&self.0, Kind::Compiled(_, places) if places.contains(&3))
