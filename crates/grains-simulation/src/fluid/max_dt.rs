@@ -1,7 +1,7 @@
 //! The longest step of the fluid: what the flow that can come about asks for, whatever the end of the run.
 
 use super::imposed::fastest_at;
-use super::setup::{active_axes, diffusion_step, narrowest};
+use super::setup::{active_axes, diffusion_step, narrowest, viscosity_of_flow};
 use grains_case::{Case, Drive, Fluid};
 
 /// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
@@ -43,7 +43,7 @@ pub enum FluidStepLimit {
 /// The case's own longest step, or the shortest of what its flow asks for; with particles that the grid resolves also that in
 /// which momentum diffuses a cell or so.
 ///
-/// With cells Δx along an axis, CFL number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
+/// With cells Δx along an axis, CFL number C, kinematic viscosity ν (where it varies, at the rate of shear of the flow) and the smallest extent H of the domain in the flow:
 ///
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
 /// * √(2 C Δx/a): a drive or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
@@ -54,8 +54,7 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     let mut candidates = Vec::new();
     let mut add = |step: f64, limit| candidates.push(MaxStep { step, limit });
     if let Some(resolved) = &fluid.resolved {
-        let step = diffusion_step(fluid, resolved, narrowest(case, fluid));
-        add(step, FluidStepLimit::Diffusion);
+        add(diffusion_step(case, fluid, resolved), FluidStepLimit::Diffusion);
     }
     if let Some(given) = fluid.max_dt {
         add(given, FluidStepLimit::Given);
@@ -74,7 +73,8 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
         if resolved.is_none() {
             let extents = case.domain.extents();
             let smallest = active_axes(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
-            let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / fluid.viscosity;
+            let viscosity = viscosity_of_flow(case, fluid);
+            let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / viscosity;
             add(step, FluidStepLimit::Viscosity);
         }
     }
