@@ -5,6 +5,7 @@ mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
 mod resolved;
+mod rheology;
 mod steady;
 mod walls;
 

@@ -50,7 +50,9 @@ fn pipe(n: usize, rheology: Rheology, index: f64) -> [f64; 2] {
     setup.drive[0] = Drive::PressureGradient(-GRADIENT);
     let center = Vec3::new(0.0, 0.513, 0.487);
     let mut walled = Walled::still(&setup, &[cylinder(center, Vec3::x(), RADIUS, SolidSide::Outside)]);
-    let f: f64 = std::env::var("DTF").unwrap().parse().unwrap(); walled.settle(f * h * h, 1e-7);
+    for _ in 0..600 {
+        walled.step(2.0 * h * h, &SerialTransport);
+    }
     let (plug, power) = (2.0 * rheology.yield_stress() / GRADIENT, 1.0 / index + 1.0);
     let part = |r: f64| (r - plug).max(0.0).powf(power);
     let profile = |r: f64| (0.5 * GRADIENT).powf(power - 1.0) / power * (part(RADIUS) - part(r));
@@ -62,17 +64,22 @@ fn pipe(n: usize, rheology: Rheology, index: f64) -> [f64; 2] {
     walled.compare(|c, at| exact(c, at).filter(|_| c == 0), |_, _| area += h * h / 8.0);
     // The wall holds what the gradient drives: the velocities that are free.
     let force = walled.resolved.on_walls[0].force / (8.0 * h * GRADIENT);
-    assert!((force.x - area).abs() < 1e-4 && force.yz().norm() < 1e-6, "{force:?} {area}");
+    assert!((force.x / area - 1.0).abs() < 1e-3 && force.yz().norm() < 1e-3 * area, "{force:?} {area}");
     walled.errors(exact).map(|e| e / profile(0.0))
 }
 
 #[test]
 fn pipes_off_the_grid_lines_carry_plugs_and_thinning_fluids() {
-    for (rheology, index) in [(bingham(0.6, std::env::var("EXPO").unwrap().parse().unwrap()), 1.0)] {
-        let errors = [16, 32].map(|n| pipe(n, rheology, index));
+    for (rheology, index) in [
+        (power_law(0.6), 0.6),
+        (power_law(1.4), 1.4),
+        (bingham(0.6, 300.0), 1.0),
+        (bingham(0.6, 1000.0), 1.0),
+    ] {
+        let errors = [12, 24].map(|n| pipe(n, rheology, index));
         let found = order(errors[0][1], errors[1][1], 2.0);
         println!("{rheology:?}: {errors:?}, order {found:.2}");
-        assert!(errors[1][0] < 0.01 && found > 1.5, "{rheology:?}: {errors:?}, order {found:.2}");
+        assert!(errors[1][1] < 0.005 && found > 1.7, "{rheology:?}: {errors:?}, order {found:.2}");
     }
 }
 
