@@ -51,6 +51,9 @@ fn cells(found: &FluidReport) {
     say!("  memory       about {memory:.0} MB of it for the fluid, halos of one rank included");
 }
 
+/// Ratio of the largest viscosity to that at a rate of 1/s beyond which plugs were seen to wander (-).
+const STIFF: f64 = 30.0;
+
 /// Prints what the viscosity depends on, and what a regularisation lets creep.
 fn viscosity(case: &Case, fluid: &Fluid, found: &FluidReport) {
     if let Some(turbulence) = &fluid.turbulence {
@@ -69,6 +72,12 @@ fn viscosity(case: &Case, fluid: &Fluid, found: &FluidReport) {
         "    at rest    at most {rest:.4e} Pa s, {:.3e} times that at 1/s without yield stress",
         rest / reference
     );
+    if rest > STIFF * reference {
+        say!(
+            "  warning: fluid that has not yielded may wander by some per cent of the fastest where the flow varies along \
+             several axes; a regularisation with at most {STIFF} times the viscosity at 1/s holds it"
+        );
+    }
     if rheology.yield_stress() == 0.0 {
         return;
     }
