@@ -1,7 +1,7 @@
 //! Fluids whose viscosity varies, in whole runs: closed profiles, on any ranks, across restarts, with walls and bodies.
 
 use super::{array, assert_close, continued};
-use crate::common::{case, folder, replaced, run_case};
+use crate::common::{case, folder, replaced, run, run_case};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -77,6 +77,33 @@ fn channels_of_mud_and_of_thinning_fluid_have_their_profiles_on_any_ranks() {
         println!("{name}: velocity {velocity:.2e}, stress {stress:.2e}");
         assert!(velocity < 0.01 && stress < 0.02, "{name}: {velocity} {stress}");
     }
+}
+
+#[test]
+fn check_tells_the_law_as_the_case_file_has_it_and_what_it_makes() {
+    let mud = |exponent: f64| {
+        channel(&format!(
+            "kind = \"bingham\", yield_stress = 1, plastic_viscosity = 1, regularisation = {{ kind = \"papanastasiou\", exponent = {exponent} }}"
+        ))
+    };
+    let home = folder("fluid_mud_checked");
+    let told = |exponent: f64| {
+        fs::write(home.join("case.toml"), mud(exponent)).unwrap();
+        run(1, &home, &["check", "case.toml"]).succeeded().text()
+    };
+    let text = told(1000.0);
+    // At a stress of 4 Pa the walls shear fluid at 3 1/s.
+    for words in [
+        "rheology = { kind = \"bingham\", yield_stress = 1.0, plastic_viscosity = 1.0, regularisation = { kind = \"papanastasiou\", \
+         exponent = 1000.0 } }",
+        "sheared    1.3333e0 Pa s at the 3.000e0 1/s",
+        "at rest    at most 1.0010e3 Pa s",
+        "creeps at up to",
+        "may wander",
+    ] {
+        assert!(text.contains(words), "`{words}` in {text}");
+    }
+    assert!(!told(10.0).contains("may wander"));
 }
 
 #[test]

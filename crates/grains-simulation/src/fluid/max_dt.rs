@@ -97,14 +97,17 @@ mod tests {
     use std::path::Path;
 
     /// Air in a box between walls; `more` goes into its table.
-    fn case(end: f64, more: &str, intervals: [f64; 4]) -> Case {
+    fn text(end: f64, more: &str, intervals: [f64; 4]) -> String {
         let [particles, series, checkpoint, fluid] = intervals;
-        let text = format!(
+        format!(
             "[domain]\nlower = [0, 0, 0]\nupper = [0.2, 0.1, 0.1]\nperiodic = [true, false, false]\n[time]\nend = {end}\n\
              [output]\nparticles = {particles}\nseries = {series}\ncheckpoint = {checkpoint}\n[fluid]\ndensity = 1.2\n\
              viscosity = 1.8e-5\ncells = [20, 10, 10]\n{more}\n[fluid.output]\ninterval = {fluid}\n"
-        );
-        Case::parse(&text, "box.toml", Path::new("")).unwrap()
+        )
+    }
+
+    fn case(end: f64, more: &str, intervals: [f64; 4]) -> Case {
+        Case::parse(&text(end, more, intervals), "box.toml", Path::new("")).unwrap()
     }
 
     const FLOWS: [&str; 5] = [
@@ -131,6 +134,24 @@ mod tests {
                 let found = max_dt(&case, case.fluid.as_ref().unwrap());
                 assert!((found.step / wanted - 1.0).abs() < 1e-9, "{flow} {end}: {found:?}, {wanted}");
             }
+        }
+    }
+
+    /// Between walls under a drive G a power-law fluid is sheared at (G H/2K)^(1/n), and has the viscosity G H/2 over that.
+    #[test]
+    fn a_rheology_is_judged_at_the_rate_of_shear_of_its_flow() {
+        let drive = "drive = { kind = \"pressure_gradient\", gradient = [-3e-9, 0, 0] }";
+        for (consistency, index) in [(1e-4, 0.5), (2e-3, 0.8), (1e-2, 1.5)] {
+            let law = format!(
+                "rheology = {{ kind = \"power_law\", consistency = {consistency}, index = {index}, max_viscosity = 1e9 }}"
+            );
+            let text = text(1.0, drive, [0.0; 4]).replace("viscosity = 1.8e-5", &law);
+            let case = Case::parse(&text, "box.toml", Path::new("")).unwrap();
+            let stress = 3e-9 * 0.05;
+            let viscosity = stress / f64::powf(stress / consistency, 1.0 / index);
+            let wanted = (0.01 * 0.01 * 1.2 / viscosity).min((2.0 * 0.25 * 0.01 * 1.2 / 3e-9_f64).sqrt());
+            let found = max_dt(&case, case.fluid.as_ref().unwrap()).step;
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{consistency} {index}: {found}, {wanted}");
         }
     }
 
