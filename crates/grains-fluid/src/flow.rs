@@ -381,7 +381,9 @@ impl Flow {
 
     /// Tells a viscosity that varies where bodies hold all velocities.
     pub fn hold_stresses(&mut self, solid: SolidStresses) {
-        self.viscosity.iter_mut().for_each(|viscosity| viscosity.hold(solid.clone()));
+        if let Some(viscosity) = &mut self.viscosity {
+            viscosity.hold(solid);
+        }
     }
 
     /// Extent of the fields.

@@ -72,13 +72,10 @@ impl ViscosityField {
     /// No stress there acts on the fluid. That of fluid at rest would be the largest by far, and forces on the fluid inside, which
     /// outweigh it, would settle slowly or not at all: the viscosity there is that of the fluid itself.
     pub fn hold(&mut self, solid: SolidStresses) {
-        let shares = |solid: &[u32]| {
-            let mut shares = vec![1.0; self.centres.data().len()];
-            solid.iter().for_each(|&place| shares[place as usize] = 0.0);
-            shares
-        };
-        self.open =
-            Some(Open { centres: shares(&solid.centres), edges: solid.edges.each_ref().map(|e| shares(e)) });
+        let size = self.centres.data().len();
+        let open = self.open.get_or_insert_with(|| Open::new(size));
+        open.set(&self.solid, 1.0);
+        open.set(&solid, 0.0);
         self.solid = solid;
     }
 

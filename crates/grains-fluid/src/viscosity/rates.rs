@@ -1,7 +1,7 @@
 //! Rates of strain where stresses act, and the velocity gradient at centres.
 
-use crate::Layout;
 use crate::metrics::Local;
+use crate::{Layout, SolidStresses};
 use std::ops::Range;
 
 /// Squares of the rates of strain (1/s²).
@@ -105,6 +105,22 @@ pub(super) struct Open {
     pub centres: Vec<f64>,
     /// On the edges along each axis.
     pub edges: [Vec<f64>; 3],
+}
+
+impl Open {
+    /// All open, of arrays of a size.
+    pub fn new(size: usize) -> Self {
+        let ones = || vec![1.0; size];
+        Self { centres: ones(), edges: std::array::from_fn(|_| ones()) }
+    }
+
+    /// Sets the shares of some places.
+    pub fn set(&mut self, places: &SolidStresses, share: f64) {
+        places.centres.iter().for_each(|&place| self.centres[place as usize] = share);
+        for (edges, places) in self.edges.iter_mut().zip(&places.edges) {
+            places.iter().for_each(|&place| edges[place as usize] = share);
+        }
+    }
 }
 
 /// Calls `take` with the means of four rows of so many values; of those that are open, where some are not.
