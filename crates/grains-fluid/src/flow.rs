@@ -152,7 +152,7 @@ pub struct HeldFaces {
     pub near: Vec<u32>,
 }
 
-/// Places where stresses act between velocities of which bodies hold all, own and in two layers about them.
+/// Places where stresses act between velocities of which bodies hold all, own and in the layer about them.
 #[derive(Clone, Debug, Default)]
 pub struct SolidStresses {
     /// Cells, for the stresses at their centres.
@@ -176,6 +176,8 @@ pub struct Immersed {
     pub sealed: Option<Vec<u32>>,
     /// Faces that bodies at rest hold, per component; empty where the flow marches in time.
     pub held: [HeldFaces; 3],
+    /// Where stresses act between velocities that bodies hold; empty where the viscosity is the same everywhere.
+    pub solid: SolidStresses,
 }
 
 impl Immersed {
@@ -188,7 +190,8 @@ impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
         let force = Faces::new(layout);
-        Self { force, extrapolated: None, passing: None, sealed: None, held: Default::default() }
+        let (held, solid) = Default::default();
+        Self { force, extrapolated: None, passing: None, sealed: None, held, solid }
     }
 }
 
@@ -376,13 +379,6 @@ impl Flow {
         self.boundary_data.iter().for_each(|t| t.fill_pressure(&mut state.pressure, 1.0));
         if let Some(mixture) = &mut self.mixture {
             mixture.settle_faces(&self.local, &self.boundary_data, &mut self.halo, transport);
-        }
-    }
-
-    /// Tells a viscosity that varies where bodies hold all velocities.
-    pub fn hold_stresses(&mut self, solid: SolidStresses) {
-        if let Some(viscosity) = &mut self.viscosity {
-            viscosity.hold(solid);
         }
     }
 

@@ -97,7 +97,7 @@
 //! # Viscosity that varies
 //!
 //! Stresses on walls are those of the whole 2 μ D with the viscosity of the place. Between velocities that bodies hold nothing acts on
-//! the fluid; there the viscosity is that of a thin fluid and counts in no mean ([`grains_fluid::SolidStresses`]): that of fluid
+//! the fluid; there the viscosity is that of a thin fluid ([`grains_fluid::SolidStresses`]): that of fluid
 //! at rest would tie velocities next to a surface to those of the body so stiffly that forces would not settle.
 //!
 //! # Many ranks

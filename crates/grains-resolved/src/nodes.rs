@@ -171,10 +171,10 @@ impl Nodes {
         })
     }
 
-    /// Where stresses act between velocities that bodies or walls hold, own and in two layers about them.
+    /// Where stresses act between velocities that bodies or walls hold, of the own cells and one layer about them.
     pub fn solid_stresses(&self, subgrid: &Subgrid) -> SolidStresses {
         let (layout, strides, active) = (subgrid.layout, subgrid.layout.strides(), subgrid.active);
-        let range = |a: usize| if active[a] { -2..layout.cells[a] as isize + 2 } else { 0..1 };
+        let range = |a: usize| if active[a] { -1..layout.cells[a] as isize + 1 } else { 0..1 };
         let holds = |component: usize, place: usize| self.marks[component][place] != OUTSIDE;
         let mut solid = SolidStresses::default();
         for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {

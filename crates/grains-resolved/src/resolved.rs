@@ -147,13 +147,13 @@ impl Resolved {
             if !self.walls.is_empty() {
                 immersed.passing.get_or_insert_with(|| Faces::new(self.subgrid.layout));
             }
+            if flow.setup.viscosity_law.is_some() {
+                immersed.solid = self.nodes.solid_stresses(&self.subgrid);
+            }
             if flow.march == March::PseudoTime {
                 immersed.held = self.nodes.held();
             }
             immersed.sealed = is_moving.then(|| self.nodes.sealed_cells(&self.bodies, &self.subgrid));
-        }
-        if flow.setup.viscosity_law.is_some() {
-            flow.hold_stresses(self.nodes.solid_stresses(&self.subgrid));
         }
         flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);

@@ -1,6 +1,6 @@
 //! The viscosity of a subdomain, where stresses act.
 
-use super::rates::{Open, Rates, gradient, mean_of_four, others, row_length, rows};
+use super::rates::{Rates, gradient, others, row_length, rows};
 use super::{Rheology, Turbulence, ViscosityLaw};
 use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
@@ -19,9 +19,6 @@ pub(crate) struct ViscosityField {
     edges: [Vec<f64>; 3],
     /// Of fluids whose viscosity depends on the rate of shear.
     rates: Option<Rates>,
-    /// Where stresses act on fluid, if bodies were told of, and where not.
-    open: Option<Open>,
-    solid: SolidStresses,
     /// Distance (m) of the cells along each axis from the closest end of the box without slip.
     distances: [Vec<f64>; 3],
 }
@@ -42,8 +39,6 @@ impl ViscosityField {
             centres: Field::new(layout),
             edges: std::array::from_fn(|_| vec![0.0; layout.len()]),
             rates: matches!(law, ViscosityLaw::Rheology(_)).then(|| Rates::new(layout)),
-            open: None,
-            solid: SolidStresses::default(),
             distances: std::array::from_fn(|a| wall_distances(grid, local, boundaries, a)),
         }
     }
@@ -67,39 +62,23 @@ impl ViscosityField {
         self.law.smallest_viscosity(self.own * self.density)
     }
 
-    /// Tells where bodies hold all velocities.
-    ///
-    /// No stress there acts on the fluid. That of fluid at rest would be the largest by far, and forces on the fluid inside, which
-    /// outweigh it, would settle slowly or not at all: the viscosity there is that of the fluid itself.
-    pub fn hold(&mut self, solid: SolidStresses) {
-        let size = self.centres.data().len();
-        let open = self.open.get_or_insert_with(|| Open::new(size));
-        open.set(&self.solid, 1.0);
-        open.set(&solid, 0.0);
-        self.solid = solid;
-    }
-
     /// Sets the field to that of a velocity whose halo and ghosts are filled two layers deep; not collective.
     pub fn update(&mut self, local: &Local, boundary_data: &[BoundaryData], velocity: [&[f64]; 3]) {
-        let (own, at_wall) = match self.law {
-            ViscosityLaw::Rheology(rheology) => {
-                self.set_by_rates(rheology, local, velocity);
-                (0.0, 1.0)
-            }
-            ViscosityLaw::Turbulence(model) => {
-                self.set_by_eddies(model, local, velocity);
-                (self.own, -1.0)
-            }
-        };
-        for face_data in boundary_data {
-            face_data.fill_by_wall(&mut self.centres, at_wall);
+        match self.law {
+            ViscosityLaw::Rheology(rheology) => self.set_by_rates(rheology, local, velocity),
+            ViscosityLaw::Turbulence(model) => self.set_by_eddies(model, local, boundary_data, velocity),
         }
-        self.set_edges(local, own);
-        self.centres.data_mut().iter_mut().for_each(|nu| *nu = own + nu.max(0.0));
-        let (centres, thin) = (self.centres.data_mut(), self.own);
-        self.solid.centres.iter().for_each(|&place| centres[place as usize] = thin);
-        for (edges, solid) in self.edges.iter_mut().zip(&self.solid.edges) {
-            solid.iter().for_each(|&place| edges[place as usize] = thin);
+    }
+
+    /// Sets the field to one value (m²/s) where bodies hold all velocities.
+    ///
+    /// No stress there acts on the fluid. That of fluid at rest would be the largest by far, and forces on the fluid inside, which
+    /// outweigh it, would settle slowly or not at all.
+    pub fn thin(&mut self, solid: &SolidStresses, viscosity: f64) {
+        let centres = self.centres.data_mut();
+        solid.centres.iter().for_each(|&place| centres[place as usize] = viscosity);
+        for (edges, solid) in self.edges.iter_mut().zip(&solid.edges) {
+            solid.iter().for_each(|&place| edges[place as usize] = viscosity);
         }
     }
 
@@ -132,15 +111,37 @@ impl ViscosityField {
         let Some(rates) = &mut self.rates else { return };
         rates.measure(local, velocity);
         let (law, specific) = (rheology.law(), 1.0 / self.density);
-        let n = row_length(local, [1, 1]);
-        for (_, start) in rows(local, [1, 1]) {
+        let n = row_length(local, [0, 1]);
+        for (_, start) in rows(local, [0, 1]) {
             let row = &mut self.centres.data_mut()[start..start + n];
-            rates.at_centres(local, start, self.open.as_ref(), row);
+            rates.at_centres(local, start, row);
             law.apply(specific, row);
+        }
+        let n = row_length(local, [1, 0]);
+        for (axis, edges) in self.edges.iter_mut().enumerate() {
+            let [a, b] = others(axis);
+            if !(local.active[a] && local.active[b]) {
+                continue;
+            }
+            for (place, start) in rows(local, [1, 0]) {
+                // No stress acts on the edges before the first cell along their own axis.
+                if axis != 0 && local.active[axis] && place[axis] < local.layout.halo {
+                    continue;
+                }
+                let row = &mut edges[start..start + n];
+                rates.on_edges(local, axis, start, row);
+                law.apply(specific, row);
+            }
         }
     }
 
-    fn set_by_eddies(&mut self, turbulence: Turbulence, local: &Local, velocity: [&[f64]; 3]) {
+    fn set_by_eddies(
+        &mut self,
+        turbulence: Turbulence,
+        local: &Local,
+        boundary_data: &[BoundaryData],
+        velocity: [&[f64]; 3],
+    ) {
         let (model, n) = (turbulence.model(), row_length(local, [1, 1]));
         let [dx, dy, dz] = &self.distances;
         for (place, start) in rows(local, [1, 1]) {
@@ -153,24 +154,26 @@ impl ViscosityField {
                 self.centres.data_mut()[start + i] = model.eddy_viscosity(&gradient, width, distance);
             }
         }
-    }
-
-    /// On the edges the mean of the cells about them, on top of a viscosity (m²/s).
-    fn set_edges(&mut self, local: &Local, own: f64) {
-        let (strides, n) = (local.layout.strides(), row_length(local, [1, 0]));
-        let open = self.open.as_ref().map(|open| &open.centres[..]);
+        for face_data in boundary_data {
+            face_data.fill_by_wall(&mut self.centres);
+        }
+        let (strides, own) = (local.layout.strides(), self.own);
+        let n = row_length(local, [1, 0]);
         for (axis, edges) in self.edges.iter_mut().enumerate() {
             let [a, b] = others(axis);
             if !(local.active[a] && local.active[b]) {
                 continue;
             }
             for (_, start) in rows(local, [1, 0]) {
-                let around =
-                    [0, strides[a], strides[b], strides[a] + strides[b]].map(|offset| start + offset);
-                let row = &mut edges[start..start + n];
-                mean_of_four(self.centres.data(), open, around, n, |i, mean| row[i] = own + mean.max(0.0));
+                let corners = [0, strides[a], strides[b], strides[a] + strides[b]];
+                let [c0, c1, c2, c3] =
+                    corners.map(|offset| &self.centres.data()[start + offset..start + offset + n]);
+                for (i, nu) in edges[start..start + n].iter_mut().enumerate() {
+                    *nu = own + 0.25 * ((c0[i] + c1[i]) + (c2[i] + c3[i])).max(0.0);
+                }
             }
         }
+        self.centres.data_mut().iter_mut().for_each(|nu| *nu = own + nu.max(0.0));
     }
 }
 
@@ -194,9 +197,8 @@ fn wall_distances(grid: &Grid, local: &Local, boundaries: &Boundaries, axis: usi
 }
 
 impl BoundaryData {
-    /// First ghost of a quantity that has no gradient, and on faces with an imposed velocity so many times the value inside: −1 makes
-    /// it 0 there.
-    fn fill_by_wall(&self, field: &mut Field<Centre>, at_wall: f64) {
+    /// First ghost of a quantity that is 0 on faces with an imposed velocity and has no gradient on others.
+    fn fill_by_wall(&self, field: &mut Field<Centre>) {
         let layout = field.layout();
         let step = self.face.outward() as isize * layout.strides()[self.face.axis] as isize;
         let (kinds, data) = (&self.kinds[self.face.axis], field.data_mut());
@@ -204,7 +206,7 @@ impl BoundaryData {
             for m1 in 0..self.extents[0] {
                 let p = self.inside(layout, m1, m2);
                 let is_fixed = kinds[m2 * self.extents[0] + m1] == Kind::Fixed;
-                data[(p as isize + step) as usize] = if is_fixed { at_wall * data[p] } else { data[p] };
+                data[(p as isize + step) as usize] = if is_fixed { -data[p] } else { data[p] };
             }
         }
     }

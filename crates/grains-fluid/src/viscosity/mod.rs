@@ -6,12 +6,10 @@
 //!  μ = μ₀ + ρ ν_t(∇u, Δ)             of large eddies ([`Turbulence`])
 //! ```
 //!
-//! A field has values where stresses act, at centres (normal) and edges (shear). At centres γ̇² is the sum of the squares of the normal
-//! rates there and the means of those of shear on the edges about them; edges have the mean viscosity of the cells about them, those
-//! on a wall of the cells inside. So all stresses together are the gradient of one potential, Σ V φ(γ̇) over the cells with
-//! φ' = μ γ̇, which is convex: viscosity that follows the flow from step to step amplifies nothing by itself. Where bodies hold all
-//! velocities about a place, it counts in no mean. The viscosity of a step is that of the velocity at its beginning; a restart needs
-//! no more than the velocity. Steps are of first order in how fast the viscosity changes.
+//! A field has values where stresses act, at centres (normal) and edges (shear). γ̇² is the sum of the squares of the rates that
+//! lie at a place and the means of those of the other places about it: in a plane shear flow every edge knows its own rate
+//! alone. The viscosity of a step is that of the velocity at its beginning; a restart needs no more than the velocity. Steps
+//! are of first order in how fast the viscosity changes.
 //!
 //! To add a law: its file, its module, and its line in `rheologies!` or `turbulence_models!`; keys are the fields of its
 //! structure. The case file, its schema and `check` take it from there.

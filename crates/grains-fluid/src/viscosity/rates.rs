@@ -1,7 +1,7 @@
 //! Rates of strain where stresses act, and the velocity gradient at centres.
 
+use crate::Layout;
 use crate::metrics::Local;
-use crate::{Layout, SolidStresses};
 use std::ops::Range;
 
 /// Squares of the rates of strain (1/s²).
@@ -44,10 +44,9 @@ impl Rates {
         Self { normal: zeros(), shear: std::array::from_fn(|_| zeros()) }
     }
 
-    /// Rates of a velocity whose halo is filled two layers deep: what the centres of the own cells and of one layer more need.
+    /// Rates of a velocity whose halo is filled two layers deep, in the own cells and one layer more.
     pub fn measure(&mut self, local: &Local, velocity: [&[f64]; 3]) {
-        let strides = local.layout.strides();
-        let n = row_length(local, [1, 1]);
+        let (strides, n) = (local.layout.strides(), row_length(local, [1, 1]));
         for (place, start) in rows(local, [1, 1]) {
             let normal = &mut self.normal[start..start + n];
             normal.fill(0.0);
@@ -60,9 +59,6 @@ impl Rates {
                     *square += 2.0 * rate * rate;
                 }
             }
-        }
-        let n = row_length(local, [2, 1]);
-        for (place, start) in rows(local, [2, 1]) {
             for axis in 0..3 {
                 let [a, b] = others(axis);
                 if !(local.active[a] && local.active[b]) {
@@ -83,64 +79,40 @@ impl Rates {
     }
 
     /// γ̇² (1/s²) at the centres of a row.
-    pub fn at_centres(&self, local: &Local, start: usize, open: Option<&Open>, out: &mut [f64]) {
-        let strides = local.layout.strides();
-        out.copy_from_slice(&self.normal[start..start + out.len()]);
+    pub fn at_centres(&self, local: &Local, start: usize, out: &mut [f64]) {
+        let (strides, n) = (local.layout.strides(), out.len());
+        out.copy_from_slice(&self.normal[start..start + n]);
         for axis in 0..3 {
             let [a, b] = others(axis);
             if local.active[a] && local.active[b] {
                 let [a, b] = [strides[a], strides[b]];
-                let around = [start, start - a, start - b, start - a - b];
-                let open = open.map(|open| &open.edges[axis][..]);
                 let shear = &self.shear[axis];
-                mean_of_four(shear, open, around, out.len(), |i, mean| out[i] += mean);
+                add_mean(shear, [start, start - a, start - b, start - a - b], out);
             }
         }
     }
-}
 
-/// Shares (-) of the places where stresses act: 0 where bodies hold all velocities about one, else 1.
-#[derive(Clone, Debug)]
-pub(super) struct Open {
-    pub centres: Vec<f64>,
-    /// On the edges along each axis.
-    pub edges: [Vec<f64>; 3],
-}
-
-impl Open {
-    /// All open, of arrays of a size.
-    pub fn new(size: usize) -> Self {
-        let ones = || vec![1.0; size];
-        Self { centres: ones(), edges: std::array::from_fn(|_| ones()) }
-    }
-
-    /// Sets the shares of some places.
-    pub fn set(&mut self, places: &SolidStresses, share: f64) {
-        places.centres.iter().for_each(|&place| self.centres[place as usize] = share);
-        for (edges, places) in self.edges.iter_mut().zip(&places.edges) {
-            places.iter().for_each(|&place| edges[place as usize] = share);
+    /// γ̇² (1/s²) on the edges along an axis of a row.
+    pub fn on_edges(&self, local: &Local, axis: usize, start: usize, out: &mut [f64]) {
+        let (strides, n) = (local.layout.strides(), out.len());
+        out.copy_from_slice(&self.shear[axis][start..start + n]);
+        let [a, b] = others(axis);
+        let [sa, sb, sc] = [strides[a], strides[b], strides[axis]];
+        add_mean(&self.normal, [start, start + sa, start + sb, start + sa + sb], out);
+        if local.active[axis] {
+            // Edges along a lie before and after the edge, beside both its cells along a; those along b likewise.
+            add_mean(&self.shear[a], [start, start + sa, start - sc, start + sa - sc], out);
+            add_mean(&self.shear[b], [start, start + sb, start - sc, start + sb - sc], out);
         }
     }
 }
 
-/// Calls `take` with the means of four rows of so many values; of those that are open, where some are not.
-pub(super) fn mean_of_four(
-    values: &[f64],
-    open: Option<&[f64]>,
-    starts: [usize; 4],
-    n: usize,
-    mut take: impl FnMut(usize, f64),
-) {
+/// Adds the mean of four rows.
+fn add_mean(values: &[f64], starts: [usize; 4], out: &mut [f64]) {
+    let n = out.len();
     let [a, b, c, d] = starts.map(|start| &values[start..start + n]);
-    match open {
-        None => (0..n).for_each(|i| take(i, 0.25 * ((a[i] + b[i]) + (c[i] + d[i])))),
-        Some(open) => {
-            let [p, q, r, s] = starts.map(|start| &open[start..start + n]);
-            for i in 0..n {
-                let sum = (a[i] * p[i] + b[i] * q[i]) + (c[i] * r[i] + d[i] * s[i]);
-                take(i, sum / ((p[i] + q[i]) + (r[i] + s[i])).max(1.0));
-            }
-        }
+    for (i, sum) in out.iter_mut().enumerate() {
+        *sum += 0.25 * ((a[i] + b[i]) + (c[i] + d[i]));
     }
 }
 

@@ -109,7 +109,7 @@ fn the_operator_is_of_order_two() {
         std::array::from_fn(|a| std::array::from_fn(|b| viscosity * (g[a][b] + g[b][a])))
     };
     for component in 0..3 {
-        let errors = [32, 64].map(|n| {
+        let errors = [20, 40].map(|n| {
             let mut flow = periodic(n, &velocity);
             let all = viscous(&mut flow, component);
             let squares = all.iter().map(|(value, volume, at, _)| {

@@ -20,9 +20,8 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
-/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary, of rates of strain, and of where
-/// bodies leave stresses to the fluid.
-const BYTES: [[f64; 2]; 9] = [
+/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary and of rates of strain.
+const BYTES: [[f64; 2]; 8] = [
     [105.0, 97.0],
     [240.0, 285.0],
     [60.0, 0.0],
@@ -30,7 +29,6 @@ const BYTES: [[f64; 2]; 9] = [
     [0.0, 87.0],
     [60.0, 187.0],
     [64.0, 0.0],
-    [32.0, 0.0],
     [32.0, 0.0],
 ];
 
@@ -258,7 +256,6 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.resolved.is_some(),
         fluid.rheology.is_some() || fluid.turbulence.is_some(),
         fluid.rheology.is_some(),
-        fluid.resolved.is_some() && (fluid.rheology.is_some() || fluid.turbulence.is_some()),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
     let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
