@@ -4,9 +4,10 @@
 mod averaged;
 #[path = "../common/mod.rs"]
 mod common;
-mod iterations;
 mod inlets;
+mod iterations;
 mod resolved;
+mod rheology;
 mod steady;
 mod walls;
 

@@ -164,3 +164,11 @@ impl Case {
         }
     }
 }
+
+/// A table of a case as its file has it, on one line.
+pub fn inline(table: &impl serde::Serialize) -> String {
+    let mut text = String::new();
+    // As little could fail as of a whole case.
+    let _ = table.serialize(toml::ser::ValueSerializer::new(&mut text));
+    text
+}

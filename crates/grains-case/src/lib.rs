@@ -32,7 +32,7 @@ pub use grains_coupling::{DragLaw, Kernel};
 pub use grains_fluid::{Advection, Diffusion, MixtureModel};
 pub use grains_resolved::{Extrapolation, Interpolation};
 
-pub use case::Case;
+pub use case::{Case, inline};
 pub use csv_share::CsvShare;
 pub use diagnostic::{CaseErrors, Diagnostic};
 pub use particle_file::{FileTotals, ParticleColumns};

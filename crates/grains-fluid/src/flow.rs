@@ -153,6 +153,15 @@ pub struct HeldFaces {
     pub near: Vec<u32>,
 }
 
+/// Places where stresses act between velocities of which bodies hold all, own and in the layer about them.
+#[derive(Clone, Debug, Default)]
+pub struct SolidStresses {
+    /// Cells, for the stresses at their centres.
+    pub centres: Vec<u32>,
+    /// Cells, for the stresses on the edges along each axis, at their upper faces.
+    pub edges: [Vec<u32>; 3],
+}
+
 /// Rigid bodies in the fluid, as its steps see them.
 #[derive(Clone, Debug)]
 pub struct Immersed {
@@ -169,6 +178,8 @@ pub struct Immersed {
     pub walls_move: bool,
     /// Faces that bodies at rest hold, per component; empty where the flow marches in time.
     pub held: [HeldFaces; 3],
+    /// Where stresses act between velocities that bodies hold; empty where the viscosity is the same everywhere.
+    pub solid: SolidStresses,
 }
 
 impl Immersed {
@@ -181,14 +192,8 @@ impl Immersed {
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
         let force = Faces::new(layout);
-        Self {
-            force,
-            extrapolated: None,
-            passing: None,
-            sealed: Vec::new(),
-            walls_move: false,
-            held: Default::default(),
-        }
+        let (held, solid) = Default::default();
+        Self { force, extrapolated: None, passing: None, sealed: Vec::new(), walls_move: false, held, solid }
     }
 }
 

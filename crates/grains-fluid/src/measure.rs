@@ -121,6 +121,17 @@ impl Flow {
         flows
     }
 
+    /// Dynamic viscosity (Pa s) of the last step, where a component is strained along an axis between its velocity at a place and the
+    /// next one along the axis; none where it is the same everywhere.
+    pub fn viscosity_of_stress(&self, component: usize, axis: usize, place: usize) -> Option<f64> {
+        let weights = self.viscosity.as_ref()?.weights();
+        let viscosity = match component == axis {
+            true => weights.centres[axis][place + self.local.layout.strides()[axis]],
+            false => weights.edges[component][axis][place],
+        };
+        Some(viscosity * self.setup.density)
+    }
+
     /// Mean of ε u over the box along an axis (m/s), the superficial velocity; inside bodies u is theirs.
     pub fn mean_velocity(&self, axis: usize, transport: &dyn Transport) -> f64 {
         self.mean_and_response(axis, 0.0, transport)[0]

@@ -119,6 +119,9 @@ impl Flow {
         if let Some(mixture) = &self.mixture {
             viscosity.weigh(mixture.porosity());
         }
+        if let Some(immersed) = &self.immersed {
+            viscosity.thin(&immersed.solid, self.setup.viscosity / self.setup.density);
+        }
     }
 
     /// What the stresses are weighed with: the void fraction, and a viscosity that varies.

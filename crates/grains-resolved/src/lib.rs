@@ -94,6 +94,12 @@
 //!
 //! Velocities in walls that stay are found once.
 //!
+//! # Viscosity that varies
+//!
+//! Stresses on walls are those of the whole 2 μ D with the viscosity of the place. Between velocities that bodies hold nothing acts on
+//! the fluid; there the viscosity is that of a thin fluid ([`grains_fluid::SolidStresses`]): that of fluid
+//! at rest would tie velocities next to a surface to those of the body so stiffly that forces would not settle.
+//!
 //! # Many ranks
 //!
 //! Every rank imposes its own velocities; sums over a body go back the way its ghosts came. Results on other numbers of ranks

@@ -1,10 +1,11 @@
 //! The velocities of the fluid that bodies impose.
 
+use crate::body::others;
 use crate::cut_faces::{CutFace, CutFaces};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
-use grains_fluid::HeldFaces;
+use grains_fluid::{HeldFaces, SolidStresses};
 use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
 
@@ -168,6 +169,29 @@ impl Nodes {
             };
             HeldFaces { deep: places(true), near: places(false) }
         })
+    }
+
+    /// Where stresses act between velocities that bodies or walls hold, of the own cells and one layer about them.
+    pub fn solid_stresses(&self, subgrid: &Subgrid) -> SolidStresses {
+        let (layout, strides, active) = (subgrid.layout, subgrid.layout.strides(), subgrid.active);
+        let range = |a: usize| if active[a] { -1..layout.cells[a] as isize + 1 } else { 0..1 };
+        let holds = |component: usize, place: usize| self.marks[component][place] != OUTSIDE;
+        let mut solid = SolidStresses::default();
+        for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
+            for place in range(0).map(|i| layout.index(i, j, k)) {
+                if (0..3).all(|a| !active[a] || holds(a, place) && holds(a, place - strides[a])) {
+                    solid.centres.push(place as u32);
+                }
+                for (axis, edges) in solid.edges.iter_mut().enumerate() {
+                    let [a, b] = others(axis);
+                    let is_between = |a: usize, b: usize| holds(a, place) && holds(a, place + strides[b]);
+                    if active[a] && active[b] && is_between(a, b) && is_between(b, a) {
+                        edges.push(place as u32);
+                    }
+                }
+            }
+        }
+        solid
     }
 
     /// Places of the own cells between faces of which one and the same wall holds all, in ascending order.

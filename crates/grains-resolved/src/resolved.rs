@@ -147,6 +147,9 @@ impl Resolved {
             if !self.walls.is_empty() {
                 immersed.passing.get_or_insert_with(|| Faces::new(self.subgrid.layout));
             }
+            if flow.setup.viscosity_law.is_some() {
+                immersed.solid = self.nodes.solid_stresses(&self.subgrid);
+            }
             if flow.march == March::PseudoTime {
                 immersed.held = self.nodes.held();
             }

@@ -82,9 +82,7 @@ impl Stresses<'_> {
         let (flow, spacing, strides) = (self.flow, self.subgrid.spacing, self.subgrid.layout.strides());
         let area = self.subgrid.cell_volume() / spacing[axis];
         let u = flow.state.velocity.component(component);
-        // Beside a rigid surface the other half of the stress, of n·∂u/∂x, is that of its turning.
-        let turned = side * turning(wall, axis, &unit(component));
-        let viscous = flow.setup.viscosity * ((u[outside] - u[inside]) / spacing[axis] + turned);
+        let viscous = self.viscous(wall, component, [inside, outside], (axis, side));
         let mean = 0.5 * (u[inside] + u[outside]);
         let upper = inside.max(outside);
         let (across, pressure) = match axis == component {
@@ -96,6 +94,30 @@ impl Stresses<'_> {
         };
         let rigid = wall.component_at(axis, arm) * wall.component_at(component, arm);
         area * (viscous - side * (pressure + flow.setup.density * (across * mean - rigid)))
+    }
+
+    /// Viscous stress (Pa) along a component on the inner of two control volumes through the face between them.
+    fn viscous(
+        &self,
+        wall: &RigidBody,
+        component: usize,
+        [inside, outside]: [usize; 2],
+        (axis, side): (usize, f64),
+    ) -> f64 {
+        let (flow, spacing, strides) = (self.flow, self.subgrid.spacing, self.subgrid.layout.strides());
+        let u = flow.state.velocity.component(component);
+        let slope = (u[outside] - u[inside]) / spacing[axis];
+        let lower = inside.min(outside);
+        match flow.viscosity_of_stress(component, axis, lower) {
+            // Beside a rigid surface the other half of the stress, of n·∂u/∂x, is that of its turning.
+            None => flow.setup.viscosity * (slope + side * turning(wall, axis, &unit(component))),
+            Some(viscosity) if axis == component => 2.0 * viscosity * slope,
+            Some(viscosity) => {
+                let v = flow.state.velocity.component(axis);
+                let across = (v[lower + strides[component]] - v[lower]) / spacing[component];
+                viscosity * (slope + side * across)
+            }
+        }
     }
 }
 

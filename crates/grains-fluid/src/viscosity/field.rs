@@ -5,7 +5,7 @@ use super::{Rheology, Turbulence, ViscosityLaw};
 use crate::boundary::{BoundaryData, BoxFace, Kind};
 use crate::metrics::Local;
 use crate::momentum::StressWeights;
-use crate::{Boundaries, Centre, Condition, Field, Grid, Layout};
+use crate::{Boundaries, Centre, Condition, Field, Grid, Layout, SolidStresses};
 
 /// Kinematic viscosity ν at centres and edges (m²/s); among particles ε ν.
 #[derive(Clone, Debug)]
@@ -67,6 +67,18 @@ impl ViscosityField {
         match self.law {
             ViscosityLaw::Rheology(rheology) => self.set_by_rates(rheology, local, velocity),
             ViscosityLaw::Turbulence(model) => self.set_by_eddies(model, local, boundary_data, velocity),
+        }
+    }
+
+    /// Sets the field to one value (m²/s) where bodies hold all velocities.
+    ///
+    /// No stress there acts on the fluid. That of fluid at rest would be the largest by far, and forces on the fluid inside, which
+    /// outweigh it, would settle slowly or not at all.
+    pub fn thin(&mut self, solid: &SolidStresses, viscosity: f64) {
+        let centres = self.centres.data_mut();
+        solid.centres.iter().for_each(|&place| centres[place as usize] = viscosity);
+        for (edges, solid) in self.edges.iter_mut().zip(&solid.edges) {
+            solid.iter().for_each(|&place| edges[place as usize] = viscosity);
         }
     }
 

@@ -164,17 +164,22 @@ impl Rheology {
     /// Rate (1/s) at which the regularised fluid creeps under its yield stress, where the ideal one is rigid: γ̇ of
     /// μ(γ̇) γ̇ = τ_y.
     pub fn creep_rate(&self) -> f64 {
-        let (law, wanted) = (self.law(), self.yield_stress());
-        if wanted == 0.0 {
+        self.rate_under(self.yield_stress())
+    }
+
+    /// Rate γ̇ (1/s) at which the regularised fluid is sheared under a stress μ(γ̇) γ̇ ≥ 0 (Pa).
+    pub fn rate_under(&self, stress: f64) -> f64 {
+        let law = self.law();
+        if stress <= 0.0 {
             return 0.0;
         }
-        let [mut low, mut high] = [0.0, wanted / law.viscosity_at_rest()];
-        while law.viscosity(high) * high < wanted && high.is_finite() {
+        let [mut low, mut high] = [0.0, stress / law.reference_viscosity()];
+        while law.viscosity(high) * high < stress && high.is_finite() {
             high *= 2.0;
         }
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            if law.viscosity(middle) * middle < wanted {
+            if law.viscosity(middle) * middle < stress {
                 low = middle;
             } else {
                 high = middle;

@@ -3,7 +3,12 @@
 #![allow(dead_code)] // each test program uses its part
 
 use grains_domain::{Decomposition, GlobalBox};
-use grains_fluid::{CellPartition, Centre, Field, Grid};
+use grains_fluid::{Axis, CellPartition, Centre, Field, Grid};
+
+/// A channel between walls across z, refined there and periodic along x, with this axis along y.
+pub fn refined_channel(y: Axis) -> Grid {
+    Grid::new([Axis::uniform(0.0, 1.0, 12, true), y, Axis::clustered(0.0, 1.0, 10, 1.1)]).unwrap()
+}
 
 /// Cells of a rank by the decomposition of the particles.
 pub fn partition(grid: &Grid, ranks: [usize; 3], rank: usize) -> CellPartition {

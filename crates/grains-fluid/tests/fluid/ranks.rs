@@ -1,6 +1,6 @@
 //! The same flow on any number of ranks.
 
-use crate::common::{difference, joined, partition, piece};
+use crate::common::{difference, joined, partition, piece, refined_channel};
 use grains_domain::Transport;
 use grains_fluid::{
     Advection, Axis, Boundaries, BoxFace, Clearance, Condition, Drive, FanCurve, Flow, FlowRate, FlowSetup,
@@ -77,12 +77,7 @@ fn a_closed_box_with_a_lid() {
 
 #[test]
 fn a_periodic_stretched_channel_with_a_flow_rate() {
-    let grid = Grid::new([
-        Axis::uniform(0.0, 1.0, 12, true),
-        Axis::uniform(0.0, 1.0, 8, true),
-        Axis::clustered(0.0, 1.0, 10, 1.1),
-    ])
-    .unwrap();
+    let grid = refined_channel(Axis::uniform(0.0, 1.0, 8, true));
     let drive = [Drive::MeanVelocity(0.5), Drive::PressureGradient(0.4), Drive::None];
     compare(&FlowSetup { drive, ..FlowSetup::new(grid, 1.0, 0.02) }, &GRIDS);
 }

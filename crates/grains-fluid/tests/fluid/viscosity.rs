@@ -1,6 +1,6 @@
 //! Fluids whose viscosity varies, against closed profiles, manufactured flows and themselves on other ranks.
 
-use crate::common::{difference, joined, order, partition, piece};
+use crate::common::{difference, joined, order, partition, piece, refined_channel};
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{
     Axis, Bingham, Boundaries, Condition, Drive, Faces, Flow, FlowSetup, Grid, HerschelBulkley, Immersed,
@@ -269,12 +269,7 @@ const LAWS: [ViscosityLaw; 4] = [
 /// Periodic, stretched, with a moving wall; in a box with inlet and outlet; among particles.
 #[test]
 fn any_number_of_ranks_gives_the_same_flow() {
-    let stretched = Grid::new([
-        Axis::uniform(0.0, 1.0, 12, true),
-        Axis::uniform(0.0, 1.0, 8, false),
-        Axis::clustered(0.0, 1.0, 10, 1.1),
-    ])
-    .unwrap();
+    let stretched = refined_channel(Axis::uniform(0.0, 1.0, 8, false));
     let lid = Condition::Wall { velocity: [1.0, 0.0, 0.0] };
     let channel = FlowSetup {
         boundaries: Boundaries::default().with(2, Side::High, lid).with(1, Side::Low, Condition::Symmetry),

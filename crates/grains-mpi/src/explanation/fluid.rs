@@ -2,7 +2,7 @@
 
 use grains_case::{
     Case, Coupling, Drive, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved,
-    ResolvedMethod, Side, Wall, WallKind,
+    ResolvedMethod, Side, Wall, WallKind, inline,
 };
 use grains_simulation::check::{
     CouplingReport, FluidReport, FluidStep, FluidStepLimit, ParticlesInFluid, ResolvedReport, TooCoarse,
@@ -13,7 +13,7 @@ use grains_simulation::check::{
 pub fn tell(case: &Case, found: &FluidReport) {
     let Some(fluid) = &case.fluid else { return };
     cells(found);
-    viscosity(case, fluid);
+    viscosity(case, fluid, found);
     if let (Some(found), Some(given)) = (&found.coupling, &fluid.coupling) {
         coupling(given, found);
     }
@@ -51,18 +51,33 @@ fn cells(found: &FluidReport) {
     say!("  memory       about {memory:.0} MB of it for the fluid, halos of one rank included");
 }
 
+/// Ratio of the largest viscosity to that at a rate of 1/s beyond which plugs were seen to wander (-).
+const STIFF: f64 = 30.0;
+
 /// Prints what the viscosity depends on, and what a regularisation lets creep.
-fn viscosity(case: &Case, fluid: &Fluid) {
+fn viscosity(case: &Case, fluid: &Fluid, found: &FluidReport) {
     if let Some(turbulence) = &fluid.turbulence {
-        say!("  viscosity    {:.4e} Pa s and that of small eddies by {turbulence:?}", fluid.viscosity);
+        say!("  viscosity    {:.4e} Pa s and that of small eddies", fluid.viscosity);
+        say!("    eddies     turbulence = {}", inline(turbulence));
     }
     let Some(rheology) = &fluid.rheology else { return };
     let (rest, reference) = (rheology.viscosity_at_rest(), rheology.reference_viscosity());
-    say!("  viscosity    {rheology:?}");
+    say!("  viscosity    rheology = {}", inline(rheology));
+    if let Some([rate, viscosity]) = found.sheared.filter(|[rate, _]| *rate > 0.0) {
+        say!(
+            "    sheared    {viscosity:.4e} Pa s at the {rate:.3e} 1/s that the case brings about; steps are judged by it"
+        );
+    }
     say!(
         "    at rest    at most {rest:.4e} Pa s, {:.3e} times that at 1/s without yield stress",
         rest / reference
     );
+    if rest > STIFF * reference {
+        say!(
+            "  warning: fluid that has not yielded may wander by some per cent of the fastest where the flow varies along \
+             several axes; a regularisation with at most {STIFF} times the viscosity at 1/s holds it"
+        );
+    }
     if rheology.yield_stress() == 0.0 {
         return;
     }

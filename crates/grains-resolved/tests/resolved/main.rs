@@ -7,4 +7,5 @@ mod fixed;
 mod free;
 mod points;
 mod prescribed;
+mod rheology;
 mod walls;

@@ -10,25 +10,25 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A flow between walls.
-struct Walled {
-    flow: Flow,
-    resolved: Resolved,
+pub struct Walled {
+    pub flow: Flow,
+    pub resolved: Resolved,
     walls: Vec<FluidWall>,
 }
 
 /// Where a wall is whose frame is the world's.
-fn at_rest(wall: usize) -> RigidBody {
+pub fn at_rest(wall: usize) -> RigidBody {
     RigidBody { form: Form::Wall(0), ..body(wall as u64, Vec3::zeros()) }
 }
 
 /// The inside or outside of a cylinder without end.
-fn cylinder(center: Vec3, axis: Vec3, radius: f64, solid: SolidSide) -> FluidWall {
+pub fn cylinder(center: Vec3, axis: Vec3, radius: f64, solid: SolidSide) -> FluidWall {
     let surface = ClosedSurface::Cylinder { center, axis, radius, half_length: f64::INFINITY };
     FluidWall { surface, solid }
 }
 
 impl Walled {
-    fn new(
+    pub fn new(
         setup: &FlowSetup,
         ranks: [usize; 3],
         (walls, places): (&[FluidWall], Vec<RigidBody>),
@@ -42,7 +42,7 @@ impl Walled {
         walled
     }
 
-    fn still(setup: &FlowSetup, walls: &[FluidWall]) -> Self {
+    pub fn still(setup: &FlowSetup, walls: &[FluidWall]) -> Self {
         let places = (0..walls.len()).map(at_rest).collect();
         Self::new(setup, [1; 3], (walls, places), &SerialTransport)
     }
@@ -53,13 +53,13 @@ impl Walled {
         self.resolved.place(Vec::new(), &[], &mut self.flow, transport);
     }
 
-    fn step(&mut self, dt: f64, transport: &dyn Transport) {
+    pub fn step(&mut self, dt: f64, transport: &dyn Transport) {
         self.flow.step(dt, transport).unwrap();
         self.resolved.impose_rigid_velocity(None, &mut self.flow, dt, transport).unwrap();
     }
 
     /// Steps until no velocity changes by more than a share of the largest.
-    fn settle(&mut self, dt: f64, share: f64) {
+    pub fn settle(&mut self, dt: f64, share: f64) {
         for _ in 0..100_000 {
             let before = self.flow.state.velocity.clone();
             self.step(dt, &SerialTransport);
@@ -76,7 +76,7 @@ impl Walled {
     }
 
     /// Largest error of the velocities where there is an exact one, and that in the mean square.
-    fn errors(&self, exact: impl Fn(usize, Vec3) -> Option<f64>) -> [f64; 2] {
+    pub fn errors(&self, exact: impl Fn(usize, Vec3) -> Option<f64>) -> [f64; 2] {
         let (mut largest, mut squares, mut count) = (0.0_f64, 0.0, 0.0);
         self.compare(exact, |found, exact| {
             largest = largest.max((found - exact).abs());
@@ -97,7 +97,7 @@ impl Walled {
     }
 
     /// Calls `visit` with each velocity for which there is an exact one, and that.
-    fn compare(&self, exact: impl Fn(usize, Vec3) -> Option<f64>, mut visit: impl FnMut(f64, f64)) {
+    pub fn compare(&self, exact: impl Fn(usize, Vec3) -> Option<f64>, mut visit: impl FnMut(f64, f64)) {
         let subgrid = &self.resolved.subgrid;
         let [nx, ny, nz] = subgrid.layout.cells.map(|n| n as isize);
         for c in (0..3).filter(|&c| subgrid.active[c]) {

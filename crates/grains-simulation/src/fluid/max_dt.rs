@@ -1,7 +1,7 @@
 //! The longest step of the fluid: what the flow that can come about asks for, whatever the end of the run.
 
 use super::imposed::fastest_at;
-use super::setup::{active_axes, diffusion_step, narrowest};
+use super::setup::{active_axes, diffusion_step, narrowest, viscosity_of_flow};
 use grains_case::{BoundaryKind, Case, Drive, Fluid};
 
 /// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
@@ -43,7 +43,7 @@ pub enum FluidStepLimit {
 /// The case's own longest step, or the shortest of what its flow asks for; with particles that the grid resolves also that in
 /// which momentum diffuses a cell or so.
 ///
-/// With cells Δx along an axis, CFL number C, kinematic viscosity ν and the smallest extent H of the domain in the flow:
+/// With cells Δx along an axis, CFL number C, kinematic viscosity ν (where it varies, at the rate of shear of the flow) and the smallest extent H of the domain in the flow:
 ///
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
 /// * √(2 C Δx/a): a drive, imposed pressures or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
@@ -54,8 +54,7 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     let mut candidates = Vec::new();
     let mut add = |step: f64, limit| candidates.push(MaxStep { step, limit });
     if let Some(resolved) = &fluid.resolved {
-        let step = diffusion_step(fluid, resolved, narrowest(case, fluid));
-        add(step, FluidStepLimit::Diffusion);
+        add(diffusion_step(case, fluid, resolved), FluidStepLimit::Diffusion);
     }
     if let Some(given) = fluid.max_dt {
         add(given, FluidStepLimit::Given);
@@ -77,7 +76,8 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
         if resolved.is_none() {
             let extents = case.domain.extents();
             let smallest = active_axes(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
-            let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / fluid.viscosity;
+            let viscosity = viscosity_of_flow(case, fluid);
+            let step = SHARE_OF_DIFFUSION * smallest * smallest * fluid.density / viscosity;
             add(step, FluidStepLimit::Viscosity);
         }
     }
@@ -122,14 +122,17 @@ mod tests {
     use std::path::Path;
 
     /// Air in a box between walls; `more` goes into its table.
-    fn case(end: f64, more: &str, intervals: [f64; 4]) -> Case {
+    fn text(end: f64, more: &str, intervals: [f64; 4]) -> String {
         let [particles, series, checkpoint, fluid] = intervals;
-        let text = format!(
+        format!(
             "[domain]\nlower = [0, 0, 0]\nupper = [0.2, 0.1, 0.1]\nperiodic = [true, false, false]\n[time]\nend = {end}\n\
              [output]\nparticles = {particles}\nseries = {series}\ncheckpoint = {checkpoint}\n[fluid]\ndensity = 1.2\n\
              viscosity = 1.8e-5\ncells = [20, 10, 10]\n{more}\n[fluid.output]\ninterval = {fluid}\n"
-        );
-        Case::parse(&text, "box.toml", Path::new("")).unwrap()
+        )
+    }
+
+    fn case(end: f64, more: &str, intervals: [f64; 4]) -> Case {
+        Case::parse(&text(end, more, intervals), "box.toml", Path::new("")).unwrap()
     }
 
     const FLOWS: [&str; 5] = [
@@ -156,6 +159,24 @@ mod tests {
                 let found = max_dt(&case, case.fluid.as_ref().unwrap());
                 assert!((found.step / wanted - 1.0).abs() < 1e-9, "{flow} {end}: {found:?}, {wanted}");
             }
+        }
+    }
+
+    /// Between walls under a drive G a power-law fluid is sheared at (G H/2K)^(1/n), and has the viscosity G H/2 over that.
+    #[test]
+    fn a_rheology_is_judged_at_the_rate_of_shear_of_its_flow() {
+        let drive = "drive = { kind = \"pressure_gradient\", gradient = [-3e-9, 0, 0] }";
+        for (consistency, index) in [(1e-4, 0.5), (2e-3, 0.8), (1e-2, 1.5)] {
+            let law = format!(
+                "rheology = {{ kind = \"power_law\", consistency = {consistency}, index = {index}, max_viscosity = 1e9 }}"
+            );
+            let text = text(1.0, drive, [0.0; 4]).replace("viscosity = 1.8e-5", &law);
+            let case = Case::parse(&text, "box.toml", Path::new("")).unwrap();
+            let stress = 3e-9 * 0.05;
+            let viscosity = stress / f64::powf(stress / consistency, 1.0 / index);
+            let wanted = (0.01 * 0.01 * 1.2 / viscosity).min((2.0 * 0.25 * 0.01 * 1.2 / 3e-9_f64).sqrt());
+            let found = max_dt(&case, case.fluid.as_ref().unwrap()).step;
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{consistency} {index}: {found}, {wanted}");
         }
     }
 

@@ -429,7 +429,7 @@ fn halo(
 pub fn max_body_time_step(case: &Case) -> Option<f64> {
     let fluid = case.fluid.as_ref()?;
     let resolved = fluid.resolved.as_ref()?;
-    let by_diffusion = setup::diffusion_step(fluid, resolved, setup::narrowest(case, fluid));
+    let by_diffusion = setup::diffusion_step(case, fluid, resolved);
     Some(fluid.max_dt.map_or(by_diffusion, |longest| longest.min(by_diffusion)))
 }
 

@@ -1,5 +1,6 @@
 //! From the `[fluid]` of a case to a flow and its coupling.
 
+use super::imposed::fastest_at;
 use crate::insertion::KindRange;
 use grains_case::{
     BoundaryKind, Case, Drive as CaseDrive, Expression, Face, FlowProfile, Fluid as CaseFluid, Formula,
@@ -49,9 +50,41 @@ pub fn narrowest(case: &Case, fluid: &CaseFluid) -> f64 {
     active_axes(fluid).map(|a| fluid.cell_widths(&case.domain, a)[0]).fold(f64::INFINITY, f64::min)
 }
 
-/// Step (s) in which momentum diffuses as far as the case allows, on cells of a width (m).
-pub fn diffusion_step(fluid: &CaseFluid, resolved: &CaseResolved, width: f64) -> f64 {
-    resolved.diffusion_number * width * width * fluid.density / fluid.viscosity
+/// Step (s) in which momentum diffuses as far as the case allows, over the narrowest cells: at the largest viscosity where longer
+/// steps would make forces alternate, else at that of the flow.
+pub fn diffusion_step(case: &Case, fluid: &CaseFluid, resolved: &CaseResolved) -> f64 {
+    let viscosity = match resolved.largest_diffusion_number(&case.inserts).is_finite() {
+        true => fluid.viscosity_at_rest(),
+        false => viscosity_of_flow(case, fluid),
+    };
+    resolved.diffusion_number * narrowest(case, fluid).powi(2) * fluid.density / viscosity
+}
+
+/// Rate of shear (1/s) that a case brings about at walls: by the speed that it imposes, over half the smallest extent of the domain
+/// or, past what the grid resolves, four cells; or by its drive over that half extent.
+pub fn shear_rate(case: &Case, fluid: &CaseFluid) -> f64 {
+    /// Radius of the smallest bodies that are resolved (cells).
+    const RADIUS: f64 = 4.0;
+    let extents = case.domain.extents();
+    let half = 0.5 * active_axes(fluid).map(|a| extents[a]).fold(f64::INFINITY, f64::min);
+    let length = if fluid.resolved.is_some() { RADIUS * narrowest(case, fluid) } else { half };
+    let by_drive = match (&fluid.drive, &fluid.rheology) {
+        (Some(CaseDrive::PressureGradient { gradient }), Some(rheology)) => {
+            let largest = gradient.iter().fold(0.0_f64, |max, g| max.max(g.abs()));
+            rheology.rate_under(largest * half)
+        }
+        _ => 0.0,
+    };
+    by_drive.max(fastest_at(case, fluid, &[0.0]).speed / length)
+}
+
+/// Dynamic viscosity (Pa s) at the rate of shear of the flow, by which steps are judged; that at a rate of 1/s without yield stress
+/// where nothing is known of the flow.
+pub fn viscosity_of_flow(case: &Case, fluid: &CaseFluid) -> f64 {
+    match (&fluid.rheology, shear_rate(case, fluid)) {
+        (Some(rheology), rate) if rate > 0.0 => rheology.viscosity(rate),
+        _ => fluid.viscosity,
+    }
 }
 
 /// Everything that defines the flow; `halo` in cells.

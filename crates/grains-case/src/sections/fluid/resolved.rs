@@ -126,7 +126,7 @@ impl Resolved {
     }
 
     /// Largest diffusion number at which forces settle.
-    fn largest_diffusion_number(&self, inserts: &[Insert]) -> f64 {
+    pub fn largest_diffusion_number(&self, inserts: &[Insert]) -> f64 {
         match (self.method, self.extrapolation(inserts)) {
             (Method::Direct, Extrapolation::Quadratic | Extrapolation::Linear | Extrapolation::Rigid) => {
                 f64::INFINITY
@@ -183,7 +183,7 @@ pub(crate) fn check_step(
     let max = resolved.largest_diffusion_number(inserts);
     let widths = (0..3).filter(|&a| fluid.cells[a] > 1).map(|a| fluid.cell_widths(domain, a)[0]);
     let width = widths.fold(f64::INFINITY, f64::min);
-    let longest = max * width * width * fluid.density / fluid.viscosity;
+    let longest = max * width * width * fluid.density / fluid.viscosity_at_rest();
     if resolved.diffusion_number > max {
         let message = format!(
             "the forces of particles alternate from step to step beyond {max}; take {max} or less, or {}",

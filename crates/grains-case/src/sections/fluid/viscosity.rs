@@ -1,11 +1,20 @@
 //! `viscosity`, `rheology` and `turbulence` of `[fluid]`: what makes the viscosity, and what they cannot be combined with.
 
+use super::resolved::Method;
 use super::{Context, Fluid};
 use crate::check::Checker;
 use grains_fluid::{BadValue, Diffusion, Turbulence};
+use grains_resolved::Extrapolation;
 
-/// Checks the laws, and gives a fluid with a rheology the viscosity by which steps are judged: that at a rate of 1/s without
-/// the yield stress.
+impl Fluid {
+    /// Largest dynamic viscosity (Pa s) at small rates: that of fluid that has not yielded.
+    pub fn viscosity_at_rest(&self) -> f64 {
+        let at_rest = self.rheology.map_or(0.0, |rheology| rheology.viscosity_at_rest());
+        self.viscosity.max(at_rest)
+    }
+}
+
+/// Checks the laws, and gives a fluid with a rheology the viscosity at a rate of 1/s without the yield stress.
 pub(super) fn check(fluid: &mut Fluid, context: &Context<'_>, checker: &mut Checker) {
     let mut out_of_range = |law: &str, found: Result<(), BadValue>| {
         if let Err((key, value, range)) = found {
@@ -40,12 +49,15 @@ pub(super) fn check(fluid: &mut Fluid, context: &Context<'_>, checker: &mut Chec
         let message = format!("the viscosity of {law} is treated implicitly only; take \"implicit\"");
         checker.error("fluid.diffusion", message);
     }
-    if context.has_walls {
-        let message =
-            "walls inside the flow know a constant viscosity only; remove it, or the `fluid` of the walls";
+    if context.has_walls && fluid.coupling.is_some() {
+        let message = "walls in a flow averaged over particles know a constant viscosity only; remove it, or the `fluid` of the walls";
         checker.error(law, message.into());
     }
     if fluid.rheology.is_some() {
+        // Where nothing yields, forces along cubics would settle in very short steps only.
+        if let Some(resolved) = fluid.resolved.as_mut().filter(|resolved| resolved.method == Method::Direct) {
+            resolved.extrapolation.get_or_insert(Extrapolation::Quadratic);
+        }
         if fluid.coupling.is_some() && context.has_particles {
             let message = "drag laws are those of Newtonian fluids; give a viscosity, or resolve the particles by \
                            [fluid.resolved]";
@@ -61,7 +73,7 @@ pub(super) fn check(fluid: &mut Fluid, context: &Context<'_>, checker: &mut Chec
             .error(law, "eddies are three-dimensional; give every axis several cells, or remove it".into());
     }
     if matches!(fluid.turbulence, Some(Turbulence::Smagorinsky(_))) && fluid.resolved.is_some() {
-        let message = "this model looks for walls on the faces of the domain only, not for resolved particles; take \"wale\"";
+        let message = "this model looks for walls on the faces of the domain only, not for particles and walls in the flow; take \"wale\"";
         checker.error(law, message.into());
     }
 }

@@ -54,6 +54,8 @@ pub struct FluidReport {
     pub resolved: Option<ResolvedReport>,
     /// What walls make of the cells, if some bound the fluid.
     pub walls: Option<WallsReport>,
+    /// Rate of shear of the flow (1/s), and the dynamic viscosity there (Pa s), of a fluid whose viscosity depends on it.
+    pub sheared: Option<[f64; 2]>,
     /// Minimum time of its steps on one core (s); none where particles smaller than its cells decide.
     pub min_seconds: Option<f64>,
 }
@@ -148,6 +150,9 @@ pub fn report(
         coupling: coupling.transpose()?,
         resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
         walls: FluidWalls::new(case)?.report(&setup::grid(case, fluid)?),
+        sheared: fluid
+            .rheology
+            .map(|_| [setup::shear_rate(case, fluid), setup::viscosity_of_flow(case, fluid)]),
         min_seconds: min_seconds(case),
     }))
 }
@@ -183,6 +188,8 @@ fn coupled(
 fn min_seconds(case: &Case) -> Option<f64> {
     /// Seconds per cell and step of a fluid alone, and of one with a fifth of it resolved bodies.
     const COST: [f64; 2] = [1.0e-7, 2.0e-7];
+    /// What more of a fluid whose viscosity varies, by eddies and by a rheology.
+    const COST_OF_VISCOSITY: [f64; 2] = [1.5e-7, 2.5e-7];
     let fluid = case.fluid.as_ref().filter(|fluid| fluid.coupling.is_none())?;
     let resolved = case.resolved();
     let by_speed = match resolved.filter(|_| !case.holds_particles()) {
@@ -194,7 +201,10 @@ fn min_seconds(case: &Case) -> Option<f64> {
         _ => max_dt(case, fluid).step.min(by_speed),
     };
     let cells = fluid.cells.iter().product::<u64>() as f64;
-    Some(case.time.end / step * cells * COST[usize::from(resolved.is_some())])
+    let varies = [fluid.turbulence.is_some(), fluid.rheology.is_some()];
+    let of_viscosity: f64 =
+        COST_OF_VISCOSITY.iter().zip(varies).filter(|(_, varies)| *varies).map(|(cost, _)| cost).sum();
+    Some(case.time.end / step * cells * (COST[usize::from(resolved.is_some())] + of_viscosity))
 }
 
 /// Bytes of the snapshots of the fluid, of their means, and of its state in the checkpoints that are kept; uncompressed.

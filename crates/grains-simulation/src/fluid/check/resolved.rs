@@ -104,7 +104,7 @@ pub fn report(
         too_coarse,
         lubrication: lubrication(case)
             .map(|given| LubricationRange { range: given.range, min_gap: given.min_gap }),
-        max_diffusion_step: diffusion_step(fluid, resolved, width),
+        max_diffusion_step: diffusion_step(case, fluid, resolved),
     }
 }
 
