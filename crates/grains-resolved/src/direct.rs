@@ -85,7 +85,7 @@ impl Resolved {
         }
         let (first_wall, nodes) = (self.first_wall(), &self.nodes);
         let holder = |component: usize, place: usize| nodes.holder(component, place);
-        let stresses = Stresses { flow, subgrid: &self.subgrid, holder: &holder };
+        let stresses = Stresses { flow, subgrid: &self.subgrid, holder: &holder, first_wall };
         for on_wall in &mut self.on_walls {
             *on_wall = FlowOnWall { wall: on_wall.wall, ..FlowOnWall::default() };
         }

@@ -24,6 +24,8 @@ pub(crate) struct Stresses<'a> {
     pub subgrid: &'a Subgrid,
     /// The body that holds a velocity of a component.
     pub holder: &'a dyn Fn(usize, usize) -> Option<u32>,
+    /// Number of the first wall among the bodies.
+    pub first_wall: usize,
 }
 
 impl FlowOnWall {
@@ -31,6 +33,7 @@ impl FlowOnWall {
     /// of the mean gradient, viscous stress, and momentum beyond that of rigid motion, which the fluid inside keeps.
     ///
     /// It is what the force on the fluid inside takes out again: nothing but the flow at the surface counts, whatever lies behind.
+    /// Nothing goes from one wall into another that it meets.
     pub(crate) fn add(
         &mut self,
         wall: &RigidBody,
@@ -43,7 +46,8 @@ impl FlowOnWall {
                 for side in [-1.0, 1.0] {
                     let place = node.place as usize;
                     let Some(beside) = subgrid.beside(component, place, axis, side) else { continue };
-                    if (stresses.holder)(component, beside) == Some(node.body) {
+                    if (stresses.holder)(component, beside).is_some_and(|b| b as usize >= stresses.first_wall)
+                    {
                         continue;
                     }
                     let arm = node.arm + unit(axis) * (0.5 * side * subgrid.spacing[axis]);
