@@ -88,7 +88,7 @@ fn case(text: &str, cells: usize) -> Case {
     Case::parse(&text, "memory.toml", Path::new("")).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Most memory of this process at once so far (bytes).
+/// Peak memory of this process so far (bytes).
 fn peak() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();

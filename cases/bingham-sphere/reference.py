@@ -1,4 +1,4 @@
-"""Drag of a sphere in creeping flow of a Bingham fluid without walls, by the least power of all axisymmetric flows.
+"""Drag of a sphere in creeping flow of a Bingham fluid without walls, by the minimum of the power over all axisymmetric flows.
 
 The flow is u_r = sum n (n + 1) f_n/r^2 P_n(cos theta), u_theta = sum f_n'/r dP_n/dtheta, n odd, which is solenoidal whatever the f_n:
 cubic Hermite elements in r. Of all that follow the sphere (U = 1, radius 1, plastic viscosity 1) and vanish at the outer radius, the

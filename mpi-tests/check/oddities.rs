@@ -307,6 +307,26 @@ const ODDITIES: &[Oddity] = &[
         "accelerate for ever",
     ),
     (
+        "a body wider than the tube around it",
+        "walls_of_fluid.toml",
+        &[("motion = \"free\"", "motion = \"fixed\""), ("radius = 0.45", "radius = 0.14")],
+        "wall[0].radius",
+        "blocks the section",
+    ),
+    (
+        "a body wider than the cone around it",
+        "walls_of_fluid.toml",
+        &[
+            ("motion = \"free\"", "motion = \"fixed\""),
+            (
+                "kind = \"cylinder\"\ncenter = [0, 0.51, 0.49]\naxis = [1, 0, 0]\nradius = 0.45",
+                "kind = \"revolution\"\norigin = [0, 0.51, 0.49]\naxis = [1, 0, 0]\nprofile = [[0, 0.1], [0.5, 0.14], [1.5, 0.1]]",
+            ),
+        ],
+        "wall[0].profile",
+        "blocks the section",
+    ),
+    (
         "an end of years",
         "base.toml",
         &[

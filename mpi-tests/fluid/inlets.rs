@@ -1,6 +1,6 @@
 //! Inlets of stated flow and pressure on parts of faces: on any ranks, across restarts, and what is refused.
 
-use super::{assert_close, assert_same_fluid, continued};
+use super::{assert_close, assert_same_fluid, continued, results_of};
 use crate::common::results::series;
 use crate::common::{case, folder, replaced, run_case};
 use std::fs;
@@ -8,12 +8,7 @@ use std::fs;
 #[test]
 fn inlets_let_in_what_is_stated_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_inlets"), case("inlets.toml"));
-    let result = |ranks: usize| {
-        let own = home.join(ranks.to_string());
-        fs::create_dir_all(&own).unwrap();
-        run_case(ranks, &own, &text, &[]).succeeded();
-        own.join("results")
-    };
+    let result = |ranks: usize| results_of(&home, &ranks.to_string(), ranks, &text);
     let one = result(1);
     let table = series(&one);
     let flow = |name: &str| table.column(&format!("{name}_flow"));

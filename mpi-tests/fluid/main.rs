@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 mod averaged;
+mod averaged_walls;
 #[path = "../common/mod.rs"]
 mod common;
 mod inlets;
@@ -15,12 +16,20 @@ use common::results::{checkpoints, series};
 use common::{case, folder, replaced, run_case};
 use hdf5::File;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// An array of doubles of a file.
 fn array(path: &Path, name: &str) -> Vec<f64> {
     let read = || File::open(path)?.dataset(name)?.read_raw::<f64>();
     read().unwrap_or_else(|e| panic!("{} {name}: {e}", path.display()))
+}
+
+/// The results of a case that runs in a folder of its own.
+fn results_of(home: &Path, label: &str, ranks: usize, text: &str) -> PathBuf {
+    let own = home.join(label);
+    fs::create_dir_all(&own).unwrap();
+    run_case(ranks, &own, text, &[]).succeeded();
+    own.join("results")
 }
 
 /// Asserts that two lists agree to a share of their largest size.
@@ -65,12 +74,7 @@ fn continued(home: &Path, from: &str, ranks: usize, text: &str) -> std::path::Pa
 #[test]
 fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_duct"), case("duct.toml"));
-    let result = |label: &str, ranks: usize| {
-        let own = home.join(label);
-        fs::create_dir_all(&own).unwrap();
-        run_case(ranks, &own, &text, &[]).succeeded();
-        own.join("results")
-    };
+    let result = |label: &str, ranks: usize| results_of(&home, label, ranks, &text);
     let one = result("1", 1);
     for ranks in [2, 4] {
         assert_same_fluid(&one, &result(&ranks.to_string(), ranks), 1e-10);

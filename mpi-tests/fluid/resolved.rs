@@ -1,6 +1,6 @@
 //! Resolved bodies in a flow: free, fixed and driven, on any ranks and across restarts.
 
-use super::{array, assert_close, assert_same_fluid, continued};
+use super::{array, assert_close, assert_same_fluid, continued, results_of};
 use crate::common::results::{checkpoints, series, step_of};
 use crate::common::{case, folder, replaced, run_case};
 use hdf5::File;
@@ -12,12 +12,7 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
     let (home, text) = (folder("fluid_resolved"), case("resolved.toml"));
     // Forces on all together, on one alone, and on one that is not there.
     let text = format!("{text}\n[fluid.output]\nbodies = [2, 9]\n");
-    let result = |label: &str, ranks: usize, text: &str| {
-        let own = home.join(label);
-        fs::create_dir_all(&own).unwrap();
-        run_case(ranks, &own, text, &[]).succeeded();
-        own.join("results")
-    };
+    let result = |label: &str, ranks: usize, text: &str| results_of(&home, label, ranks, text);
     let one = result("1", 1, &text);
     let table = series(&one);
     for column in ["momentum_x", "momentum_z", "kinetic_rotation", "superficial_z"] {
@@ -69,12 +64,7 @@ fn resolved_bodies_move_alike_on_any_ranks_and_across_restarts() {
 fn free_fixed_and_driven_bodies_share_a_flow_on_any_ranks_and_across_restarts() {
     let home = folder("fluid_driven");
     let text = format!("{}\n[fluid.output]\nbodies = [2]\n", case("resolved_driven.toml"));
-    let result = |label: &str, ranks: usize, text: &str| {
-        let own = home.join(label);
-        fs::create_dir_all(&own).unwrap();
-        run_case(ranks, &own, text, &[]).succeeded();
-        own.join("results")
-    };
+    let result = |label: &str, ranks: usize, text: &str| results_of(&home, label, ranks, text);
     let one = result("1", 1, &text);
     let table = series(&one);
     let mut others = vec![result("2", 2, &text), result("4", 4, &text)];
@@ -184,12 +174,7 @@ fn cells_inside_bodies_have_their_velocity() {
 #[test]
 fn resolved_bodies_may_leave_through_an_outlet() {
     let (home, text) = (folder("fluid_leaving"), case("leaving.toml"));
-    let result = |ranks: usize| {
-        let own = home.join(ranks.to_string());
-        fs::create_dir_all(&own).unwrap();
-        run_case(ranks, &own, &text, &[]).succeeded();
-        own.join("results")
-    };
+    let result = |ranks: usize| results_of(&home, &ranks.to_string(), ranks, &text);
     let one = result(1);
     let table = series(&one);
     let (left, energy) = (table.column("left"), table.column("fluid_kinetic"));

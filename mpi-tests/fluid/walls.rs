@@ -1,6 +1,6 @@
 //! Walls that bound the fluid, with and without bodies: on any ranks, across restarts, and what is refused.
 
-use super::{array, assert_close, assert_same_fluid, continued};
+use super::{array, assert_close, assert_same_fluid, continued, results_of};
 use crate::common::results::series;
 use crate::common::{case, folder, replaced, run_case};
 use std::fs;
@@ -18,12 +18,7 @@ fn flow_between_walls_is_the_same_on_any_ranks_and_across_restarts() {
     let (home, with_ball) = (folder("fluid_walls"), case("walls_of_fluid.toml"));
     for (label, text) in [("ball", with_ball.clone()), ("alone", without_ball(&with_ball))] {
         let home = home.join(label);
-        let result = |label: &str, ranks: usize| {
-            let own = home.join(label);
-            fs::create_dir_all(&own).unwrap();
-            run_case(ranks, &own, &text, &[]).succeeded();
-            own.join("results")
-        };
+        let result = |label: &str, ranks: usize| results_of(&home, label, ranks, &text);
         let one = result("1", 1);
         let table = series(&one);
         let mut others = vec![result("2", 2), result("4", 4)];

@@ -349,6 +349,20 @@ impl Flow {
         if let (Some(old), Some(openings)) = (old, &mixture.openings) {
             open_pressure(&mut self.state.pressure, &old, &openings.cells);
         }
+        self.fill_openings(transport);
+    }
+
+    /// Takes the walls of a mixture as they were in the last step of a flow that is continued: velocity and pressure are already those
+    /// among them. Collective.
+    pub fn resume_walls(&mut self, walls: &dyn Enclosure, transport: &dyn Transport) {
+        if let Some(mixture) = &mut self.mixture {
+            mixture.move_walls(Openings::new(&self.setup.grid, &self.local, walls), false);
+            self.fill_openings(transport);
+        }
+    }
+
+    /// Boundary values of what walls leave open, and halos; collective.
+    fn fill_openings(&mut self, transport: &dyn Transport) {
         self.weigh_inlets(transport);
         let time = self.state.time;
         for face_data in &mut self.boundary_data {

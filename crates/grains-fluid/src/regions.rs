@@ -127,18 +127,18 @@ impl Flow {
                     if data[p] == SOLID {
                         return;
                     }
-                    let mut least = data[p];
+                    let mut smallest = data[p];
                     for &a in &active {
                         // Solid neighbours and what lies beyond the box have the largest label.
                         if passes(a, p) {
-                            least = least.min(data[p + strides[a]]);
+                            smallest = smallest.min(data[p + strides[a]]);
                         }
                         if passes(a, p - strides[a]) {
-                            least = least.min(data[p - strides[a]]);
+                            smallest = smallest.min(data[p - strides[a]]);
                         }
                     }
-                    if least < data[p] {
-                        (data[p], changes) = (least, true);
+                    if smallest < data[p] {
+                        (data[p], changes) = (smallest, true);
                     }
                 };
                 own.iter().for_each(|&p| visit(p));

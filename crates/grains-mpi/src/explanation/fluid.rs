@@ -51,7 +51,7 @@ fn cells(found: &FluidReport) {
     say!("  memory       about {memory:.0} MB of it for the fluid, halos of one rank included");
 }
 
-/// Ratio of the largest viscosity to that at a rate of 1/s beyond which plugs were seen to wander (-).
+/// Ratio of the largest viscosity to that at a rate of 1/s beyond which plugs were seen to drift (-).
 const STIFF: f64 = 30.0;
 
 /// Prints what the viscosity depends on, and what a regularisation lets creep.
@@ -74,7 +74,7 @@ fn viscosity(case: &Case, fluid: &Fluid, found: &FluidReport) {
     );
     if rest > STIFF * reference {
         say!(
-            "  warning: fluid that has not yielded may wander by some per cent of the fastest where the flow varies along \
+            "  warning: fluid that has not yielded may drift by some per cent of the fastest where the flow varies along \
              several axes; a regularisation with at most {STIFF} times the viscosity at 1/s holds it"
         );
     }

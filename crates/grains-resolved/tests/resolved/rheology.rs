@@ -71,13 +71,13 @@ fn pipe(n: usize, rheology: Rheology, index: f64) -> [f64; 2] {
 #[test]
 fn pipes_off_the_grid_lines_carry_plugs_and_thinning_fluids() {
     // The border of a plug has no second derivative.
-    for (rheology, index, least) in
+    for (rheology, index, bound) in
         [(power_law(0.6), 0.6, 1.8), (power_law(1.4), 1.4, 1.8), (bingham(0.6, 300.0), 1.0, 1.4)]
     {
         let errors = [12, 24].map(|n| pipe(n, rheology, index));
         let found = order(errors[0][1], errors[1][1], 2.0);
         println!("{rheology:?}: {errors:?}, order {found:.2}");
-        assert!(errors[1][1] < 0.005 && found > least, "{rheology:?}: {errors:?}, order {found:.2}");
+        assert!(errors[1][1] < 0.005 && found > bound, "{rheology:?}: {errors:?}, order {found:.2}");
     }
 }
 
@@ -134,7 +134,7 @@ fn a_cylinder_in_mud_has_one_drag_as_a_body_and_as_a_wall() {
 }
 
 /// A sphere in creeping flow of a Bingham fluid, 2 τ_y R/(μ U) = 10, regularised by 100 R/U: its drag is 17.78 times that of Stokes
-/// by the least power of all axisymmetric flows (cases/bingham-sphere/reference.py).
+/// by the minimum of the power of all axisymmetric flows (cases/bingham-sphere/reference.py).
 #[test]
 fn a_sphere_in_mud_has_the_drag_of_the_least_power() {
     let (n, half, density) = (30, 2.5, 0.01);

@@ -74,10 +74,7 @@ impl EnclosingWalls {
             let began = flow.state.time - flow.state.last_dt;
             let placed =
                 self.place(dem, if flow.state.step > 0 { began } else { dem.time() }, &flow.setup.grid);
-            // What the checkpoint has is of cells as they are open now, not of those at the beginning.
-            let (velocity, pressure) = (flow.state.velocity.clone(), flow.state.pressure.clone());
-            flow.move_walls(&placed, false, transport);
-            (flow.state.velocity, flow.state.pressure) = (velocity, pressure);
+            flow.resume_walls(&placed, transport);
             exchange.enclose(flow);
         }
     }

@@ -50,6 +50,12 @@ pub(super) fn body_wider_than_its_tube(s: &Setting) -> Vec<Remark> {
             WallKind::Box { side, lower, upper, .. } if is_around(side) => {
                 ("upper", (0..3).map(|a| upper[a] - lower[a]).fold(f64::INFINITY, f64::min))
             }
+            WallKind::Cone { side, bottom_radius, top_radius, .. } if is_around(side) => {
+                ("bottom_radius", 2.0 * bottom_radius.max(*top_radius))
+            }
+            WallKind::Revolution { side, profile, .. } if is_around(side) => {
+                ("profile", 2.0 * profile.iter().fold(0.0, |largest: f64, [_, radius]| largest.max(*radius)))
+            }
             _ => continue,
         };
         if widest > width {

@@ -6,7 +6,7 @@ use crate::CellPartition;
 
 /// Cells of a coarse level that one rank may have of others.
 const AGGLOMERATED: usize = 1000;
-/// Ranks at most whose cells one of them takes at a time.
+/// Largest number of ranks whose cells one of them takes at a time.
 const GROUP: usize = 8;
 
 /// Ranks among the job's: every so many-th along each axis.
