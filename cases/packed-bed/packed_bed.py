@@ -52,7 +52,6 @@ def flow(bed, across, reynolds, packed, folder):
     text = text.replace("[0.008, 0.008, 0.03]", str([bed["width"], bed["width"], bed["top"]]))
     text = text.replace("[64, 64, 240]", str([round(bed[k] / cell) for k in ("width", "width", "top")]))
     text = text.replace("5e-5", repr(reynolds * VISCOSITY / DENSITY / bed["diameter"]))
-    text = text.replace("end = 0.5", f"end = {bed['end']}").replace("particles = 0.5", f"particles = {bed['end']}")
     return text.replace('"results/packed-bed/spheres"', f'"{folder / "run"}"')
 
 

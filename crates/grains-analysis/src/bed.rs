@@ -4,13 +4,14 @@
 //! α = (Δp/H) ε³ d_p² / ((1 − ε)² μ u),   d_p = 6 V/A      (7.20, 7.24; no inertial term removed)
 //! ```
 //!
-//! ε and Δp/H are those of one control volume, the bed less what is cropped. By continuity the superficial velocity u is the
-//! same in all layers; layers free of particles, where there are, give it without the error of cells that bodies cut
-//! (of ⟨ε u⟩ in a bed of spheres at ε = 0.384: +9 % on 16 cells across each, +4 % on 24).
+//! ε and Δp/H are those of one control volume, the bed less what is cropped; its section is that of the domain, or of the box or tube
+//! that bounds the fluid. By continuity the superficial velocity u is the same in all layers; layers beyond the bed, where there are,
+//! give it without the error of cells that bodies cut (of ⟨ε u⟩ in a bed of spheres at ε = 0.384: +9 % on 16 cells across each,
+//! +4 % on 24).
 
 use super::layers::{FlowFile, Layer, between};
 use super::picture::{Curve, Picture};
-use super::region::{Axis, Crop, Region};
+use super::region::{Axis, Crop, Region, container};
 use super::report::{Report, Table, seconds};
 use super::snapshots::{Snapshot, StoredRun};
 use super::sums::exact_sums;
@@ -114,12 +115,20 @@ fn pressure_at(layers: &[Layer], at: f64) -> f64 {
 const AT_REST: &str =
     "the fluid is at rest along the axis: give a state with flow by --time, or another --axis";
 
-/// Superficial velocity along an axis (m/s): that of the layers free of particles, else that of the control volume.
-fn superficial_velocity(layers: &[Layer], whole: &Layer, axis: usize) -> f64 {
+/// Superficial velocity along an axis (m/s): that of the layers beyond the ends of the bed (m), else that of the control volume.
+fn superficial_velocity(layers: &[Layer], whole: &Layer, ends: [f64; 2], axis: usize) -> f64 {
     let mut free = Layer::default();
-    layers.iter().filter(|layer| layer.void_fraction() > 1.0 - 1e-9).for_each(|layer| free += *layer);
+    let is_free = |layer: &&Layer| layer.ends[1] <= ends[0] || layer.ends[0] >= ends[1];
+    layers.iter().filter(is_free).for_each(|layer| free += *layer);
     let of = if free.volume > 0.0 { free } else { *whole };
     of.flux[axis] / of.volume
+}
+
+/// What bounds the fluid across an axis at a time (s): the domain, or the box or tube in it.
+fn vessel(case: &Case, time: f64, axis: usize) -> Region {
+    let mut case = case.clone();
+    case.walls.retain(|wall| wall.fluid.is_some());
+    container(&case, time, axis)
 }
 
 /// The axis of a mean flux, none for a fluid at rest.
@@ -157,11 +166,15 @@ pub fn measure(
     if snapshot.total(transport) == 0 {
         return Err(RunError::case("there are no particles: give a run with a bed"));
     }
+    let vessel = vessel(case, snapshot.time, axis);
     let domain = Region { lower, upper, axis, cylinder: None };
-    let region = domain.cropped(snapshot, shapes, options.crop, transport)?;
-    let ends = [region.lower[axis], region.upper[axis]];
+    // Layers are of the whole domain: what is beyond the vessel is no part of its section.
+    sums.iter_mut().for_each(|layer| layer.volume *= vessel.cross_section() / domain.cross_section());
+    let uncropped = vessel.cropped(snapshot, shapes, Crop::NOTHING, transport)?;
+    let region = vessel.cropped(snapshot, shapes, options.crop, transport)?;
+    let [of_bed, ends] = [uncropped, region].map(|region| [region.lower[axis], region.upper[axis]]);
     let whole = between(&sums, ends);
-    let velocity = superficial_velocity(&sums, &whole, axis);
+    let velocity = superficial_velocity(&sums, &whole, of_bed, axis);
     if velocity == 0.0 || velocity.is_nan() {
         return Err(RunError::case(AT_REST));
     }

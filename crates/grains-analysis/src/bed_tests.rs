@@ -21,12 +21,21 @@ type State = (Vec3, f64, f64);
 /// A bed of touching balls of diameter 0.1 from 0.5 to 3.5 along an axis of a box from 0 to 4, other edges 0.3, in a fluid of
 /// density 2 and viscosity 0.25 with fields of the point, on cells of unequal width.
 fn bed(axis: usize, words: &[&str], at: impl Fn(Vec3) -> State) -> Result<Bed, RunError> {
+    bed_between((axis, ""), words, at)
+}
+
+/// That bed between some `[[wall]]`s.
+fn bed_between(
+    (axis, walls): (usize, &str),
+    words: &[&str],
+    at: impl Fn(Vec3) -> State,
+) -> Result<Bed, RunError> {
     let extent = |a: usize| if a == axis { 4.0 } else { 0.3 };
     let upper = [0, 1, 2].map(extent);
     let cells = [0, 1, 2].map(|a| if a == axis { 100 } else { 6 });
     let [x, y, z] = cells;
     let more = format!(
-        "[fluid]\ndensity = 2\nviscosity = 0.25\ncells = [{x}, {y}, {z}]\nresolved = {{ motion = \"fixed\" }}\n"
+        "[fluid]\ndensity = 2\nviscosity = 0.25\ncells = [{x}, {y}, {z}]\nresolved = {{ motion = \"fixed\" }}\n{walls}"
     );
     let case = case([0.0; 3], upper, [0, 1, 2].map(|a| a != axis), &more);
     // Cells grow by a factor of three from end to end of the axis.
@@ -93,17 +102,35 @@ fn a_uniform_bed_has_its_exact_numbers_along_any_axis_either_way() {
 }
 
 #[test]
+fn the_section_is_that_of_the_walls_that_bound_the_fluid() {
+    // Two cells of six at either side of x are solid.
+    let wall = |name: &str, fluid: &str| {
+        format!(
+            "[[wall]]\nname = \"{name}\"\nmaterial = \"glass\"\nkind = \"box\"\nlower = [0.1, -1, -1]\nupper = [0.2, 1, 5]\n{fluid}"
+        )
+    };
+    let duct = wall("duct", "fluid = \"inside\"\n");
+    let uniform = |x: Vec3| (Vec3::z() * 0.1, -x.z, if (0.1..0.2).contains(&x.x) { 0.4 } else { 0.0 });
+    let found = bed_between((2, &duct), &[], uniform).unwrap();
+    close(found.void_fraction, 0.4);
+    close(found.superficial_velocity, 0.04);
+    close(found.layers[3].void_fraction(), 0.4);
+    // To the fluid there is no wall that stops particles alone.
+    close(bed_between((2, &wall("duct", "")), &[], uniform).unwrap().void_fraction, 0.4 / 3.0);
+}
+
+#[test]
 fn a_flow_that_winds_has_its_tortuosity_and_clear_layers_give_the_velocity() {
     // In the bed half of the fluid goes straight on, half of it slanted at 3:4; around the bed there is only fluid.
-    let found = bed(2, &["--crop", "0"], |x| {
-        let is_bed = (0.4..3.6).contains(&x.z);
+    let found = bed(2, &["--crop", "0.1m"], |x| {
+        let is_bed = (0.5..3.5).contains(&x.z);
         let slanted = if is_bed && x.y > 0.15 { 0.75 } else { 0.0 };
         let void = if is_bed { 0.5 } else { 1.0 };
         (Vec3::new(slanted, 0.0, 1.0) * 0.2, -x.z, void)
     })
     .unwrap();
-    close(found.ends[0], 0.5);
-    close(found.ends[1], 3.5);
+    close(found.ends[0], 0.6);
+    close(found.ends[1], 3.4);
     close(found.tortuosity, 1.125);
     close(found.superficial_velocity, 0.2);
     let layer = &found.layers[50];

@@ -50,6 +50,8 @@ enum Length {
 }
 
 impl Crop {
+    /// Nothing.
+    pub const NOTHING: Self = Self([Length::Metres(0.0); 2]);
     /// A tenth at either end.
     pub const TENTH: Self = Self([Length::Fraction(0.1); 2]);
 
@@ -341,7 +343,7 @@ pub fn vertical(case: &Case) -> usize {
 
 /// The domain, narrowed to what flat walls along the axes, boxes and a cylinder along `axis` enclose at a
 /// time (s); walls that travel do not count.
-fn container(case: &Case, time: f64, axis: usize) -> Region {
+pub fn container(case: &Case, time: f64, axis: usize) -> Region {
     let domain = &case.domain;
     let (lower, upper) = (Vec3::from(domain.lower), Vec3::from(domain.upper));
     let mut region = Region { lower, upper, axis, cylinder: None };

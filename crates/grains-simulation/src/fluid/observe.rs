@@ -9,8 +9,8 @@ use grains_domain::Transport;
 use grains_fluid::{Centre, Field, Grid, Layout};
 use grains_resolved::FlowLink;
 
-/// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along
-/// gravity (along x without), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
+/// Columns of the fluid in the time series. The pressure drop is that between the first and the last layer of cells along the axis
+/// that fluid enters and leaves along (without such, along gravity or x), among particles that between the boundaries; `drive` is the force −dp/dx of an imposed mean
 /// gradient; what is not accounted for of the momentum grows when particles leave that the fluid owes something; the
 /// superficial velocity is the mean of ε u over the domain. NaN where something is not measured. At the surfaces of resolved
 /// bodies, where velocities are imposed after the projection, the divergence is not zero.
@@ -370,8 +370,15 @@ pub fn cell_of(grid: &Grid, axis: usize, at: f64) -> usize {
     nodes[1..nodes.len() - 1].partition_point(|&node| node <= at)
 }
 
-/// The axis along which the pressure drop is taken: that of gravity, or x without.
+/// The axis along which the pressure drop is taken: that which fluid enters and leaves along, or gravity's, or x without.
 fn main_axis(case: &Case) -> usize {
+    let is_open = |boundary: &&Boundary| boundary.kind.imposes_flow() || boundary.kind.imposes_pressure();
+    let mut open_faces = [false; 6];
+    let boundaries = case.fluid.iter().flat_map(|fluid| &fluid.boundary);
+    boundaries.filter(is_open).for_each(|boundary| open_faces[boundary.face as usize] = true);
+    if let Some(axis) = (0..3).find(|&a| open_faces[2 * a] && open_faces[2 * a + 1]) {
+        return axis;
+    }
     let g = case.gravity.map(f64::abs);
     (0..3).fold(0, |best, a| if g[a] > g[best] { a } else { best })
 }
