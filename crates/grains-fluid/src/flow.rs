@@ -10,6 +10,7 @@ use crate::mixture_model::MixtureModel;
 use crate::momentum::{Advection, Diffusion, Implicit};
 use crate::openings::{Enclosure, Openings};
 use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureSolver, SolveReport};
+use crate::scalar::Scalars;
 use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
@@ -241,6 +242,8 @@ pub struct Flow {
     pub immersed: Option<Immersed>,
     /// What steps are for.
     pub march: March,
+    /// Scalars that the fluid carries; none without.
+    pub scalars: Option<Scalars>,
     /// The viscosity, where it varies.
     pub(crate) viscosity: Option<ViscosityField>,
     /// Time spent per phase of the step.
@@ -297,6 +300,7 @@ impl Flow {
             mixture: setup.mixture.map(|model| Mixture::new(model, layout)),
             immersed: None,
             march: March::Time,
+            scalars: None,
             viscosity: setup.viscosity_law.map(|law| {
                 let properties = [setup.density, setup.viscosity];
                 ViscosityField::new(law, properties, (&setup.grid, &local), &setup.boundaries)
@@ -460,7 +464,12 @@ impl Flow {
 }
 
 /// Sets a field, halo included, by a function of position.
-fn sample<L: Location>(grid: &Grid, local: &Local, field: &mut Field<L>, value: impl Fn([f64; 3]) -> f64) {
+pub(crate) fn sample<L: Location>(
+    grid: &Grid,
+    local: &Local,
+    field: &mut Field<L>,
+    value: impl Fn([f64; 3]) -> f64,
+) {
     let (layout, h) = (local.layout, local.layout.halo as isize);
     let [nx, ny, nz] = layout.cells.map(|n| n as isize);
     for k in -h..nz + h {

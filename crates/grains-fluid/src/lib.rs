@@ -79,6 +79,7 @@ mod openings;
 mod pressure;
 mod projection;
 mod regions;
+mod scalar;
 mod step;
 mod tridiagonal;
 mod viscosity;
@@ -102,6 +103,9 @@ pub use openings::{Clearance, Enclosure, Openings};
 pub use pressure::{
     ConjugateGradients, FastSolver, Preconditioner, PressureOperator, PressureProblem, PressureSolver,
     SolveReport,
+};
+pub use scalar::{
+    Buoyancy, Scalar, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scalars, Scheme,
 };
 pub use viscosity::{
     BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence,

@@ -9,6 +9,7 @@ use crate::momentum::{
     imposed_increments,
 };
 use crate::projection::{Correction, ForceRow, divergence};
+use crate::scalar::add_buoyancy;
 use crate::{Advection, Centre, Field, SolveError, StepError};
 use grains_domain::Transport;
 
@@ -64,6 +65,11 @@ impl Flow {
         })?;
         self.clock.book(Phase::Pressure);
         self.correct(dt, transport)?;
+        self.carry_scalars(dt, transport);
+        if let Some(mixture) = &mut self.mixture {
+            mixture.finish();
+        }
+        self.keep_volumes();
         self.state.time += dt;
         self.state.step += 1;
         self.state.last_dt = dt;
@@ -175,6 +181,7 @@ impl Flow {
             None => {
                 out.iter_mut().zip(viscous).for_each(|(out, sum)| *out = dt * *sum);
                 force.add(out, |_| dt / density);
+                add_buoyancy(self.scalars.as_ref(), &self.local, place, out, |_| dt);
                 if let Some(immersed) = &self.immersed {
                     let force = &immersed.force.component(component)[start..][..n];
                     out.iter_mut().zip(force).for_each(|(out, f)| *out += dt / density * f);
@@ -191,6 +198,9 @@ impl Flow {
                 mixture.increments(component, start, inputs, viscous, out);
                 let gradient_factor = &mixture.gradient_factor.component(component)[start..][..n];
                 force.add(out, |i| gradient_factor[i]);
+                let [eps, inverse] =
+                    [&mixture.faces, &mixture.inverse].map(|faces| &faces.component(component)[start..][..n]);
+                add_buoyancy(self.scalars.as_ref(), &self.local, place, out, |i| eps[i] * inverse[i]);
             }
         }
     }
@@ -446,9 +456,6 @@ impl Flow {
         }
         fill_velocity(&self.boundary_data, &mut state.velocity, ghosts);
         self.impose_pressures();
-        if let Some(mixture) = &mut self.mixture {
-            mixture.finish();
-        }
         self.clock.book(Phase::Boundaries);
         Ok(())
     }

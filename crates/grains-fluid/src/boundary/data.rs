@@ -98,8 +98,15 @@ impl BoundaryData {
         }
     }
 
+    /// Whether fluid may pass the face of a cell: an inlet or outlet, if only in part.
+    pub fn is_passed(&self, e: usize, boundaries: &Boundaries) -> bool {
+        let is_inlet =
+            |piece: &Piece| matches!(boundaries.condition(piece.condition), Condition::Inlet { .. });
+        self.kinds[self.face.axis][e] == Kind::Free || self.pieces_of(e).iter().any(is_inlet)
+    }
+
     /// Global cell and position (m) of a component at an entry, within the period of periodic axes.
-    fn place(
+    pub fn place(
         &self,
         grid: &Grid,
         local: &Local,
@@ -220,7 +227,7 @@ impl BoundaryData {
     }
 
     /// Area (m²) of the face of the cell at tangential places m₁, m₂.
-    pub(super) fn area(&self, local: &Local, [m1, m2]: [usize; 2]) -> f64 {
+    pub fn area(&self, local: &Local, [m1, m2]: [usize; 2]) -> f64 {
         let [t1, t2] = self.tangents;
         local.axes[t1].width[m1] * local.axes[t2].width[m2]
     }

@@ -96,7 +96,7 @@ impl Outline {
     }
 
     /// Whether a point (m) of a face, or an image of it along periodic axes, lies in it, edges included.
-    pub(super) fn contains(&self, grid: &Grid, axis: usize, mut at: [f64; 3]) -> bool {
+    pub(crate) fn contains(&self, grid: &Grid, axis: usize, mut at: [f64; 3]) -> bool {
         let tangents = tangents_of(axis);
         for (t, [begin, end]) in tangents.into_iter().zip(self.bounds(tangents)) {
             at[t] = image_from(grid.axis(t), begin - SLACK * (end - begin), at[t]);

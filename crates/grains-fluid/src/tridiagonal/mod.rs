@@ -1,9 +1,11 @@
 //! Tridiagonal systems along lines that lie side by side: the sweeps of Thomas elimination, vectorised over the lines.
 
 mod couplings;
+mod lines;
 mod shared;
 
 pub(crate) use couplings::Couplings;
+pub(crate) use lines::{Conduction, ConductionLines};
 pub(crate) use shared::SharedLines;
 
 /// Lines side by side: unknown i of line l lies at start + i stride + l.

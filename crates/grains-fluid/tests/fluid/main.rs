@@ -12,4 +12,5 @@ mod patches;
 mod poisson;
 mod pressure_inlets;
 mod ranks;
+mod scalars;
 mod viscosity;

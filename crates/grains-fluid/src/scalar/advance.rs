@@ -1,0 +1,329 @@
+//! A step of all scalars.
+
+use super::limiter::limit;
+use super::{Scalar, Scalars, Scheme, Work};
+use crate::metrics::Local;
+use crate::tridiagonal::Conduction;
+use crate::{Centre, Faces, Field, Halo, Layout};
+use grains_domain::Transport;
+
+/// Share of the implicit part of diffusion at the end of the step, of high order (-).
+const IMPLICITNESS: f64 = 0.5;
+
+/// The flow that carries scalars, at the end of its step.
+pub(crate) struct Surroundings<'a> {
+    pub local: &'a Local,
+    pub halo: &'a mut Halo,
+    /// Velocity (m/s).
+    pub velocity: &'a Faces,
+    /// What of the faces is open to the fluid (-), and the void fraction of the cells at the beginning of the step; none of one phase.
+    pub open: Option<(&'a Faces, &'a Field<Centre>)>,
+    /// Time at the beginning of the step (s), and the step (s).
+    pub time: f64,
+    pub dt: f64,
+}
+
+impl Scalars {
+    /// A step of all scalars; collective.
+    pub(crate) fn advance(&mut self, mut around: Surroundings<'_>, transport: &dyn Transport) {
+        let parts = self.prepare(&around, transport);
+        let (begin, dt) = (around.time, around.dt / f64::from(parts));
+        for part in 0..parts {
+            (around.time, around.dt) = (begin + f64::from(part) * dt, dt);
+            let last_dt = std::mem::replace(&mut self.last_dt, dt);
+            let ratio = if last_dt > 0.0 { dt / last_dt } else { 0.0 };
+            let weights = [1.0 + 0.5 * ratio, -0.5 * ratio];
+            self.work.set_volume(&self.volume, around.local, around.open.is_some(), dt);
+            for scalar in &mut self.all {
+                self.work.advance(scalar, &self.volume, weights, &mut around, transport);
+            }
+            std::mem::swap(&mut self.volume, &mut self.work.volume);
+        }
+    }
+
+    /// Sets the volumes of fluid and the volume fluxes of a step; returns into how many it must be divided, so that no more is carried
+    /// out of a cell than it has. Collective.
+    fn prepare(&mut self, around: &Surroundings<'_>, transport: &dyn Transport) -> u32 {
+        let (local, work) = (around.local, &mut self.work);
+        let (layout, strides) = (local.layout, local.layout.strides());
+        let void = around.open.map(|(_, void)| void.data());
+        for_cells(local, |p, whole| self.volume[p] = whole * void.map_or(1.0, |void| void[p]));
+        for axis in 0..3 {
+            let (flux, geometry) = (work.flux.component_mut(axis), work.geometry.component_mut(axis));
+            if !local.active[axis] {
+                continue;
+            }
+            let (velocity, inverse) = (around.velocity.component(axis), &local.axes[axis].inverse_distance);
+            let open = around.open.map(|(open, _)| open.component(axis));
+            for_faces(local, axis, |p, area, e| {
+                let area = area * open.map_or(1.0, |open| open[p]);
+                flux[p] = area * velocity[p];
+                geometry[p] = area * inverse[e];
+            });
+        }
+        let mut largest = [0.0_f64];
+        for p in own_cells(layout) {
+            let leaving: f64 = (0..3)
+                .map(|a| {
+                    let flux = work.flux.component(a);
+                    flux[p].max(0.0) - flux[p - strides[a]].min(0.0)
+                })
+                .sum();
+            if leaving > 0.0 {
+                largest[0] = largest[0].max(around.dt * leaving / self.volume[p].max(f64::MIN_POSITIVE));
+            }
+        }
+        let is_limited = self.all.iter().any(|scalar| scalar.setup.scheme == Scheme::Bounded);
+        if !is_limited {
+            return 1;
+        }
+        transport.max(&mut largest);
+        largest[0].ceil().clamp(1.0, MOST_PARTS) as u32
+    }
+}
+
+/// Largest number of parts of a step.
+const MOST_PARTS: f64 = 64.0;
+
+impl Work {
+    /// Volumes of fluid at the end of a step: those at its beginning less what flows out; of one phase it is all of a cell.
+    fn set_volume(&mut self, volume: &[f64], local: &Local, is_mixture: bool, dt: f64) {
+        let (strides, flux) = (local.layout.strides(), &self.flux);
+        for p in own_cells(local.layout) {
+            self.volume[p] = volume[p];
+            if is_mixture {
+                let out: f64 = (0..3).map(|a| flux.component(a)[p] - flux.component(a)[p - strides[a]]).sum();
+                self.volume[p] -= dt * out;
+            }
+        }
+    }
+
+    /// A step of one scalar.
+    fn advance(
+        &mut self,
+        scalar: &mut Scalar,
+        old_volume: &[f64],
+        weights: [f64; 2],
+        around: &mut Surroundings<'_>,
+        transport: &dyn Transport,
+    ) {
+        let (local, dt) = (around.local, around.dt);
+        let (layout, strides) = (local.layout, local.layout.strides());
+        let diffusivity = scalar.setup.diffusivity;
+        for face in &mut scalar.conditions {
+            face.evaluate(&scalar.setup.boundaries, diffusivity, around.time + 0.5 * dt);
+        }
+        self.set_conductance(scalar, around);
+        self.set_high(scalar, weights, local);
+        // m and the rates of change.
+        let [value, source, exchange] =
+            [Some(&scalar.value), scalar.source.as_ref(), scalar.exchange.as_ref()]
+                .map(|f| f.map(Field::data));
+        let value = value.unwrap_or_default();
+        for_cells(local, |p, whole| {
+            let exchanged = whole * exchange.map_or(0.0, |exchange| exchange[p]);
+            self.mass[p] = self.volume[p] / dt + exchanged;
+            self.rates[p] = whole * source.map_or(0.0, |source| source[p]);
+            let out: f64 =
+                (0..3).map(|a| self.high.component(a)[p] - self.high.component(a)[p - strides[a]]).sum();
+            // ∂(ψ φ)/∂t = ψ Δφ/Δt + φ ∂ψ/∂t.
+            let growth = (self.volume[p] - old_volume[p]) / dt;
+            self.change[p] = self.rates[p] - out - (exchanged + growth) * value[p];
+        });
+        for face in &scalar.conditions {
+            for cell in &face.cells {
+                let influx = cell.influx * open_share(around, cell.cell);
+                self.rates[cell.cell] += influx;
+                self.change[cell.cell] += influx;
+                scalar.entered += influx * dt;
+            }
+        }
+        // Of high order.
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            let conduction = Conduction {
+                mass: &self.mass,
+                conductance: self.conductance.component(axis),
+                factor: IMPLICITNESS,
+            };
+            self.lines.solve(axis, conduction, &mut self.change, transport);
+            around.halo.fill_to(1, &mut [self.change.as_mut_slice()], transport);
+            let conductance = self.conductance.component(axis);
+            let (high, change) = (self.high.component_mut(axis), &mut self.change);
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                // What is imposed behind a face is that of the middle of the step.
+                face.cells.iter().for_each(|cell| change[face.beyond(cell, strides)] = 0.0);
+            }
+            for_faces(local, axis, |p, _, _| {
+                high[p] -= IMPLICITNESS * conductance[p] * (change[p + strides[axis]] - change[p]);
+            });
+            if (axis + 1..3).any(|a| local.active[a]) {
+                own_cells(layout).for_each(|p| change[p] *= self.mass[p]);
+            }
+        }
+        let is_bounded = scalar.setup.scheme == Scheme::Bounded;
+        let mut passed: f64 =
+            scalar.conditions.iter().map(|face| face.entering(self.high.component(face.axis))).sum();
+        if is_bounded {
+            self.set_low(scalar, old_volume, around, transport);
+            passed -= limit(self, scalar, around, transport);
+        }
+        scalar.entered += passed * dt;
+        std::mem::swap(&mut scalar.value, &mut scalar.previous);
+        let (new, old) = (scalar.value.data_mut(), scalar.previous.data());
+        if is_bounded {
+            own_cells(layout).for_each(|p| new[p] = self.low.data()[p]);
+        } else {
+            own_cells(layout).for_each(|p| new[p] = old[p] + self.change[p]);
+        }
+        let [source, exchange] = [&scalar.source, &scalar.exchange].map(|f| f.as_ref().map(Field::data));
+        if source.is_some() || exchange.is_some() {
+            let mut produced = 0.0;
+            for_cells(local, |p, whole| {
+                let exchanged = exchange.map_or(0.0, |exchange| exchange[p]) * new[p];
+                produced += whole * (source.map_or(0.0, |source| source[p]) - exchanged);
+            });
+            scalar.produced += produced * dt;
+        }
+        around.halo.fill(&mut [new], transport);
+    }
+
+    /// What conducts through the faces.
+    fn set_conductance(&mut self, scalar: &Scalar, around: &Surroundings<'_>) {
+        for axis in (0..3).filter(|&a| around.local.active[a]) {
+            let conductance = self.conductance.component_mut(axis);
+            let geometry = self.geometry.component(axis);
+            conductance.iter_mut().zip(geometry).for_each(|(c, g)| *c = scalar.setup.diffusivity * g);
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                for cell in &face.cells {
+                    conductance[cell.face] = cell.conductance * open_share(around, cell.cell);
+                }
+            }
+        }
+    }
+
+    /// Fluxes of high order at the beginning of the step.
+    fn set_high(&mut self, scalar: &Scalar, [new, old]: [f64; 2], local: &Local) {
+        let strides = local.layout.strides();
+        let (value, previous) = (scalar.value.data(), scalar.previous.data());
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            let (flux, conductance) = (self.flux.component(axis), self.conductance.component(axis));
+            let (high, stride, m) = (self.high.component_mut(axis), strides[axis], &local.axes[axis]);
+            for_faces(local, axis, |p, _, e| {
+                // The share of the cell below a face in its value is that of the cell above in its control volume.
+                let shares = [m.upper_share[e], m.lower_share[e]];
+                let on_face = |x: &[f64]| shares[0] * x[p] + shares[1] * x[p + stride];
+                let carried = new * on_face(value) + old * on_face(previous);
+                high[p] = flux[p] * carried - conductance[p] * (value[p + stride] - value[p]);
+            });
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                for cell in &face.cells {
+                    let mean = new * value[cell.cell] + old * previous[cell.cell];
+                    let carried = face.carried(cell, flux[cell.face], mean);
+                    let rise = cell.outside.map_or(0.0, |outside| outside - value[cell.cell]);
+                    high[cell.face] =
+                        flux[cell.face] * carried - face.outward * conductance[cell.face] * rise;
+                }
+            }
+        }
+    }
+
+    /// The value of low order, halo filled; its fluxes are taken off those of high order.
+    fn set_low(
+        &mut self,
+        scalar: &Scalar,
+        old_volume: &[f64],
+        around: &mut Surroundings<'_>,
+        transport: &dyn Transport,
+    ) {
+        let local = around.local;
+        let (layout, strides) = (local.layout, local.layout.strides());
+        let value = scalar.value.data();
+        let low = self.low.data_mut();
+        for p in own_cells(layout) {
+            low[p] = old_volume[p] / around.dt * value[p] + self.rates[p];
+        }
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            let (flux, high) = (self.flux.component(axis), self.high.component_mut(axis));
+            let stride = strides[axis];
+            let upwind = |p: usize| flux[p] * if flux[p] >= 0.0 { value[p] } else { value[p + stride] };
+            for p in own_cells(layout) {
+                low[p] -= upwind(p) - upwind(p - stride);
+            }
+            for_faces(local, axis, |p, _, _| high[p] -= upwind(p));
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                for cell in &face.cells {
+                    let (wrong, flux) = (upwind(cell.face), flux[cell.face]);
+                    let right = flux * face.carried(cell, flux, value[cell.cell]);
+                    low[cell.cell] -= face.outward * (right - wrong);
+                    high[cell.face] -= right - wrong;
+                }
+            }
+        }
+        for p in own_cells(layout) {
+            low[p] = if self.mass[p] > 0.0 { low[p] / self.mass[p] } else { value[p] };
+        }
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            around.halo.fill_to(1, &mut [self.low.data_mut()], transport);
+            let (conductance, stride) = (self.conductance.component(axis), strides[axis]);
+            let low = self.low.data_mut();
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                face.set_beyond(low, strides);
+            }
+            for p in own_cells(layout) {
+                self.change[p] = conductance[p] * (low[p + stride] - low[p])
+                    - conductance[p - stride] * (low[p] - low[p - stride]);
+            }
+            let conduction = Conduction { mass: &self.mass, conductance, factor: 1.0 };
+            self.lines.solve(axis, conduction, &mut self.change, transport);
+            own_cells(layout).for_each(|p| low[p] += self.change[p]);
+            around.halo.fill_to(1, &mut [self.low.data_mut()], transport);
+            let (low, high) = (self.low.data_mut(), self.high.component_mut(axis));
+            for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
+                face.set_beyond(low, strides);
+            }
+            for_faces(local, axis, |p, _, _| high[p] += conductance[p] * (low[p + stride] - low[p]));
+        }
+    }
+}
+
+/// Void fraction of a cell at the beginning of the step, 1 of one phase.
+fn open_share(around: &Surroundings<'_>, cell: usize) -> f64 {
+    around.open.map_or(1.0, |(_, void)| void.data()[cell])
+}
+
+/// Places of all own cells.
+pub(super) fn own_cells(layout: Layout) -> impl Iterator<Item = usize> {
+    layout.rows().flat_map(move |row| row..row + layout.cells[0])
+}
+
+/// Places and volumes (m³) of all own cells.
+pub(super) fn for_cells(local: &Local, mut job: impl FnMut(usize, f64)) {
+    let ([_, ny, nz], widths) = (local.layout.cells, local.row_widths());
+    for k in 0..nz {
+        for j in 0..ny {
+            let area = local.axes[1].width[local.entry(j)] * local.axes[2].width[local.entry(k)];
+            let start = local.layout.row(j, k);
+            widths.iter().enumerate().for_each(|(i, width)| job(start + i, width * area));
+        }
+    }
+}
+
+/// Places and areas (m²) of the faces of own cells normal to an axis, with the entries in its metrics of the cells below.
+pub(super) fn for_faces(local: &Local, axis: usize, mut job: impl FnMut(usize, f64, usize)) {
+    let (layout, h, widths) = (local.layout, local.layout.halo, &local.axes);
+    let mut first = [h; 3];
+    first[axis] -= 1;
+    let [[x0, y0, z0], strides] = [first, layout.strides()];
+    let [x1, y1, z1] = layout.cells.map(|n| n + h);
+    for z in z0..z1 {
+        for y in y0..y1 {
+            let start = y * strides[1] + z * strides[2];
+            let (wy, wz) = (widths[1].width[y], widths[2].width[z]);
+            match axis {
+                0 => (x0..x1).for_each(|x| job(start + x, wy * wz, x)),
+                1 => (x0..x1).for_each(|x| job(start + x, widths[0].width[x] * wz, y)),
+                _ => (x0..x1).for_each(|x| job(start + x, widths[0].width[x] * wy, z)),
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Scalars that a flow carries: temperature, concentrations.
+//!
+//! ```text
+//!  ∂(ψ φ)/∂t + ∇·(A ε u φ) = ∇·(A ε D ∇φ) + s − κ φ
+//! ```
+//!
+//! with the void fraction ψ of cells, what A ε of faces is open to the fluid, diffusivity D, sources s and exchange coefficients κ
+//! per volume of mixture; ψ = A ε = 1 of one phase. The volume fluxes are those of the flow at the end of its step, which bring the
+//! volume of each cell from that at the beginning to that at the end: what is uniform stays so, and what faces pass on is
+//! kept to rounding.
+//!
+//! # One step
+//!
+//! ```text
+//! high order    (m − ½ Gx)(m − ½ Gy)(m − ½ Gz)/m² Δφ = −∇·H(φⁿ), H central (Adams–Bashforth) and diffusive; m = ψ/Δt + κ
+//! low order     upwind (Euler), then (m − Gx), (m − Gy), (m − Gz) one after the other: a mean of what is around each cell
+//! limit         φ = low − Σ α A/m, A = H − L and α of each face such that no cell leaves the range of its neighbours
+//! ```
+//!
+//! Both orders pass on what they change through faces, the factors of the implicit diffusion too, so that their difference A does
+//! (Boris & Book 1973; Zalesak 1979). Where nothing is limited the result is of second order, and what is steady does not depend on
+//! the step. Steps that carry more out of a cell than it has are divided. With [`Scheme::Central`] the high order is all there is.
+//!
+//! Scalars are taken as those of the middle of the flow's next step, and act on it so (buoyancy): volume fluxes at the end of a step
+//! lie in the middle of that of the scalars.
+
+mod advance;
+mod carried;
+mod conditions;
+mod limiter;
+mod setup;
+
+pub use setup::{Buoyancy, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme};
+
+pub(crate) use carried::add_buoyancy;
+
+use crate::metrics::Local;
+use crate::tridiagonal::ConductionLines;
+use crate::{CellPartition, Centre, Faces, Field, Grid};
+use conditions::FaceConditions;
+
+/// A scalar on the cells of a rank.
+#[derive(Clone, Debug)]
+pub struct Scalar {
+    /// What it is.
+    pub setup: ScalarSetup,
+    /// Its value φ, halo filled.
+    pub value: Field<Centre>,
+    /// That before the last step, halo filled.
+    pub previous: Field<Centre>,
+    /// Sources s per volume of mixture (unit/s) of the coming step, own cells.
+    pub source: Option<Field<Centre>>,
+    /// Exchange coefficient κ ≥ 0 per volume of mixture (1/s) of the coming step, own cells.
+    pub exchange: Option<Field<Centre>>,
+    /// What has come in through the faces of the box since the beginning, on this rank (unit m³).
+    pub entered: f64,
+    /// What sources have brought, less what was exchanged, on this rank (unit m³).
+    pub produced: f64,
+    conditions: Vec<FaceConditions>,
+}
+
+/// All scalars of a flow, and what their steps need.
+pub struct Scalars {
+    /// The scalars.
+    pub all: Vec<Scalar>,
+    /// Volumes of fluid ψ V of the cells (m³), as the last step has left them.
+    pub(crate) volume: Vec<f64>,
+    /// Last step (s), zero before the first.
+    pub last_dt: f64,
+    work: Work,
+}
+
+/// Arrays of a step, shared by all scalars.
+struct Work {
+    /// Volume fluxes through the faces (m³/s).
+    flux: Faces,
+    /// What is open of the faces over the distance of the centres (m).
+    geometry: Faces,
+    /// The same times the diffusivity, at the ends of the box by the conditions there (m³/s).
+    conductance: Faces,
+    /// Fluxes of high order, then their difference to those of low order (unit m³/s).
+    high: Faces,
+    /// Volumes of fluid at the end of the step (m³).
+    volume: Vec<f64>,
+    /// What sources and imposed fluxes bring (unit m³/s).
+    rates: Vec<f64>,
+    /// m of the cells (m³/s).
+    mass: Vec<f64>,
+    /// Change of an implicit factor.
+    change: Vec<f64>,
+    /// Value of low order.
+    low: Field<Centre>,
+    /// What a cell may gain and lose of what wants in and out (-).
+    shares: [Vec<f64>; 2],
+    lines: ConductionLines,
+}
+
+impl Scalars {
+    /// None yet, on the cells of a rank with so much of their volumes open to the fluid.
+    pub(crate) fn new(grid: &Grid, partition: &CellPartition, local: &Local) -> Self {
+        let layout = local.layout;
+        let zeros = || vec![0.0; layout.len()];
+        Self {
+            all: Vec::new(),
+            volume: zeros(),
+            last_dt: 0.0,
+            work: Work {
+                flux: Faces::new(layout),
+                geometry: Faces::new(layout),
+                conductance: Faces::new(layout),
+                high: Faces::new(layout),
+                volume: zeros(),
+                rates: zeros(),
+                mass: zeros(),
+                change: zeros(),
+                low: Field::new(layout),
+                shares: [zeros(), zeros()],
+                lines: ConductionLines::new(grid, partition, local),
+            },
+        }
+    }
+
+    /// Σ ψ V φ over the own cells of scalar `number` (unit m³).
+    pub fn content(&self, number: usize) -> f64 {
+        let value = &self.all[number].value;
+        let layout = value.layout();
+        let cells = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+        cells.map(|p| self.volume[p] * value.data()[p]).sum()
+    }
+}
+
+impl Scalars {
+    /// Sets the volumes of fluid to those of a void fraction, or of one phase.
+    fn set_volumes(&mut self, local: &Local, void: Option<&Field<Centre>>) {
+        advance::for_cells(local, |p, whole| {
+            self.volume[p] = whole * void.map_or(1.0, |void| void.data()[p]);
+        });
+    }
+
+    /// Sets a void fraction to that of the volumes of fluid.
+    fn give_volumes(&self, local: &Local, void: &mut Field<Centre>) {
+        advance::for_cells(local, |p, whole| void.data_mut()[p] = self.volume[p] / whole);
+    }
+}
