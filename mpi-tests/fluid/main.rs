@@ -9,6 +9,7 @@ mod inlets;
 mod iterations;
 mod resolved;
 mod rheology;
+mod scalars;
 mod steady;
 mod walls;
 

@@ -48,7 +48,7 @@ pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
     BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, FlowProfile, Fluid, FluidField,
     FluidOutput, Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind,
-    Resolved, ResolvedMethod, Steady,
+    Resolved, ResolvedMethod, Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind, Steady,
 };
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::{Film, Material};

@@ -91,6 +91,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     check_gravity(raw.gravity, checker);
     let output = raw.output.check(&stem, end, checker);
     let fluid_context = fluid::Context {
+        gravity: raw.gravity,
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
         has_walls: raw.wall.iter().any(|wall| wall.fluid.is_some()),

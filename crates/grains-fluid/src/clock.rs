@@ -17,30 +17,33 @@ pub enum Phase {
     Correction,
     /// Halos and boundary values.
     Boundaries,
+    /// Scalars.
+    Scalars,
 }
 
 impl Phase {
     /// All phases.
-    pub const ALL: [Phase; 6] = [
+    pub const ALL: [Phase; 7] = [
         Phase::Momentum,
         Phase::Diffusion,
         Phase::Divergence,
         Phase::Pressure,
         Phase::Correction,
         Phase::Boundaries,
+        Phase::Scalars,
     ];
 }
 
 /// Seconds per phase since the beginning.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    seconds: [f64; 6],
+    seconds: [f64; 7],
     since: Instant,
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        Self { seconds: [0.0; 6], since: Instant::now() }
+        Self { seconds: [0.0; 7], since: Instant::now() }
     }
 }
 

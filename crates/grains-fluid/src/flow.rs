@@ -441,6 +441,7 @@ impl Flow {
         if let Some(mixture) = &mut self.mixture {
             mixture.settle_faces(&self.local, &self.boundary_data, &mut self.halo, transport);
         }
+        self.synchronise_scalars(transport);
     }
 
     /// Extent of the fields.

@@ -46,8 +46,18 @@ impl Scalars {
     fn prepare(&mut self, around: &Surroundings<'_>, transport: &dyn Transport) -> u32 {
         let (local, work) = (around.local, &mut self.work);
         let (layout, strides) = (local.layout, local.layout.strides());
-        let void = around.open.map(|(_, void)| void.data());
-        for_cells(local, |p, whole| self.volume[p] = whole * void.map_or(1.0, |void| void[p]));
+        if let Some((_, void)) = around.open {
+            // Particles that came or went since the last step.
+            for_cells(local, |p, whole| {
+                let (before, now) = (self.volume[p], whole * void.data()[p]);
+                if now != before {
+                    for scalar in &mut self.all {
+                        scalar.produced += scalar.value.data()[p] * (now - before);
+                    }
+                }
+                self.volume[p] = now;
+            });
+        }
         for axis in 0..3 {
             let (flux, geometry) = (work.flux.component_mut(axis), work.geometry.component_mut(axis));
             if !local.active[axis] {

@@ -38,6 +38,25 @@ impl Flow {
         scalars.all.len() - 1
     }
 
+    /// Begins the accounts of the scalars with what is there.
+    pub fn begin_scalars(&mut self) {
+        let Some(scalars) = &mut self.scalars else { return };
+        scalars.set_volumes(&self.local, self.mixture.as_ref().map(|mixture| &mixture.previous));
+        for number in 0..scalars.all.len() {
+            let content = scalars.content(number);
+            (scalars.all[number].entered, scalars.all[number].produced) = (content, 0.0);
+        }
+    }
+
+    /// Fills the halos of the scalars, and takes the volumes of fluid as they are; collective.
+    pub(crate) fn synchronise_scalars(&mut self, transport: &dyn Transport) {
+        let Some(scalars) = &mut self.scalars else { return };
+        scalars.set_volumes(&self.local, self.mixture.as_ref().map(|mixture| &mixture.previous));
+        for scalar in &mut scalars.all {
+            self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+        }
+    }
+
     /// Carries the scalars by the velocity at the end of a step; collective.
     pub(crate) fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) {
         let Some(scalars) = &mut self.scalars else { return };

@@ -52,9 +52,10 @@ pub struct Scalar {
     pub source: Option<Field<Centre>>,
     /// Exchange coefficient κ ≥ 0 per volume of mixture (1/s) of the coming step, own cells.
     pub exchange: Option<Field<Centre>>,
-    /// What has come in through the faces of the box since the beginning, on this rank (unit m³).
+    /// What was there at the beginning and has come in through the faces of the box since, on this rank (unit m³).
     pub entered: f64,
-    /// What sources have brought, less what was exchanged, on this rank (unit m³).
+    /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
+    /// left, on this rank (unit m³).
     pub produced: f64,
     conditions: Vec<FaceConditions>,
 }
@@ -118,6 +119,13 @@ impl Scalars {
                 lines: ConductionLines::new(grid, partition, local),
             },
         }
+    }
+
+    /// Volume of fluid in the own cells (m³).
+    pub fn volume(&self) -> f64 {
+        let Some(scalar) = self.all.first() else { return 0.0 };
+        let layout = scalar.value.layout();
+        layout.rows().flat_map(|row| row..row + layout.cells[0]).map(|p| self.volume[p]).sum()
     }
 
     /// Σ ψ V φ over the own cells of scalar `number` (unit m³).

@@ -1,6 +1,8 @@
 //! What defines a scalar.
 
 use crate::{BoxFace, Outline};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 
@@ -73,7 +75,9 @@ pub struct Buoyancy {
 }
 
 /// Scheme of the advection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "ScalarScheme")]
 pub enum Scheme {
     /// Central where no new extremum arises.
     #[default]

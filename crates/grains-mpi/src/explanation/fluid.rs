@@ -2,7 +2,7 @@
 
 use grains_case::{
     Case, Coupling, Drive, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved,
-    ResolvedMethod, Side, Wall, WallKind, inline,
+    ResolvedMethod, Scalar, ScalarKind, Side, Wall, WallKind, inline,
 };
 use grains_simulation::check::{
     CouplingReport, FluidReport, FluidStep, FluidStepLimit, ParticlesInFluid, ResolvedReport, TooCoarse,
@@ -24,6 +24,7 @@ pub fn tell(case: &Case, found: &FluidReport) {
         resolved(case, (fluid, given), found);
     }
     say!("fluid step     {}", step(case, fluid, found));
+    fluid.scalar.iter().for_each(|scalar| of_scalar(case, fluid, scalar, found));
     if let Some(given) = &fluid.steady {
         say!(
             "steady flow    by pseudo-steps up to CFL number {}, {} of them combined; the run ends when forces, pressure \
@@ -130,6 +131,7 @@ fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
         }
         FluidStepLimit::Drive => "fluid.cfl from rest by fluid.drive".into(),
         FluidStepLimit::Gravity => "fluid.cfl from rest by gravity".into(),
+        FluidStepLimit::Buoyancy => "fluid.cfl from rest by the buoyancy of scalars".into(),
         FluidStepLimit::Crossing => {
             format!("particles cross a cell at time.impact_speed = {} m/s", case.time.impact_speed)
         }
@@ -143,6 +145,45 @@ fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
         FluidStepLimit::None => "nothing limits it".into(),
     }
 }
+
+/// Prints how a scalar diffuses and moves the fluid.
+fn of_scalar(case: &Case, fluid: &Fluid, scalar: &Scalar, found: &FluidReport) {
+    let diffusivity = scalar.diffusivity(fluid.density);
+    let number = match scalar.kind {
+        ScalarKind::Temperature { .. } => "Prandtl",
+        ScalarKind::Concentration { .. } => "Schmidt",
+    };
+    let step = match found.step {
+        FluidStep::Given { step, .. } | FluidStep::Limited { max: step, .. } => step,
+    };
+    let narrowest = found.widths.iter().map(|[narrow, _]| *narrow).fold(f64::INFINITY, f64::min);
+    say!(
+        "  scalar       {}: diffusivity {diffusivity:.4e} m2/s, {number} number {:.4e}; over the narrowest cell it diffuses in \
+         {:.3e} s, {:.3e} steps, which limits none",
+        scalar.name,
+        fluid.viscosity / fluid.density / diffusivity,
+        narrowest * narrowest / diffusivity,
+        narrowest * narrowest / diffusivity / step
+    );
+    if let Some(buoyancy) = &scalar.buoyancy {
+        let g = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let share = buoyancy.expansion.abs() * scalar.largest_difference(&case.domain, buoyancy.reference);
+        let height = (0..3).map(|a| case.domain.extents()[a] * (case.gravity[a] / g).abs()).sum::<f64>();
+        let rayleigh = 2.0 * share * g * height.powi(3) / (fluid.viscosity / fluid.density * diffusivity);
+        say!(
+            "    buoyancy   up to {share:.3e} of gravity; Rayleigh number {rayleigh:.3e} of twice that and the extent along gravity"
+        );
+        if share > NOT_SMALL {
+            say!(
+                "    warning: the density changes by {:.0} %, but is taken for constant everywhere but in the weight (Boussinesq)",
+                100.0 * share
+            );
+        }
+    }
+}
+
+/// Share of gravity by which buoyancy moves the fluid, from which on its density cannot be taken for constant (-).
+const NOT_SMALL: f64 = 0.2;
 
 /// Prints drag, model and kernel, the kinds of particles and the pressure drop.
 fn coupling(given: &Coupling, found: &CouplingReport) {

@@ -81,7 +81,7 @@ fn on_boundary(
     match &boundary.kind {
         BoundaryKind::Wall { velocity } => consider(*velocity),
         BoundaryKind::Inlet { velocity } => {
-            let mut corners = boundary.patch().unwrap_or([case.domain.lower, case.domain.upper]);
+            let mut corners = boundary.part.patch().unwrap_or([case.domain.lower, case.domain.upper]);
             let end = if boundary.face.is_upper() { case.domain.upper } else { case.domain.lower };
             corners.iter_mut().for_each(|corner| corner[axis] = end[axis]);
             sample(velocity, corners, times, consider);
@@ -89,7 +89,9 @@ fn on_boundary(
         BoundaryKind::ParabolicInlet { mean } => {
             // A parabola peaks at 3/2 of its mean, along every axis on which there is one.
             let is_across = |a: &usize| {
-                *a != axis && fluid.cells[*a] > 1 && (boundary.patch().is_some() || !case.domain.periodic[*a])
+                *a != axis
+                    && fluid.cells[*a] > 1
+                    && (boundary.part.patch().is_some() || !case.domain.periodic[*a])
             };
             let mut velocity = [0.0; 3];
             velocity[axis] = mean * 1.5_f64.powi((0..3).filter(is_across).count() as i32);
@@ -99,7 +101,7 @@ fn on_boundary(
             let Some((flow, factor)) = boundary.kind.flow(fluid.density) else { return };
             let extents = case.domain.extents();
             let whole = || (0..3).filter(|&a| a != axis).map(|a| extents[a]).product();
-            let area: f64 = boundary.outline().map_or_else(whole, |outline| outline.area(axis));
+            let area: f64 = boundary.part.outline().map_or_else(whole, |outline| outline.area(axis));
             // The middle of a disc has twice the mean, that of a square 9/4.
             let peak = if *profile == FlowProfile::Parabolic { 2.25 } else { 1.0 };
             let Ok(formula) = flow.compile() else { return };

@@ -1,6 +1,7 @@
 //! The longest step of the fluid: what the flow that can come about asks for, whatever the end of the run.
 
 use super::imposed::fastest_at;
+use super::scalars;
 use super::setup::{active_axes, diffusion_step, narrowest, viscosity_of_flow};
 use grains_case::{BoundaryKind, Case, Drive, Fluid};
 
@@ -30,6 +31,8 @@ pub enum FluidStepLimit {
     Drive,
     /// The CFL number from rest under gravity.
     Gravity,
+    /// The CFL number from rest under the buoyancy of scalars.
+    Buoyancy,
     /// Particles smaller than the cells cross one at `time.impact_speed`.
     Crossing,
     /// The diffusion number of resolved bodies.
@@ -46,7 +49,7 @@ pub enum FluidStepLimit {
 /// With cells Δx along an axis, CFL number C, kinematic viscosity ν (where it varies, at the rate of shear of the flow) and the smallest extent H of the domain in the flow:
 ///
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
-/// * √(2 C Δx/a): a drive, imposed pressures or gravity of acceleration a makes the flow, or particles that move, move C cells from rest;
+/// * √(2 C Δx/a): a drive, imposed pressures, gravity or buoyancy of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles.
 pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
@@ -69,6 +72,10 @@ pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
         }
         if !case.inserts.is_empty() && !case.holds_particles() {
             add(from_rest(case, fluid, case.gravity), FluidStepLimit::Gravity);
+        }
+        let share = scalars::largest_buoyancy(case, fluid);
+        if share > 0.0 {
+            add(from_rest(case, fluid, case.gravity.map(|g| share * g)), FluidStepLimit::Buoyancy);
         }
         if fluid.coupling.is_some() && !case.inserts.is_empty() {
             add(narrowest(case, fluid) / case.time.impact_speed, FluidStepLimit::Crossing);

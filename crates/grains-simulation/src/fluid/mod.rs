@@ -31,6 +31,7 @@ mod observe;
 mod profile;
 mod resolved;
 mod restart;
+mod scalars;
 mod setup;
 mod span;
 mod steady;
@@ -50,10 +51,12 @@ use grains_domain::Decomposition;
 use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
 pub use imposed::fastest;
 pub use max_dt::{FluidStepLimit, max_dt};
+use observe::There;
 pub use observe::{FluidProgress, Sums, columns};
 use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
+use scalars::ScalarNames;
 use span::SpanRule;
 use std::cell::Cell;
 use steady::Steady;
@@ -92,6 +95,8 @@ pub struct FluidPhase {
     pub means: Option<Sums>,
     /// Particle step of the last sample in these.
     sampled: Option<u64>,
+    /// Names of the scalars' arrays.
+    scalar_names: Vec<ScalarNames>,
     /// Lines and planes that are written.
     pub profiles: Vec<Sampler>,
     halo: Halo,
@@ -133,6 +138,7 @@ impl FluidPhase {
         let mut flow = agreed(transport, Flow::with_solver(parts.setup, solver, transport).map_err(about))?;
         let initialised = setup::initialise(case, &mut flow, fluid, transport).map_err(RunError::case);
         agreed(transport, initialised)?;
+        agreed(transport, scalars::add(case, fluid, &mut flow, transport).map_err(RunError::case))?;
         let (mut exchange, mut enclosing) = (exchange, None);
         if let Some(exchange) = &mut exchange {
             enclosing = agreed(transport, EnclosingWalls::new(case).map_err(RunError::case))?;
@@ -154,10 +160,13 @@ impl FluidPhase {
             Some(resolved) => WORK_OF_SURFACE * resolved.largest_surface(&dem.setup.catalogue, kinds),
             None => WORK_OF_DRAG,
         };
-        let means = fluid
-            .output
-            .mean_from
-            .map(|_| Sums::new(flow.layout(), has_particles, flow.setup.viscosity_law.is_some()));
+        let scalar_names = ScalarNames::of(fluid);
+        let there = There {
+            particles: has_particles,
+            viscosity: flow.setup.viscosity_law.is_some(),
+            scalars: scalar_names.len(),
+        };
+        let means = fluid.output.mean_from.map(|_| Sums::new(flow.layout(), there));
         let profiles = fluid.profile.iter().map(|p| Sampler::new(p, &flow)).collect();
         Ok(Some(Self {
             flow,
@@ -172,6 +181,7 @@ impl FluidPhase {
             seconds: [0.0; 2],
             means,
             sampled: None,
+            scalar_names,
             profiles,
             halo,
             work_of_particle,
@@ -184,7 +194,7 @@ impl FluidPhase {
 
     /// Names of the parts of a step and the seconds spent in them.
     pub fn times(&self) -> Vec<(String, f64)> {
-        let names = ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries"];
+        let names = ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries", "scalars"];
         let seconds = Phase::ALL.map(|phase| self.flow.clock.seconds(phase));
         let of_flow = names.map(|name| ["fluid ", name].concat()).into_iter().zip(seconds);
         of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()
@@ -247,6 +257,7 @@ impl FluidPhase {
             exchange.forget_passages();
             self.flow.synchronise(transport);
         }
+        self.flow.begin_scalars();
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! What is told of the fluid: columns of the time series, fields in the cells, and their means over time.
 
-use super::{FluidPhase, steady, walls};
+use super::scalars::ScalarNames;
+use super::{FluidPhase, scalars, steady, walls};
 use crate::error::RunError;
 use grains_case::{Boundary, BoundaryKind, Case, FluidField, ProfileKind};
 use grains_comm::MpiTransport;
@@ -72,6 +73,7 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
             columns.push((format!("{}_flow", profile.name), "m3/s"));
         }
     }
+    columns.extend(scalars::columns(fluid));
     if has_outlet(case) {
         columns.push((BACKFLOW.0.to_string(), BACKFLOW.1));
     }
@@ -118,8 +120,28 @@ pub struct Sums {
     /// Number of samples.
     pub samples: u64,
     /// u, v, w at the centres (m/s), p (Pa); among particles also ε (-), the flux of solid volume along x, y, z
-    /// (m⁴/s per cell) and the solid volume (m³ per cell); where the viscosity varies at last that (Pa s).
+    /// (m⁴/s per cell) and the solid volume (m³ per cell); where the viscosity varies that (Pa s); at last the scalars.
     pub fields: Vec<Field<Centre>>,
+    /// Which of these there are.
+    pub there: There,
+}
+
+/// Which fields a fluid has besides velocity and pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct There {
+    /// Those of particles.
+    pub particles: bool,
+    /// The viscosity, as it varies.
+    pub viscosity: bool,
+    /// Number of scalars.
+    pub scalars: usize,
+}
+
+impl There {
+    /// Number of fields in [`Sums`].
+    fn count(self) -> usize {
+        (if self.particles { 9 } else { 4 }) + usize::from(self.viscosity) + self.scalars
+    }
 }
 
 /// A field as it is written: one component, or three.
@@ -146,9 +168,8 @@ impl Observation {
 
 impl Sums {
     /// No samples yet.
-    pub fn new(layout: Layout, has_particles: bool, viscosity_varies: bool) -> Self {
-        let count = if has_particles { 9 } else { 4 } + usize::from(viscosity_varies);
-        Self { samples: 0, fields: vec![Field::new(layout); count] }
+    pub fn new(layout: Layout, there: There) -> Self {
+        Self { samples: 0, fields: vec![Field::new(layout); there.count()], there }
     }
 
     /// Adds a sample.
@@ -160,7 +181,7 @@ impl Sums {
     /// The means as fields, of those that a case asks for; the solid velocity is that of the mean flux.
     pub fn into_observations(mut self, wanted: &[FluidField]) -> Vec<Observation> {
         let share = 1.0 / self.samples.max(1) as f64;
-        let (has_particles, varies) = (self.fields.len() >= 9, [5, 10].contains(&self.fields.len()));
+        let There { particles: has_particles, viscosity: varies, scalars } = self.there;
         let volumes = has_particles.then(|| self.fields.remove(8));
         let mut rest = self.fields.into_iter();
         let mut means = |count: usize| -> Vec<Field<Centre>> {
@@ -174,6 +195,7 @@ impl Sums {
         let [void_fraction, mut solid_velocity] =
             if has_particles { [means(1), means(3)] } else { Default::default() };
         let viscosity = if varies { means(1) } else { Vec::new() };
+        let scalars = means(scalars);
         for (field, volumes) in solid_velocity.iter_mut().zip(volumes.iter().cycle()) {
             let pairs = field.data_mut().iter_mut().zip(volumes.data());
             pairs.for_each(|(x, v)| *x = if *v > 0.0 { *x / (share * v) } else { 0.0 });
@@ -184,42 +206,61 @@ impl Sums {
             (FluidField::VoidFraction, void_fraction),
             (FluidField::SolidVelocity, solid_velocity),
             (FluidField::Viscosity, viscosity),
+            (FluidField::Scalars, scalars),
         ];
-        let there = wanted.iter().filter(|field| is_there(field, has_particles, varies));
-        let take = |wanted: &FluidField| {
-            known.iter_mut().find(|(field, _)| field == wanted).map(|(_, c)| std::mem::take(c))
-        };
-        there.map(take).map(|components| Observation { components: components.unwrap_or_default() }).collect()
+        let mut observations = Vec::new();
+        for field in wanted.iter().filter(|field| is_there(field, self.there)) {
+            let found = known.iter_mut().find(|(known, _)| known == field);
+            let components = found.map(|(_, components)| std::mem::take(components)).unwrap_or_default();
+            match field {
+                FluidField::Scalars => {
+                    observations.extend(components.into_iter().map(|c| Observation { components: vec![c] }));
+                }
+                _ => observations.push(Observation { components }),
+            }
+        }
+        observations
     }
 }
 
 /// Name, unit and number of components of a field.
 pub type Name = (&'static str, &'static str, usize);
 
-fn name(field: &FluidField) -> Name {
+fn names_of(field: &FluidField, scalars: &[ScalarNames]) -> Vec<Name> {
     match field {
-        FluidField::Velocity => ("velocity", "m/s", 3),
-        FluidField::Pressure => ("pressure", "Pa", 1),
-        FluidField::VoidFraction => ("void_fraction", "-", 1),
-        FluidField::SolidVelocity => ("solid_velocity", "m/s", 3),
-        FluidField::Viscosity => ("viscosity", "Pa s", 1),
+        FluidField::Velocity => vec![("velocity", "m/s", 3)],
+        FluidField::Pressure => vec![("pressure", "Pa", 1)],
+        FluidField::VoidFraction => vec![("void_fraction", "-", 1)],
+        FluidField::SolidVelocity => vec![("solid_velocity", "m/s", 3)],
+        FluidField::Viscosity => vec![("viscosity", "Pa s", 1)],
+        FluidField::Scalars => scalars.iter().map(|scalar| (scalar.field, scalar.unit, 1)).collect(),
     }
 }
 
-fn is_there(field: &FluidField, has_particles: bool, viscosity_varies: bool) -> bool {
+fn is_there(field: &FluidField, there: There) -> bool {
     match field {
         FluidField::Velocity | FluidField::Pressure => true,
-        FluidField::VoidFraction | FluidField::SolidVelocity => has_particles,
-        FluidField::Viscosity => viscosity_varies,
+        FluidField::VoidFraction | FluidField::SolidVelocity => there.particles,
+        FluidField::Viscosity => there.viscosity,
+        FluidField::Scalars => there.scalars > 0,
     }
 }
 
 impl FluidPhase {
     /// The fields that a case asks for and that there are.
     pub fn names(&self, wanted: &[FluidField]) -> Vec<Name> {
-        let has_particles = self.exchange.is_some() || self.resolved.is_some();
-        let varies = self.flow.setup.viscosity_law.is_some();
-        wanted.iter().filter(|field| is_there(field, has_particles, varies)).map(name).collect()
+        let there = self.there();
+        let wanted = wanted.iter().filter(|field| is_there(field, there));
+        wanted.flat_map(|field| names_of(field, &self.scalar_names)).collect()
+    }
+
+    /// Which fields there are.
+    pub(super) fn there(&self) -> There {
+        There {
+            particles: self.exchange.is_some() || self.resolved.is_some(),
+            viscosity: self.flow.setup.viscosity_law.is_some(),
+            scalars: self.scalar_names.len(),
+        }
     }
 
     /// Values of the columns of the fluid in the time series; collective.
@@ -275,6 +316,7 @@ impl FluidPhase {
                 row.push(flow.flow_rate(axis, node, transport));
             }
         }
+        row.extend(case.fluid.iter().flat_map(|fluid| scalars::row(fluid, flow, transport)));
         if has_outlet(case) {
             row.push(self.backflow(dem, transport));
         }
@@ -329,9 +371,10 @@ impl FluidPhase {
         if self.flow.setup.viscosity_law.is_some() {
             fields.push(self.flow.dynamic_viscosity());
         }
+        fields.extend(self.flow.scalars.iter().flat_map(|s| &s.all).map(|scalar| scalar.value.clone()));
         let mut all: Vec<&mut [f64]> = fields.iter_mut().map(Field::data_mut).collect();
         self.halo.fill(&mut all, transport);
-        Ok(Sums { samples: 1, fields })
+        Ok(Sums { samples: 1, fields, there: self.there() })
     }
 }
 

@@ -1,6 +1,8 @@
 //! The state of the fluid as arrays of a checkpoint, and back on any ranks.
 
 use super::exchange::Exchange;
+use super::observe::There;
+use super::scalars::{Accounts, ScalarNames};
 use super::{FluidPhase, walls};
 use crate::error::RunError;
 use grains_comm::MpiTransport;
@@ -21,17 +23,18 @@ const COMING: &str = "coming_void_fraction";
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
-/// The same of so many fields; the last is the viscosity where it varies.
-fn mean_names(count: usize) -> impl Iterator<Item = &'static str> {
-    let varies = [5, 10].contains(&count);
-    let plain = MEANS.into_iter().take(count - usize::from(varies));
-    plain.chain(varies.then_some("sum_viscosity"))
+/// The same of the fields there are.
+fn mean_names(there: There, scalars: &[ScalarNames]) -> impl Iterator<Item = &'static str> {
+    let plain = MEANS.into_iter().take(if there.particles { 9 } else { 4 });
+    plain.chain(there.viscosity.then_some("sum_viscosity")).chain(scalars.iter().map(|scalar| scalar.sum))
 }
 
 /// What a text of a checkpoint says of the clocks of the fluid.
 const CLOCKS: &str = "fluid";
 /// What one says of the flow's last action on its walls.
 const ON_WALLS: &str = "flow_on_walls";
+/// What one says of the scalars' accounts.
+const SCALARS: &str = "scalars";
 /// What one says of the last step of the fluid.
 const LAST_STEP: &str = "fluid_last_step";
 
@@ -49,6 +52,7 @@ pub(super) struct Clocks {
     samples: u64,
     /// Pressure rises of the fans (Pa).
     fans: Vec<f64>,
+    scalars: Accounts,
 }
 
 impl Clocks {
@@ -73,6 +77,7 @@ impl Clocks {
             last_span: count(7)?,
             samples: count(8).unwrap_or(0),
             fans: (9..words.len()).map(real).collect::<Option<_>>()?,
+            scalars: Accounts::default(),
         })
     }
 }
@@ -119,6 +124,7 @@ impl FluidPhase {
         let on_walls = walls::text(self.on_walls());
         let texts = [
             (CLOCKS, self.clocks().text()),
+            (SCALARS, Accounts::new(&self.flow).summed(transport).text()),
             (LAST_STEP, self.last_step(dem, transport).text()),
             (ON_WALLS, on_walls),
         ];
@@ -173,6 +179,7 @@ impl FluidPhase {
             last_span: self.last_span,
             samples: self.means.as_ref().map_or(0, |m| m.samples),
             fans: state.fans.clone(),
+            scalars: Accounts::new(&self.flow),
         }
     }
 
@@ -202,8 +209,13 @@ impl FluidPhase {
             add("void_fraction", "-", cells(flow), mixture.void_fraction.data());
             add(COMING, "-", cells(flow), mixture.previous_void_fraction().data());
         }
+        let scalars = flow.scalars.iter().flat_map(|scalars| &scalars.all);
+        for (scalar, names) in scalars.zip(&self.scalar_names) {
+            add(names.value, names.unit, cells(flow), scalar.value.data());
+            add(names.before, names.unit, cells(flow), scalar.previous.data());
+        }
         if let Some(means) = &self.means {
-            for (field, name) in means.fields.iter().zip(mean_names(means.fields.len())) {
+            for (field, name) in means.fields.iter().zip(mean_names(means.there, &self.scalar_names)) {
                 add(name, "sum of samples", cells(flow), field.data());
             }
         }
@@ -221,7 +233,18 @@ impl FluidPhase {
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         let lacking = || FileError::new(&file.path, "lacks the state of the fluid: it is of another version");
-        let clocks = file.text(CLOCKS).and_then(Clocks::parse).ok_or_else(lacking);
+        let mut clocks = file.text(CLOCKS).and_then(Clocks::parse).ok_or_else(lacking);
+        if let Ok(clocks) = &mut clocks {
+            clocks.scalars = file.text(SCALARS).and_then(Accounts::parse).unwrap_or_default();
+            // What is of all ranks together goes to the first one.
+            if transport.rank() > 0 {
+                clocks
+                    .scalars
+                    .of
+                    .iter_mut()
+                    .for_each(|account| (account.entered, account.produced) = (0.0, 0.0));
+            }
+        }
         let read = clocks.and_then(|clocks| self.take(|name, block| file.grid(name, 1, block), &clocks));
         agree(transport.communicator(), read)?;
         let last = file.text(LAST_STEP).and_then(LastStep::parse).ok_or_else(lacking)?;
@@ -302,6 +325,17 @@ impl FluidPhase {
             take("void_fraction", place, mixture.void_fraction.data_mut())?;
             take(COMING, place, mixture.previous_void_fraction_mut().data_mut())?;
         }
+        if let Some(scalars) = &mut self.flow.scalars {
+            scalars.last_dt = clocks.scalars.last_dt;
+            for (scalar, names) in scalars.all.iter_mut().zip(&self.scalar_names) {
+                // The case may have other scalars than the state; these begin anew.
+                let known = clocks.scalars.of.iter().find(|account| account.name == names.field);
+                let Some(account) = known else { continue };
+                take(names.value, place, scalar.value.data_mut())?;
+                take(names.before, place, scalar.previous.data_mut())?;
+                (scalar.entered, scalar.produced) = (account.entered, account.produced);
+            }
+        }
         let state = &mut self.flow.state;
         let last_dt = match self.flow.march {
             March::Time => clocks.last_dt.max(0.0),
@@ -317,7 +351,7 @@ impl FluidPhase {
         // The case may ask for means that the state has not got.
         if let Some(means) = self.means.as_mut().filter(|_| clocks.samples > 0) {
             means.samples = clocks.samples;
-            let names = mean_names(means.fields.len());
+            let names = mean_names(means.there, &self.scalar_names);
             for (field, name) in means.fields.iter_mut().zip(names) {
                 take(name, place, field.data_mut())?;
             }

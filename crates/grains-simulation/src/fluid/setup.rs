@@ -148,7 +148,7 @@ fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries,
             let given = &fluid.boundary[k];
             let about = |e: String| case.about(&format!("fluid.boundary[{k}]"), e);
             let condition = condition(&given.kind, fluid.density).map_err(about)?;
-            match given.outline() {
+            match given.part.outline() {
                 Some(outline) => boundaries.patches.push(Patch { face, outline, condition }),
                 None => boundaries.faces[face.index()] = condition,
             }

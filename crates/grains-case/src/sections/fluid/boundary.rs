@@ -4,13 +4,14 @@ use grains_fluid::FanCurve;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Expression, Fluid, check_formula, outline};
+use super::outline::{Part, Wants};
+use super::{Expression, Fluid, check_formula};
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
 
 /// What holds on a face of the domain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum BoundaryKind {
     /// No slip.
     Wall {
@@ -110,26 +111,9 @@ pub struct Boundary {
     /// The condition.
     #[serde(flatten)]
     pub kind: BoundaryKind,
-    /// Lower corner of the rectangle (m); the coordinate normal to the face is not read.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lower: Option<[f64; 3]>,
-    /// Upper corner of the rectangle (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub upper: Option<[f64; 3]>,
-    /// Centre of a disc (m), in place of a rectangle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub center: Option<[f64; 3]>,
-    /// Radius of the disc (m).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius: Option<f64>,
-    /// Radius of a hole about its centre (m), which makes it an annulus.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub inner_radius: Option<f64>,
-    /// Corners of a polygon in order (m), in place of a rectangle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub corners: Option<Vec<[f64; 3]>>,
+    /// Where on the face it holds, if not on the whole.
+    #[serde(flatten)]
+    pub part: Part,
 }
 
 /// Which of [`Fluid::boundary`] hold somewhere on a face.
@@ -153,7 +137,7 @@ impl Fluid {
     pub fn on_face(&self, face: Face) -> OnFace {
         let mut on_face = OnFace::default();
         for (i, boundary) in self.boundary.iter().enumerate().filter(|(_, b)| b.face == face) {
-            if boundary.is_whole() {
+            if boundary.part.is_whole() {
                 on_face = OnFace { whole: Some(i), patches: Vec::new() };
             } else {
                 on_face.patches.push(i);
@@ -166,7 +150,7 @@ impl Fluid {
     pub fn boundary_at(&self, face: Face, place: [f64; 3]) -> Option<usize> {
         let on_face = self.on_face(face);
         let holds = |&&k: &&usize| {
-            self.boundary[k].outline().is_some_and(|outline| outline.holds(face.axis(), place))
+            self.boundary[k].part.outline().is_some_and(|outline| outline.holds(face.axis(), place))
         };
         on_face.patches.iter().rev().find(holds).copied().or(on_face.whole)
     }
@@ -189,7 +173,8 @@ pub(super) fn check(fluid: &Fluid, domain: &Domain, checker: &mut Checker) {
             continue;
         }
         check_kind(boundary, &path, domain, checker);
-        outline::check(boundary, &path, fluid, domain, checker);
+        let wants = Wants { parabola: boundary.kind.is_parabolic(), cells: !boundary.kind.imposes_flow() };
+        boundary.part.check(boundary.face, wants, &path, fluid, domain, checker);
         let on_face = fluid.on_face(boundary.face);
         if !on_face.all().any(|j| j == i) {
             let later = on_face.whole.unwrap_or_default();
@@ -323,5 +308,5 @@ fn inflow(boundary: &Boundary, density: f64, domain: &Domain) -> Inflow {
         },
     };
     let whole = || (0..3).filter(|a| *a != axis).map(|a| domain.extents()[a]).product();
-    Inflow::Rate(speed * boundary.outline().map_or_else(whole, |outline| outline.area(axis)))
+    Inflow::Rate(speed * boundary.part.outline().map_or_else(whole, |outline| outline.area(axis)))
 }

@@ -9,6 +9,7 @@ mod outline;
 mod output;
 mod pressure;
 mod resolved;
+mod scalar;
 mod steady;
 mod viscosity;
 mod walls;
@@ -23,10 +24,12 @@ pub(crate) use cells::check_thickness;
 pub use coupling::Coupling;
 pub use drive::Drive;
 pub use formula::{Expression, Formula, FormulaError};
+pub use outline::Part;
 pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
+pub use scalar::{Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind};
 pub use steady::Steady;
 pub(crate) use walls::check_walls;
 
@@ -107,6 +110,9 @@ pub struct Fluid {
     /// The steady flow past fixed particles and walls, without marching in time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady: Option<Steady>,
+    /// Temperature and concentrations that the fluid carries.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scalar: Vec<Scalar>,
     /// Lines and planes along which fields are written as tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub profile: Vec<Profile>,
@@ -135,6 +141,8 @@ fn three_refinements(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 /// What the fluid is checked against.
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
+    /// Acceleration of gravity (m/s²).
+    pub gravity: [f64; 3],
     pub has_particles: bool,
     /// Whether walls bound the fluid, and whether one of them moves.
     pub has_walls: bool,
@@ -176,6 +184,7 @@ impl Fluid {
         cells::check(&self, domain, checker);
         boundary::check(&self, domain, checker);
         pressure::check(&self, domain, checker);
+        scalar::check(&self, context, checker);
         output::check_profiles(&self.profile, domain, checker);
         if let Some(drive) = &self.drive {
             drive.check(&self.cells, domain, checker);

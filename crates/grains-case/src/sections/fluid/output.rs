@@ -20,12 +20,20 @@ pub enum FluidField {
     SolidVelocity,
     /// Dynamic viscosity (Pa s); only where it varies.
     Viscosity,
+    /// All scalars, by their names.
+    Scalars,
 }
 
 impl FluidField {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Velocity, Self::Pressure, Self::VoidFraction, Self::SolidVelocity, Self::Viscosity];
+    pub const ALL: [Self; 6] = [
+        Self::Velocity,
+        Self::Pressure,
+        Self::VoidFraction,
+        Self::SolidVelocity,
+        Self::Viscosity,
+        Self::Scalars,
+    ];
 }
 
 /// Where the fields are written as tables, at every snapshot and as means over time.

@@ -216,13 +216,15 @@ pub fn bytes_on_disk(case: &Case) -> f64 {
     let Some(fluid) = &case.fluid else { return 0.0 };
     let cells = fluid.cells.iter().product::<u64>() as f64;
     let has_particles = (fluid.coupling.is_some() || fluid.resolved.is_some()) && !case.inserts.is_empty();
-    let state = STATE + if fluid.resolved.is_some() { BODIES } else { 0.0 };
+    let of_scalars = 2.0 * fluid.scalar.len() as f64;
+    let state = STATE + of_scalars + if fluid.resolved.is_some() { BODIES } else { 0.0 };
     let varies = fluid.rheology.is_some() || fluid.turbulence.is_some();
     let components = |field: &FluidField| match (field, has_particles) {
         (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
         (FluidField::Pressure, _) | (FluidField::VoidFraction, true) => 1.0,
         (FluidField::SolidVelocity | FluidField::VoidFraction, false) => 0.0,
         (FluidField::Viscosity, _) => f64::from(u8::from(varies)),
+        (FluidField::Scalars, _) => fluid.scalar.len() as f64,
     };
     let numbers: f64 = fluid.output.fields.iter().map(components).sum();
     let interval = fluid.output.interval.unwrap_or(case.output.particles);

@@ -1,0 +1,51 @@
+//! Temperature and concentrations that a flow carries among particles.
+
+use super::{assert_close, continued, results_of};
+use crate::common::results::series;
+use crate::common::{case, folder, run_case};
+use std::fs;
+
+#[test]
+fn scalars_keep_their_sums_and_limits_on_any_ranks_and_wherever_a_run_stops() {
+    let (home, text) = (folder("fluid_scalars"), case("heated.toml"));
+    let one = results_of(&home, "1", 1, &text);
+    let table = series(&one);
+    let column = |name: &str| table.column(name);
+    for name in ["temperature", "tracer"] {
+        let (content, lost) = (column(&format!("{name}_content")), column(&format!("{name}_unaccounted")));
+        assert!(content.windows(2).all(|w| w[1] > w[0]), "{name}: {content:?}");
+        let largest = content.iter().fold(0.0_f64, |m, x| m.max(*x));
+        assert!(lost.iter().all(|x| x.abs() < 1e-11 * largest), "{name}: {lost:?} of {largest}");
+    }
+    // The pressure solver leaves a little of the volume to the step after.
+    let [low, high] = ["tracer_min", "tracer_max"].map(column);
+    assert!(low.iter().all(|x| *x > -1e-12) && high.iter().all(|x| *x < 1.0 + 1e-12), "{low:?} {high:?}");
+    assert!(*high.last().unwrap() > 0.9, "{high:?}");
+    // What came in is what the inlet let in: the tracer through a disc, in the cells whose middle it covers.
+    let inlet = 0.6 * 16.0 * (0.02 / 9.0) * (0.018 / 8.0);
+    let (times, content) = (column("time"), column("tracer_content"));
+    for (time, content) in times.iter().zip(content).skip(1) {
+        assert!((content / (inlet * time) - 1.0).abs() < 1e-6, "{content} of {} at {time} s", inlet * time);
+    }
+    let mut others = [2, 4].map(|ranks| results_of(&home, &ranks.to_string(), ranks, &text)).to_vec();
+    others.push(continued(&home, "2", 3, &text));
+    let own = home.join("stops");
+    fs::create_dir_all(&own).unwrap();
+    run_case(2, &own, &text, &["--max-walltime", "0"]).succeeded();
+    run_case(1, &own, &text, &["--restart", "latest", "--max-walltime", "0.3"]).succeeded();
+    run_case(3, &own, &text, &["--restart", "latest"]).succeeded();
+    others.push(own.join("results"));
+    for other in &others {
+        let found = series(other);
+        for name in ["temperature_mean", "temperature_max", "tracer_content", "tracer_max", "fluid_kinetic"] {
+            let label = format!("{name} of {}", other.display());
+            assert_close(&column(name), &found.column(name), 1e-7, &label);
+        }
+        for name in ["temperature", "tracer"] {
+            let (content, lost) =
+                (found.column(&format!("{name}_content")), found.column(&format!("{name}_unaccounted")));
+            let largest = content.iter().fold(0.0_f64, |m, x| m.max(*x));
+            assert!(lost.iter().all(|x| x.abs() < 1e-11 * largest), "{name}: {lost:?}");
+        }
+    }
+}
