@@ -3,15 +3,21 @@
 //! `cargo bench -p grains-fluid --bench cavity_speed -- 64 128`
 
 use grains_domain::SerialTransport;
-use grains_fluid::{Boundaries, Condition, Diffusion, Flow, FlowSetup, Grid, MixtureModel, Phase, Side};
+use grains_fluid::{
+    Boundaries, Condition, Diffusion, Flow, FlowSetup, Grid, MixtureModel, Phase, ScalarBoundaries,
+    ScalarSetup, Scheme, Side,
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sizes: Vec<usize> = words().map(|n| n.parse()).collect::<Result<_, _>>()?;
     let sizes = if sizes.is_empty() { vec![32, 64, 128] } else { sizes };
     for n in sizes {
-        measure(n, Diffusion::Implicit, None)?;
-        measure(n, Diffusion::Explicit, None)?;
-        measure(n, Diffusion::Implicit, Some(MixtureModel::A))?;
+        measure(n, Diffusion::Implicit, None, 0)?;
+        measure(n, Diffusion::Implicit, None, 1)?;
+        measure(n, Diffusion::Implicit, None, 2)?;
+        measure(n, Diffusion::Explicit, None, 0)?;
+        measure(n, Diffusion::Implicit, Some(MixtureModel::A), 0)?;
+        measure(n, Diffusion::Implicit, Some(MixtureModel::A), 1)?;
     }
     Ok(())
 }
@@ -32,10 +38,12 @@ fn add_particles(flow: &mut Flow) {
     mixture.begin();
 }
 
+/// Of one phase or with particles, with no scalar, one that is bounded, or that and one by central differences.
 fn measure(
     n: usize,
     diffusion: Diffusion,
     mixture: Option<MixtureModel>,
+    scalars: usize,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let grid = Grid::uniform([0.0; 3], [1.0; 3], [n; 3], [false; 3])?;
     let lid = Condition::Wall { velocity: [1.0, 0.0, 0.0] };
@@ -43,6 +51,11 @@ fn measure(
     let setup = FlowSetup { boundaries, diffusion, mixture, ..FlowSetup::new(grid, 1.0, 0.01) };
     let mut flow = Flow::new(setup, &SerialTransport)?;
     add_particles(&mut flow);
+    for scheme in [Scheme::Bounded, Scheme::Central].into_iter().take(scalars) {
+        let (name, boundaries) = (String::new(), ScalarBoundaries::default());
+        let setup = ScalarSetup { name, diffusivity: 0.01, scheme, boundaries, buoyancy: None };
+        flow.add_scalar(setup, |[x, ..]| x, &SerialTransport);
+    }
     let cells = (n * n * n) as f64;
     let explicit_limit = 0.2 / (3.0 * 0.01 * (n * n) as f64);
     let dt = match diffusion {
@@ -55,7 +68,7 @@ fn measure(
     let least = if mixture.is_some() { 2.0 } else { 5.0 };
     let steps = (if mixture.is_some() { 4e6 } else { 2e7 } / cells).ceil().max(least) as usize;
     // The best of a few batches: others may share the machine.
-    let mut best = (f64::INFINITY, [0.0; 6]);
+    let mut best = (f64::INFINITY, [0.0; Phase::ALL.len()]);
     for _ in 0..5 {
         flow.clock.reset();
         for _ in 0..steps {
@@ -70,7 +83,7 @@ fn measure(
     let [worst, scale] = flow.divergence(&SerialTransport);
     let phases = if mixture.is_some() { ", particles" } else { "" };
     print!(
-        "{n:4}^3 {diffusion:?}{phases}: {:6.1} ns per cell and step, divergence {:.1e}:",
+        "{n:4}^3 {diffusion:?}{phases}, {scalars} scalars: {:6.1} ns per cell and step, divergence {:.1e}:",
         best.0,
         worst / scale
     );

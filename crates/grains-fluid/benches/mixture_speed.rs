@@ -119,7 +119,7 @@ fn measure(
     let solver = ConjugateGradients::preconditioned(&problem, [tolerance, 500.0], preconditioner, &SERIAL);
     let mut flow = Flow::with_solver(setup, Box::new(solver), &SERIAL)?;
     let count = cells.iter().product::<usize>() as f64;
-    let (mut iterations, mut best) = (0, [f64::INFINITY; 6]);
+    let (mut iterations, mut best) = (0, [f64::INFINITY; Phase::ALL.len()]);
     const STEPS: [usize; 2] = [5, 15];
     for step in 0..STEPS[1] {
         set_particles(&mut flow, void, step as f64);

@@ -31,6 +31,7 @@
 //! source      f = ∇·(ε u*) + ∂ε/∂t
 //! solve       div(c grad φ) = f by a [`PressureSolver`]
 //! correct     u = u* − γ ∇φ/m, p += φ − ½ μ ∇·u*, m = ρ ε/Δt + β; halos and ghosts
+//! scalars     carried by the velocity that this leaves, bounded by flux correction ([`Scalars`])
 //! ```
 //!
 //! Drag is implicit in m: stiff beds need no small step. Second order in time, but for the drag and the rate of change

@@ -194,7 +194,8 @@ impl FluidPhase {
 
     /// Names of the parts of a step and the seconds spent in them.
     pub fn times(&self) -> Vec<(String, f64)> {
-        let names = ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries", "scalars"];
+        let names =
+            ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries", "scalars"];
         let seconds = Phase::ALL.map(|phase| self.flow.clock.seconds(phase));
         let of_flow = names.map(|name| ["fluid ", name].concat()).into_iter().zip(seconds);
         of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()

@@ -67,8 +67,8 @@ pub fn add(case: &Case, fluid: &CaseFluid, flow: &mut Flow, transport: &dyn Tran
         };
         let initial = scalar.initial.compile().map_err(|e| about("initial", e.to_string()))?;
         let number = flow.add_scalar(setup, |at| initial.at(at, 0.0), transport);
-        let field = flow.scalars.iter().flat_map(|scalars| scalars.all[number].value.own());
-        if transport.any(field.fold(false, |is_odd, x| is_odd || !x.is_finite())) {
+        let mut field = flow.scalars.iter().flat_map(|scalars| scalars.all[number].value.own());
+        if transport.any(field.any(|x| !x.is_finite())) {
             let message = "the formula has no value in some cells; it must have one in all of the domain";
             return Err(about("initial", message.into()));
         }
