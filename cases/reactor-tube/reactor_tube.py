@@ -52,14 +52,10 @@ def eisfeld(shape, void, diameter, reynolds):
     return k1 * a**2 + a / b * reynolds
 
 
-def top_of(loaded):
-    """Height of the highest centre of a loaded bed (m)."""
-    import h5py
-
-    with h5py.File(loaded) as file:
-        steps = file["VTKHDF/Steps"]
-        first, count = steps["PointOffsets"][-1], file["VTKHDF/NumberOfPoints"][-1]
-        return float(file["VTKHDF/Points"][first : first + count, 2].max())
+def height(shape):
+    """Height (m) that a bed stays below."""
+    volume = 1000 * math.pi / 4 * (fixed_bed.LENGTH / RATIO) ** 2 * fixed_bed.LENGTH * fixed_bed.FRACTION[shape]
+    return volume / 0.54 / (math.pi / 4 * TUBE**2) / 1e3
 
 
 def pictures(runs):
@@ -111,7 +107,7 @@ def main():
     cases = []
     for shape, across, reynolds in points:
         loaded, to = loading(shape) / "run/particles.vtkhdf", folder(shape, across, reynolds)
-        cases.append((flow(shape, across, reynolds, loaded, top_of(loaded), to), to))
+        cases.append((flow(shape, across, reynolds, loaded, height(shape), to), to))
     sweep.run_all(cases, options.jobs)
     print(f"{'shape':<12} {'cells':>5} {'Re':>6} {'void fraction':>13} {'dp/H (Pa/m)':>12} {'f':>7} {'Ergun':>7} {'with tube':>9} {'tortuosity':>10}")
     for point in points:

@@ -24,9 +24,7 @@ fn without_particles(case: &Case, report: &Report) {
     }
     say!("decomposition  {}", subdomains(report));
     memory(report);
-    if let Some(seconds) = min_seconds_of_fluid(report) {
-        say!("time needed    at least {} on {} rank(s)", duration(seconds), report.ranks);
-    }
+    time_of_fluid(case, report);
     say!("disk           about {:.0} MB in {}", report.cost.disk / 1e6, case.output.directory.display());
 }
 
@@ -49,6 +47,8 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     say!("decomposition  {}; interaction range {:.4e} m", subdomains(report), particles.interaction_range);
     memory(report);
     match &particles.collisions {
+        // Nothing collides.
+        _ if case.holds_particles() => {}
         CollisionModel::Hard(_) => hard_collisions(case, particles),
         _ if case.collisions.is_hard() => {}
         _ => soft_collisions(case, particles),
@@ -57,8 +57,12 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
         say!("");
         fluid::tell(case, found);
     }
-    time_step(case, particles);
-    time_needed(case, report, particles);
+    if !case.holds_particles() {
+        time_step(case, particles);
+        time_of_particles(case, report, particles);
+    }
+    time_of_fluid(case, report);
+    disk(case, report);
 }
 
 /// Prints how the particles of insertions move if not freely.
@@ -438,7 +442,7 @@ fn time_step(case: &Case, particles: &ParticleReport) {
     }
 }
 
-fn time_needed(case: &Case, report: &Report, particles: &ParticleReport) {
+fn time_of_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     say!("steps          {:.3e} to t = {} s", particles.steps, case.time.end);
     say!(
         "time needed    about {} on {} rank(s), at {:.2} microseconds per particle and step and core",
@@ -446,9 +450,24 @@ fn time_needed(case: &Case, report: &Report, particles: &ParticleReport) {
         report.ranks,
         1e6 * particles.seconds_per_step
     );
-    if let Some(seconds) = min_seconds_of_fluid(report) {
-        say!("               at least {} for the fluid", duration(seconds));
+}
+
+fn time_of_fluid(case: &Case, report: &Report) {
+    let Some(seconds) = report.fluid.as_ref().and_then(|fluid| fluid.min_seconds) else { return };
+    let seconds = seconds / report.ranks as f64;
+    let (ranks, has_particles) = (report.ranks, !case.inserts.is_empty() && !case.holds_particles());
+    match case.fluid.as_ref().is_some_and(|fluid| fluid.steady.is_some()) {
+        true => say!(
+            "time needed    at least {} on {ranks} rank(s) if the flow has not settled before t = {} s",
+            duration(seconds),
+            case.time.end
+        ),
+        false if has_particles => say!("               at least {} for the fluid", duration(seconds)),
+        false => say!("time needed    at least {} on {ranks} rank(s)", duration(seconds)),
     }
+}
+
+fn disk(case: &Case, report: &Report) {
     say!(
         "disk           about {:.0} MB in {} ({} snapshots, {} checkpoint(s))",
         report.cost.disk / 1e6,
@@ -456,9 +475,4 @@ fn time_needed(case: &Case, report: &Report, particles: &ParticleReport) {
         report.cost.snapshots,
         report.cost.checkpoints
     );
-}
-
-/// Minimum time of the steps of the fluid on all ranks (s).
-fn min_seconds_of_fluid(report: &Report) -> Option<f64> {
-    Some(report.fluid.as_ref()?.min_seconds? / report.ranks as f64)
 }
