@@ -10,7 +10,7 @@ use crate::{
     Subgrid,
 };
 use grains_domain::Transport;
-use grains_fluid::{Faces, Flow, Immersed, Layout, March};
+use grains_fluid::{Faces, Flow, Immersed, Layout, March, ValuesOnFaces};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -64,8 +64,7 @@ impl Resolved {
     pub fn new(flow: &mut Flow, forcing: Forcing) -> Result<Self, SetupError> {
         let subgrid = Subgrid::new(&flow.setup)?;
         let mut immersed = Immersed::new(flow.layout());
-        immersed.extrapolated =
-            matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
+        immersed.extrapolated = matches!(forcing.method, Method::Direct { .. }).then(ValuesOnFaces::default);
         flow.immersed = Some(immersed);
         // Direct forcing needs no room for multipliers.
         let layout = match forcing.method {
@@ -136,10 +135,8 @@ impl Resolved {
         }
         if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
         {
-            for (component, forced) in self.forced.iter().enumerate() {
-                let extrapolated = extrapolated.component_mut(component);
-                let left = forced.iter().filter(|&&place| !self.nodes.holds(component, place));
-                left.for_each(|&place| extrapolated[place] = 0.0);
+            for (component, values) in extrapolated.iter_mut().enumerate() {
+                values.retain(|&(place, _)| self.nodes.holds(component, place as usize));
             }
         }
         if let Some(immersed) = &mut flow.immersed {
@@ -155,7 +152,6 @@ impl Resolved {
             }
             immersed.sealed = self.nodes.sealed_cells(&self.bodies, &self.subgrid);
         }
-        flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
     }
 
@@ -174,20 +170,15 @@ impl Resolved {
         self.multipliers.iterations = iterations;
     }
 
-    /// Goes on from the forces and velocities of a flow that was continued; collective.
-    pub fn resume(&mut self, flow: &mut Flow, transport: &dyn Transport) {
+    /// Goes on from the forces of a flow that was continued.
+    pub fn resume(&mut self, flow: &Flow) {
         let Some(immersed) = &flow.immersed else { return };
         for (component, forced) in self.forced.iter_mut().enumerate() {
             let force = immersed.force.component(component);
-            let extrapolated =
-                immersed.extrapolated.as_ref().map(|extrapolated| extrapolated.component(component));
-            let is_left =
-                |&place: &usize| force[place] != 0.0 || extrapolated.is_some_and(|b| b[place] != 0.0);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
-            forced.extend(rows.filter(is_left));
+            forced.extend(rows.filter(|&place| force[place] != 0.0));
         }
-        flow.refresh_extrapolated(transport);
     }
 
     /// Imposes the rigid-body velocity on the fluid inside the bodies after a step of it of `dt` (s); collective.

@@ -304,14 +304,13 @@ impl FluidPhase {
     pub fn sample(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<Sums, RunError> {
         let layout = self.flow.layout();
         let mut fields: Vec<Field<Centre>> = Vec::new();
+        let extrapolated = self.flow.extrapolated_faces(transport);
         for axis in 0..3 {
             let mut field = Field::new(layout);
             let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
             rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
             // Inside bodies theirs, not what continues the flow.
-            if let Some(extrapolated) =
-                self.flow.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref())
-            {
+            if let Some(extrapolated) = &extrapolated {
                 let (extrapolated, stride) = (extrapolated.component(axis), layout.strides()[axis]);
                 let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
                 rows.for_each(|p| field.data_mut()[p] -= 0.5 * (extrapolated[p] + extrapolated[p - stride]));
