@@ -130,7 +130,7 @@ pub struct Observation {
 
 impl Observation {
     /// Values of the own cells, x fastest, components side by side.
-    pub fn interleaved(&self) -> Vec<f64> {
+    pub fn interleaved(self) -> Vec<f64> {
         let width = self.components.len();
         let mut values =
             vec![
@@ -304,7 +304,7 @@ impl FluidPhase {
     pub fn sample(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<Sums, RunError> {
         let layout = self.flow.layout();
         let mut fields: Vec<Field<Centre>> = Vec::new();
-        let extrapolated = self.flow.extrapolated_faces(transport);
+        let mut extrapolated = self.flow.extrapolated_faces(transport);
         for axis in 0..3 {
             let mut field = Field::new(layout);
             let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
@@ -317,6 +317,7 @@ impl FluidPhase {
             }
             fields.push(field);
         }
+        extrapolated.take();
         fields.push(self.flow.state.pressure.clone());
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &self.flow.mixture) {
             fields.push(mixture.void_fraction.clone());
