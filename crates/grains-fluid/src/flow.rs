@@ -442,6 +442,16 @@ impl Flow {
         self.local.layout
     }
 
+    /// Places of the faces of outlets and pressure inlets, per axis they are normal to.
+    pub fn outlets(&self) -> [Vec<u32>; 3] {
+        let mut places: [Vec<u32>; 3] = Default::default();
+        for face_data in self.boundary_data.iter().filter(|face_data| face_data.has_outlet) {
+            let axis = face_data.face.axis;
+            places[axis].extend(face_data.own_outlets(self.local.layout).map(|place| place as u32));
+        }
+        places
+    }
+
     /// Global number of own cell 0 per axis.
     pub fn first_cell(&self) -> [usize; 3] {
         self.local.first

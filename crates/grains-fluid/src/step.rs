@@ -200,8 +200,16 @@ impl Flow {
     fn predict_outlets(&mut self, weights: [f64; 2], dt: f64) {
         let velocity = self.state.velocity.components();
         let (density, mixture) = (self.setup.density, self.mixture.as_ref());
-        let pure =
-            FaceTerms { void_fraction: 1.0, gradient: 1.0, diagonal: 1.0 / dt, source: 0.0, friction: 0.0 };
+        let of_bodies = |component: usize, p: usize| {
+            self.immersed.as_ref().map_or(0.0, |bodies| bodies.force.component(component)[p] / density)
+        };
+        let pure = |component, p| FaceTerms {
+            void_fraction: 1.0,
+            gradient: 1.0,
+            diagonal: 1.0 / dt,
+            source: of_bodies(component, p),
+            friction: 0.0,
+        };
         let terms = OutletTerms {
             local: &self.local,
             velocity,
@@ -210,7 +218,10 @@ impl Flow {
             inverse_density: 1.0 / density,
             viscosity: self.weighed_viscosity(),
             stress_weights: self.viscosity.as_ref().map(|viscosity| viscosity.weights()),
-            face: &|component, p| mixture.map_or(pure, |m| m.face_terms(component, p, density, dt)),
+            face: &|component, p| match mixture {
+                Some(mixture) => mixture.face_terms(component, p, density, dt),
+                None => pure(component, p),
+            },
             weights,
         };
         let mut increments = self.increments.components_mut();

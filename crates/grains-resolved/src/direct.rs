@@ -70,8 +70,18 @@ impl Resolved {
                         action[6 + k] += volume * density * excess[a];
                     }
                 }
+                for &(place, body) in &self.outlets[component] {
+                    let (place, body) = (place as usize, &self.bodies[body as usize]);
+                    let arm = self.subgrid.position(component, place) - body.center;
+                    let wanted = body.component_at(component, &arm);
+                    let f = force[place] + density / dt * (wanted - velocity[place]);
+                    force[place] = self.forcing.explicit * f;
+                    velocity[place] = wanted;
+                }
                 self.forced[component].clear();
                 self.forced[component].extend(nodes.iter().map(|node| node.place as usize));
+                self.forced[component]
+                    .extend(self.outlets[component].iter().map(|(place, _)| *place as usize));
             }
         }
         flow.refresh_velocity(flow.layers_of_step(), transport);

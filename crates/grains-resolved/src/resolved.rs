@@ -53,6 +53,8 @@ pub struct Resolved {
     pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
     pub(crate) forced: [Vec<usize>; 3],
+    /// Places of faces of outlets that lie in walls, per component, and the bodies that these are.
+    pub(crate) outlets: [Vec<(u32, u32)>; 3],
     pub(crate) multipliers: Multipliers,
 }
 
@@ -83,6 +85,7 @@ impl Resolved {
             walls_moved: false,
             ghosts: BodyGhosts::default(),
             forced: Default::default(),
+            outlets: Default::default(),
         })
     }
 
@@ -139,6 +142,7 @@ impl Resolved {
                 values.retain(|&(place, _)| self.nodes.holds(component, place as usize));
             }
         }
+        self.find_outlets_in_walls(flow);
         if let Some(immersed) = &mut flow.immersed {
             immersed.walls_move = self.walls.iter().any(PlacedWall::is_moving);
             if !self.walls.is_empty() {
@@ -149,10 +153,28 @@ impl Resolved {
             }
             if flow.march == March::PseudoTime {
                 immersed.held = self.nodes.held();
+                for (held, outlets) in immersed.held.iter_mut().zip(&self.outlets) {
+                    held.deep.extend(outlets.iter().map(|(place, _)| place));
+                }
             }
             immersed.sealed = self.nodes.sealed_cells(&self.bodies, &self.subgrid);
         }
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
+    }
+
+    /// Finds the faces of outlets that lie in walls: what is imposed there leaves no way through the wall out of the box.
+    fn find_outlets_in_walls(&mut self, flow: &Flow) {
+        self.outlets.iter_mut().for_each(Vec::clear);
+        if self.walls.is_empty() {
+            return;
+        }
+        for (component, places) in flow.outlets().into_iter().enumerate() {
+            let held = places.into_iter().filter_map(|place| {
+                let body = self.nodes.holder(component, place as usize)?;
+                self.bodies[body as usize].is_wall().then_some((place, body))
+            });
+            self.outlets[component].extend(held);
+        }
     }
 
     /// Number of the first wall among the bodies.
@@ -173,11 +195,15 @@ impl Resolved {
     /// Goes on from the forces of a flow that was continued.
     pub fn resume(&mut self, flow: &Flow) {
         let Some(immersed) = &flow.immersed else { return };
-        for (component, forced) in self.forced.iter_mut().enumerate() {
+        for ((component, forced), outlets) in self.forced.iter_mut().enumerate().zip(flow.outlets()) {
             let force = immersed.force.component(component);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
             forced.extend(rows.filter(|&place| force[place] != 0.0));
+            forced
+                .extend(outlets.into_iter().map(|place| place as usize).filter(|&place| force[place] != 0.0));
+            forced.sort_unstable();
+            forced.dedup();
         }
     }
 
