@@ -65,7 +65,7 @@ fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
         let rows = if rank(job) == 0 { vec![0.5; 12] } else { Vec::new() };
         let rows = [Array { name: "rows", unit: "-", width: 1, values: Values::Real(rows) }];
         let texts = vec![("note".to_string(), "a grid".to_string())];
-        write_checkpoint(&folder, job.size() as u64, world, &rows, &grids(job), &texts).unwrap();
+        write_checkpoint(&folder, job.size() as u64, world, &rows, grids(job), &texts).unwrap();
     });
     if std::env::var_os("GRAINS_TEST_ON_RANKS").is_some() {
         return;
@@ -89,7 +89,7 @@ fn damaged_and_missing_arrays_on_grids_are_found() {
         let folder = folder(job, "damaged-grids");
         let world = &job.world();
         let refusal = |path: &Path| CheckpointFile::read(path, world).err().unwrap().to_string();
-        let good = write_checkpoint(&folder, 1, world, &[], &grids(job), &Metadata::new()).unwrap();
+        let good = write_checkpoint(&folder, 1, world, &[], grids(job), &Metadata::new()).unwrap();
         assert!(CheckpointFile::read(&good, world).is_ok());
         let damage = |name: &str, how: &dyn Fn(&hdf5::File)| {
             let path = folder.join(name);
@@ -121,10 +121,10 @@ fn damaged_and_missing_arrays_on_grids_are_found() {
         if rank(job) == 2 {
             overlapping[0].block.first[1] -= 1;
         }
-        let path = write_checkpoint(&folder, 2, world, &[], &overlapping, &Metadata::new()).unwrap();
+        let path = write_checkpoint(&folder, 2, world, &[], overlapping, &Metadata::new()).unwrap();
         assert_eq!(CheckpointFile::read(&path, world).is_ok(), job.size() == 1);
         // A checkpoint without arrays on grids has no group of them, as those of earlier versions.
-        let path = write_checkpoint(&folder, 3, world, &[], &[], &Metadata::new()).unwrap();
+        let path = write_checkpoint(&folder, 3, world, &[], [], &Metadata::new()).unwrap();
         assert!(!hdf5::File::open(&path).unwrap().link_exists("grids"));
         assert!(CheckpointFile::read(&path, world).is_ok_and(|file| !file.has_grid("pressure")));
     });

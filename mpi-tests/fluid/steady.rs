@@ -148,16 +148,16 @@ fn walls_bound_a_steady_flow_as_they_do_one_in_time() {
             .replace("[output]", &format!("{walls}[output]"))
     };
     let reynolds = 10.0;
-    let key = format!("steady = {{ tolerance = {TOLERANCE} }}");
-    let steady = text(reynolds, 30.0, &key);
+    let tolerance = 1e-6;
+    let steady = text(reynolds, 30.0, &format!("steady = {{ tolerance = {tolerance} }}"));
     let (found, told) = run(&home, "steady", 1, &steady, &[]);
     assert!(told.contains("steady flow settled after"), "{told}");
     let (shared, _) = run(&home, "shared", 2, &steady, &[]);
-    let (marched, _) = run(&home, "marched", 2, &text(reynolds, 0.06, ""), &[]);
+    let (marched, _) = run(&home, "marched", 2, &text(reynolds, 0.1, ""), &[]);
     for name in ["pipe_flow_fx", "baffle_flow_fx", "bodies_fx", "pressure_drop"] {
         let [here, of_ranks, wanted] =
             [&found, &shared, &marched].map(|results| *series(results).column(name).last().unwrap());
-        assert!((here / wanted - 1.0).abs() < 1e-3, "{name}: {here} instead of {wanted}");
-        assert!((of_ranks / here - 1.0).abs() < TOLERANCE, "{name}: {of_ranks} on two ranks, {here} on one");
+        assert!((here / wanted - 1.0).abs() < 4.0 * tolerance, "{name}: {here} instead of {wanted}");
+        assert!((of_ranks / here - 1.0).abs() < tolerance, "{name}: {of_ranks} on two ranks, {here} on one");
     }
 }

@@ -12,24 +12,25 @@
 
 use crate::{Flow, Immersed};
 use grains_domain::Transport;
+use std::ops::Range;
 
 /// A rate so many times the smallest one makes the steps before it worthless (-).
 const LOST: f64 = 4.0;
 /// Added to the diagonal of the normal equations, of its largest entry (-).
 const REGULAR: f64 = 1e-12;
-/// Numbers that all ranks hold: the mean pressure gradients.
-const SHARED: usize = 3;
+/// Faces next to surfaces whose forces are combined at a time.
+const SOME: usize = 256;
 
 /// The last steps towards a steady state.
 #[derive(Clone, Debug)]
 pub struct Anderson {
-    /// Differences of states and of rates, one pair a step.
+    /// Differences of states and of rates, one pair a step; of the newest the rate itself, until the next one is known.
     history: Vec<[Vec<f32>; 2]>,
     /// Number of pairs there are, and the place of the next one.
     count: usize,
     next: usize,
+    /// The state before the step, but for what the flow keeps of its velocities.
     before: Vec<f64>,
-    rate: Vec<f32>,
     has_rate: bool,
     smallest: f64,
     /// Time (s) by which forces per mass become velocities: the first step.
@@ -38,6 +39,8 @@ pub struct Anderson {
     sums: Vec<f64>,
     matrix: Vec<f64>,
     weights: Vec<f64>,
+    /// Rates of a part.
+    rates: Vec<f32>,
 }
 
 impl Anderson {
@@ -48,91 +51,81 @@ impl Anderson {
             count: 0,
             next: 0,
             before: Vec::new(),
-            rate: Vec::new(),
             has_rate: false,
             smallest: f64::INFINITY,
             unit: 0.0,
             sums: Vec::new(),
             matrix: Vec::new(),
             weights: Vec::new(),
+            rates: Vec::new(),
         }
     }
 
     /// Notes the state before a pseudo-step `dt` (s).
-    pub fn begin(&mut self, flow: &mut Flow, dt: f64) {
+    pub fn begin(&mut self, flow: &Flow, dt: f64) {
         if self.unit == 0.0 {
             self.unit = dt;
         }
-        let before = &mut self.before;
-        before.clear();
-        flow.for_each_part(self.unit, |part, scale| before.extend(part.iter().map(|x| x * scale)));
+        flow.note_before(self.unit, &mut self.before);
     }
 
     /// Combines the state after the step with those before it; collective.
     pub fn combine(&mut self, flow: &mut Flow, dt: f64, transport: &dyn Transport) {
-        let size = self.before.len();
-        self.rate.resize(size, 0.0);
-        let depth = self.history.len();
-        for list in self.history.iter_mut().flatten() {
-            list.resize(size, 0.0);
+        let (depth, next) = (self.history.len(), self.next);
+        if !self.has_rate {
+            let size = flow.size_of_parts();
+            self.history.iter_mut().flatten().for_each(|list| *list = vec![0.0; size]);
         }
-        let (rate, before) = (&mut self.rate, &self.before);
-        let newest = (self.next + depth - 1) % depth;
-        let difference = &mut self.history[newest][1];
-        let mut at = 0;
-        flow.for_each_part(self.unit, |part, scale| {
-            for x in part.iter() {
-                let now = ((x * scale - before[at]) / dt) as f32;
-                difference[at] = now - rate[at];
-                rate[at] = now;
-                at += 1;
-            }
-        });
+        flow.resume_before(&self.before);
         if self.has_rate {
             self.count = (self.count + 1).min(depth);
         }
         self.has_rate = true;
-        self.weigh(transport);
+        let (count, newest) = (self.count, (next + depth - 1) % depth);
+        let Self { history, before, sums, rates, unit, .. } = self;
+        let (unit, is_first) = (*unit, transport.rank() == 0);
+        sums.clear();
+        sums.resize(1 + count * (count + 3) / 2, 0.0);
         let mut at = 0;
-        let mut step = std::mem::take(&mut self.history[self.next][0]);
-        let history = &self.history;
-        let (oldest, count) = (self.next, self.count);
-        let old_step = |i: usize, at: usize, step: &[f32]| match i == oldest {
-            true => f64::from(step[at]),
-            false => f64::from(history[i][0][at]),
-        };
-        flow.for_each_part(self.unit, |part, scale| {
-            for x in part.iter_mut() {
-                let mut change = dt * f64::from(self.rate[at]);
-                for (i, weight) in places(oldest, depth, count).zip(&self.weights) {
-                    let of_rate = f64::from(history[i][1][at]);
-                    change -= weight * (old_step(i, at, &step) + dt * of_rate);
-                }
-                *x = (self.before[at] + change) / scale;
-                step[at] = change as f32;
-                at += 1;
+        flow.for_each_part(unit, before, |part| {
+            let own = at..at + part.values.len();
+            rates.clear();
+            rates.extend(part.rates(dt));
+            let latest = history[newest][1][own.clone()].iter_mut();
+            latest.zip(&*rates).for_each(|(latest, now)| *latest = now - *latest);
+            if is_first || !part.is_shared {
+                add_products(rates, history, places(next, depth, count), own.clone(), sums);
             }
+            at = own.end;
         });
-        self.history[self.next][0] = step;
-        self.next = (self.next + 1) % depth;
+        self.weigh(transport);
+        let Self { history, before, weights, rates, count, .. } = self;
+        let mut at = 0;
+        flow.for_each_part(unit, before, |part| {
+            let own = at..at + part.values.len();
+            rates.clear();
+            rates.extend(part.rates(dt));
+            for (k, value) in part.values.iter_mut().enumerate() {
+                let mut change = dt * f64::from(rates[k]);
+                for (i, weight) in places(next, depth, *count).zip(&*weights) {
+                    let [of_state, of_rate] = [0, 1].map(|o| f64::from(history[i][o][at + k]));
+                    change -= weight * (of_state + dt * of_rate);
+                }
+                *value = (part.before[k] + change) / part.scale;
+                // The oldest pair has had its last use.
+                history[next][0][at + k] = change as f32;
+                history[next][1][at + k] = rates[k];
+            }
+            at = own.end;
+        });
+        self.next = (next + 1) % depth;
         flow.settle_parts(transport);
     }
 
-    /// γ of the pairs there are; forgets them all where they lead away. Collective.
+    /// γ of the pairs there are, of the products of their rates; forgets them all where they lead away. Collective.
     fn weigh(&mut self, transport: &dyn Transport) {
-        let (next, depth, n) = (self.next, self.history.len(), self.count);
-        let is_first = transport.rank() == 0;
-        let own = self.rate.len() - if is_first { 0 } else { SHARED };
-        let dot = |a: &[f32], b: &[f32]| {
-            a[..own].iter().zip(&b[..own]).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>()
-        };
-        let Self { sums, matrix, weights, history, rate, .. } = self;
-        sums.clear();
-        sums.push(dot(rate, rate));
-        for (k, i) in places(next, depth, n).enumerate() {
-            sums.push(dot(&history[i][1], rate));
-            sums.extend(places(next, depth, k + 1).map(|j| dot(&history[i][1], &history[j][1])));
-        }
+        let n = self.count;
+        let Self { sums, matrix, weights, .. } = self;
         transport.sum(sums);
         weights.clear();
         let size = sums[0].sqrt();
@@ -155,8 +148,42 @@ impl Anderson {
     }
 }
 
+/// Adds |r|², and of each pair Δr_i·r and Δr_i·Δr_j with itself and those before it, of some places.
+fn add_products(
+    rates: &[f32],
+    history: &[[Vec<f32>; 2]],
+    pairs: impl Iterator<Item = usize> + Clone,
+    own: Range<usize>,
+    sums: &mut [f64],
+) {
+    let mut sums = sums.iter_mut();
+    let mut add = |a: &[f32], b: &[f32]| {
+        if let Some(sum) = sums.next() {
+            *sum += dot(a, b);
+        }
+    };
+    add(rates, rates);
+    for (k, i) in pairs.clone().enumerate() {
+        let of_pair = &history[i][1][own.clone()];
+        add(of_pair, rates);
+        pairs.clone().take(k + 1).for_each(|j| add(of_pair, &history[j][1][own.clone()]));
+    }
+}
+
+/// Σ a b, with partial sums kept apart, so that additions need not wait for one another.
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    const LANES: usize = 8;
+    let mut lanes = [0.0; LANES];
+    let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    for (a, b) in a.iter().zip(b) {
+        (0..LANES).for_each(|l| lanes[l] += f64::from(a[l]) * f64::from(b[l]));
+    }
+    let rest: f64 = rest_of_a.iter().zip(rest_of_b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+    lanes.iter().sum::<f64>() + rest
+}
+
 /// Places of so many of the last pairs, the newest first.
-fn places(next: usize, depth: usize, count: usize) -> impl Iterator<Item = usize> {
+fn places(next: usize, depth: usize, count: usize) -> impl Iterator<Item = usize> + Clone {
     (1..=count).map(move |k| (next + depth - k) % depth)
 }
 
@@ -182,33 +209,117 @@ fn solve(matrix: &mut [f64], x: &mut [f64]) {
     }
 }
 
+/// Some numbers of the state.
+struct Part<'a> {
+    values: &'a mut [f64],
+    /// These before the step (m/s).
+    before: &'a [f64],
+    /// What makes velocities (m/s) of the values.
+    scale: f64,
+    /// Whether all ranks hold them.
+    is_shared: bool,
+}
+
+impl Part<'_> {
+    /// (g(x) − x)/Δτ (m/s²).
+    fn rates(&self, dt: f64) -> impl Iterator<Item = f32> {
+        self.values.iter().zip(self.before).map(move |(x, before)| ((x * self.scale - before) / dt) as f32)
+    }
+}
+
 impl Flow {
-    /// All numbers of the own state in a fixed order, each list with the factor that makes velocities (m/s) of it.
-    fn for_each_part(&mut self, unit: f64, mut job: impl FnMut(&mut [f64], f64)) {
-        let layout = self.layout();
-        let (n, by_force) = (layout.cells[0], unit / self.setup.density);
+    /// Factors that make velocities (m/s) of forces (N/m³) and of pressures (Pa).
+    fn scales(&self, unit: f64) -> [f64; 2] {
+        let by_force = unit / self.setup.density;
         let axes = (0..3).filter(|&a| self.setup.grid.is_active(a));
         let width = axes.map(|a| self.setup.grid.axis(a).width(0)).fold(f64::INFINITY, f64::min);
+        [by_force, by_force / width]
+    }
+
+    /// Number of all numbers of the own state.
+    fn size_of_parts(&self) -> usize {
+        let fields = 1 + self.local.active.iter().filter(|is_active| **is_active).count();
+        let near = self.immersed.iter().flat_map(|bodies| &bodies.held).map(|held| held.near.len());
+        fields * self.local.layout.cells.iter().product::<usize>() + near.sum::<usize>() + 3
+    }
+
+    /// Notes the state (m/s) before a step, without the velocities: forces, of each component deep in bodies and next to their
+    /// surface, the pressure, and the mean pressure gradients.
+    fn note_before(&self, unit: f64, before: &mut Vec<f64>) {
+        let (layout, [by_force, by_pressure]) = (self.local.layout, self.scales(unit));
+        before.clear();
+        if before.capacity() == 0 {
+            let held = self.immersed.iter().flat_map(|bodies| &bodies.held);
+            let of_bodies: usize = held.map(|held| held.deep.len() + held.near.len()).sum();
+            before.reserve_exact(of_bodies + layout.cells.iter().product::<usize>() + 3);
+        }
+        for component in (0..3).filter(|&c| self.local.active[c]) {
+            if let Some(Immersed { held, force, .. }) = &self.immersed {
+                let (held, force) = (&held[component], force.component(component));
+                let places = held.deep.iter().chain(&held.near);
+                before.extend(places.map(|&p| force[p as usize] * by_force));
+            }
+        }
+        let pressure = self.state.pressure.own();
+        before.extend(pressure.map(|p| p * by_pressure));
+        before.extend(self.state.force.map(|f| f * by_force));
+    }
+
+    /// Puts the forces deep in bodies among the velocities before the step.
+    fn resume_before(&mut self, before: &[f64]) {
+        let Some(Immersed { held, .. }) = &self.immersed else { return };
+        let mut rest = before;
+        for component in (0..3).filter(|&c| self.local.active[c]) {
+            let velocity = self.increments.component_mut(component);
+            let deep = &held[component].deep;
+            deep.iter().zip(rest).for_each(|(&p, &value)| velocity[p as usize] = value);
+            rest = &rest[deep.len() + held[component].near.len()..];
+        }
+    }
+
+    /// All numbers of the own state in a fixed order.
+    fn for_each_part(&mut self, unit: f64, before: &[f64], mut job: impl FnMut(Part<'_>)) {
+        let (layout, [by_force, by_pressure]) = (self.local.layout, self.scales(unit));
+        let n = layout.cells[0];
+        let mut rest = before;
+        let mut take = |count: usize| {
+            let (taken, left) = rest.split_at(count);
+            rest = left;
+            taken
+        };
+        let mut some = [0.0; SOME];
         for component in (0..3).filter(|&c| self.local.active[c]) {
             let velocity = self.state.velocity.component_mut(component);
+            let before = self.increments.component(component);
             let mut immersed =
                 self.immersed.as_mut().map(|i| (&i.held[component], i.force.component_mut(component)));
             if let Some((held, force)) = &mut immersed {
                 held.deep.iter().for_each(|&p| velocity[p as usize] = force[p as usize] * by_force);
+                take(held.deep.len());
             }
-            layout.rows().for_each(|row| job(&mut velocity[row..row + n], 1.0));
+            for row in layout.rows() {
+                let (values, before) = (&mut velocity[row..row + n], &before[row..row + n]);
+                job(Part { values, before, scale: 1.0, is_shared: false });
+            }
             if let Some((held, force)) = &mut immersed {
                 for p in held.deep.iter().map(|&p| p as usize) {
                     force[p] = std::mem::take(&mut velocity[p]) / by_force;
                 }
-                for &p in &held.near {
-                    job(std::slice::from_mut(&mut force[p as usize]), by_force);
+                for places in held.near.chunks(SOME) {
+                    let values = &mut some[..places.len()];
+                    values.iter_mut().zip(places).for_each(|(value, &p)| *value = force[p as usize]);
+                    let before = take(places.len());
+                    job(Part { values: &mut *values, before, scale: by_force, is_shared: false });
+                    values.iter().zip(places).for_each(|(value, &p)| force[p as usize] = *value);
                 }
             }
         }
         let pressure = self.state.pressure.data_mut();
-        layout.rows().for_each(|row| job(&mut pressure[row..row + n], by_force / width));
-        job(&mut self.state.force, by_force);
+        for row in layout.rows() {
+            let values = &mut pressure[row..row + n];
+            job(Part { values, before: take(n), scale: by_pressure, is_shared: false });
+        }
+        job(Part { values: &mut self.state.force, before: take(3), scale: by_force, is_shared: true });
     }
 
     /// Takes what follows from a state that was changed; collective.
@@ -218,12 +329,12 @@ impl Flow {
             let Some(Immersed { held, extrapolated: Some(extrapolated), .. }) = &mut self.immersed else {
                 break;
             };
-            let extrapolated = extrapolated.component_mut(component);
-            held[component].near.iter().for_each(|&p| extrapolated[p as usize] = velocity[p as usize]);
+            let values = held[component].near.iter().map(|&p| (p, velocity[p as usize]));
+            extrapolated[component].clear();
+            extrapolated[component].extend(values);
         }
         let depth = self.layers_of_step();
         self.refresh_velocity(depth, transport);
         self.refresh_pressure(transport);
-        self.refresh_extrapolated(transport);
     }
 }

@@ -163,14 +163,17 @@ pub struct SolidStresses {
     pub edges: [Vec<u32>; 3],
 }
 
+/// Places of some faces and values there, per component.
+pub type ValuesOnFaces = [Vec<(u32, f64)>; 3];
+
 /// Rigid bodies in the fluid, as its steps see them.
 #[derive(Clone, Debug)]
 pub struct Immersed {
     /// What the bodies do to the fluid (N/m³), own faces; part of the momentum equation as it is.
     pub force: Faces,
-    /// Extrapolated velocities inside bodies less those of the bodies (m/s), halo included, if they are extrapolated: nothing
+    /// Extrapolated velocities inside bodies less those of the bodies (m/s), of own faces, if they are extrapolated: nothing
     /// flows by them.
-    pub extrapolated: Option<Faces>,
+    pub extrapolated: Option<ValuesOnFaces>,
     /// What passes faces that walls cut beyond their velocities (m/s), halo included, if there are walls.
     pub passing: Option<Faces>,
     /// Places of own cells inside walls, in ascending order: they have no pressure of a flow.
@@ -184,12 +187,6 @@ pub struct Immersed {
 }
 
 impl Immersed {
-    /// What flows is the velocity plus these, each times its factor.
-    pub(crate) fn carriers(&self) -> impl Iterator<Item = (f64, &Faces)> {
-        let extrapolated = self.extrapolated.iter().map(|faces| (-1.0, faces));
-        extrapolated.chain(self.passing.iter().map(|faces| (1.0, faces)))
-    }
-
     /// No bodies.
     pub fn new(layout: Layout) -> Self {
         let force = Faces::new(layout);
@@ -253,6 +250,7 @@ pub struct Flow {
     pub(crate) halo: Halo,
     pub(crate) solver: Box<dyn PressureSolver>,
     pub(crate) implicit: Implicit,
+    /// What a step adds to the velocities (m/s); in pseudo-time the velocities before it, once it has.
     pub(crate) increments: Faces,
     pub(crate) rhs: Field<Centre>,
     pub(crate) rows: [Vec<f64>; 2],
@@ -309,7 +307,7 @@ impl Flow {
             boundary_data,
             halo: Halo::new(&setup.grid, &setup.partition, layout),
             solver,
-            implicit: Implicit::new(&setup.grid, &setup.partition, &setup.boundaries, &local),
+            implicit: Implicit::new(&setup.grid, &setup.partition, &setup.boundaries),
             increments: Faces::new(layout),
             rhs: Field::new(layout),
             rows: [vec![0.0; layout.cells[0]], vec![0.0; layout.cells[0]]],
@@ -447,6 +445,16 @@ impl Flow {
     /// Extent of the fields.
     pub fn layout(&self) -> Layout {
         self.local.layout
+    }
+
+    /// Places of the faces of outlets and pressure inlets, per axis they are normal to.
+    pub fn outlets(&self) -> [Vec<u32>; 3] {
+        let mut places: [Vec<u32>; 3] = Default::default();
+        for face_data in self.boundary_data.iter().filter(|face_data| face_data.has_outlet) {
+            let axis = face_data.face.axis;
+            places[axis].extend(face_data.own_outlets(self.local.layout).map(|place| place as u32));
+        }
+        places
     }
 
     /// Global number of own cell 0 per axis.

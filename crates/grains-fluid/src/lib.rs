@@ -93,7 +93,9 @@ pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};
 pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location};
-pub use flow::{Drive, Flow, FlowSetup, FlowState, HeldFaces, Immersed, March, SolidStresses, StepReport};
+pub use flow::{
+    Drive, Flow, FlowSetup, FlowState, HeldFaces, Immersed, March, SolidStresses, StepReport, ValuesOnFaces,
+};
 pub use grid::{Axis, Grid, clustered};
 pub use halo::Halo;
 pub use limits::FlowLimits;

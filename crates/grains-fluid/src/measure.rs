@@ -1,21 +1,37 @@
 //! What can be asked of a flow; all collective.
 
-use crate::flow::{Flow, Immersed};
+use crate::flow::Flow;
 use crate::momentum::RowPlace;
 use crate::projection::divergence;
-use crate::{Centre, Faces, Field};
+use crate::{Centre, Faces, Field, Halo};
 use grains_domain::Transport;
 
 impl Flow {
-    /// What flows beyond the velocities, by a factor: nothing by the extrapolated ones inside bodies.
-    fn carriers(&self) -> impl Iterator<Item = (f64, &Faces)> {
-        self.immersed.iter().flat_map(Immersed::carriers)
+    /// What passes cut faces beyond the velocity, if there are any.
+    fn passing(&self) -> Option<&Faces> {
+        self.immersed.as_ref().and_then(|bodies| bodies.passing.as_ref())
     }
 
-    /// What flows through a face (m/s).
-    fn carried(&self, component: usize, place: usize) -> f64 {
-        let beyond = self.carriers().map(|(factor, faces)| factor * faces.component(component)[place]);
-        self.state.velocity.component(component)[place] + beyond.sum::<f64>()
+    /// Places of own faces of a component with extrapolated velocities, by which nothing flows, and what these are beyond those of
+    /// the bodies (m/s).
+    fn extrapolated(&self, component: usize) -> &[(u32, f64)] {
+        let extrapolated = self.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref());
+        extrapolated.map_or(&[], |extrapolated| &extrapolated[component])
+    }
+
+    /// Extrapolated velocities less those of the bodies (m/s) on all faces, with one layer of the halo; none if none are
+    /// extrapolated.
+    pub fn extrapolated_faces(&self, transport: &dyn Transport) -> Option<Faces> {
+        self.immersed.as_ref()?.extrapolated.as_ref()?;
+        let mut faces = Faces::new(self.local.layout);
+        for component in 0..3 {
+            let to = faces.component_mut(component);
+            self.extrapolated(component).iter().for_each(|&(place, value)| to[place as usize] = value);
+        }
+        let mut halo = Halo::new(&self.setup.grid, &self.setup.partition, self.local.layout);
+        let [x, y, z] = faces.components_mut();
+        halo.fill_to(1, &mut [x, y, z], transport);
+        Some(faces)
     }
 
     /// Largest |∂ε/∂t + ∇·(ε u)| over all cells (1/s), and the largest Σ |u|/Δx (1/s) to compare it with.
@@ -23,7 +39,9 @@ impl Flow {
         let mut rhs = Field::<Centre>::new(self.local.layout);
         let porous = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
         divergence(&self.local, &self.state.velocity, porous, &mut rhs);
-        for (factor, faces) in self.carriers() {
+        let extrapolated = self.extrapolated_faces(transport);
+        for (factor, faces) in extrapolated.iter().map(|e| (-1.0, e)).chain(self.passing().map(|p| (1.0, p)))
+        {
             let mut beyond = Field::<Centre>::new(self.local.layout);
             divergence(&self.local, faces, None, &mut beyond);
             rhs.data_mut().iter_mut().zip(beyond.data()).for_each(|(f, g)| *f += factor * g);
@@ -89,6 +107,10 @@ impl Flow {
     pub fn flow_rate(&self, axis: usize, node: usize, transport: &dyn Transport) -> f64 {
         let mut rate = [0.0];
         let stride = self.local.layout.strides()[axis];
+        let axis_of_grid = self.setup.grid.axis(axis);
+        // Both ends of a periodic axis are one face.
+        let node = if node == 0 && axis_of_grid.is_periodic() { axis_of_grid.cells() } else { node };
+        let (velocity, passing) = (self.state.velocity.component(axis), self.passing());
         self.for_cells(|cell, p| {
             let global = cell[axis] + self.local.first[axis];
             // Every node belongs to the cell below it; node 0 to the first cell.
@@ -102,8 +124,16 @@ impl Flow {
             let area =
                 self.local.volume(cell) * self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
             let eps = self.mixture.as_ref().map_or(1.0, |m| m.open_faces().component(axis)[face]);
-            rate[0] += eps * self.carried(axis, face) * area;
+            let beyond = passing.map_or(0.0, |passing| passing.component(axis)[face]);
+            rate[0] += eps * (velocity[face] + beyond) * area;
         });
+        for &(place, value) in self.extrapolated(axis) {
+            let cell = self.cell_at(place as usize);
+            if cell[axis] + self.local.first[axis] + 1 == node {
+                let inverse = self.local.axes[axis].inverse_width[self.local.entry(cell[axis])];
+                rate[0] -= value * self.local.volume(cell) * inverse;
+            }
+        }
         transport.sum(&mut rate);
         rate[0]
     }
@@ -158,18 +188,25 @@ impl Flow {
     /// Mean of ε u (m/s) along an axis, velocities inside bodies as those of the bodies, and its rise per force (m/s per Pa/m) in a step of `dt`.
     pub(crate) fn mean_and_response(&self, axis: usize, dt: f64, transport: &dyn Transport) -> [f64; 2] {
         let mut sums = [0.0, 0.0];
+        // The control volume of the face, not of the cell.
+        let volume_about = |cell: [usize; 3]| {
+            let (m, e) = (&self.local.axes[axis], self.local.entry(cell[axis]));
+            self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e]
+        };
+        let (velocity, passing) = (self.state.velocity.component(axis), self.passing());
         self.for_cells(|cell, p| {
-            let m = &self.local.axes[axis];
-            let e = self.local.entry(cell[axis]);
-            // The control volume of the face, not of the cell.
-            let volume = self.local.volume(cell) * m.inverse_width[e] / m.inverse_distance[e];
+            let volume = volume_about(cell);
             let (eps, gradient_factor) = match &self.mixture {
                 Some(m) => (m.open_faces().component(axis)[p], m.gradient_factor.component(axis)[p]),
                 None => (1.0, dt / self.setup.density),
             };
-            sums[0] += eps * self.carried(axis, p) * volume;
+            let beyond = passing.map_or(0.0, |passing| passing.component(axis)[p]);
+            sums[0] += eps * (velocity[p] + beyond) * volume;
             sums[1] += eps * gradient_factor * volume;
         });
+        for &(place, value) in self.extrapolated(axis) {
+            sums[0] -= value * volume_about(self.cell_at(place as usize));
+        }
         transport.sum(&mut sums);
         sums.map(|s| s / self.setup.grid.volume())
     }
@@ -253,6 +290,13 @@ impl Flow {
     /// Courant number of the own cells with a step (s).
     pub(crate) fn own_cfl_number(&self, dt: f64) -> f64 {
         self.rates_of_own_cells() * dt
+    }
+
+    /// The own cell at a place in the arrays.
+    fn cell_at(&self, place: usize) -> [usize; 3] {
+        let layout = self.local.layout;
+        let [_, sy, sz] = layout.strides();
+        [place % sy, place % sz / sy, place / sz].map(|m| m - layout.halo)
     }
 
     /// All own cells with their places in the arrays.

@@ -54,6 +54,8 @@ impl Flow {
         self.add_increments();
         self.clock.book(Phase::Diffusion);
         self.keep_means(before, dt, transport);
+        // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
+        self.add_extrapolated(-1.0);
         self.exchange_velocity(1, transport);
         self.clock.book(Phase::Boundaries);
         self.source(dt, transport)?;
@@ -209,8 +211,16 @@ impl Flow {
     fn predict_outlets(&mut self, weights: [f64; 2], dt: f64) {
         let velocity = self.state.velocity.components();
         let (density, mixture) = (self.setup.density, self.mixture.as_ref());
-        let pure =
-            FaceTerms { void_fraction: 1.0, gradient: 1.0, diagonal: 1.0 / dt, source: 0.0, friction: 0.0 };
+        let of_bodies = |component: usize, p: usize| {
+            self.immersed.as_ref().map_or(0.0, |bodies| bodies.force.component(component)[p] / density)
+        };
+        let pure = |component, p| FaceTerms {
+            void_fraction: 1.0,
+            gradient: 1.0,
+            diagonal: 1.0 / dt,
+            source: of_bodies(component, p),
+            friction: 0.0,
+        };
         let terms = OutletTerms {
             local: &self.local,
             velocity,
@@ -219,7 +229,10 @@ impl Flow {
             inverse_density: 1.0 / density,
             viscosity: self.weighed_viscosity(),
             stress_weights: self.viscosity.as_ref().map(|viscosity| viscosity.weights()),
-            face: &|component, p| mixture.map_or(pure, |m| m.face_terms(component, p, density, dt)),
+            face: &|component, p| match mixture {
+                Some(mixture) => mixture.face_terms(component, p, density, dt),
+                None => pure(component, p),
+            },
             weights,
         };
         let mut increments = self.increments.components_mut();
@@ -253,21 +266,37 @@ impl Flow {
         }
     }
 
-    /// u* = u + Δu on all own faces and the lower boundary faces.
+    /// u* = u + Δu on all own faces and the lower boundary faces; in pseudo-time u takes the place of Δu.
     fn add_increments(&mut self) {
         let layout = self.local.layout;
         let n = layout.cells[0];
-        for component in (0..3).filter(|&c| self.local.active[c]) {
-            let increments = self.increments.component(component);
-            let velocity = self.state.velocity.component_mut(component);
-            for start in layout.rows() {
-                let own = start..start + n;
-                velocity[own.clone()].iter_mut().zip(&increments[own]).for_each(|(u, d)| *u += d);
-            }
-        }
         for face_data in self.boundary_data.iter().filter(|t| t.face.outward() < 0.0) {
             let increments = self.increments.component(face_data.face.axis);
             face_data.add_boundary(increments, &mut self.state.velocity);
+        }
+        for component in (0..3).filter(|&c| self.local.active[c]) {
+            let increments = self.increments.component_mut(component);
+            let velocity = self.state.velocity.component_mut(component);
+            for start in layout.rows() {
+                let own = start..start + n;
+                let pairs = velocity[own.clone()].iter_mut().zip(&mut increments[own]);
+                match self.march {
+                    March::Time => pairs.for_each(|(u, d)| *u += *d),
+                    March::PseudoTime => pairs.for_each(|(u, d)| (*u, *d) = (*u + *d, *u)),
+                }
+            }
+        }
+    }
+
+    /// Adds a multiple of the extrapolated velocities inside bodies to the own ones.
+    fn add_extrapolated(&mut self, share: f64) {
+        let Some(extrapolated) = self.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref())
+        else {
+            return;
+        };
+        for (component, values) in extrapolated.iter().enumerate() {
+            let velocity = self.state.velocity.component_mut(component);
+            values.iter().for_each(|&(place, value)| velocity[place as usize] += share * value);
         }
     }
 
@@ -358,14 +387,6 @@ impl Flow {
         self.impose_pressures();
     }
 
-    /// Fills the halo, one layer, of the extrapolated velocities inside bodies; collective.
-    pub fn refresh_extrapolated(&mut self, transport: &dyn Transport) {
-        if let Some(extrapolated) = self.immersed.as_mut().and_then(|bodies| bodies.extrapolated.as_mut()) {
-            let [x, y, z] = extrapolated.components_mut();
-            self.halo.fill_to(1, &mut [x, y, z], transport);
-        }
-    }
-
     /// Fills the halo, two layers, of what passes cut faces; collective.
     pub fn refresh_passing(&mut self, transport: &dyn Transport) {
         if let Some(passing) = self.immersed.as_mut().and_then(|bodies| bodies.passing.as_mut()) {
@@ -379,17 +400,15 @@ impl Flow {
         if self.setup.advection == Advection::Central && self.viscosity.is_none() { 1 } else { 2 }
     }
 
-    /// Right-hand side of the pressure equation.
+    /// Right-hand side of the pressure equation; extrapolated velocities are taken out of the velocity and come back to the own
+    /// ones.
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
-        // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
-        for (factor, faces) in self.immersed.iter().flat_map(Immersed::carriers) {
-            self.state.velocity.add(factor, faces);
-        }
+        let passing = self.immersed.as_ref().and_then(|bodies| bodies.passing.as_ref());
+        passing.iter().for_each(|passing| self.state.velocity.add(1.0, passing));
         let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        for (factor, faces) in self.immersed.iter().flat_map(Immersed::carriers) {
-            self.state.velocity.add(-factor, faces);
-        }
+        passing.iter().for_each(|passing| self.state.velocity.add(-1.0, passing));
+        self.add_extrapolated(1.0);
         let mut sums = [sum, scale];
         transport.sum(&mut sums);
         let ([sum, scale], step) = (sums, self.state.step);

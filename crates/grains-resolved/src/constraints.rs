@@ -49,8 +49,10 @@ impl Constraints {
     ) -> Self {
         let mut constraints = Self::default();
         for component in (0..3).filter(|&c| subgrid.active[c]) {
-            for node in nodes.of[component].iter().filter(|node| node.is_deep()) {
-                constraints.push(component, node.body, node.arm, [(node.place as usize, 1.0)].into_iter());
+            let mut arms = nodes.arms(component, bodies, subgrid);
+            for (number, node) in nodes.of[component].iter().enumerate().filter(|(_, node)| node.is_deep()) {
+                let arm = arms.to(number, node);
+                constraints.push(component, node.body, arm, [(node.place as usize, 1.0)].into_iter());
             }
         }
         let hides = |other: &RigidBody, place: &Vec3| {

@@ -33,26 +33,32 @@ impl Resolved {
                 let velocity = flow.state.velocity.component_mut(component);
                 let force = immersed.force.component_mut(component);
                 let mut extrapolated =
-                    immersed.extrapolated.as_mut().map(|extrapolated| extrapolated.component_mut(component));
+                    immersed.extrapolated.as_mut().map(|extrapolated| &mut extrapolated[component]);
+                extrapolated.iter_mut().for_each(|values| values.clear());
                 let nodes = &self.nodes.of[component];
                 // All are found before any is set: extrapolations may read each other's places.
-                let wanted = nodes.iter().map(|node| self.wanted(component, node, velocity, strides));
-                let wanted: Vec<f64> = wanted.collect();
+                let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
+                let mut wanted = |(number, node)| {
+                    self.wanted((component, node), || arms.to(number, node), velocity, strides)
+                };
+                let wanted: Vec<f64> = nodes.iter().enumerate().map(&mut wanted).collect();
                 let [b, c] = others(component);
+                let (mut arms, mut numbers) =
+                    (self.nodes.arms(component, &self.bodies, &self.subgrid), 0..nodes.len());
                 for (group, wanted) in of_bodies(nodes, &wanted) {
                     let (body, number) = (&self.bodies[group[0].body as usize], group[0].body as usize);
                     // Force and momentum beyond rigid motion: along the component, and about the two other axes.
                     let (mut whole, mut excess) = ([0.0; 3], [0.0; 3]);
-                    for (node, &wanted) in group.iter().zip(wanted) {
-                        let place = node.place as usize;
+                    for ((node, &wanted), number) in group.iter().zip(wanted).zip(&mut numbers) {
+                        let (place, arm) = (node.place as usize, arms.to(number, node));
                         let f = force[place] + density / dt * (wanted - velocity[place]);
                         force[place] = self.forcing.explicit * f;
                         velocity[place] = wanted;
-                        let differs = wanted - body.component_at(component, &node.arm);
-                        if let Some(extrapolated) = &mut extrapolated {
-                            extrapolated[place] = differs;
+                        let differs = wanted - body.component_at(component, &arm);
+                        if let Some(extrapolated) = extrapolated.as_mut().filter(|_| differs != 0.0) {
+                            extrapolated.push((node.place, differs));
                         }
-                        let row = [1.0, node.arm[c], -node.arm[b]];
+                        let row = [1.0, arm[c], -arm[b]];
                         for a in 0..3 {
                             whole[a] += row[a] * f;
                             excess[a] += row[a] * differs;
@@ -64,12 +70,21 @@ impl Resolved {
                         action[6 + k] += volume * density * excess[a];
                     }
                 }
+                for &(place, body) in &self.outlets[component] {
+                    let (place, body) = (place as usize, &self.bodies[body as usize]);
+                    let arm = self.subgrid.position(component, place) - body.center;
+                    let wanted = body.component_at(component, &arm);
+                    let f = force[place] + density / dt * (wanted - velocity[place]);
+                    force[place] = self.forcing.explicit * f;
+                    velocity[place] = wanted;
+                }
                 self.forced[component].clear();
                 self.forced[component].extend(nodes.iter().map(|node| node.place as usize));
+                self.forced[component]
+                    .extend(self.outlets[component].iter().map(|(place, _)| *place as usize));
             }
         }
         flow.refresh_velocity(flow.layers_of_step(), transport);
-        flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
         self.note_walls(flow, transport);
         self.walls_moved = false;
@@ -90,10 +105,11 @@ impl Resolved {
             *on_wall = FlowOnWall { wall: on_wall.wall, ..FlowOnWall::default() };
         }
         for component in (0..3).filter(|&c| self.subgrid.active[c]) {
-            for group in nodes.of[component].chunk_by(|n, m| n.body == m.body) {
-                if let Some(wall) = (group[0].body as usize).checked_sub(first_wall) {
-                    self.on_walls[wall].add(&self.walls[wall].body, (component, group), &stresses);
-                }
+            let (nodes, arms) = nodes.in_walls(component);
+            for (node, arm) in nodes.iter().zip(arms).filter(|(node, _)| !node.is_deep()) {
+                let wall = node.body as usize - first_wall;
+                let place = node.place as usize;
+                self.on_walls[wall].add(&self.walls[wall].body, (component, place), arm, &stresses);
             }
         }
         FlowOnWall::gather(&mut self.on_walls, transport);
@@ -101,10 +117,16 @@ impl Resolved {
 
     /// The velocity that a body imposes on a node: that of its surface and the fluid's, or its own.
     #[inline]
-    fn wanted(&self, component: usize, node: &Node, velocity: &[f64], strides: [usize; 3]) -> f64 {
+    fn wanted(
+        &self,
+        (component, node): (usize, &Node),
+        arm: impl FnOnce() -> Vec3,
+        velocity: &[f64],
+        strides: [usize; 3],
+    ) -> f64 {
         let body = &self.bodies[node.body as usize];
         match self.nodes.interface(component, node) {
-            None => body.component_at(component, &node.arm),
+            None => body.component_at(component, &arm()),
             Some(interface) => {
                 let surface = body.component_at(component, &interface.foot);
                 let opposite = interface.opposite.as_ref().map(|opposite| {
@@ -149,12 +171,14 @@ impl Resolved {
             let [b, c] = others(component);
             let mass = density * volume;
             let nodes = &self.nodes.of[component];
+            let (mut arms, mut numbers) =
+                (self.nodes.arms(component, &self.bodies, &self.subgrid), 0..nodes.len());
             for group in nodes.chunk_by(|n, m| n.body == m.body) {
                 // Impulse on the fluid along e: V (f Δt + ρ (e·(U + ω × r) − u)), with e·(ω × r) = ω_b r_c − ω_c r_b.
                 let (mut squares, mut at_rest) = ([0.0; 6], [0.0; 3]);
-                for node in group {
-                    let place = node.place as usize;
-                    let (p, q) = (node.arm[c], -node.arm[b]);
+                for (node, number) in group.iter().zip(&mut numbers) {
+                    let (place, arm) = (node.place as usize, arms.to(number, node));
+                    let (p, q) = (arm[c], -arm[b]);
                     let impulse = dt * force[place] - density * velocity[place];
                     for (sum, x) in squares.iter_mut().zip([1.0, p, q, p * p, p * q, q * q]) {
                         *sum += x;

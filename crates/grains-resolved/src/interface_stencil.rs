@@ -97,10 +97,13 @@ fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
 pub(crate) struct InterfaceStencil {
     /// From the centre of the body to the surface (m).
     pub foot: Vec3,
-    /// b_k (-), and x_k in the fluid; of those that there are not, b_k is 0.
-    fluid: [(f64, Stencil); 3],
+    /// b_k (-) of the points in the fluid; of those that there are not, it is 0.
+    weights: [f64; 3],
+    /// x_k: of each the lowest corner of its cell and the place in that.
+    bases: [u32; 3],
+    fractions: [[f64; 3]; 3],
     /// The surface opposite, if the profile ends there.
-    pub opposite: Option<Opposite>,
+    pub opposite: Option<Box<Opposite>>,
 }
 
 /// A point of the surface on the other side of a passage.
@@ -199,16 +202,20 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         {
             return None;
         }
-        let first = samples.iter().find_map(|sample| match sample {
-            Sample::Flow(_, stencil) => Some(*stencil),
-            Sample::Opposite(..) => None,
-        })?;
         let foot = self.out.arm + self.out.surface.direction * self.out.surface.distance;
-        let mut interface = InterfaceStencil { foot, fluid: [(0.0, first); 3], opposite: None };
+        let (weights_of_fluid, bases, fractions) = Default::default();
+        let mut interface =
+            InterfaceStencil { foot, weights: weights_of_fluid, bases, fractions, opposite: None };
         for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
             match *sample {
-                Sample::Flow(_, stencil) => interface.fluid[n] = (weight, stencil),
-                Sample::Opposite(_, body, foot) => interface.opposite = Some(Opposite { body, foot, weight }),
+                Sample::Flow(_, Stencil { base, fractions }) => {
+                    interface.weights[n] = weight;
+                    interface.bases[n] = base as u32;
+                    interface.fractions[n] = fractions;
+                }
+                Sample::Opposite(_, body, foot) => {
+                    interface.opposite = Some(Box::new(Opposite { body, foot, weight }));
+                }
             }
         }
         Some(interface)
@@ -269,6 +276,14 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
 }
 
 impl InterfaceStencil {
+    /// The points in the fluid with their weights.
+    #[inline]
+    fn fluid(&self) -> impl Iterator<Item = (f64, Stencil)> {
+        let points = self.bases.iter().zip(&self.fractions);
+        let stencils = points.map(|(&base, &fractions)| Stencil { base: base as usize, fractions });
+        self.weights.iter().copied().zip(stencils).filter(|(weight, _)| *weight != 0.0)
+    }
+
     /// The velocity (m/s) inside, of that of the surface, of the surface opposite with its weight, and of the fluid.
     ///
     /// It differs from that of the surface by little more than a sample does: boundary layers thinner than a cell are not
@@ -287,9 +302,8 @@ impl InterfaceStencil {
             sum += weight * relative;
             max = max.max(relative.abs());
         };
-        for (weight, stencil) in self.fluid.iter().filter(|(weight, _)| *weight != 0.0) {
-            add(*weight, stencil.mean(strides, |place| velocity[place]));
-        }
+        self.fluid()
+            .for_each(|(weight, stencil)| add(weight, stencil.mean(strides, |place| velocity[place])));
         opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
         surface + sum.clamp(-MAX_EXTRAPOLATION * max, MAX_EXTRAPOLATION * max)
     }
@@ -304,6 +318,6 @@ pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
 impl InterfaceStencil {
     /// What velocities in the fluid add to the extrapolated one.
     pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
-        self.fluid.iter().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
+        self.fluid().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
     }
 }

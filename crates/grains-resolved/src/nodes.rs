@@ -3,6 +3,7 @@
 use crate::body::others;
 use crate::cut_faces::{CutFace, CutFaces};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::subgrid::Positions;
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_fluid::{HeldFaces, SolidStresses};
@@ -24,8 +25,6 @@ pub(crate) struct Node {
     pub place: u32,
     /// Place of the body in the list.
     pub body: u32,
-    /// From the centre of the body to the velocity (m).
-    pub arm: Vec3,
     /// Number of its [`InterfaceStencil`], or one of the two below.
     interface: u32,
 }
@@ -34,6 +33,25 @@ pub(crate) struct Node {
 const DEEP: u32 = u32::MAX;
 /// A node next to the surface that has the velocity of the body all the same.
 const RIGID: u32 = u32::MAX - 1;
+
+/// From the centres of bodies to nodes of a component.
+pub(crate) struct Arms<'a> {
+    /// To those inside walls, which come first.
+    of_walls: &'a [Vec3],
+    bodies: &'a [RigidBody],
+    positions: Positions<'a>,
+}
+
+impl Arms<'_> {
+    /// From the centre of the body to a node of this number (m).
+    #[inline]
+    pub fn to(&mut self, number: usize, node: &Node) -> Vec3 {
+        match self.of_walls.get(number) {
+            Some(arm) => *arm,
+            None => self.positions.at(node.place as usize) - self.bodies[node.body as usize].center,
+        }
+    }
+}
 
 /// All velocities inside bodies.
 #[derive(Clone, Debug)]
@@ -52,6 +70,8 @@ pub(crate) struct Nodes {
 #[derive(Clone, Debug, Default)]
 struct WallNodes {
     own: Vec<Node>,
+    /// From the centre of the wall, or of its image, to each of these (m).
+    arms: Vec<Vec3>,
     closest_points: Vec<ClosestPoint>,
     /// Places in the halo, and their walls.
     halo: Vec<(u32, u32)>,
@@ -80,6 +100,7 @@ impl Nodes {
             let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
             marks.fill(OUTSIDE);
             found.own.clear();
+            found.arms.clear();
             found.closest_points.clear();
             found.halo.clear();
             found.cut.clear();
@@ -147,6 +168,18 @@ impl Nodes {
         for (place, wall) in &found.halo {
             marks[*place as usize] = HALO | (first_wall + wall);
         }
+    }
+
+    /// The way from the centres of bodies to the own nodes of a component.
+    pub fn arms<'a>(&'a self, component: usize, bodies: &'a [RigidBody], subgrid: &'a Subgrid) -> Arms<'a> {
+        let positions = subgrid.positions(component);
+        Arms { of_walls: &self.in_walls[component].arms, bodies, positions }
+    }
+
+    /// The own nodes of a component inside walls, with the arms from the centres of these (m).
+    pub fn in_walls(&self, component: usize) -> (&[Node], &[Vec3]) {
+        let arms = &self.in_walls[component].arms[..];
+        (&self.of[component][..arms.len()], arms)
     }
 
     /// Whether a body holds an own node.
@@ -294,6 +327,7 @@ impl WallNodes {
             out.arm.x += m as f64 * subgrid.spacing.x;
             let node = Node::new(place, wall, &out, subgrid, &mut self.closest_points);
             self.own.push(node);
+            self.arms.push(out.arm);
         }
     }
 }
@@ -336,7 +370,7 @@ impl Node {
         } else {
             DEEP
         };
-        Self { place: place as u32, body, arm: out.arm, interface }
+        Self { place: place as u32, body, interface }
     }
 
     /// Whether it is not next to the surface.

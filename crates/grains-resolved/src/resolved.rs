@@ -10,7 +10,7 @@ use crate::{
     Subgrid,
 };
 use grains_domain::Transport;
-use grains_fluid::{Faces, Flow, Immersed, Layout, March};
+use grains_fluid::{Faces, Flow, Immersed, Layout, March, ValuesOnFaces};
 use grains_geometry::Shape;
 
 /// How the constraint is imposed.
@@ -53,6 +53,8 @@ pub struct Resolved {
     pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
     pub(crate) forced: [Vec<usize>; 3],
+    /// Places of faces of outlets that lie in walls, per component, and the bodies that these are.
+    pub(crate) outlets: [Vec<(u32, u32)>; 3],
     pub(crate) multipliers: Multipliers,
 }
 
@@ -64,8 +66,7 @@ impl Resolved {
     pub fn new(flow: &mut Flow, forcing: Forcing) -> Result<Self, SetupError> {
         let subgrid = Subgrid::new(&flow.setup)?;
         let mut immersed = Immersed::new(flow.layout());
-        immersed.extrapolated =
-            matches!(forcing.method, Method::Direct { .. }).then(|| Faces::new(flow.layout()));
+        immersed.extrapolated = matches!(forcing.method, Method::Direct { .. }).then(ValuesOnFaces::default);
         flow.immersed = Some(immersed);
         // Direct forcing needs no room for multipliers.
         let layout = match forcing.method {
@@ -84,6 +85,7 @@ impl Resolved {
             walls_moved: false,
             ghosts: BodyGhosts::default(),
             forced: Default::default(),
+            outlets: Default::default(),
         })
     }
 
@@ -136,12 +138,11 @@ impl Resolved {
         }
         if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
         {
-            for (component, forced) in self.forced.iter().enumerate() {
-                let extrapolated = extrapolated.component_mut(component);
-                let left = forced.iter().filter(|&&place| !self.nodes.holds(component, place));
-                left.for_each(|&place| extrapolated[place] = 0.0);
+            for (component, values) in extrapolated.iter_mut().enumerate() {
+                values.retain(|&(place, _)| self.nodes.holds(component, place as usize));
             }
         }
+        self.find_outlets_in_walls(flow);
         if let Some(immersed) = &mut flow.immersed {
             immersed.walls_move = self.walls.iter().any(PlacedWall::is_moving);
             if !self.walls.is_empty() {
@@ -152,11 +153,28 @@ impl Resolved {
             }
             if flow.march == March::PseudoTime {
                 immersed.held = self.nodes.held();
+                for (held, outlets) in immersed.held.iter_mut().zip(&self.outlets) {
+                    held.deep.extend(outlets.iter().map(|(place, _)| place));
+                }
             }
             immersed.sealed = self.nodes.sealed_cells(&self.bodies, &self.subgrid);
         }
-        flow.refresh_extrapolated(transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
+    }
+
+    /// Finds the faces of outlets that lie in walls: what is imposed there leaves no way through the wall out of the box.
+    fn find_outlets_in_walls(&mut self, flow: &Flow) {
+        self.outlets.iter_mut().for_each(Vec::clear);
+        if self.walls.is_empty() {
+            return;
+        }
+        for (component, places) in flow.outlets().into_iter().enumerate() {
+            let held = places.into_iter().filter_map(|place| {
+                let body = self.nodes.holder(component, place as usize)?;
+                self.bodies[body as usize].is_wall().then_some((place, body))
+            });
+            self.outlets[component].extend(held);
+        }
     }
 
     /// Number of the first wall among the bodies.
@@ -174,20 +192,19 @@ impl Resolved {
         self.multipliers.iterations = iterations;
     }
 
-    /// Goes on from the forces and velocities of a flow that was continued; collective.
-    pub fn resume(&mut self, flow: &mut Flow, transport: &dyn Transport) {
+    /// Goes on from the forces of a flow that was continued.
+    pub fn resume(&mut self, flow: &Flow) {
         let Some(immersed) = &flow.immersed else { return };
-        for (component, forced) in self.forced.iter_mut().enumerate() {
+        for ((component, forced), outlets) in self.forced.iter_mut().enumerate().zip(flow.outlets()) {
             let force = immersed.force.component(component);
-            let extrapolated =
-                immersed.extrapolated.as_ref().map(|extrapolated| extrapolated.component(component));
-            let is_left =
-                |&place: &usize| force[place] != 0.0 || extrapolated.is_some_and(|b| b[place] != 0.0);
             let rows = self.subgrid.layout.rows().flat_map(|row| row..row + self.subgrid.layout.cells[0]);
             forced.clear();
-            forced.extend(rows.filter(is_left));
+            forced.extend(rows.filter(|&place| force[place] != 0.0));
+            forced
+                .extend(outlets.into_iter().map(|place| place as usize).filter(|&place| force[place] != 0.0));
+            forced.sort_unstable();
+            forced.dedup();
         }
-        flow.refresh_extrapolated(transport);
     }
 
     /// Imposes the rigid-body velocity on the fluid inside the bodies after a step of it of `dt` (s); collective.

@@ -108,6 +108,11 @@ impl Subgrid {
         Vec3::from_fn(|a, _| self.coordinate(component, a, at[a] as isize - h))
     }
 
+    /// Where the velocities along `component` lie, at places that for the most part follow one another along x.
+    pub(crate) fn positions(&self, component: usize) -> Positions<'_> {
+        Positions { subgrid: self, component, row: 0..0, first: Vec3::zeros() }
+    }
+
     /// The axis along which nothing varies, of a flow in two dimensions.
     pub(crate) fn flat(&self) -> Option<usize> {
         (0..3).find(|&a| !self.active[a])
@@ -286,6 +291,30 @@ impl Subgrid {
             arrived[if is_one { 1 - side } else { side }] = message;
         }
         arrived
+    }
+}
+
+/// Where velocities of a component lie; the row of the last one is known.
+pub(crate) struct Positions<'a> {
+    subgrid: &'a Subgrid,
+    component: usize,
+    /// Places of the row, and where its first velocity lies (m).
+    row: Range<usize>,
+    first: Vec3,
+}
+
+impl Positions<'_> {
+    /// Where the velocity at a place in the arrays lies (m).
+    #[inline]
+    pub fn at(&mut self, place: usize) -> Vec3 {
+        if !self.row.contains(&place) {
+            let [_, length, _] = self.subgrid.layout.strides();
+            let start = place - place % length;
+            self.row = start..start + length;
+            self.first = self.subgrid.position(self.component, start);
+        }
+        let i = (place - self.row.start) as isize - self.subgrid.layout.halo as isize;
+        Vec3::new(self.subgrid.coordinate(self.component, 0, i), self.first.y, self.first.z)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Force and torque of the flow on walls.
 
 use crate::body::{others, unit};
-use crate::nodes::Node;
 use crate::{RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::Flow;
@@ -29,33 +28,31 @@ pub(crate) struct Stresses<'a> {
 }
 
 impl FlowOnWall {
-    /// Adds what goes into the control volumes of a component in a wall from those outside, through each face: pressure with that
-    /// of the mean gradient, viscous stress, and momentum beyond that of rigid motion, which the fluid inside keeps.
+    /// Adds what goes into the control volume about the velocity of a component at a place in a wall, an arm (m) from its centre, from
+    /// those outside, through each face: pressure with that of the mean gradient, viscous stress, and momentum beyond that of rigid
+    /// motion, which the fluid inside keeps.
     ///
     /// It is what the force on the fluid inside takes out again: nothing but the flow at the surface counts, whatever lies behind.
     /// Nothing goes from one wall into another that it meets.
     pub(crate) fn add(
         &mut self,
         wall: &RigidBody,
-        (component, nodes): (usize, &[Node]),
+        (component, place): (usize, usize),
+        arm: &Vec3,
         stresses: &Stresses,
     ) {
         let subgrid = stresses.subgrid;
-        for node in nodes.iter().filter(|node| !node.is_deep()) {
-            for axis in (0..3).filter(|&a| subgrid.active[a]) {
-                for side in [-1.0, 1.0] {
-                    let place = node.place as usize;
-                    let Some(beside) = subgrid.beside(component, place, axis, side) else { continue };
-                    if (stresses.holder)(component, beside).is_some_and(|b| b as usize >= stresses.first_wall)
-                    {
-                        continue;
-                    }
-                    let arm = node.arm + unit(axis) * (0.5 * side * subgrid.spacing[axis]);
-                    let force = unit(component)
-                        * stresses.through(wall, component, [place, beside], (axis, side), &arm);
-                    self.force += force;
-                    self.torque += (wall.center + arm).cross(&force);
+        for axis in (0..3).filter(|&a| subgrid.active[a]) {
+            for side in [-1.0, 1.0] {
+                let Some(beside) = subgrid.beside(component, place, axis, side) else { continue };
+                if (stresses.holder)(component, beside).is_some_and(|b| b as usize >= stresses.first_wall) {
+                    continue;
                 }
+                let arm = arm + unit(axis) * (0.5 * side * subgrid.spacing[axis]);
+                let force =
+                    unit(component) * stresses.through(wall, component, [place, beside], (axis, side), &arm);
+                self.force += force;
+                self.torque += (wall.center + arm).cross(&force);
             }
         }
     }

@@ -411,11 +411,11 @@ impl Files {
         (arrays, mut texts): State,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
-        let (grids, clocks) = fluid.as_ref().map(|f| f.state(dem, transport)).unwrap_or_default();
-        texts.extend(clocks);
+        texts.extend(fluid.iter().flat_map(|fluid| fluid.texts(dem, transport)));
+        let grids = fluid.iter().flat_map(FluidPhase::arrays);
         texts.extend(self.metadata.iter().cloned());
         self.verify(transport)?;
-        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, &grids, &texts)?;
+        write_checkpoint(&self.directory, dem.step, transport.communicator(), &arrays, grids, &texts)?;
         if transport.rank() == 0 {
             remove_old(&self.directory, self.keep);
         }

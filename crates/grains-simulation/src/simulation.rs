@@ -145,6 +145,9 @@ impl Simulation {
         let is_last = step >= self.schedule.end;
         let is_saved = self.dem.interrupt || is_last || self.schedule.checkpoint.is_due(step);
         let state = self.assemble(is_saved && step > self.first_step && self.files.is_some())?;
+        if let Some(fluid) = self.fluid.as_mut().filter(|_| is_last || self.dem.interrupt) {
+            fluid.forget_steps();
+        }
         let is_met = self.observe(is_last);
         let is_met = self.explained(is_met)?;
         if let Some(state) = state {

@@ -248,6 +248,15 @@ impl BoundaryData {
 }
 
 impl BoundaryData {
+    /// Places in the arrays of the own boundary faces whose normal velocity is free.
+    pub fn own_outlets(&self, layout: Layout) -> impl Iterator<Item = usize> {
+        let [n1, n2] = self.extents;
+        let own = (layout.halo..n2 - layout.halo)
+            .flat_map(move |m2| (layout.halo..n1 - layout.halo).map(move |m1| [m1, m2]));
+        let is_free = move |&[m1, m2]: &[usize; 2]| self.kinds[self.face.axis][m2 * n1 + m1] == Kind::Free;
+        own.filter(is_free).map(move |[m1, m2]| self.boundary(layout, self.inside(layout, m1, m2)))
+    }
+
     /// Places in the arrays of all boundary faces, halo included, whose normal velocity is imposed.
     pub fn for_imposed(&self, layout: Layout, mut job: impl FnMut(usize)) {
         for (entry, [m1, m2]) in self.entries() {

@@ -42,7 +42,7 @@ pub(crate) struct Implicit {
 }
 
 impl Implicit {
-    pub fn new(grid: &Grid, partition: &CellPartition, boundaries: &Boundaries, local: &Local) -> Self {
+    pub fn new(grid: &Grid, partition: &CellPartition, boundaries: &Boundaries) -> Self {
         let mut ends = Some([[LineEnd::Free; 2]; 3]);
         for face in BoxFace::all().filter(|f| !grid.axis(f.axis).is_periodic()) {
             let imposed = boundaries.imposes_tangential(face);
@@ -59,7 +59,7 @@ impl Implicit {
             ends,
             a: f64::NAN,
             lines: Vec::new(),
-            variable: VariableLines::new(local, partition, periodic),
+            variable: VariableLines::new(partition, periodic),
             rows: Vec::new(),
             remainder: Vec::new(),
         }

@@ -43,16 +43,30 @@ const LINES: usize = 64;
 /// Rows along x solved side by side, through transposed buffers.
 const ROWS: usize = 16;
 
-/// The arrays of a panel; conductances begin with those of the lower side one stride before the first unknown.
-pub(super) struct Arrays<'a> {
-    pub data: &'a mut [f64],
-    pub conductance: &'a [f64],
+/// Lines solved side by side: unknown i of line l lies at start + i s + l across, with s the stride of the axis.
+#[derive(Clone, Copy)]
+pub(super) struct Bundle {
+    pub start: usize,
+    pub across: usize,
+    pub lines: usize,
+}
+
+/// Coefficients of a bundle, those of its lines side by side.
+#[derive(Clone, Default)]
+pub(super) struct Coefficients {
+    /// θ ν w / distance at the lower side of the first unknown and the upper side of every one.
+    conductance: Vec<f64>,
     /// Volume fluxes per area (m/s) that carry momentum through the same sides; empty if diffusion alone is implicit.
-    pub carried: &'a [f64],
-    pub inverse: Option<&'a [f64]>,
-    /// Influence vectors for unit values before and after the lines; empty if they stand alone.
-    pub before: &'a mut [f64],
-    pub after: &'a mut [f64],
+    carried: Vec<f64>,
+    /// 1/m of every unknown (s); empty where m = 1/Δt.
+    inverse: Vec<f64>,
+}
+
+/// Influence vectors of a bundle for unit values before and after its lines; empty if they stand alone.
+#[derive(Clone, Default)]
+pub(super) struct Influence {
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
 }
 
 /// Rows of one panel that the elimination needs: of all unknowns, then of one.
@@ -115,113 +129,141 @@ impl System<'_> {
         if self.component == self.axis { m.inverse_distance[e] } else { m.inverse_width[e] }
     }
 
+    /// Sets the coefficients of a bundle.
+    pub fn set(&self, bundle: Bundle, boundary_data: &[BoundaryData], coefficients: &mut Coefficients) {
+        let sides = (self.len() + 1) * bundle.lines;
+        coefficients.conductance.resize(sides, 0.0);
+        self.set_conductance(bundle, &mut coefficients.conductance);
+        coefficients.carried.resize(if self.diagonal.carrier.is_some() { sides } else { 0 }, 0.0);
+        if let Some(velocity) = self.diagonal.carrier {
+            self.set_carried(bundle, velocity, &mut coefficients.carried);
+        }
+        if self.component != self.axis {
+            self.close_ends(bundle, boundary_data, coefficients);
+        }
+        coefficients.inverse.clear();
+        if let Some(inverse) = self.diagonal.inverse {
+            let inverse = inverse.component(self.component);
+            coefficients.inverse.resize(self.len() * bundle.lines, 0.0);
+            self.for_runs(bundle, 0, |p, n, first, step| {
+                put(&mut coefficients.inverse[first..], step, inverse[p..p + n].iter().copied());
+            });
+        }
+    }
+
     /// Sets θ ν w/distance at the upper side of every unknown and at the lower one of the first.
-    pub fn set_conductance(&self, conductance: &mut [f64]) {
-        let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
+    fn set_conductance(&self, bundle: Bundle, conductance: &mut [f64]) {
+        let (layout, axis) = (self.local.layout, self.axis);
         let (m, share) = (&self.local.axes[axis], self.diagonal.share(self.component == axis));
         // Own stresses act in the cell above the face.
         let (inverse, shift) = match self.component == axis {
             true => (&m.inverse_width[1..], layout.strides()[axis]),
             false => (&m.inverse_distance[..], 0),
         };
-        let weights = self.diagonal.weights.map(|weights| match self.component == axis {
+        let sides = conductance.chunks_exact_mut(bundle.lines).zip(&inverse[layout.halo - 1..]);
+        sides.for_each(|(side, inverse)| side.fill(share * inverse));
+        let Some(weights) = self.diagonal.weights else { return };
+        let weights = match self.component == axis {
             true => weights.centres[axis],
             false => weights.edges[self.component][axis],
+        };
+        self.for_runs(bundle, 1, |p, n, first, step| {
+            let weights = &weights[p + shift..][..n];
+            let row = conductance[first..].iter_mut().step_by(step);
+            row.zip(weights).for_each(|(c, weight)| *c *= weight);
         });
-        let mut from = [0_isize; 3];
-        from[axis] = -1;
-        let count = (n[0] as isize - from[0]) as usize;
-        for k in from[2]..n[2] as isize {
-            for j in from[1]..n[1] as isize {
-                let start = layout.index(from[0], j, k);
-                let row = &mut conductance[start..start + count];
-                let e = ([from[0], j, k][axis] + layout.halo as isize) as usize;
-                let weights = weights.map(|weights| &weights[start + shift..][..count]);
-                if axis == 0 {
-                    row.iter_mut().zip(&inverse[e..]).for_each(|(c, inverse)| *c = share * inverse);
-                } else {
-                    row.fill(share * inverse[e]);
-                }
-                if let Some(weights) = weights {
-                    row.iter_mut().zip(weights).for_each(|(c, weight)| *c *= weight);
-                }
-            }
-        }
     }
 
     /// Sets the volume flux per area through the upper side of every unknown and the lower one of the first.
-    pub fn set_carried(&self, velocity: &Faces, carried: &mut [f64]) {
-        let (layout, n, axis) = (self.local.layout, self.local.unknowns(self.component), self.axis);
-        let q = velocity.component(axis);
-        let shift = layout.strides()[self.component];
-        let mut from = [0_isize; 3];
-        from[axis] = -1;
-        let count = (n[0] as isize - from[0]) as usize;
-        for k in from[2]..n[2] as isize {
-            for j in from[1]..n[1] as isize {
-                let start = layout.index(from[0], j, k);
-                let (here, next) = (&q[start..][..count], &q[start + shift..][..count]);
-                let row = &mut carried[start..][..count];
-                row.iter_mut().zip(here).zip(next).for_each(|((m, a), b)| *m = 0.5 * (a + b));
-            }
-        }
+    fn set_carried(&self, bundle: Bundle, velocity: &Faces, carried: &mut [f64]) {
+        let q = velocity.component(self.axis);
+        let shift = self.local.layout.strides()[self.component];
+        self.for_runs(bundle, 1, |p, n, first, step| {
+            let (here, next) = (&q[p..][..n], &q[p + shift..][..n]);
+            put(&mut carried[first..], step, here.iter().zip(next).map(|(a, b)| 0.5 * (a + b)));
+        });
     }
 
     /// Beyond the box there is no neighbour unless it is imposed.
-    pub fn close_ends(&self, boundary_data: &[BoundaryData], conductance: &mut [f64]) {
-        let (layout, stride) = (self.local.layout, self.local.layout.strides()[self.axis]);
+    fn close_ends(&self, bundle: Bundle, boundary_data: &[BoundaryData], coefficients: &mut Coefficients) {
+        let (dims, strides) = (self.local.layout.dims(), self.local.layout.strides());
         for face_data in boundary_data.iter().filter(|t| t.face.axis == self.axis) {
-            for m2 in layout.halo..face_data.extents[1] - layout.halo {
-                for m1 in layout.halo..face_data.extents[0] - layout.halo {
-                    let inside = face_data.inside(layout, m1, m2);
-                    let upper = if face_data.face.side == Side::High { inside } else { inside - stride };
-                    if face_data.kinds[self.component][m2 * face_data.extents[0] + m1] != Kind::Fixed {
-                        conductance[upper] = 0.0;
+            let side = if face_data.face.side == Side::High { self.len() } else { 0 };
+            for l in 0..bundle.lines {
+                let place = bundle.start + l * bundle.across;
+                let [m1, m2] = face_data.tangents.map(|t| place / strides[t] % dims[t]);
+                if face_data.kinds[self.component][m2 * face_data.extents[0] + m1] != Kind::Fixed {
+                    for list in [&mut coefficients.conductance, &mut coefficients.carried] {
+                        list.get_mut(side * bundle.lines + l).into_iter().for_each(|value| *value = 0.0);
                     }
                 }
             }
         }
     }
 
+    /// Calls `job` with contiguous runs of places of a bundle, from so many before the first unknowns: the first place and their
+    /// number, and where the values of a run go among those of the bundle, from which place on and how far apart.
+    fn for_runs(&self, bundle: Bundle, before: usize, mut job: impl FnMut(usize, usize, usize, usize)) {
+        let Bundle { start, across, lines } = bundle;
+        let (count, stride) = (self.len() + before, self.local.layout.strides()[self.axis]);
+        let start = start - before * stride;
+        match self.axis {
+            0 => (0..lines).for_each(|l| job(start + l * across, count, l, lines)),
+            _ => (0..count).for_each(|i| job(start + i * stride, lines, i * lines, 1)),
+        }
+    }
+
     /// Solves the own part of the lines of a panel.
-    pub fn eliminate(&self, panel: Panel, arrays: &mut Arrays<'_>, scratch: &mut Scratch) {
-        let (n, Panel { start, stride, lines }) = (self.len(), panel);
+    pub fn eliminate(
+        &self,
+        (data, panel): (&mut [f64], Panel),
+        coefficients: &Coefficients,
+        influence: &mut Influence,
+        scratch: &mut Scratch,
+    ) {
+        let (n, lines) = (self.len(), panel.lines);
+        let own = Panel { start: 0, stride: lines, lines };
         scratch.resize(n * lines, lines, self.diagonal.dt);
         for i in 0..n {
-            let p = start + i * stride;
-            self.set_row(i, arrays, [p, stride, lines], scratch);
+            self.set_row(i, lines, coefficients, scratch);
             let (low, pivot) = (&scratch.low[..lines], &scratch.pivot[..lines]);
-            panel.forward(arrays.data, i, |l| [low[l], pivot[l]]);
-            if !arrays.before.is_empty() {
+            panel.forward(data, i, |l| [low[l], pivot[l]]);
+            if !influence.before.is_empty() {
                 let high = &scratch.carried[i * lines..][..lines];
-                start_influence(arrays, [p, lines], [low, pivot, high], [i == 0, i + 1 == n]);
-                panel.forward(arrays.before, i, |l| [low[l], pivot[l]]);
-                panel.forward(arrays.after, i, |l| [low[l], pivot[l]]);
+                influence.start(i * lines, [low, pivot, high], [i == 0, i + 1 == n]);
+                own.forward(&mut influence.before, i, |l| [low[l], pivot[l]]);
+                own.forward(&mut influence.after, i, |l| [low[l], pivot[l]]);
             }
         }
         for i in (0..n.saturating_sub(1)).rev() {
             let carried = &scratch.carried[i * lines..][..lines];
-            for list in [&mut *arrays.data, &mut *arrays.before, &mut *arrays.after] {
+            panel.backward(data, i, |l| carried[l]);
+            for list in [&mut influence.before, &mut influence.after] {
                 if !list.is_empty() {
-                    panel.backward(list, i, |l| carried[l]);
+                    own.backward(list, i, |l| carried[l]);
                 }
             }
         }
     }
 
     /// Coefficient below, inverse pivot and carried coefficient of row i.
-    fn set_row(&self, i: usize, arrays: &Arrays<'_>, [p, stride, lines]: [usize; 3], scratch: &mut Scratch) {
-        let below = &arrays.conductance[p - stride..][..lines];
-        let above = &arrays.conductance[p..][..lines];
-        let inverse = arrays.inverse.map_or(&scratch.diagonal[..lines], |inverse| &inverse[p..p + lines]);
+    fn set_row(&self, i: usize, lines: usize, coefficients: &Coefficients, scratch: &mut Scratch) {
+        let Coefficients { conductance, carried, inverse } = coefficients;
+        let both = |sides: &'_ [f64]| -> [std::ops::Range<usize>; 2] {
+            if sides.is_empty() {
+                [0..0, 0..0]
+            } else {
+                [i, i + 1].map(|side| side * lines..(side + 1) * lines)
+            }
+        };
+        let [below, above] = both(conductance).map(|side| &conductance[side]);
+        let [entering, leaving] = both(carried).map(|side| &carried[side]);
+        let inverse =
+            if inverse.is_empty() { &scratch.diagonal[..lines] } else { &inverse[i * lines..][..lines] };
         let (RowKind { low: a, high: b, diagonal: c }, width) = (self.kind(i), self.inverse_width(i));
         let (done, carried) = scratch.carried.split_at_mut(i * lines);
         let (carried, low) = (&mut carried[..lines], &mut scratch.low[..lines]);
         let pivot = &mut scratch.pivot[..lines];
-        let [entering, leaving] = match arrays.carried {
-            [] => [&below[..0]; 2],
-            carried => [&carried[p - stride..][..lines], &carried[p..][..lines]],
-        };
         for l in 0..lines {
             let factor = inverse[l] * width;
             let (mut down, mut up) = (factor * below[l], factor * above[l]);
@@ -243,40 +285,57 @@ impl System<'_> {
         }
     }
 
-    /// Panels of lines along y or z.
-    pub fn for_panels(&self, mut job: impl FnMut(Panel)) {
+    /// All lines, some at a time.
+    pub fn for_bundles(&self, mut job: impl FnMut(Bundle)) {
         let (layout, [nx, ny, nz]) = (self.local.layout, self.local.unknowns(self.component));
-        let stride = layout.strides()[self.axis];
-        let parts = nx.div_ceil(LINES);
-        for slab in 0..if self.axis == 1 { nz } else { ny } {
-            let row = if self.axis == 1 { layout.row(0, slab) } else { layout.row(slab, 0) };
+        let across = if self.axis == 0 { layout.strides()[1] } else { 1 };
+        let [slabs, count, at_once] = match self.axis {
+            0 => [nz, ny, ROWS],
+            1 => [nz, nx, LINES],
+            _ => [ny, nx, LINES],
+        };
+        let parts = count.div_ceil(at_once);
+        for slab in 0..slabs {
+            let row = if self.axis == 2 { layout.row(slab, 0) } else { layout.row(0, slab) };
             for part in 0..parts {
-                let (first, end) = (nx * part / parts, nx * (part + 1) / parts);
-                job(Panel { start: row + first, stride, lines: end - first });
-            }
-        }
-    }
-
-    /// Starts of rows along x, some at a time.
-    pub fn for_row_groups(&self, mut job: impl FnMut(std::iter::StepBy<std::ops::Range<usize>>)) {
-        let (layout, [_, ny, nz]) = (self.local.layout, self.local.unknowns(self.component));
-        let stride = layout.strides()[1];
-        for k in 0..nz {
-            for j in (0..ny).step_by(ROWS) {
-                let (first, rows) = (layout.row(j, k), ROWS.min(ny - j));
-                job((first..first + rows * stride).step_by(stride));
+                let (first, end) = (count * part / parts, count * (part + 1) / parts);
+                job(Bundle { start: row + first * across, across, lines: end - first });
             }
         }
     }
 }
 
-impl Arrays<'_> {
-    /// Notes the first and last values of all lines and of their influence vectors.
-    pub fn note_ends(&self, panel: Panel, n: usize, ends: &mut Vec<f64>) {
-        for first in panel.start..panel.start + panel.lines {
-            let last = first + (n - 1) * panel.stride;
-            let both = |x: &[f64]| [x[first], x[last]];
-            ends.extend([both(self.data), both(self.before), both(self.after)].as_flattened());
+/// Writes values so many places apart.
+fn put(to: &mut [f64], step: usize, values: impl Iterator<Item = f64>) {
+    match step {
+        1 => to.iter_mut().zip(values).for_each(|(to, value)| *to = value),
+        _ => to.iter_mut().step_by(step).zip(values).for_each(|(to, value)| *to = value),
+    }
+}
+
+impl Influence {
+    pub fn resize(&mut self, size: usize) {
+        [&mut self.before, &mut self.after].into_iter().for_each(|list| list.resize(size, 0.0));
+    }
+
+    /// Right-hand sides of the row at a place, of unit values: −low before the first unknown, −high after the last. The coefficient
+    /// above is the carried one over the pivot.
+    fn start(&mut self, p: usize, [low, pivot, carried]: [&[f64]; 3], [is_first, is_last]: [bool; 2]) {
+        let before = &mut self.before[p..p + low.len()];
+        before.iter_mut().zip(low).for_each(|(v, low)| *v = if is_first { -low } else { 0.0 });
+        let after = &mut self.after[p..p + low.len()];
+        for ((w, pivot), carried) in after.iter_mut().zip(pivot).zip(carried) {
+            *w = if is_last { -carried / pivot } else { 0.0 };
+        }
+    }
+
+    /// Notes the first and last values of the lines of a panel and of their influence vectors.
+    pub fn note_ends(&self, (data, panel): (&[f64], Panel), n: usize, ends: &mut Vec<f64>) {
+        let last = (n - 1) * panel.stride;
+        for l in 0..panel.lines {
+            let both = |x: &[f64]| [x[l], x[(n - 1) * panel.lines + l]];
+            let of_data = [data[panel.start + l], data[panel.start + last + l]];
+            ends.extend([of_data, both(&self.before), both(&self.after)].as_flattened());
         }
     }
 }
@@ -287,21 +346,5 @@ impl Scratch {
         [&mut self.low, &mut self.pivot].into_iter().for_each(|list| list.resize(lines, 0.0));
         self.diagonal.clear();
         self.diagonal.resize(lines, dt);
-    }
-}
-
-/// Right-hand sides of the influence vectors of unit values: −low before the first unknown, −high after the last. The coefficient
-/// above is the carried one over the pivot.
-fn start_influence(
-    arrays: &mut Arrays<'_>,
-    [p, lines]: [usize; 2],
-    [low, pivot, carried]: [&[f64]; 3],
-    [is_first, is_last]: [bool; 2],
-) {
-    let before = &mut arrays.before[p..p + lines];
-    before.iter_mut().zip(low).for_each(|(v, low)| *v = if is_first { -low } else { 0.0 });
-    let after = &mut arrays.after[p..p + lines];
-    for ((w, pivot), carried) in after.iter_mut().zip(pivot).zip(carried) {
-        *w = if is_last { -carried / pivot } else { 0.0 };
     }
 }

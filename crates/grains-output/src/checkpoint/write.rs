@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
 ///
+/// Arrays of cells are asked for one by one, as they are written.
+///
 /// Checkpoints of later steps, left by a run that was restarted from before them, get the ending
 /// `.abandoned` once this one is complete.
 ///
@@ -26,7 +28,7 @@ pub fn write_checkpoint(
     step: u64,
     communicator: &SimpleCommunicator,
     arrays: &[Array],
-    grids: &[GridArray],
+    grids: impl IntoIterator<Item = GridArray>,
     metadata: &Metadata,
 ) -> Result<PathBuf, FileError> {
     let path = directory.join(file_name(step));
@@ -60,7 +62,7 @@ fn complete(aside: &Path, path: &Path, directory: &Path) -> std::io::Result<()> 
 fn write(
     shared: &Shared,
     arrays: &[Array],
-    grids: &[GridArray],
+    grids: impl IntoIterator<Item = GridArray>,
     metadata: &Metadata,
 ) -> Result<(), FileError> {
     shared.has_room()?;
@@ -81,7 +83,7 @@ fn fill(
     shared: &Shared,
     file: &File,
     arrays: &[Array],
-    grids: &[GridArray],
+    grids: impl IntoIterator<Item = GridArray>,
     metadata: &Metadata,
 ) -> Result<(), FileError> {
     let texts = shared.written_or(FAILED, file.create_group(GROUP))?;
@@ -93,11 +95,13 @@ fn fill(
     for array in arrays {
         contents.push(write_array(shared, &state, array)?);
     }
-    if !grids.is_empty() {
-        let group = shared.written_or(FAILED, file.create_group(GRIDS))?;
-        for array in grids {
-            contents.push(write_grid(shared, &group, array)?);
-        }
+    let mut group = None;
+    for array in grids {
+        let group = match &mut group {
+            Some(group) => group,
+            none => none.insert(shared.written_or(FAILED, file.create_group(GRIDS))?),
+        };
+        contents.push(write_grid(shared, group, &array)?);
     }
     let sealed =
         file.new_attr::<i64>().create("format").and_then(|a| a.write_scalar(&FORMAT)).and_then(|()| {

@@ -50,7 +50,7 @@ impl FluidPhase {
         self.settle_passages(transport)?;
         let setup = &self.flow.setup;
         let (cells, before) = (setup.grid.cells(), setup.partition.clone());
-        let (arrays, clocks) = (self.arrays(), self.clocks());
+        let (arrays, clocks) = (self.arrays().collect(), self.clocks());
         let on_walls = self.on_walls().to_vec();
         // Nothing is held twice: the old fields go before the new ones come.
         let Self {

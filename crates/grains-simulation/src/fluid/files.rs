@@ -106,13 +106,17 @@ impl FluidFiles {
         let Some(file) = &mut self.snapshots else { return Ok(()) };
         let time = dem.time();
         let now = phase.sample(dem, transport)?.into_observations(&self.fields);
-        append(file, time, &now)?;
+        let rows_of = |fields: &[Observation]| -> Vec<Vec<Vec<f64>>> {
+            phase.profiles.iter().map(|sampler| sampler.rows(fields, transport)).collect()
+        };
+        let rows_now = rows_of(&now);
+        append(file, time, now)?;
         let means = phase.means.clone().filter(|m| m.samples > 0).map(|m| m.into_observations(&self.fields));
-        if let (Some(file), Some(means)) = (&mut self.means, &means) {
+        let rows_of_means = means.as_deref().map(rows_of);
+        if let (Some(file), Some(means)) = (&mut self.means, means) {
             append(file, time, means)?;
         }
-        for (k, sampler) in phase.profiles.iter().enumerate() {
-            let rows = sampler.rows(&now, transport);
+        for (k, (sampler, rows)) in phase.profiles.iter().zip(rows_now).enumerate() {
             let with_time: Vec<f64> =
                 rows.iter().flat_map(|row| std::iter::once(time).chain(row.iter().copied())).collect();
             let written = match self.profiles.get_mut(k) {
@@ -120,8 +124,8 @@ impl FluidFiles {
                 _ => Ok(()),
             };
             agree(transport.communicator(), written)?;
-            if let Some(means) = &means {
-                let rows = sampler.rows(means, transport).concat();
+            if let Some(rows) = rows_of_means.as_ref().and_then(|rows| rows.get(k)) {
+                let rows = rows.concat();
                 let path = self.directory.join(format!("profile-{}-mean.csv", sampler.name));
                 let (columns, units) = profile_columns(&phase.names(&self.fields));
                 let written = match transport.rank() {
@@ -135,12 +139,12 @@ impl FluidFiles {
     }
 }
 
-/// Appends the fields at a time (s), unless the file holds them.
-fn append(file: &mut GridFile, time: f64, fields: &[Observation]) -> Result<(), FileError> {
+/// Appends the fields at a time (s), unless the file holds them; each makes way for what is written of it.
+fn append(file: &mut GridFile, time: f64, fields: Vec<Observation>) -> Result<(), FileError> {
     if file.holds(time) {
         return Ok(());
     }
-    let values: Vec<Vec<f64>> = fields.iter().map(Observation::interleaved).collect();
+    let values: Vec<Vec<f64>> = fields.into_iter().map(Observation::interleaved).collect();
     let data: Vec<Data> = values.iter().map(|v| Data::Real(v)).collect();
     file.append(time, &data)
 }

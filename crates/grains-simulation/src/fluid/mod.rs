@@ -223,6 +223,11 @@ impl FluidPhase {
         self.exchange.is_none() && self.resolved.as_ref().is_none_or(|resolved| resolved.is_fixed)
     }
 
+    /// Frees what no step needs any more when there are no further ones.
+    pub fn forget_steps(&mut self) {
+        self.steady.iter_mut().for_each(Steady::forget_steps);
+    }
+
     /// Whether a steady flow is looked for and found.
     pub fn is_settled(&self) -> bool {
         self.steady.as_ref().is_some_and(Steady::is_settled)

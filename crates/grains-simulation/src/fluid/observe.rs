@@ -152,7 +152,7 @@ pub struct Observation {
 
 impl Observation {
     /// Values of the own cells, x fastest, components side by side.
-    pub fn interleaved(&self) -> Vec<f64> {
+    pub fn interleaved(self) -> Vec<f64> {
         let width = self.components.len();
         let mut values =
             vec![
@@ -346,20 +346,20 @@ impl FluidPhase {
     pub fn sample(&mut self, dem: &Dem, transport: &MpiTransport) -> Result<Sums, RunError> {
         let layout = self.flow.layout();
         let mut fields: Vec<Field<Centre>> = Vec::new();
+        let mut extrapolated = self.flow.extrapolated_faces(transport);
         for axis in 0..3 {
             let mut field = Field::new(layout);
             let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
             rows.zip(self.flow.centre_velocity(axis)).for_each(|(p, u)| field.data_mut()[p] = u);
             // Inside bodies theirs, not what continues the flow.
-            if let Some(extrapolated) =
-                self.flow.immersed.as_ref().and_then(|bodies| bodies.extrapolated.as_ref())
-            {
+            if let Some(extrapolated) = &extrapolated {
                 let (extrapolated, stride) = (extrapolated.component(axis), layout.strides()[axis]);
                 let rows = layout.rows().flat_map(|row| row..row + layout.cells[0]);
                 rows.for_each(|p| field.data_mut()[p] -= 0.5 * (extrapolated[p] + extrapolated[p - stride]));
             }
             fields.push(field);
         }
+        extrapolated.take();
         fields.push(self.flow.state.pressure.clone());
         if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &self.flow.mixture) {
             fields.push(mixture.void_fraction.clone());

@@ -9,7 +9,7 @@ use grains_comm::MpiTransport;
 use grains_coupling::unpaid_impulse;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::{CellPartition, Field, Flow, Layout, March};
+use grains_fluid::{CellPartition, Centre, Field, Flow, Layout, March};
 use grains_geometry::Vec3;
 use grains_output::{CheckpointFile, FileError, GridArray, GridBlock, Metadata, agree};
 use grains_resolved::FlowOnWall;
@@ -118,9 +118,30 @@ impl LastStep {
     }
 }
 
+/// Numbers at the places of the cells.
+#[derive(Clone, Copy)]
+enum Numbers<'a> {
+    Everywhere(&'a [f64]),
+    /// At some places; 0 elsewhere.
+    Somewhere(&'a [(u32, f64)]),
+}
+
+impl Numbers<'_> {
+    fn of_places(self, layout: Layout, places: impl Iterator<Item = usize>) -> Vec<f64> {
+        match self {
+            Self::Everywhere(data) => places.map(|p| data[p]).collect(),
+            Self::Somewhere(values) => {
+                let mut data = vec![0.0; layout.len()];
+                values.iter().for_each(|&(place, value)| data[place as usize] = value);
+                places.map(|p| data[p]).collect()
+            }
+        }
+    }
+}
+
 impl FluidPhase {
-    /// The state of this rank; collective.
-    pub fn state(&self, dem: &Dem, transport: &MpiTransport) -> (Vec<GridArray>, Metadata) {
+    /// What a checkpoint says of the fluid beside the fields; collective.
+    pub fn texts(&self, dem: &Dem, transport: &MpiTransport) -> Metadata {
         let on_walls = walls::text(self.on_walls());
         let texts = [
             (CLOCKS, self.clocks().text()),
@@ -128,7 +149,7 @@ impl FluidPhase {
             (LAST_STEP, self.last_step(dem, transport).text()),
             (ON_WALLS, on_walls),
         ];
-        (self.arrays(), texts.map(|(name, text)| (name.into(), text)).into())
+        texts.map(|(name, text)| (name.into(), text)).into()
     }
 
     fn last_step(&self, dem: &Dem, transport: &MpiTransport) -> LastStep {
@@ -183,43 +204,51 @@ impl FluidPhase {
         }
     }
 
-    /// The fields of this rank.
-    pub(super) fn arrays(&self) -> Vec<GridArray> {
-        let (flow, mut arrays) = (&self.flow, Vec::new());
+    /// The fields of this rank, each made when it is asked for.
+    pub fn arrays<'a>(&'a self) -> impl Iterator<Item = GridArray> + 'a {
+        let (flow, mut all) = (&self.flow, Vec::new());
         let layout = flow.layout();
-        let mut add = |name, unit, (block, first): (GridBlock, [isize; 3]), data: &[f64]| {
-            let values = places(layout, block, first).map(|p| data[p]).collect();
-            arrays.push(GridArray { name, unit, width: 1, block, values });
-        };
-        for a in 0..3 {
-            add(VELOCITY[a], "m/s", faces(flow, a), flow.state.velocity.component(a));
+        let of_faces = [0, 1, 2].map(|a| faces(flow, a));
+        for (a, place) in of_faces.into_iter().enumerate() {
+            all.push((VELOCITY[a], "m/s", place, Numbers::Everywhere(flow.state.velocity.component(a))));
             if flow.march == March::Time {
-                add(ADVECTIVE[a], "m/s2", faces(flow, a), flow.state.advective.component(a));
+                all.push((
+                    ADVECTIVE[a],
+                    "m/s2",
+                    place,
+                    Numbers::Everywhere(flow.state.advective.component(a)),
+                ));
             }
         }
         for (immersed, a) in flow.immersed.iter().flat_map(|immersed| [0, 1, 2].map(|a| (immersed, a))) {
-            add(FORCE[a], "N/m3", faces(flow, a), immersed.force.component(a));
+            all.push((FORCE[a], "N/m3", of_faces[a], Numbers::Everywhere(immersed.force.component(a))));
             if let Some(extrapolated) = &immersed.extrapolated {
-                add(BEYOND[a], "m/s", faces(flow, a), extrapolated.component(a));
+                all.push((BEYOND[a], "m/s", of_faces[a], Numbers::Somewhere(&extrapolated[a])));
             }
         }
-        add("pressure", "Pa", cells(flow), flow.state.pressure.data());
-        add("correction", "Pa or m2/s", cells(flow), flow.state.correction.data());
+        let mut add = |name, unit, field: &'a Field<Centre>| {
+            all.push((name, unit, cells(flow), Numbers::Everywhere(field.data())));
+        };
+        add("pressure", "Pa", &flow.state.pressure);
+        add("correction", "Pa or m2/s", &flow.state.correction);
         if let Some(mixture) = &flow.mixture {
-            add("void_fraction", "-", cells(flow), mixture.void_fraction.data());
-            add(COMING, "-", cells(flow), mixture.previous_void_fraction().data());
+            add("void_fraction", "-", &mixture.void_fraction);
+            add(COMING, "-", mixture.previous_void_fraction());
         }
         let scalars = flow.scalars.iter().flat_map(|scalars| &scalars.all);
         for (scalar, names) in scalars.zip(&self.scalar_names) {
-            add(names.value, names.unit, cells(flow), scalar.value.data());
-            add(names.before, names.unit, cells(flow), scalar.previous.data());
+            add(names.value, names.unit, &scalar.value);
+            add(names.before, names.unit, &scalar.previous);
         }
         if let Some(means) = &self.means {
             for (field, name) in means.fields.iter().zip(mean_names(means.there, &self.scalar_names)) {
-                add(name, "sum of samples", cells(flow), field.data());
+                add(name, "sum of samples", field);
             }
         }
-        arrays
+        all.into_iter().map(move |(name, unit, (block, first), numbers)| {
+            let values = numbers.of_places(layout, places(layout, block, first));
+            GridArray { name, unit, width: 1, block, values }
+        })
     }
 
     /// Takes the state of a checkpoint whose particles are back already; collective.
@@ -314,7 +343,11 @@ impl FluidPhase {
             for a in 0..3 {
                 take(FORCE[a], faces_of[a], immersed.force.component_mut(a))?;
                 if let Some(extrapolated) = &mut immersed.extrapolated {
-                    take(BEYOND[a], faces_of[a], extrapolated.component_mut(a))?;
+                    let mut beyond = vec![0.0; layout.len()];
+                    take(BEYOND[a], faces_of[a], &mut beyond)?;
+                    let own = layout.rows().flat_map(|row| row..row + layout.cells[0]);
+                    extrapolated[a] =
+                        own.filter(|&p| beyond[p] != 0.0).map(|p| (p as u32, beyond[p])).collect();
                 }
             }
         }
@@ -371,7 +404,7 @@ impl FluidPhase {
             self.halo.fill(&mut fields, transport);
         }
         if let Some(resolved) = &mut self.resolved {
-            resolved.bodies.resume(&mut self.flow, transport);
+            resolved.bodies.resume(&self.flow);
             resolved.place(dem, &mut self.flow, transport);
         }
     }

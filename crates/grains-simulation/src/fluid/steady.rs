@@ -77,12 +77,14 @@ impl Steady {
             self.known.pop_front();
         }
         self.unsettled = unsettled(self.known.make_contiguous());
-        if self.is_settled() {
-            // Nothing is combined any more, and what is written needs the room.
-            self.acceleration = Anderson::new(self.given.history as usize);
-        } else {
+        if !self.is_settled() {
             self.acceleration.combine(flow, dt, transport);
         }
+    }
+
+    /// Forgets the steps that are combined: no further ones follow, and what is written needs the room.
+    pub fn forget_steps(&mut self) {
+        self.acceleration = Anderson::new(self.given.history as usize);
     }
 
     /// Longest step for the resistance that the flow meets, U/(|∇p|/ρ) of which is the time in which that would stop it.
