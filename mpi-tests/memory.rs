@@ -8,6 +8,8 @@ use std::process::Command;
 
 /// Cells along an edge of the two boxes that are compared: what does not grow with cells drops out.
 const EDGES: [usize; 2] = [32, 48];
+/// Cells along an edge of a box in which a search for a steady flow past bodies is to take no more than so many bytes a cell.
+const STEADY: (usize, f64) = (96, 400.0);
 /// Steps that are taken before the files of the end are written.
 const STEPS: usize = 8;
 /// Names the flow and its cells, in the environment of the process that is measured.
@@ -141,6 +143,13 @@ fn memory_per_cell_is_what_check_says() {
         if (told / measured - 1.0).abs() > TOLERANCE {
             wrong.push(format!("{name}: {measured:.0} bytes a cell, told {told:.0}"));
         }
+    }
+    let (edge, most) = STEADY;
+    let taken = measured("steady", edge) - measured("steady", EDGES[0]);
+    let per_cell = taken / (edge.pow(3) - EDGES[0].pow(3)) as f64;
+    println!("measured steady, {edge} cells along an edge: {per_cell:.0} bytes a cell");
+    if per_cell > most {
+        wrong.push(format!("steady, {edge} cells along an edge: {per_cell:.0} bytes a cell"));
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -84,12 +84,14 @@
 //!
 //! A wall is a body of prescribed motion to the fluid: a closed surface, solid on one side ([`FluidWall`]), known by its signed
 //! distance ([`grains_geometry::ClosedSurface`]). All velocities in it are imposed, by the same interface stencils; where bodies
-//! overlap it, it keeps what it holds. Three things differ, since walls may fill most of the box:
+//! overlap it, it keeps what it holds. Four things differ, since walls may fill most of the box:
 //!
 //! * Faces that it cuts carry the flow of their open part (`cut_faces`): then steady flow along walls that follow no grid line is of
 //!   second order, and as much flows through any section.
 //! * The flow's force on it is that of the stresses on the control volumes in it, at its surface alone ([`FlowOnWall`]): what is solid
 //!   behind the surface, and the ends of the box there, do not count.
+//! * Faces of outlets that lie in it have its velocity: left free, their flows in and out of the box through the wall alternate from step to
+//!   step.
 //! * Where walls move, cells in them have no sources, since the ends of the box do not move with them.
 //!
 //! Velocities in walls that stay are found once.

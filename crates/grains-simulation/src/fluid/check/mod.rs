@@ -20,22 +20,23 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
-/// and vectors, conjugate gradients, resolved bodies; as counted, of viscosities that vary and of rates of strain; as seen, of
+/// and vectors, conjugate gradients, resolved bodies, viscosities that vary, rates of strain, and
 /// walls in a flow averaged over particles.
 const BYTES: [[f64; 2]; 9] = [
-    [105.0, 97.0],
+    [129.0, 47.0],
     [240.0, 285.0],
-    [60.0, 0.0],
+    [24.0, 0.0],
     [0.0, 360.0],
-    [0.0, 87.0],
-    [40.0, 170.0],
-    [64.0, 0.0],
-    [32.0, 0.0],
+    [0.0, 78.0],
+    [36.0, 9.0],
+    [28.0, 0.0],
+    [42.0, 0.0],
     [340.0, 0.0],
 ];
 
-/// Bytes per cell and step that a search for a steady flow combines, less what is freed before files are written.
-const BYTES_OF_STEADY: f64 = 18.0;
+/// Bytes per cell and step that a search for a steady flow combines, and what it does without: the terms of the last step, and the
+/// room for files, which are written when the steps are freed.
+const BYTES_OF_STEADY: [f64; 2] = [34.0, 48.0];
 
 /// The fluid of a case.
 #[derive(Clone, Debug, PartialEq)]
@@ -263,8 +264,9 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.resolved.is_none() && case.walls.iter().any(|wall| wall.fluid.is_some()),
     ];
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
-    let history = fluid.steady.map_or(0.0, |steady| steady.history as f64);
-    let of_steady = cells * BYTES_OF_STEADY * history;
+    let [of_step, without] = BYTES_OF_STEADY;
+    let of_steady = fluid.steady.map_or(0.0, |steady| of_step * steady.history as f64 - without);
+    let of_steady = cells * of_steady.max(0.0);
     bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>() + of_steady
 }
 
