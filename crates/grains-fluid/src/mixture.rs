@@ -271,7 +271,9 @@ impl Mixture {
         halo: &mut Halo,
         transport: &dyn Transport,
     ) {
-        on_faces(&mut self.void_fraction, &mut self.faces, (local, boundary_data, halo), transport);
+        let openings = self.openings.as_ref();
+        let places = (local, boundary_data, halo);
+        on_faces(&mut self.void_fraction, &mut self.faces, openings, places, transport);
         for face_data in boundary_data {
             face_data
                 .for_imposed(local.layout, |face| self.faces.component_mut(face_data.face.axis)[face] = 1.0);
@@ -294,7 +296,14 @@ impl Mixture {
         boundary_data.iter().for_each(|face_data| face_data.fill_even(&mut self.void_fraction));
         std::mem::swap(&mut self.faces, &mut self.old_faces);
         if !self.is_continued {
-            on_faces(&mut self.previous, &mut self.old_faces, (local, boundary_data, halo), transport);
+            let openings = self.openings.as_ref();
+            on_faces(
+                &mut self.previous,
+                &mut self.old_faces,
+                openings,
+                (local, boundary_data, halo),
+                transport,
+            );
         }
         self.set_middle(local.layout, inputs.dt);
         if self.dragging.is_some() {
@@ -436,6 +445,7 @@ impl Mixture {
     fn set_row(&mut self, row: FaceRow<'_>, inputs: StepInputs<'_>) {
         let axis = row.axis;
         row.interpolate(&self.void_fraction, self.faces.component_mut(axis));
+        row.gain(self.openings.as_ref(), self.faces.component_mut(axis));
         let own = row.start..row.start + row.length;
         let (new, old) =
             (&self.faces.component(axis)[own.clone()], &self.old_faces.component(axis)[own.clone()]);
@@ -548,6 +558,14 @@ struct FaceRow<'a> {
 }
 
 impl FaceRow<'_> {
+    /// Adds what open faces gain from closed ones beside them.
+    fn gain(&self, openings: Option<&Openings>, faces: &mut [f64]) {
+        let Some(openings) = openings else { return };
+        let own = self.start..self.start + self.length;
+        let gains = &openings.gains.component(self.axis)[own.clone()];
+        faces[own].iter_mut().zip(gains).for_each(|(face, gain)| *face *= gain);
+    }
+
     /// Linear interpolation of centre values to the faces.
     fn interpolate(&self, centre: &Field<Centre>, faces: &mut [f64]) {
         let n = self.length;
@@ -568,13 +586,17 @@ impl FaceRow<'_> {
 fn on_faces(
     field: &mut Field<Centre>,
     faces: &mut Faces,
+    openings: Option<&Openings>,
     (local, boundary_data, halo): (&Local, &[BoundaryData], &mut Halo),
     transport: &dyn Transport,
 ) {
     halo.fill(&mut [field.data_mut()], transport);
     boundary_data.iter().for_each(|face_data| face_data.fill_even(field));
     for axis in 0..3 {
-        for_rows(local, axis, |row| row.interpolate(field, faces.component_mut(axis)));
+        for_rows(local, axis, |row| {
+            row.interpolate(field, faces.component_mut(axis));
+            row.gain(openings, faces.component_mut(axis));
+        });
     }
 }
 
