@@ -124,11 +124,12 @@ impl Mixture {
     /// Where walls appear or vanish (`is_changed`) they displace no fluid: it goes or comes with them.
     pub(crate) fn move_walls(&mut self, openings: Openings, is_changed: bool) {
         let Some(old) = self.openings.replace(openings) else { return };
+        // What faces hold at the beginning of the step is among the walls as they are in it.
+        self.is_continued = false;
         if let (Some(new), true) = (&self.openings, is_changed) {
             let cells =
                 self.previous.data_mut().iter_mut().zip(new.cells.data().iter().zip(old.cells.data()));
             cells.for_each(|(psi, (new, old))| *psi = (*psi + new - old).max(0.0));
-            self.is_continued = false;
         }
     }
 
