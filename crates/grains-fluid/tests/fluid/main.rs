@@ -11,5 +11,6 @@ mod outlines;
 mod patches;
 mod poisson;
 mod pressure_inlets;
+mod random_walls;
 mod ranks;
 mod viscosity;
