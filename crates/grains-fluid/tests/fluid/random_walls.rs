@@ -195,7 +195,7 @@ fn run(setup: &FlowSetup, walls: &Walls, seed: u64, ranks: usize, check: fn(&Flo
     let results = on_ranks(ranks, |transport| {
         let mut flow = flow(setup, walls, &transport);
         for step in 0..8 {
-            let density = if seed % 2 == 0 { 0.5 } else { 0.0 };
+            let density = if seed.is_multiple_of(2) { 0.5 } else { 0.0 };
             if walls.is_moving {
                 flow.move_walls(&walls.after(f64::from(step) * 0.02), false, &transport);
             }
@@ -236,7 +236,7 @@ fn flow_past_random_walls_at_rest() {
         let boundaries = Boundaries::default()
             .with(2, Side::Low, Condition::Inlet { profile: Profile::Uniform([0.0, 0.0, 0.3]) })
             .with(2, Side::High, Condition::Outlet { pressure: 0.0 });
-        let model = if seed % 3 == 0 { MixtureModel::B } else { MixtureModel::A };
+        let model = if seed.is_multiple_of(3) { MixtureModel::B } else { MixtureModel::A };
         let setup =
             FlowSetup { mixture: Some(model), boundaries, ..FlowSetup::new(grid([false; 3]), 1.0, 0.02) };
         let flow = flow(&setup, &walls, &SERIAL);
@@ -265,7 +265,7 @@ fn fluid_under_a_pressure_is_at_rest_among_random_walls() {
     for seed in 0..12 {
         let walls = Walls::random(&mut Random(2000 + seed), false);
         let boundaries = Boundaries::default().with(2, Side::High, Condition::Outlet { pressure: 5.0 });
-        let model = if seed % 3 == 0 { MixtureModel::B } else { MixtureModel::A };
+        let model = if seed.is_multiple_of(3) { MixtureModel::B } else { MixtureModel::A };
         let setup =
             FlowSetup { mixture: Some(model), boundaries, ..FlowSetup::new(grid([false; 3]), 1.0, 0.02) };
         let mut flow = flow(&setup, &walls, &SERIAL);
