@@ -161,9 +161,15 @@ fn reach(widths: [f64; 3]) -> f64 {
     0.5 * widths.iter().map(|w| w * w).sum::<f64>().sqrt()
 }
 
-/// The cells about a rank, and one layer more than it holds: where those beyond the box are those mirrored or repeated.
+/// Layers of cells more than a rank holds, so that what closed faces give to those in its halo is that of any ranks: such faces, what
+/// is open about these, and the walls of cells.
+const MORE_LAYERS: usize = 3;
+
+/// The cells about a rank, and some layers more than it holds: where those beyond the box are those mirrored or repeated.
 struct Sampled {
     layout: Layout,
+    /// Widths of the cells along each axis (m).
+    widths: [Vec<f64>; 3],
     cells: Vec<f64>,
     /// Numbers of the walls closest to the cells.
     closest: Vec<u32>,
@@ -172,7 +178,7 @@ struct Sampled {
 
 impl Sampled {
     fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
-        let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + 1 };
+        let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + MORE_LAYERS };
         let mut cells = vec![0.0; layout.len()];
         let mut closest = vec![0; layout.len()];
         let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
@@ -211,7 +217,11 @@ impl Sampled {
                 faces[axis][p as usize] = face;
             }
         }
-        let mut sampled = Self { layout, cells, closest, faces };
+        let widths = std::array::from_fn(|a| {
+            let number = |place: isize| place - h + local.first[a] as isize;
+            (0..dims[a]).map(|place| grid.axis(a).width(number(place))).collect()
+        });
+        let mut sampled = Self { layout, widths, cells, closest, faces };
         sampled.close();
         sampled
     }
@@ -250,7 +260,7 @@ impl Openings {
         let sampled = Sampled::new(grid, local, walls);
         let layout = local.layout;
         let held: [Vec<Held>; 3] = std::array::from_fn(|axis| match local.active[axis] {
-            true => sampled.held(local, axis),
+            true => sampled.held(local.active, axis),
             false => Vec::new(),
         });
         let mut openings = Self {
@@ -335,32 +345,29 @@ impl Sampled {
     /// What the control volumes of the faces normal to an axis hold. Nothing moves through closed faces: what is open about them, and
     /// the wall there, goes to the open faces beside them, by the squares of what is open in between, as momentum flows from a
     /// linear profile.
-    fn held(&self, local: &Local, axis: usize) -> Vec<Held> {
+    fn held(&self, active: [bool; 3], axis: usize) -> Vec<Held> {
         let (layout, strides) = (self.layout, self.layout.strides());
         let place = |q: usize| [q % strides[1], q % strides[2] / strides[1], q / strides[2]];
-        let entry = |a: usize, place: usize| (place.max(1) - 1).min(local.axes[a].width.len() - 1);
         let stride = strides[axis];
         let mut held = vec![Held::default(); layout.len()];
-        let width = |a: usize, q: usize| local.axes[a].width[entry(a, place(q)[a])];
+        let width = |a: usize, q: usize| self.widths[a][place(q)[a]];
         for (q, held) in held.iter_mut().enumerate().take(layout.len() - stride) {
-            let m = &local.axes[axis];
-            let e = entry(axis, place(q)[axis]);
-            let mean =
-                |of: &dyn Fn(usize) -> f64| m.upper_share[e] * of(q) + m.lower_share[e] * of(q + stride);
+            let [below, above] = [width(axis, q), width(axis, q + stride)];
+            let mean = |of: &dyn Fn(usize) -> f64| (above * of(q) + below * of(q + stride)) / (below + above);
             held.volume = mean(&|q| self.cells[q]);
             held.wall = mean(&|q| self.wall_area(q, &|a| width(a, q)));
         }
         let size = |q: usize| {
-            let along = 1.0 / local.axes[axis].inverse_distance[entry(axis, place(q)[axis])];
+            let along = 0.5 * (width(axis, q) + width(axis, q + stride));
             (0..3).map(|a| if a == axis { along } else { width(a, q) }).product::<f64>()
         };
         for q in 0..layout.len() {
             let place = place(q);
-            let is_inner = (0..3).all(|a| place[a] > 0 && place[a] + 1 < layout.dims()[a]);
+            let is_inner = (0..3).all(|a| place[a] > 0 && place[a] + 2 < layout.dims()[a]);
             if !is_inner || self.faces[axis][q].share > 0.0 || held[q].volume + held[q].wall == 0.0 {
                 continue;
             }
-            let beside = (0..3).filter(|&a| local.active[a]).flat_map(|a| {
+            let beside = (0..3).filter(|&a| active[a]).flat_map(|a| {
                 let area = size(q) / width(a, q);
                 let open = |below: usize| match a == axis {
                     true => self.cells[below],
