@@ -124,11 +124,12 @@ impl Mixture {
     /// Where walls appear or vanish (`is_changed`) they displace no fluid: it goes or comes with them.
     pub(crate) fn move_walls(&mut self, openings: Openings, is_changed: bool) {
         let Some(old) = self.openings.replace(openings) else { return };
+        // What faces hold at the beginning of the step is among the walls as they are in it.
+        self.is_continued = false;
         if let (Some(new), true) = (&self.openings, is_changed) {
             let cells =
                 self.previous.data_mut().iter_mut().zip(new.cells.data().iter().zip(old.cells.data()));
             cells.for_each(|(psi, (new, old))| *psi = (*psi + new - old).max(0.0));
-            self.is_continued = false;
         }
     }
 
@@ -271,7 +272,9 @@ impl Mixture {
         halo: &mut Halo,
         transport: &dyn Transport,
     ) {
-        on_faces(&mut self.void_fraction, &mut self.faces, (local, boundary_data, halo), transport);
+        let openings = self.openings.as_ref();
+        let places = (local, boundary_data, halo);
+        on_faces(&mut self.void_fraction, &mut self.faces, openings, places, transport);
         for face_data in boundary_data {
             face_data
                 .for_imposed(local.layout, |face| self.faces.component_mut(face_data.face.axis)[face] = 1.0);
@@ -294,7 +297,14 @@ impl Mixture {
         boundary_data.iter().for_each(|face_data| face_data.fill_even(&mut self.void_fraction));
         std::mem::swap(&mut self.faces, &mut self.old_faces);
         if !self.is_continued {
-            on_faces(&mut self.previous, &mut self.old_faces, (local, boundary_data, halo), transport);
+            let openings = self.openings.as_ref();
+            on_faces(
+                &mut self.previous,
+                &mut self.old_faces,
+                openings,
+                (local, boundary_data, halo),
+                transport,
+            );
         }
         self.set_middle(local.layout, inputs.dt);
         if self.dragging.is_some() {
@@ -436,6 +446,7 @@ impl Mixture {
     fn set_row(&mut self, row: FaceRow<'_>, inputs: StepInputs<'_>) {
         let axis = row.axis;
         row.interpolate(&self.void_fraction, self.faces.component_mut(axis));
+        row.gain(self.openings.as_ref(), self.faces.component_mut(axis));
         let own = row.start..row.start + row.length;
         let (new, old) =
             (&self.faces.component(axis)[own.clone()], &self.old_faces.component(axis)[own.clone()]);
@@ -548,6 +559,14 @@ struct FaceRow<'a> {
 }
 
 impl FaceRow<'_> {
+    /// Adds what open faces gain from closed ones beside them.
+    fn gain(&self, openings: Option<&Openings>, faces: &mut [f64]) {
+        let Some(openings) = openings else { return };
+        let own = self.start..self.start + self.length;
+        let gains = &openings.gains.component(self.axis)[own.clone()];
+        faces[own].iter_mut().zip(gains).for_each(|(face, gain)| *face *= gain);
+    }
+
     /// Linear interpolation of centre values to the faces.
     fn interpolate(&self, centre: &Field<Centre>, faces: &mut [f64]) {
         let n = self.length;
@@ -568,13 +587,17 @@ impl FaceRow<'_> {
 fn on_faces(
     field: &mut Field<Centre>,
     faces: &mut Faces,
+    openings: Option<&Openings>,
     (local, boundary_data, halo): (&Local, &[BoundaryData], &mut Halo),
     transport: &dyn Transport,
 ) {
     halo.fill(&mut [field.data_mut()], transport);
     boundary_data.iter().for_each(|face_data| face_data.fill_even(field));
     for axis in 0..3 {
-        for_rows(local, axis, |row| row.interpolate(field, faces.component_mut(axis)));
+        for_rows(local, axis, |row| {
+            row.interpolate(field, faces.component_mut(axis));
+            row.gain(openings, faces.component_mut(axis));
+        });
     }
 }
 

@@ -67,6 +67,8 @@ const WIDEST: f64 = 2.0;
 const CLOSEST: f64 = 1e-3;
 /// Largest width of a cell over how far its velocity and the next one are apart (-).
 const CLOSER: f64 = 4.0;
+/// Distance from a wall over the reach of a cell, beyond which no cell beside it is cut, of widths that change gently (-).
+const AROUND: f64 = 4.0;
 /// Rise of the distance from a wall over the width of a cell, below which the wall runs along an axis (-).
 const ALONG: f64 = 0.05;
 
@@ -77,8 +79,10 @@ pub struct Openings {
     pub cells: Field<Centre>,
     /// Open share A of the faces (-).
     pub faces: Faces,
-    /// Mean V_f of V on the control volumes of faces (-).
+    /// Open share V_f of the control volumes of faces (-): the mean of V, with what closed faces give to open ones.
     pub(crate) volumes: Faces,
+    /// V_f over the mean of V (-).
+    pub(crate) gains: Faces,
     /// A/V_f, 0 where closed (-).
     pub(crate) ratios: Faces,
     /// S/(V_f d) (1/m²), 0 of walls along which the fluid slips.
@@ -109,16 +113,22 @@ struct Open {
 }
 
 impl Open {
+    /// All or nothing of what lies within a reach (m) of a place, unless a wall does too.
+    fn whole(Clearance { distance, direction, wall }: Clearance, reach: f64) -> Option<Self> {
+        match distance {
+            _ if distance >= reach => Some(Self { share: 1.0, distance, direction, wall, ..Self::default() }),
+            _ if distance <= -reach => Some(Self { wall, ..Self::default() }),
+            _ => None,
+        }
+    }
+
     /// The open part of a box about `center` (m) of edges `widths` (m), some of them 0.
     fn of(center: [f64; 3], widths: [f64; 3], walls: &dyn Enclosure) -> Self {
-        let whole = walls.clearance(center);
-        let reach = 0.5 * widths.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let Clearance { distance, direction, wall } = whole;
-        if distance >= reach {
-            return Self { share: 1.0, distance, direction, wall, ..Self::default() };
-        } else if distance <= -reach {
-            return Self { wall, ..Self::default() };
+        let middle = walls.clearance(center);
+        if let Some(whole) = Self::whole(middle, reach(widths)) {
+            return whole;
         }
+        let Clearance { direction, wall, .. } = middle;
         let parts = widths.map(|w| if w > 0.0 { PARTS } else { 1 });
         let all: usize = parts.iter().product();
         let mut open = Self { direction, wall, ..Self::default() };
@@ -146,9 +156,20 @@ impl Open {
     }
 }
 
-/// The cells about a rank, and one layer more than it holds: where those beyond the box are those mirrored or repeated.
+/// Distance (m) of the corners of a box of edges `widths` (m) from its middle.
+fn reach(widths: [f64; 3]) -> f64 {
+    0.5 * widths.iter().map(|w| w * w).sum::<f64>().sqrt()
+}
+
+/// Layers of cells more than a rank holds, so that what closed faces give to those in its halo is that of any ranks: such faces, what
+/// is open about these, and the walls of cells.
+const MORE_LAYERS: usize = 3;
+
+/// The cells about a rank, and some layers more than it holds: where those beyond the box are those mirrored or repeated.
 struct Sampled {
     layout: Layout,
+    /// Widths of the cells along each axis (m).
+    widths: [Vec<f64>; 3],
     cells: Vec<f64>,
     /// Numbers of the walls closest to the cells.
     closest: Vec<u32>,
@@ -157,7 +178,7 @@ struct Sampled {
 
 impl Sampled {
     fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
-        let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + 1 };
+        let layout = Layout { cells: local.layout.cells, halo: local.layout.halo + MORE_LAYERS };
         let mut cells = vec![0.0; layout.len()];
         let mut closest = vec![0; layout.len()];
         let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
@@ -178,7 +199,9 @@ impl Sampled {
                 true => grid.axis(a).width(cell[a]),
                 false => 0.0,
             });
-            let cell_open = Open::of(center, widths, walls);
+            // Where even the cells around are whole, a face is as its cell.
+            let far = Open::whole(walls.clearance(center), AROUND * reach(widths));
+            let cell_open = far.unwrap_or_else(|| Open::of(center, widths, walls));
             (cells[p as usize], closest[p as usize]) = (cell_open.share, cell_open.wall as u32);
             for axis in (0..3).filter(|&a| grid.is_active(a)) {
                 // Beyond the box the faces are mirrored too; the lower end of it is the upper face of the cell beyond.
@@ -188,13 +211,17 @@ impl Sampled {
                 let node = if is_within { cell[axis] + 1 } else { cell[axis] };
                 let (mut center, mut widths) = (center, widths);
                 (center[axis], widths[axis]) = (grid.axis(axis).node(node), 0.0);
-                let mut face = Open::of(center, widths, walls);
+                let mut face = far.unwrap_or_else(|| Open::of(center, widths, walls));
                 (face.slips, face.velocity) =
                     (walls.slips(face.wall), walls.velocity(face.wall, center)[axis]);
                 faces[axis][p as usize] = face;
             }
         }
-        let mut sampled = Self { layout, cells, closest, faces };
+        let widths = std::array::from_fn(|a| {
+            let number = |place: isize| place - h + local.first[a] as isize;
+            (0..dims[a]).map(|place| grid.axis(a).width(number(place))).collect()
+        });
+        let mut sampled = Self { layout, widths, cells, closest, faces };
         sampled.close();
         sampled
     }
@@ -232,10 +259,15 @@ impl Openings {
     pub(crate) fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
         let sampled = Sampled::new(grid, local, walls);
         let layout = local.layout;
+        let held: [Vec<Held>; 3] = std::array::from_fn(|axis| match local.active[axis] {
+            true => sampled.held(local.active, axis),
+            false => Vec::new(),
+        });
         let mut openings = Self {
             cells: Field::new(layout),
             faces: Faces::new(layout),
             volumes: Faces::new(layout),
+            gains: Faces::new(layout),
             ratios: Faces::new(layout),
             friction: Faces::new(layout),
             wall_velocity: walls.is_moving().then(|| Faces::new(layout)),
@@ -253,7 +285,8 @@ impl Openings {
                     openings.cells.data_mut()[p] = sampled.cells[q];
                     openings.closest[3][p] = sampled.closest[q];
                     for axis in (0..3).filter(|&a| local.active[a]) {
-                        openings.set_face(axis, p, place, local, (&sampled, q));
+                        let width = local.axes[axis].width[place[axis]];
+                        openings.set_face(axis, p, (&sampled.faces[axis][q], &held[axis][q]), width);
                     }
                     for axis in (0..3).filter(|&a| local.active[a]) {
                         let below = &sampled.faces[axis][q - wide[axis]];
@@ -276,35 +309,88 @@ impl Openings {
         openings
     }
 
-    fn set_face(
-        &mut self,
-        axis: usize,
-        p: usize,
-        place: [usize; 3],
-        local: &Local,
-        (sampled, q): (&Sampled, usize),
-    ) {
-        let stride = sampled.layout.strides()[axis];
-        let shares = [local.axes[axis].upper_share[place[axis]], local.axes[axis].lower_share[place[axis]]];
-        let mean = |of: &dyn Fn(usize) -> f64| shares[0] * of(q) + shares[1] * of(q + stride);
-        let volume = mean(&|q| sampled.cells[q]);
-        let width = |a: usize| local.axes[a].width[place[a]];
-        let wall = mean(&|q| sampled.wall_area(q, &width));
-        let face = sampled.faces[axis][q];
-        self.volumes.component_mut(axis)[p] = volume;
+    fn set_face(&mut self, axis: usize, p: usize, (face, held): (&Open, &Held), width: f64) {
+        self.volumes.component_mut(axis)[p] = held.volume + held.gained;
+        self.gains.component_mut(axis)[p] =
+            if held.volume > 0.0 { 1.0 + held.gained / held.volume } else { 1.0 };
         self.closest[axis][p] = face.wall as u32;
-        let is_beside = face.share < 1.0 || wall > 0.0;
+        let is_beside = face.share < 1.0 || held.wall > 0.0;
         if let (Some(velocity), true) = (&mut self.wall_velocity, is_beside) {
             velocity.component_mut(axis)[p] = face.velocity;
         }
         if face.share > 0.0 {
+            let volume = held.volume + held.gained;
             let share = face.share.min(WIDEST * volume);
             self.faces.component_mut(axis)[p] = share;
             self.ratios.component_mut(axis)[p] = share / volume;
-            let distance = face.distance.max(CLOSEST * width(axis));
-            let friction = if face.slips { 0.0 } else { wall / (volume * distance) };
+            let distance = face.distance.max(CLOSEST * width);
+            let friction = if face.slips { 0.0 } else { held.wall / (volume * distance) };
             self.friction.component_mut(axis)[p] = friction;
         }
+    }
+}
+
+/// What the control volume of a face holds.
+#[derive(Clone, Copy, Debug, Default)]
+struct Held {
+    /// Mean V_f of the open shares of its cells (-).
+    volume: f64,
+    /// What it gains from closed faces beside it, or gives to open ones if it is closed (-).
+    gained: f64,
+    /// Area of wall per volume (1/m).
+    wall: f64,
+}
+
+impl Sampled {
+    /// What the control volumes of the faces normal to an axis hold. Nothing moves through closed faces: what is open about them, and
+    /// the wall there, goes to the open faces beside them, by the squares of what is open in between, as momentum flows from a
+    /// linear profile.
+    fn held(&self, active: [bool; 3], axis: usize) -> Vec<Held> {
+        let (layout, strides) = (self.layout, self.layout.strides());
+        let place = |q: usize| [q % strides[1], q % strides[2] / strides[1], q / strides[2]];
+        let stride = strides[axis];
+        let mut held = vec![Held::default(); layout.len()];
+        let width = |a: usize, q: usize| self.widths[a][place(q)[a]];
+        for (q, held) in held.iter_mut().enumerate().take(layout.len() - stride) {
+            let [below, above] = [width(axis, q), width(axis, q + stride)];
+            let mean = |of: &dyn Fn(usize) -> f64| (above * of(q) + below * of(q + stride)) / (below + above);
+            held.volume = mean(&|q| self.cells[q]);
+            held.wall = mean(&|q| self.wall_area(q, &|a| width(a, q)));
+        }
+        let size = |q: usize| {
+            let along = 0.5 * (width(axis, q) + width(axis, q + stride));
+            (0..3).map(|a| if a == axis { along } else { width(a, q) }).product::<f64>()
+        };
+        for q in 0..layout.len() {
+            let place = place(q);
+            let is_inner = (0..3).all(|a| place[a] > 0 && place[a] + 2 < layout.dims()[a]);
+            if !is_inner || self.faces[axis][q].share > 0.0 || held[q].volume + held[q].wall == 0.0 {
+                continue;
+            }
+            let beside = (0..3).filter(|&a| active[a]).flat_map(|a| {
+                let area = size(q) / width(a, q);
+                let open = |below: usize| match a == axis {
+                    true => self.cells[below],
+                    false => 0.5 * (self.faces[a][below].share + self.faces[a][below + stride].share),
+                };
+                let low = if a == axis { q } else { q - strides[a] };
+                let high = if a == axis { q + stride } else { q };
+                [(q - strides[a], open(low) * area), (q + strides[a], open(high) * area)]
+            });
+            let beside = beside.filter(|&(r, _)| self.faces[axis][r].share > 0.0);
+            let all: f64 = beside.clone().map(|(_, area)| area * area).sum();
+            if all > 0.0 {
+                let given = held[q];
+                for (r, area) in beside {
+                    let share = area * area / all * size(q) / size(r);
+                    held[r].gained += share * given.volume;
+                    held[r].wall += share * given.wall;
+                }
+                held[q].gained = -given.volume;
+                held[q].wall = 0.0;
+            }
+        }
+        held
     }
 }
 

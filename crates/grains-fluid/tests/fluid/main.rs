@@ -11,6 +11,7 @@ mod outlines;
 mod patches;
 mod poisson;
 mod pressure_inlets;
+mod random_walls;
 mod ranks;
 mod scalars;
 mod viscosity;
