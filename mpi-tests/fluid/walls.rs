@@ -118,21 +118,16 @@ fn momentum_in_a_stirred_tank_is_what_its_walls_gave() {
             ["tank", "floor", "lid", "paddle"].map(|wall| table.column(&format!("{wall}_flow_{load}")));
         // From when the first steps, in which the paddle starts at once, are over; 16 cells across close to 6 %.
         let begin = states[1];
-        for state in 2..states.len() {
+        for (state, end) in states.iter().enumerate().skip(2) {
             let gained = of_state(k, state) - of_state(k, 1);
             let (mut taken, mut exchanged) = (0.0, 0.0);
-            for row in (1..times.len()).filter(|&k| (begin + 1e-9..states[state] + 1e-9).contains(&times[k]))
-            {
+            for row in (1..times.len()).filter(|&k| (begin + 1e-9..end + 1e-9).contains(&times[k])) {
                 let step = times[row] - times[row - 1];
                 taken += step * loads.iter().map(|load| load[row]).sum::<f64>();
                 exchanged += step * loads.iter().map(|load| load[row].abs()).sum::<f64>();
             }
             let lost = (gained + taken) / exchanged;
-            assert!(
-                lost.abs() < 0.08,
-                "{load} at {}: {gained} {taken}, {lost} of {exchanged}",
-                states[state]
-            );
+            assert!(lost.abs() < 0.08, "{load} at {end}: {gained} {taken}, {lost} of {exchanged}");
         }
     }
     let gained = of_state(5, states.len() - 1);
