@@ -1,6 +1,8 @@
 //! The fastest flow that a case imposes: on its boundaries, by its drive, and at its start.
 
-use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, FlowProfile, Fluid, Motion};
+use super::walls;
+use grains_case::{Boundary, BoundaryKind, Case, Drive, Expression, Face, FlowProfile, Fluid, Motion, Wall};
+use grains_geometry::Vec3;
 use std::f64::consts::TAU;
 
 /// Samples per axis of a formula.
@@ -43,19 +45,25 @@ pub fn fastest_at(case: &Case, fluid: &Fluid, times: &[f64]) -> Fastest {
         consider([0, 1, 2].map(|a| if axes[a] { velocity[a] } else { 0.0 }));
     }
     for (_, wall) in case.walls_of_fluid() {
-        wall.motion.iter().for_each(|motion| of_motion(case, motion, &mut consider));
+        wall.motion.iter().for_each(|motion| of_motion(case, (wall, motion), &mut consider));
     }
     sample(&fluid.initial.velocity, [case.domain.lower, case.domain.upper], &[0.0], &mut consider);
     fastest
 }
 
-/// Bounds on the velocities of a wall, at the corners of the domain.
-fn of_motion(case: &Case, motion: &Motion, consider: &mut impl FnMut([f64; 3])) {
+/// Bounds on the velocities of a wall: of an obstacle that turns by its reach, of others at the corners of the domain.
+fn of_motion(case: &Case, (wall, motion): (&Wall, &Motion), consider: &mut impl FnMut([f64; 3])) {
     match motion {
         Motion::Translation { velocity, .. } => consider(*velocity),
         Motion::Oscillation { amplitude, frequency, .. } => consider(amplitude.map(|x| TAU * frequency * x)),
         Motion::Rotation { axis, angular_velocity, point, .. } => {
             let [wx, wy, wz] = axis.map(|x| x * angular_velocity);
+            if let Some(reach) = reach(wall, point.as_ref(), axis) {
+                // In turn along all directions across the axis.
+                let speed = angular_velocity.abs() * reach;
+                consider(axis.map(|n| speed * (0.5 * (1.0 - n * n).max(0.0)).sqrt()));
+                return;
+            }
             for corner in case.domain.corners() {
                 let [x, y, z] = [0, 1, 2].map(|a| corner[a] - point.map_or(0.0, |point| point[a]));
                 consider([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x]);
@@ -68,6 +76,15 @@ fn of_motion(case: &Case, motion: &Motion, consider: &mut impl FnMut([f64; 3])) 
         }
         Motion::Load { .. } => {}
     }
+}
+
+/// How far (m) an obstacle reaches from an axis that it turns about, given as a unit vector through a point (m); none of what
+/// has no end or holds the fluid.
+fn reach(wall: &Wall, point: Option<&[f64; 3]>, axis: &[f64; 3]) -> Option<f64> {
+    let [lower, upper] = walls::obstacle(wall)?;
+    let (point, axis) = (point.map_or_else(Vec3::zeros, |&point| Vec3::from(point)), Vec3::from(*axis));
+    let corner = |k: usize| Vec3::from_fn(|a, _| if k >> a & 1 == 0 { lower[a] } else { upper[a] });
+    Some((0..8).map(|k| (corner(k) - point).cross(&axis).norm()).fold(0.0, f64::max))
 }
 
 /// The velocities that a condition imposes.

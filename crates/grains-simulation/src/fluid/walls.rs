@@ -223,6 +223,11 @@ fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
     })
 }
 
+/// Corners (m) of a box about a wall with fluid all around it; none of what has no end, is not closed, or holds the fluid.
+pub fn obstacle(wall: &Wall) -> Option<[Vec3; 2]> {
+    (solid_side(wall) == SolidSide::Inside).then(|| surface(wall).ok()?.extents()).flatten()
+}
+
 /// Where a wall is solid. What is before a plane is outside the half space behind it.
 fn solid_side(wall: &Wall) -> SolidSide {
     let fluid_inside = match (wall.fluid, &wall.kind) {
