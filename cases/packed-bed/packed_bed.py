@@ -13,9 +13,9 @@ import sweep
 
 VISCOSITY, DENSITY = 1e-3, 1000
 # Particles in beds that are lobes; the diameter (m) about one, the floor, top and width of the box with the fluid (m), the
-# Reynolds number of the diameter and the inlet, and how long until the flow is steady (s).
-SPHERES = {"diameter": 2e-3, "floor": 4e-3, "top": 0.03, "width": 8e-3, "reynolds": 0.1, "end": 0.5, "count": 192}
-LOBES = {"diameter": 1.6e-3, "floor": 4e-3, "top": 0.038, "width": 8e-3, "reynolds": 1, "end": 0.3, "count": 250, "lobes": 3}
+# Reynolds number of the diameter and the inlet.
+SPHERES = {"diameter": 2e-3, "floor": 4e-3, "top": 0.03, "width": 8e-3, "reynolds": 0.1, "count": 192}
+LOBES = {"diameter": 1.6e-3, "floor": 4e-3, "top": 0.038, "width": 8e-3, "reynolds": 1, "count": 250, "lobes": 3}
 BEDS = {
     "spheres": SPHERES,
     "wide-spheres": SPHERES | {"width": 0.012, "count": 432},

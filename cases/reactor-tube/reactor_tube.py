@@ -121,7 +121,7 @@ def main():
         )
     if options.picture:
         for _, where in loadings:
-            sweep.analyse("void-fraction", where, "--cylinder", f"0,0,{RADIUS}")
+            sweep.analyse("void-fraction", where, "--cylinder", f"0,0,{RADIUS}", "--radial", "axis", "--bins", 60)
         pictures([(s, folder(s, options.across[-1], options.reynolds[0]), f) for s, f in loadings])
 
 
