@@ -425,3 +425,27 @@ fn main_axis(case: &Case) -> usize {
     let g = case.gravity.map(f64::abs);
     (0..3).fold(0, |best, a| if g[a] > g[best] { a } else { best })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::main_axis;
+    use grains_case::Case;
+    use std::path::Path;
+
+    #[test]
+    fn the_pressure_drops_along_the_axis_that_fluid_enters_and_leaves_along() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            for gravity in [[0.0; 3], [0.0, 0.0, -9.81], [-9.81, 0.0, 0.0]] {
+                let mut velocity = [0.0; 3];
+                velocity[axis] = 0.1;
+                let text = format!(
+                    "gravity = {gravity:?}\n[domain]\nlower = [0, 0, 0]\nupper = [0.2, 0.1, 0.1]\n[time]\nend = 1\n[fluid]\n\
+                     density = 1.2\nviscosity = 1.8e-5\ncells = [20, 10, 10]\n[[fluid.boundary]]\nface = \"-{name}\"\n\
+                     kind = \"inlet\"\nvelocity = {velocity:?}\n[[fluid.boundary]]\nface = \"+{name}\"\nkind = \"outlet\"\n"
+                );
+                let case = Case::parse(&text, "duct.toml", Path::new("")).unwrap();
+                assert_eq!(main_axis(&case), axis, "{name} {gravity:?}");
+            }
+        }
+    }
+}
