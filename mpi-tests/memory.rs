@@ -69,6 +69,9 @@ fn flows() -> Vec<(&'static str, String)> {
         ("coupled, model A", bed("A", "", "")),
         ("coupled, model B", bed("B", "", "")),
         ("coupled, walls", bed("A", TUBE, "")),
+        ("two scalars", alone(&["temperature", "tracer"].map(|name| {
+            format!("[[fluid.scalar]]\nname = \"{name}\"\nkind = \"concentration\"\ndiffusivity = 0.1\ninitial = 0\n")
+        }).concat())),
         ("resolved", array("", "")),
         ("steady", array("", "steady = {}\n")),
     ]

@@ -59,7 +59,12 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
     }
     if !case.holds_particles() {
         time_step(case, particles);
-        time_of_particles(case, report, particles);
+    }
+    if case.fluid.as_ref().is_none_or(|fluid| fluid.steady.is_none()) {
+        say!("steps          {:.3e} to t = {} s", particles.steps, case.time.end);
+    }
+    if !case.holds_particles() {
+        time_of_particles(report, particles);
     }
     time_of_fluid(case, report);
     disk(case, report);
@@ -442,8 +447,7 @@ fn time_step(case: &Case, particles: &ParticleReport) {
     }
 }
 
-fn time_of_particles(case: &Case, report: &Report, particles: &ParticleReport) {
-    say!("steps          {:.3e} to t = {} s", particles.steps, case.time.end);
+fn time_of_particles(report: &Report, particles: &ParticleReport) {
     say!(
         "time needed    about {} on {} rank(s), at {:.2} microseconds per particle and step and core",
         duration(particles.seconds),

@@ -20,9 +20,9 @@ pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
 
 /// Bytes per cell of the halos and the grid, and per cell of the grid alone, as processes were seen to take them: of the
 /// fields of one phase and a direct solution of the pressure, of what particles add, means over time, PETSc's matrices
-/// and vectors, conjugate gradients, resolved bodies, viscosities that vary, rates of strain, and
-/// walls in a flow averaged over particles.
-const BYTES: [[f64; 2]; 9] = [
+/// and vectors, conjugate gradients, resolved bodies, viscosities that vary, rates of strain,
+/// walls in a flow averaged over particles, and what scalars share.
+const BYTES: [[f64; 2]; 10] = [
     [129.0, 47.0],
     [240.0, 285.0],
     [24.0, 0.0],
@@ -31,8 +31,12 @@ const BYTES: [[f64; 2]; 9] = [
     [36.0, 9.0],
     [28.0, 0.0],
     [42.0, 0.0],
-    [340.0, 0.0],
+    [477.0, 0.0],
+    [168.0, 0.0],
 ];
+
+/// Bytes per cell of the halos and the grid of each scalar.
+const BYTES_OF_SCALAR: f64 = 16.0;
 
 /// Bytes per cell and step that a search for a steady flow combines, and what it does without: the terms of the last step, and the
 /// room for files, which are written when the steps are freed.
@@ -262,12 +266,16 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         fluid.rheology.is_some() || fluid.turbulence.is_some(),
         fluid.rheology.is_some(),
         fluid.resolved.is_none() && case.walls.iter().any(|wall| wall.fluid.is_some()),
+        !fluid.scalar.is_empty(),
     ];
+    let of_scalars = stored * BYTES_OF_SCALAR * fluid.scalar.len() as f64;
     let bytes = BYTES.iter().zip(taken).filter(|(_, taken)| *taken);
     let [of_step, without] = BYTES_OF_STEADY;
     let of_steady = fluid.steady.map_or(0.0, |steady| of_step * steady.history as f64 - without);
     let of_steady = cells * of_steady.max(0.0);
-    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>() + of_steady
+    bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>()
+        + of_steady
+        + of_scalars
 }
 
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
