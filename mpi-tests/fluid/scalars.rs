@@ -1,8 +1,8 @@
 //! Temperature and concentrations that a flow carries among particles.
 
 use super::{assert_close, continued, results_of};
-use crate::common::results::series;
-use crate::common::{case, folder, run_case};
+use crate::common::results::{Series, series};
+use crate::common::{case, folder, replaced, run_case};
 use std::fs;
 
 #[test]
@@ -48,4 +48,29 @@ fn scalars_keep_their_sums_and_limits_on_any_ranks_and_wherever_a_run_stops() {
             assert!(lost.iter().all(|x| x.abs() < 1e-11 * largest), "{name}: {lost:?}");
         }
     }
+}
+
+/// A scalar that a continued run has and its state has not begins there, with its account; the other ones go on.
+#[test]
+fn a_scalar_that_is_new_in_a_continued_run_begins_with_its_account() {
+    let (home, text) = (folder("fluid_new_scalar"), case("heated.toml"));
+    let text = replaced(&text, "end = 0.015", "end = 0.006");
+    let text = replaced(&text, "checkpoint = 0.005", "checkpoint = 0.003");
+    let whole = series(&results_of(&home, "whole", 2, &text));
+    let half = results_of(&home, "half", 2, &replaced(&text, "end = 0.006", "end = 0.003"));
+    let dye = "[[fluid.scalar]]\nname = \"dye\"\nkind = \"concentration\"\ndiffusivity = 1e-5\ninitial = \"1 + 20*z\"\n\n\
+               [[fluid.scalar.boundary]]\nface = \"-z\"\nkind = \"value\"\nvalue = 1\n\n[output]";
+    let own = home.join("dyed");
+    fs::create_dir_all(&own).unwrap();
+    run_case(3, &own, &replaced(&text, "[output]", dye), &["--restart", half.to_str().unwrap()]).succeeded();
+    let dyed = series(&own.join("results"));
+    let last = |table: &Series, name: &str| *table.column(name).last().unwrap();
+    let (content, lost) = (last(&dyed, "dye_content"), last(&dyed, "dye_unaccounted"));
+    assert!(content > 0.0 && lost.abs() < 1e-11 * content, "{lost} of {content}");
+    assert!(last(&dyed, "dye_min") > 1.0 - 1e-12 && last(&dyed, "dye_max") < 1.8 + 1e-12);
+    for name in ["temperature_content", "tracer_content", "temperature_max"] {
+        let (there, here) = (last(&whole, name), last(&dyed, name));
+        assert!((here / there - 1.0).abs() < 1e-7, "{name}: {here} instead of {there}");
+    }
+    assert!(last(&dyed, "temperature_unaccounted").abs() < 1e-11 * last(&dyed, "temperature_content"));
 }

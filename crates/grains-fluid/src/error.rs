@@ -208,6 +208,16 @@ pub enum StepError {
         /// Global cell.
         cell: [usize; 3],
     },
+    /// Scalars that a step carries out of cells far too often.
+    #[error(
+        "fluid step {step}: it carries the scalars {parts:.0} times out of a cell, which holds next to no fluid: lower fluid.cfl, or take wider cells"
+    )]
+    Scalars {
+        /// Number of the step.
+        step: u64,
+        /// How often.
+        parts: f64,
+    },
     /// A step that is not positive.
     #[error("fluid step {step}: dt = {dt:e} s: must be positive and finite")]
     TimeStep {

@@ -259,8 +259,8 @@ impl Openings {
     pub(crate) fn new(grid: &Grid, local: &Local, walls: &dyn Enclosure) -> Self {
         let sampled = Sampled::new(grid, local, walls);
         let layout = local.layout;
-        let held: [Vec<Held>; 3] = std::array::from_fn(|axis| match local.active[axis] {
-            true => sampled.held(local.active, axis),
+        let control_volumes: [Vec<ControlVolume>; 3] = std::array::from_fn(|axis| match local.active[axis] {
+            true => sampled.control_volumes(local.active, axis),
             false => Vec::new(),
         });
         let mut openings = Self {
@@ -286,7 +286,12 @@ impl Openings {
                     openings.closest[3][p] = sampled.closest[q];
                     for axis in (0..3).filter(|&a| local.active[a]) {
                         let width = local.axes[axis].width[place[axis]];
-                        openings.set_face(axis, p, (&sampled.faces[axis][q], &held[axis][q]), width);
+                        openings.set_face(
+                            axis,
+                            p,
+                            (&sampled.faces[axis][q], &control_volumes[axis][q]),
+                            width,
+                        );
                     }
                     for axis in (0..3).filter(|&a| local.active[a]) {
                         let below = &sampled.faces[axis][q - wide[axis]];
@@ -309,22 +314,22 @@ impl Openings {
         openings
     }
 
-    fn set_face(&mut self, axis: usize, p: usize, (face, held): (&Open, &Held), width: f64) {
-        self.volumes.component_mut(axis)[p] = held.volume + held.gained;
+    fn set_face(&mut self, axis: usize, p: usize, (face, control): (&Open, &ControlVolume), width: f64) {
+        self.volumes.component_mut(axis)[p] = control.volume + control.gained;
         self.gains.component_mut(axis)[p] =
-            if held.volume > 0.0 { 1.0 + held.gained / held.volume } else { 1.0 };
+            if control.volume > 0.0 { 1.0 + control.gained / control.volume } else { 1.0 };
         self.closest[axis][p] = face.wall as u32;
-        let is_beside = face.share < 1.0 || held.wall > 0.0;
+        let is_beside = face.share < 1.0 || control.wall > 0.0;
         if let (Some(velocity), true) = (&mut self.wall_velocity, is_beside) {
             velocity.component_mut(axis)[p] = face.velocity;
         }
         if face.share > 0.0 {
-            let volume = held.volume + held.gained;
+            let volume = control.volume + control.gained;
             let share = face.share.min(WIDEST * volume);
             self.faces.component_mut(axis)[p] = share;
             self.ratios.component_mut(axis)[p] = share / volume;
             let distance = face.distance.max(CLOSEST * width);
-            let friction = if face.slips { 0.0 } else { held.wall / (volume * distance) };
+            let friction = if face.slips { 0.0 } else { control.wall / (volume * distance) };
             self.friction.component_mut(axis)[p] = friction;
         }
     }
@@ -332,7 +337,7 @@ impl Openings {
 
 /// What the control volume of a face holds.
 #[derive(Clone, Copy, Debug, Default)]
-struct Held {
+struct ControlVolume {
     /// Mean V_f of the open shares of its cells (-).
     volume: f64,
     /// What it gains from closed faces beside it, or gives to open ones if it is closed (-).
@@ -345,17 +350,17 @@ impl Sampled {
     /// What the control volumes of the faces normal to an axis hold. Nothing moves through closed faces: what is open about them, and
     /// the wall there, goes to the open faces beside them, by the squares of what is open in between, as momentum flows from a
     /// linear profile.
-    fn held(&self, active: [bool; 3], axis: usize) -> Vec<Held> {
+    fn control_volumes(&self, active: [bool; 3], axis: usize) -> Vec<ControlVolume> {
         let (layout, strides) = (self.layout, self.layout.strides());
         let place = |q: usize| [q % strides[1], q % strides[2] / strides[1], q / strides[2]];
         let stride = strides[axis];
-        let mut held = vec![Held::default(); layout.len()];
+        let mut volumes = vec![ControlVolume::default(); layout.len()];
         let width = |a: usize, q: usize| self.widths[a][place(q)[a]];
-        for (q, held) in held.iter_mut().enumerate().take(layout.len() - stride) {
+        for (q, control) in volumes.iter_mut().enumerate().take(layout.len() - stride) {
             let [below, above] = [width(axis, q), width(axis, q + stride)];
             let mean = |of: &dyn Fn(usize) -> f64| (above * of(q) + below * of(q + stride)) / (below + above);
-            held.volume = mean(&|q| self.cells[q]);
-            held.wall = mean(&|q| self.wall_area(q, &|a| width(a, q)));
+            control.volume = mean(&|q| self.cells[q]);
+            control.wall = mean(&|q| self.wall_area(q, &|a| width(a, q)));
         }
         let size = |q: usize| {
             let along = 0.5 * (width(axis, q) + width(axis, q + stride));
@@ -364,7 +369,7 @@ impl Sampled {
         for q in 0..layout.len() {
             let place = place(q);
             let is_inner = (0..3).all(|a| place[a] > 0 && place[a] + 2 < layout.dims()[a]);
-            if !is_inner || self.faces[axis][q].share > 0.0 || held[q].volume + held[q].wall == 0.0 {
+            if !is_inner || self.faces[axis][q].share > 0.0 || volumes[q].volume + volumes[q].wall == 0.0 {
                 continue;
             }
             let beside = (0..3).filter(|&a| active[a]).flat_map(|a| {
@@ -380,17 +385,17 @@ impl Sampled {
             let beside = beside.filter(|&(r, _)| self.faces[axis][r].share > 0.0);
             let all: f64 = beside.clone().map(|(_, area)| area * area).sum();
             if all > 0.0 {
-                let given = held[q];
+                let given = volumes[q];
                 for (r, area) in beside {
                     let share = area * area / all * size(q) / size(r);
-                    held[r].gained += share * given.volume;
-                    held[r].wall += share * given.wall;
+                    volumes[r].gained += share * given.volume;
+                    volumes[r].wall += share * given.wall;
                 }
-                held[q].gained = -given.volume;
-                held[q].wall = 0.0;
+                volumes[q].gained = -given.volume;
+                volumes[q].wall = 0.0;
             }
         }
-        held
+        volumes
     }
 }
 

@@ -67,7 +67,7 @@ impl Flow {
         })?;
         self.clock.book(Phase::Pressure);
         self.correct(dt, transport)?;
-        self.carry_scalars(dt, transport);
+        self.carry_scalars(dt, transport)?;
         self.clock.book(Phase::Scalars);
         if let Some(mixture) = &mut self.mixture {
             mixture.finish();
@@ -229,9 +229,18 @@ impl Flow {
             inverse_density: 1.0 / density,
             viscosity: self.weighed_viscosity(),
             stress_weights: self.viscosity.as_ref().map(|viscosity| viscosity.weights()),
-            face: &|component, p| match mixture {
-                Some(mixture) => mixture.face_terms(component, p, density, dt),
-                None => pure(component, p),
+            face: &|component, p| {
+                let terms = match mixture {
+                    Some(mixture) => mixture.face_terms(component, p, density, dt),
+                    None => pure(component, p),
+                };
+                let buoyancy = self.scalars.as_ref().map_or(0.0, |scalars| {
+                    let cell =
+                        p / self.local.layout.strides()[component] % self.local.layout.dims()[component];
+                    let cell = cell as isize - self.local.layout.halo as isize;
+                    scalars.acceleration(&self.local, component, p, cell)
+                });
+                FaceTerms { source: terms.source + terms.void_fraction * buoyancy, ..terms }
             },
             weights,
         };

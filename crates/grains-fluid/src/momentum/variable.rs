@@ -111,16 +111,7 @@ impl VariableLines {
 
     /// Finds the values beyond the ends of all lines whose ends were noted; collective where lines are shared.
     fn exchange(&mut self, axis: usize, transport: &dyn Transport) {
-        let (shared, couplings) = (&mut self.shared[axis], &mut self.couplings);
-        shared.collect(&self.ends, 6, transport);
-        let parts = shared.parts();
-        shared.solve(transport, |_, line, put| {
-            couplings.join(parts, |part| {
-                let e = line.part(part);
-                [[e[2], e[3]], [e[4], e[5]]]
-            });
-            couplings.solve(|part| [line.part(part)[0], line.part(part)[1]], put);
-        });
+        self.shared[axis].join(&self.ends, &mut self.couplings, transport);
     }
 
     /// Adds to all lines what the values beyond their own parts contribute.

@@ -11,7 +11,7 @@ use grains_domain::Transport;
 const IMPLICITNESS: f64 = 0.5;
 
 /// The flow that carries scalars, at the end of its step.
-pub(crate) struct Surroundings<'a> {
+pub(crate) struct CarrierFlow<'a> {
     pub local: &'a Local,
     pub halo: &'a mut Halo,
     /// Velocity (m/s).
@@ -25,46 +25,46 @@ pub(crate) struct Surroundings<'a> {
 
 impl Scalars {
     /// A step of all scalars; collective.
-    pub(crate) fn advance(&mut self, mut around: Surroundings<'_>, transport: &dyn Transport) {
-        let parts = self.prepare(&around, transport);
-        let (begin, dt) = (around.time, around.dt / f64::from(parts));
+    ///
+    /// # Errors
+    /// How often a step would empty a cell, if that is too often.
+    pub(crate) fn advance(
+        &mut self,
+        mut carrier: CarrierFlow<'_>,
+        transport: &dyn Transport,
+    ) -> Result<(), f64> {
+        let parts = self.prepare(&carrier, transport)?;
+        let (begin, dt) = (carrier.time, carrier.dt / f64::from(parts));
         for part in 0..parts {
-            (around.time, around.dt) = (begin + f64::from(part) * dt, dt);
+            (carrier.time, carrier.dt) = (begin + f64::from(part) * dt, dt);
             let last_dt = std::mem::replace(&mut self.last_dt, dt);
             let ratio = if last_dt > 0.0 { dt / last_dt } else { 0.0 };
             let weights = [1.0 + 0.5 * ratio, -0.5 * ratio];
-            self.work.set_volume(&self.volume, around.local, around.open.is_some(), dt);
+            self.work.set_volume(&self.volume, carrier.local, carrier.open.is_some(), dt);
             for scalar in &mut self.all {
-                self.work.advance(scalar, &self.volume, weights, &mut around, transport);
+                self.work.advance(scalar, &self.volume, weights, &mut carrier, transport);
             }
             std::mem::swap(&mut self.volume, &mut self.work.volume);
         }
+        Ok(())
     }
 
     /// Sets the volumes of fluid and the volume fluxes of a step; returns into how many it must be divided, so that no more is carried
     /// out of a cell than it has. Collective.
-    fn prepare(&mut self, around: &Surroundings<'_>, transport: &dyn Transport) -> u32 {
-        let (local, work) = (around.local, &mut self.work);
+    fn prepare(&mut self, carrier: &CarrierFlow<'_>, transport: &dyn Transport) -> Result<u32, f64> {
+        let local = carrier.local;
         let (layout, strides) = (local.layout, local.layout.strides());
-        if let Some((_, void)) = around.open {
-            // Particles that came or went since the last step.
-            for_cells(local, |p, whole| {
-                let (before, now) = (self.volume[p], whole * void.data()[p]);
-                if now != before {
-                    for scalar in &mut self.all {
-                        scalar.produced += scalar.value.data()[p] * (now - before);
-                    }
-                }
-                self.volume[p] = now;
-            });
+        if let Some((_, void)) = carrier.open {
+            self.take_volumes(local, void);
         }
+        let work = &mut self.work;
         for axis in 0..3 {
             let (flux, geometry) = (work.flux.component_mut(axis), work.geometry.component_mut(axis));
             if !local.active[axis] {
                 continue;
             }
-            let (velocity, inverse) = (around.velocity.component(axis), &local.axes[axis].inverse_distance);
-            let open = around.open.map(|(open, _)| open.component(axis));
+            let (velocity, inverse) = (carrier.velocity.component(axis), &local.axes[axis].inverse_distance);
+            let open = carrier.open.map(|(open, _)| open.component(axis));
             for_faces(local, axis, |p, area, e| {
                 let area = area * open.map_or(1.0, |open| open[p]);
                 flux[p] = area * velocity[p];
@@ -80,20 +80,21 @@ impl Scalars {
                 })
                 .sum();
             if leaving > 0.0 {
-                largest[0] = largest[0].max(around.dt * leaving / self.volume[p].max(f64::MIN_POSITIVE));
+                largest[0] = largest[0].max(carrier.dt * leaving / self.volume[p].max(f64::MIN_POSITIVE));
             }
         }
         let is_limited = self.all.iter().any(|scalar| scalar.setup.scheme == Scheme::Bounded);
         if !is_limited {
-            return 1;
+            return Ok(1);
         }
         transport.max(&mut largest);
-        largest[0].ceil().clamp(1.0, MOST_PARTS) as u32
+        let parts = largest[0].ceil().max(1.0);
+        if parts <= MAX_PARTS { Ok(parts as u32) } else { Err(parts) }
     }
 }
 
-/// Largest number of parts of a step.
-const MOST_PARTS: f64 = 64.0;
+/// Largest number of parts of a step: at the Courant numbers of flows more are a sign of cells that hold next to no fluid.
+const MAX_PARTS: f64 = 1000.0;
 
 impl Work {
     /// Volumes of fluid at the end of a step: those at its beginning less what flows out; of one phase it is all of a cell.
@@ -114,16 +115,16 @@ impl Work {
         scalar: &mut Scalar,
         old_volume: &[f64],
         weights: [f64; 2],
-        around: &mut Surroundings<'_>,
+        carrier: &mut CarrierFlow<'_>,
         transport: &dyn Transport,
     ) {
-        let (local, dt) = (around.local, around.dt);
+        let (local, dt) = (carrier.local, carrier.dt);
         let (layout, strides) = (local.layout, local.layout.strides());
         let diffusivity = scalar.setup.diffusivity;
         for face in &mut scalar.conditions {
-            face.evaluate(&scalar.setup.boundaries, diffusivity, around.time + 0.5 * dt);
+            face.evaluate(&scalar.setup.boundaries, diffusivity, carrier.time + 0.5 * dt);
         }
-        self.set_conductance(scalar, around);
+        self.set_conductance(scalar, carrier);
         self.set_high(scalar, weights, local);
         // m and the rates of change.
         let [value, source, exchange] =
@@ -142,7 +143,7 @@ impl Work {
         });
         for face in &scalar.conditions {
             for cell in &face.cells {
-                let influx = cell.influx * open_share(around, cell.cell);
+                let influx = cell.influx * open_share(carrier, cell.cell);
                 self.rates[cell.cell] += influx;
                 self.change[cell.cell] += influx;
                 scalar.entered += influx * dt;
@@ -156,7 +157,7 @@ impl Work {
                 factor: IMPLICITNESS,
             };
             self.lines.solve(axis, conduction, &mut self.change, transport);
-            around.halo.fill_to(1, &mut [self.change.as_mut_slice()], transport);
+            carrier.halo.fill_to(1, &mut [self.change.as_mut_slice()], transport);
             let conductance = self.conductance.component(axis);
             let (high, change) = (self.high.component_mut(axis), &mut self.change);
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
@@ -174,8 +175,8 @@ impl Work {
         let mut passed: f64 =
             scalar.conditions.iter().map(|face| face.entering(self.high.component(face.axis))).sum();
         if is_bounded {
-            self.set_low(scalar, old_volume, around, transport);
-            passed -= limit(self, scalar, around, transport);
+            self.set_low(scalar, old_volume, carrier, transport);
+            passed -= limit(self, scalar, carrier, transport);
         }
         scalar.entered += passed * dt;
         std::mem::swap(&mut scalar.value, &mut scalar.previous);
@@ -194,18 +195,19 @@ impl Work {
             });
             scalar.produced += produced * dt;
         }
-        around.halo.fill(&mut [new], transport);
+        carrier.halo.fill(&mut [new], transport);
+        scalar.conditions.iter().for_each(|face| face.continue_beyond(scalar.value.data_mut(), strides));
     }
 
     /// What conducts through the faces.
-    fn set_conductance(&mut self, scalar: &Scalar, around: &Surroundings<'_>) {
-        for axis in (0..3).filter(|&a| around.local.active[a]) {
+    fn set_conductance(&mut self, scalar: &Scalar, carrier: &CarrierFlow<'_>) {
+        for axis in (0..3).filter(|&a| carrier.local.active[a]) {
             let conductance = self.conductance.component_mut(axis);
             let geometry = self.geometry.component(axis);
             conductance.iter_mut().zip(geometry).for_each(|(c, g)| *c = scalar.setup.diffusivity * g);
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 for cell in &face.cells {
-                    conductance[cell.face] = cell.conductance * open_share(around, cell.cell);
+                    conductance[cell.face] = cell.conductance * open_share(carrier, cell.cell);
                 }
             }
         }
@@ -242,15 +244,15 @@ impl Work {
         &mut self,
         scalar: &Scalar,
         old_volume: &[f64],
-        around: &mut Surroundings<'_>,
+        carrier: &mut CarrierFlow<'_>,
         transport: &dyn Transport,
     ) {
-        let local = around.local;
+        let local = carrier.local;
         let (layout, strides) = (local.layout, local.layout.strides());
         let value = scalar.value.data();
         let low = self.low.data_mut();
         for p in own_cells(layout) {
-            low[p] = old_volume[p] / around.dt * value[p] + self.rates[p];
+            low[p] = old_volume[p] / carrier.dt * value[p] + self.rates[p];
         }
         for axis in (0..3).filter(|&a| local.active[a]) {
             let (flux, high) = (self.flux.component(axis), self.high.component_mut(axis));
@@ -273,7 +275,7 @@ impl Work {
             low[p] = if self.mass[p] > 0.0 { low[p] / self.mass[p] } else { value[p] };
         }
         for axis in (0..3).filter(|&a| local.active[a]) {
-            around.halo.fill_to(1, &mut [self.low.data_mut()], transport);
+            carrier.halo.fill_to(1, &mut [self.low.data_mut()], transport);
             let (conductance, stride) = (self.conductance.component(axis), strides[axis]);
             let low = self.low.data_mut();
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
@@ -286,7 +288,7 @@ impl Work {
             let conduction = Conduction { mass: &self.mass, conductance, factor: 1.0 };
             self.lines.solve(axis, conduction, &mut self.change, transport);
             own_cells(layout).for_each(|p| low[p] += self.change[p]);
-            around.halo.fill_to(1, &mut [self.low.data_mut()], transport);
+            carrier.halo.fill_to(1, &mut [self.low.data_mut()], transport);
             let (low, high) = (self.low.data_mut(), self.high.component_mut(axis));
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 face.set_beyond(low, strides);
@@ -297,8 +299,8 @@ impl Work {
 }
 
 /// Void fraction of a cell at the beginning of the step, 1 of one phase.
-fn open_share(around: &Surroundings<'_>, cell: usize) -> f64 {
-    around.open.map_or(1.0, |(_, void)| void.data()[cell])
+fn open_share(carrier: &CarrierFlow<'_>, cell: usize) -> f64 {
+    carrier.open.map_or(1.0, |(_, void)| void.data()[cell])
 }
 
 /// Places of all own cells.

@@ -1,12 +1,12 @@
 //! Scalars of a flow: how it gets and carries them, and how they move it.
 
-use super::advance::Surroundings;
+use super::advance::CarrierFlow;
 use super::conditions::FaceConditions;
 use super::{Scalar, ScalarSetup, Scalars};
 use crate::flow::sample;
 use crate::metrics::Local;
 use crate::momentum::RowPlace;
-use crate::{Field, Flow};
+use crate::{Field, Flow, StepError};
 use grains_domain::Transport;
 
 impl Flow {
@@ -21,7 +21,6 @@ impl Flow {
         let scalars = self.scalars.get_or_insert_with(|| Scalars::new(grid, &self.setup.partition, local));
         let mut field = Field::new(local.layout);
         sample(grid, local, &mut field, value);
-        self.halo.fill(&mut [field.data_mut()], transport);
         let of_flow = (&self.boundary_data[..], &self.setup.boundaries);
         let conditions = FaceConditions::all((grid, local), of_flow, &setup.boundaries);
         scalars.all.push(Scalar {
@@ -34,34 +33,44 @@ impl Flow {
             produced: 0.0,
             conditions,
         });
-        scalars.set_volumes(local, self.mixture.as_ref().map(|mixture| &mixture.previous));
-        scalars.all.len() - 1
+        let number = scalars.all.len() - 1;
+        self.synchronise_scalars(transport);
+        number
     }
 
-    /// Begins the accounts of the scalars with what is there.
-    pub fn begin_scalars(&mut self) {
+    /// Begins the accounts of some scalars, by their numbers, with what is there.
+    pub fn begin_scalars(&mut self, which: impl Fn(usize) -> bool) {
         let Some(scalars) = &mut self.scalars else { return };
         scalars.set_volumes(&self.local, self.mixture.as_ref().map(|mixture| &mixture.previous));
-        for number in 0..scalars.all.len() {
+        for number in (0..scalars.all.len()).filter(|&number| which(number)) {
             let content = scalars.content(number);
             (scalars.all[number].entered, scalars.all[number].produced) = (content, 0.0);
+        }
+    }
+
+    /// Accounts for what particles that came or went since the last step did to the scalars: to be called before their state is read.
+    pub fn settle_scalars(&mut self) {
+        if let (Some(scalars), Some(mixture)) = (&mut self.scalars, &self.mixture) {
+            scalars.take_volumes(&self.local, &mixture.previous);
         }
     }
 
     /// Fills the halos of the scalars, and takes the volumes of fluid as they are; collective.
     pub(crate) fn synchronise_scalars(&mut self, transport: &dyn Transport) {
         let Some(scalars) = &mut self.scalars else { return };
+        let strides = self.local.layout.strides();
         scalars.set_volumes(&self.local, self.mixture.as_ref().map(|mixture| &mixture.previous));
         for scalar in &mut scalars.all {
             self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+            scalar.conditions.iter().for_each(|face| face.continue_beyond(scalar.value.data_mut(), strides));
         }
     }
 
     /// Carries the scalars by the velocity at the end of a step; collective.
-    pub(crate) fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) {
-        let Some(scalars) = &mut self.scalars else { return };
+    pub(crate) fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        let Some(scalars) = &mut self.scalars else { return Ok(()) };
         let open = self.mixture.as_ref().map(|mixture| (mixture.open_faces(), &mixture.previous));
-        let around = Surroundings {
+        let carrier = CarrierFlow {
             local: &self.local,
             halo: &mut self.halo,
             velocity: &self.state.velocity,
@@ -69,7 +78,8 @@ impl Flow {
             time: self.state.time,
             dt,
         };
-        scalars.advance(around, transport);
+        let step = self.state.step;
+        scalars.advance(carrier, transport).map_err(|parts| StepError::Scalars { step, parts })
     }
 
     /// Begins the next step of a mixture with the volumes of fluid that the fluxes of this one have left: what a pressure solver leaves
@@ -77,6 +87,22 @@ impl Flow {
     pub(crate) fn keep_volumes(&mut self) {
         let (Some(scalars), Some(mixture)) = (&self.scalars, &mut self.mixture) else { return };
         scalars.give_volumes(&self.local, &mut mixture.previous);
+    }
+}
+
+impl Scalars {
+    /// Acceleration (m/s²) of the fluid along `component` by buoyancy, −Σ β (φ − φ₀) g, φ of a face at a place that is the upper one of a
+    /// cell with this number along the axis, from −1 on.
+    pub(crate) fn acceleration(&self, local: &Local, component: usize, place: usize, cell: isize) -> f64 {
+        let (m, stride) = (&local.axes[component], local.layout.strides()[component]);
+        let e = (cell + local.layout.halo as isize) as usize;
+        let of_scalar = |scalar: &Scalar| {
+            let Some(buoyancy) = scalar.setup.buoyancy else { return 0.0 };
+            let value = scalar.value.data();
+            let on_face = m.upper_share[e] * value[place] + m.lower_share[e] * value[place + stride];
+            -buoyancy.expansion * buoyancy.gravity[component] * (on_face - buoyancy.reference)
+        };
+        self.all.iter().map(of_scalar).sum()
     }
 }
 
@@ -88,16 +114,11 @@ pub(crate) fn add_buoyancy(
     out: &mut [f64],
     factor: impl Fn(usize) -> f64,
 ) {
-    let (component, start) = (place.component, local.layout.row(place.j, place.k));
-    let (m, stride) = (&local.axes[component], local.layout.strides()[component]);
-    for scalar in scalars.iter().flat_map(|scalars| &scalars.all) {
-        let Some(buoyancy) = scalar.setup.buoyancy.filter(|b| b.gravity[component] != 0.0) else { continue };
-        let value = scalar.value.data();
-        let strength = -buoyancy.expansion * buoyancy.gravity[component];
-        for (i, out) in out.iter_mut().enumerate() {
-            let (p, e) = (start + i, local.entry([i, place.j, place.k][component]));
-            let on_face = m.upper_share[e] * value[p] + m.lower_share[e] * value[p + stride];
-            *out += factor(i) * strength * (on_face - buoyancy.reference);
-        }
+    let is_moving = |scalar: &Scalar| scalar.setup.buoyancy.is_some();
+    let Some(scalars) = scalars.filter(|scalars| scalars.all.iter().any(is_moving)) else { return };
+    let start = local.layout.row(place.j, place.k);
+    for (i, out) in out.iter_mut().enumerate() {
+        let cell = [i, place.j, place.k][place.component] as isize;
+        *out += factor(i) * scalars.acceleration(local, place.component, start + i, cell);
     }
 }

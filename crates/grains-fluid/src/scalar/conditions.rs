@@ -112,6 +112,11 @@ impl FaceConditions {
         }
     }
 
+    /// Continues values beyond the face.
+    pub fn continue_beyond(&self, values: &mut [f64], strides: [usize; 3]) {
+        self.cells.iter().for_each(|cell| values[self.beyond(cell, strides)] = values[cell.cell]);
+    }
+
     /// What a volume flux along the axis carries: what is behind where it enters, else what the cell has.
     pub fn carried(&self, cell: &BoundaryCell, flux: f64, own: f64) -> f64 {
         if flux * self.outward < 0.0 { cell.outside.unwrap_or(own) } else { own }

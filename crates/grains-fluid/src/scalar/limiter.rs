@@ -1,6 +1,6 @@
 //! Flux correction: what of the difference of high and low order each face may pass on (Zalesak 1979).
 
-use super::advance::{Surroundings, for_faces, own_cells};
+use super::advance::{CarrierFlow, for_faces, own_cells};
 use super::{Scalar, Work};
 use grains_domain::Transport;
 
@@ -9,10 +9,10 @@ use grains_domain::Transport;
 pub(super) fn limit(
     work: &mut Work,
     scalar: &mut Scalar,
-    around: &mut Surroundings<'_>,
+    carrier: &mut CarrierFlow<'_>,
     transport: &dyn Transport,
 ) -> f64 {
-    let local = around.local;
+    let local = carrier.local;
     let (layout, strides) = (local.layout, local.layout.strides());
     let active = (0..3).filter(|&a| local.active[a]);
     for face in &scalar.conditions {
@@ -43,7 +43,7 @@ pub(super) fn limit(
             (gains[beyond], losses[beyond]) = (1.0, 1.0);
         }
     }
-    around.halo.fill_to(1, &mut [gains.as_mut_slice(), losses.as_mut_slice()], transport);
+    carrier.halo.fill_to(1, &mut [gains.as_mut_slice(), losses.as_mut_slice()], transport);
     let mut refused = 0.0;
     for a in active {
         let (stride, correction) = (strides[a], work.high.component_mut(a));

@@ -145,6 +145,19 @@ impl Scalars {
         });
     }
 
+    /// Takes the volumes of fluid of a void fraction, with what particles that came or went since the last step displaced or let in.
+    fn take_volumes(&mut self, local: &Local, void: &Field<Centre>) {
+        advance::for_cells(local, |p, whole| {
+            let (before, now) = (self.volume[p], whole * void.data()[p]);
+            if now != before {
+                for scalar in &mut self.all {
+                    scalar.produced += scalar.value.data()[p] * (now - before);
+                }
+            }
+            self.volume[p] = now;
+        });
+    }
+
     /// Sets a void fraction to that of the volumes of fluid.
     fn give_volumes(&self, local: &Local, void: &mut Field<Centre>) {
         advance::for_cells(local, |p, whole| void.data_mut()[p] = self.volume[p] / whole);

@@ -92,16 +92,7 @@ impl ConductionLines {
         if !self.coupled[axis] {
             return;
         }
-        let (shared, couplings) = (&mut self.shared[axis], &mut self.couplings);
-        shared.collect(&self.line_ends, 6, transport);
-        let parts = shared.parts();
-        shared.solve(transport, |_, line, put| {
-            couplings.join(parts, |part| {
-                let e = line.part(part);
-                [[e[2], e[3]], [e[4], e[5]]]
-            });
-            couplings.solve(|part| [line.part(part)[0], line.part(part)[1]], put);
-        });
+        self.shared[axis].join(&self.line_ends, &mut self.couplings, transport);
         self.correct(axis, data);
     }
 

@@ -1,5 +1,6 @@
 //! Lines shared along a row of ranks: each rank has the ends of a share of the lines and finds what lies around all their parts.
 
+use super::Couplings;
 use grains_domain::Transport;
 use std::ops::Range;
 
@@ -128,6 +129,20 @@ impl SharedLines {
             let values = if rank == self.own { &self.found[others] } else { &self.received[self.slot(rank)] };
             self.around.extend_from_slice(values.as_chunks::<2>().0);
         }
+    }
+
+    /// Finds the values around the own parts of all lines, of which `ends` has first and last value, and those of the influence vectors of
+    /// what is before and after the part; collective where lines are shared.
+    pub fn join(&mut self, ends: &[f64], couplings: &mut Couplings, transport: &dyn Transport) {
+        self.collect(ends, 6, transport);
+        let parts = self.parts();
+        self.solve(transport, |_, line, put| {
+            couplings.join(parts, |part| {
+                let e = line.part(part);
+                [[e[2], e[3]], [e[4], e[5]]]
+            });
+            couplings.solve(|part| [line.part(part)[0], line.part(part)[1]], put);
+        });
     }
 
     /// Values before and after the own part of every line.

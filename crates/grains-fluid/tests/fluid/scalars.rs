@@ -271,3 +271,72 @@ fn the_nusselt_number_between_plates_is_that_of_graetz() {
     println!("{} {} {found}", nusselt(20), nusselt(40));
     assert!((found / 7.5407 - 1.0).abs() < 0.01, "{found}");
 }
+
+/// Sources and exchange of any strength, in a closed box that is stirred: between what is there and what they lead to, and accounted for.
+#[test]
+fn exchange_of_any_strength_overshoots_nothing_and_is_accounted_for() {
+    for (ranks, strongest) in [([1; 3], 1e-3), ([2, 1, 2], 10.0), ([1, 2, 1], 1e9)] {
+        on_ranks(ranks.iter().product(), |transport| {
+            let mut flow = stirred(&transport, ranks);
+            flow.add_scalar(insulated(1e-3, Scheme::Bounded), block, &transport);
+            flow.begin_scalars(|_| true);
+            let first = flow.first_cell();
+            let (mut source, mut exchange) = (Field::new(flow.layout()), Field::new(flow.layout()));
+            let strength =
+                |[i, j, k]: [usize; 3]| strongest * f64::from((7 * i + 3 * j + 5 * k) as u32 % 11) / 10.0;
+            // Towards values from 3 to 5.
+            let wanted = |[i, j, k]: [usize; 3]| 3.0 + 2.0 * f64::from((i + 2 * j + 3 * k) as u32 % 5) / 4.0;
+            set(&mut exchange, first, strength);
+            set(&mut source, first, |cell| strength(cell) * wanted(cell));
+            for step in 0..8 {
+                let scalar = &mut flow.scalars.as_mut().unwrap().all[0];
+                (scalar.source, scalar.exchange) = (Some(source.clone()), Some(exchange.clone()));
+                flow.step(0.02, &transport).unwrap();
+                let [low, high] = range(tracer(&flow));
+                assert!(low >= -1.0 - 1e-12 && high <= 5.0 + 1e-12, "{strongest} {step}: {low} {high}");
+                let [content, brought] = ledger(&flow, &transport);
+                // What is given and taken is much more than what remains: its rounding shows.
+                let rounding = 1e-12 + 1e-17 * strongest;
+                assert!((content - brought).abs() < rounding, "{strongest} {step}: {content} {brought}");
+            }
+            let scalar = &flow.scalars.as_ref().unwrap().all[0];
+            assert!(strongest < 1.0 || scalar.produced > 0.1, "{}", scalar.produced);
+        });
+    }
+}
+
+/// A uniform fluid that is lighter than its reference, between an inlet and an outlet: its weight is lacking in the pressure, up to the
+/// outlet itself, and it flows as without.
+#[test]
+fn buoyancy_of_a_uniform_fluid_is_borne_by_the_pressure_up_to_the_outlet() {
+    for axis in 0..3 {
+        for mixture in [None, Some(MixtureModel::A)] {
+            let (mut cells, mut velocity, mut gravity) = ([5; 3], [0.0; 3], [0.0; 3]);
+            (cells[axis], velocity[axis], gravity[axis]) = (9, 0.3, -9.81);
+            let grid = Grid::uniform([0.0; 3], [1.0; 3], cells, [false; 3]).unwrap();
+            let mut boundaries = Boundaries::all(Condition::Symmetry);
+            boundaries.faces[2 * axis] = Condition::Inlet { profile: Profile::Uniform(velocity) };
+            boundaries.faces[2 * axis + 1] = Condition::Outlet { pressure: 0.0 };
+            let setup = FlowSetup { boundaries, mixture, ..FlowSetup::new(grid, 1.2, 1e-3) };
+            let mut flow = Flow::new(setup, &SERIAL).unwrap();
+            flow.initialise(|_| velocity, |_| 0.0, &SERIAL);
+            let mut setup = insulated(1e-3, Scheme::Bounded);
+            setup.boundaries.faces[2 * axis] = value(350.0);
+            setup.buoyancy = Some(Buoyancy { expansion: 3e-3, reference: 300.0, gravity });
+            flow.add_scalar(setup, |_| 350.0, &SERIAL);
+            for _ in 0..20 {
+                flow.step(0.02, &SERIAL).unwrap();
+            }
+            let acceleration = 3e-3 * 50.0 * 9.81;
+            for cell in 0..9 {
+                let exact = -1.2 * acceleration * (1.0 - (cell as f64 + 0.5) / 9.0);
+                let found = flow.mean_pressure(axis, cell, &SERIAL);
+                assert!(
+                    (found - exact).abs() < 1e-9,
+                    "{axis} {mixture:?} {cell}: {found} instead of {exact}"
+                );
+            }
+            assert!((flow.mean_velocity(axis, &SERIAL) - 0.3).abs() < 1e-12);
+        }
+    }
+}

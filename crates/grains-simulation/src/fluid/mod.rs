@@ -263,7 +263,7 @@ impl FluidPhase {
             exchange.forget_passages();
             self.flow.synchronise(transport);
         }
-        self.flow.begin_scalars();
+        self.flow.begin_scalars(|_| true);
         Ok(())
     }
 
@@ -280,10 +280,11 @@ impl FluidPhase {
     /// # Errors
     /// A particle that came or went beyond the halo.
     pub fn settle_passages(&mut self, transport: &MpiTransport) -> Result<(), RunError> {
-        match (&mut self.exchange, &mut self.flow.mixture) {
-            (Some(exchange), Some(mixture)) => exchange.settle_passages(mixture, transport),
-            _ => Ok(()),
+        if let (Some(exchange), Some(mixture)) = (&mut self.exchange, &mut self.flow.mixture) {
+            exchange.settle_passages(mixture, transport)?;
+            self.flow.settle_scalars();
         }
+        Ok(())
     }
 
     /// Steps the fluid if it is its turn, and adds drag, pressure gradient and buoyancy to the loads of the particles;

@@ -279,6 +279,10 @@ impl FluidPhase {
         let last = file.text(LAST_STEP).and_then(LastStep::parse).ok_or_else(lacking)?;
         self.take_last_step(&last, dem, transport.rank() == 0);
         self.resume(dem, transport);
+        // Scalars that the state has not got begin now.
+        let known = file.text(SCALARS).and_then(Accounts::parse).unwrap_or_default();
+        let names = &self.scalar_names;
+        self.flow.begin_scalars(|number| known.of.iter().all(|account| account.name != names[number].field));
         self.resume_on_walls(file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default());
         Ok(())
     }

@@ -8,7 +8,8 @@ use grains_domain::Transport;
 use grains_fluid::{
     BoxFace, Buoyancy, Flow, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Side,
 };
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What is written of a scalar in the time series: mean over the fluid, extremes, content, and what of it is not accounted for.
 const COLUMNS: [&str; 5] = ["mean", "min", "max", "content", "unaccounted"];
@@ -30,16 +31,29 @@ impl ScalarNames {
     pub fn of(fluid: &CaseFluid) -> Vec<Self> {
         let of_one = |scalar: &CaseScalar| {
             let name = &scalar.name;
-            let kept = |text: String| -> &'static str { text.leak() };
             Self {
-                field: kept(name.clone()),
+                field: interned(name.clone()),
                 unit: scalar.units()[0],
-                value: kept(format!("scalar_{name}")),
-                before: kept(format!("scalar_{name}_before")),
-                sum: kept(format!("sum_scalar_{name}")),
+                value: interned(format!("scalar_{name}")),
+                before: interned(format!("scalar_{name}_before")),
+                sum: interned(format!("sum_scalar_{name}")),
             }
         };
         fluid.scalar.iter().map(of_one).collect()
+    }
+}
+
+/// A text for the rest of the process, which has it once: files describe arrays by such names.
+fn interned(text: String) -> &'static str {
+    static TEXTS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
+    match texts.get(text.as_str()) {
+        Some(known) => known,
+        None => {
+            let new: &'static str = text.leak();
+            texts.insert(new);
+            new
+        }
     }
 }
 
