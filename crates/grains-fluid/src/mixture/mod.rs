@@ -1,10 +1,14 @@
 //! Fluid among particles: void fraction, drag and sources (Rakotonirina 2016, eqs 5.10-5.11).
 
+mod displacement;
+mod face_rows;
+
 use crate::boundary::BoundaryData;
 use crate::metrics::Local;
 use crate::momentum::{FaceTerms, StressWeights};
 use crate::openings::Openings;
 use crate::{Centre, Faces, Field, Halo, Layout, MixtureModel, StepError};
+use face_rows::{FaceRow, for_rows, on_faces};
 use grains_domain::Transport;
 
 /// What the particles carry through the box, for drives that keep the flux of the mixture.
@@ -70,9 +74,6 @@ pub struct Mixture {
 
 /// 1/m of closed faces (s): nothing moves them.
 const SHUT: f64 = 1e-200;
-
-/// Open share (-) of cells that take what walls displace from those beside them.
-const MOSTLY: f64 = 0.5;
 
 /// What a step is made with.
 #[derive(Clone, Copy)]
@@ -351,66 +352,6 @@ impl Mixture {
         }
     }
 
-    /// Hands ∂ψ/∂t of cells that walls close for the most part to those beside them that are mostly open, evenly: through the slits
-    /// of a cell that a wall sweeps what it displaces would flow at any speed.
-    fn share_rates(&mut self, local: &Local) {
-        let Some(openings) = &self.openings else { return };
-        let (layout, strides, open) = (local.layout, local.layout.strides(), openings.cells.data());
-        let place = |p: usize| [p % strides[1], p % strides[2] / strides[1], p / strides[2]];
-        let volume = |p: usize| (0..3).map(|a| local.axes[a].width[place(p)[a]]).product::<f64>();
-        let is_in_box = |p: usize| {
-            let (place, h) = (place(p), layout.halo);
-            (0..3).all(|a| {
-                let [low, high] = local.ends[a];
-                (!low || place[a] >= h) && (!high || place[a] < h + layout.cells[a])
-            })
-        };
-        let beside = |p: usize| {
-            let cells = strides.into_iter().flat_map(move |stride| [p - stride, p + stride]);
-            cells.filter(|&q| is_in_box(q)).collect::<Vec<_>>().into_iter()
-        };
-        // What a cell needs to be handed something by one beside it.
-        let wanted = |p: usize| {
-            let largest = beside(p).map(|q| open[q]).fold(0.0, f64::max);
-            if largest >= MOSTLY { MOSTLY } else { f64::MIN_POSITIVE }
-        };
-        let gives = |p: usize| {
-            (open[p] == 0.0 && beside(p).any(|q| open[q] > 0.0))
-                || (open[p] < MOSTLY && beside(p).any(|q| open[q] >= MOSTLY))
-        };
-        let mut rates = Vec::new();
-        for p in layout.rows().flat_map(|row| row..row + layout.cells[0]) {
-            let mut rate = if gives(p) { 0.0 } else { self.rate.data()[p] };
-            for q in beside(p).filter(|&q| gives(q) && open[p] >= wanted(q)) {
-                let receivers = beside(q).filter(|&r| open[r] >= wanted(q)).count();
-                rate += self.rate.data()[q] * volume(q) / volume(p) / receivers as f64;
-            }
-            rates.push(rate);
-        }
-        let own = layout.rows().flat_map(|row| row..row + layout.cells[0]);
-        own.zip(rates).for_each(|(p, rate)| self.rate.data_mut()[p] = rate);
-    }
-
-    /// Takes what walls that move seem to free or fill in a closed box, by rounding and by how they are sampled, evenly out of the
-    /// rate of change; collective.
-    fn keep_volume(&mut self, local: &Local, transport: &dyn Transport) {
-        let Some(openings) = &self.openings else { return };
-        let [nx, ny, nz] = local.layout.cells;
-        let cells =
-            move || (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-        let place = |[i, j, k]: [usize; 3]| local.layout.row(j, k) + i;
-        let mut sums = [0.0; 2];
-        for cell in cells() {
-            let (p, volume) = (place(cell), local.volume(cell));
-            sums[0] += self.rate.data()[p] * volume;
-            sums[1] += openings.cells.data()[p] * volume;
-        }
-        transport.sum(&mut sums);
-        let excess = sums[0] / sums[1];
-        let open = openings.cells.data();
-        cells().map(place).for_each(|p| self.rate.data_mut()[p] -= excess * open[p]);
-    }
-
     /// ε in the middle of the step at centres and edges, and its rate of change.
     fn set_middle(&mut self, layout: Layout, dt: f64) {
         let (new, old, rate) = (self.void_fraction.data(), self.previous.data(), 1.0 / dt);
@@ -545,77 +486,5 @@ impl Mixture {
     pub(crate) fn finish(&mut self) {
         self.begin();
         self.is_continued = true;
-    }
-}
-
-/// A row of upper faces normal to an axis, halo included, with the shares of the cells below and above.
-struct FaceRow<'a> {
-    axis: usize,
-    start: usize,
-    length: usize,
-    stride: usize,
-    /// One number for all faces, or one for each.
-    shares: [&'a [f64]; 2],
-}
-
-impl FaceRow<'_> {
-    /// Adds what open faces gain from closed ones beside them.
-    fn gain(&self, openings: Option<&Openings>, faces: &mut [f64]) {
-        let Some(openings) = openings else { return };
-        let own = self.start..self.start + self.length;
-        let gains = &openings.gains.component(self.axis)[own.clone()];
-        faces[own].iter_mut().zip(gains).for_each(|(face, gain)| *face *= gain);
-    }
-
-    /// Linear interpolation of centre values to the faces.
-    fn interpolate(&self, centre: &Field<Centre>, faces: &mut [f64]) {
-        let n = self.length;
-        let (below, above) =
-            (&centre.data()[self.start..][..n], &centre.data()[self.start + self.stride..][..n]);
-        let out = faces[self.start..][..n].iter_mut().zip(below.iter().zip(above));
-        match self.shares {
-            [[low], [high]] => out.for_each(|(face, (below, above))| *face = low * below + high * above),
-            [low, high] => {
-                let shares = low.iter().zip(high);
-                out.zip(shares).for_each(|((face, (a, b)), (low, high))| *face = low * a + high * b);
-            }
-        }
-    }
-}
-
-/// Fills a field with its halo and ghosts, and interpolates it to the faces; collective.
-fn on_faces(
-    field: &mut Field<Centre>,
-    faces: &mut Faces,
-    openings: Option<&Openings>,
-    (local, boundary_data, halo): (&Local, &[BoundaryData], &mut Halo),
-    transport: &dyn Transport,
-) {
-    halo.fill(&mut [field.data_mut()], transport);
-    boundary_data.iter().for_each(|face_data| face_data.fill_even(field));
-    for axis in 0..3 {
-        for_rows(local, axis, |row| {
-            row.interpolate(field, faces.component_mut(axis));
-            row.gain(openings, faces.component_mut(axis));
-        });
-    }
-}
-
-/// All rows of faces normal to an axis, but those of the last layer: they have no neighbour above, no stencil reads them.
-fn for_rows(local: &Local, axis: usize, mut job: impl FnMut(FaceRow<'_>)) {
-    let (mut dims, strides, m) = (local.layout.dims(), local.layout.strides(), &local.axes[axis]);
-    dims[axis] -= 1;
-    for k in 0..dims[2] {
-        for j in 0..dims[1] {
-            let entries = match axis {
-                0 => 0..dims[0],
-                1 => j..j + 1,
-                _ => k..k + 1,
-            };
-            // The share of the cell below a face in its value is that of the cell above in its control volume.
-            let shares = [&m.upper_share[entries.clone()], &m.lower_share[entries]];
-            let start = j * strides[1] + k * strides[2];
-            job(FaceRow { axis, start, length: dims[0], stride: strides[axis], shares });
-        }
     }
 }
