@@ -8,6 +8,7 @@ use crate::sections::contact::{self, Contact};
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
 use crate::sections::fluid::{Fluid, Resolved};
+use crate::sections::heat::Heat;
 use crate::sections::insert::Insert;
 use crate::sections::material::Material;
 use crate::sections::output::Output;
@@ -50,6 +51,8 @@ pub struct Case {
     pub walls: Vec<Wall>,
     /// Planes through which particles are counted.
     pub flow_planes: Vec<FlowPlane>,
+    /// Temperatures of particles, if they have one.
+    pub heat: Option<Heat>,
     /// The fluid, if there is one.
     pub fluid: Option<Fluid>,
     /// What is written, where and how often.
@@ -76,7 +79,7 @@ impl PartialEq for Case {
             && self.contact_points == other.contact_points
             && (&self.shapes, &self.inserts) == (&other.shapes, &other.inserts)
             && (&self.walls, &self.flow_planes) == (&other.walls, &other.flow_planes)
-            && self.fluid == other.fluid
+            && (&self.heat, &self.fluid) == (&other.heat, &other.fluid)
             && (&self.output, &self.limits) == (&other.output, &other.limits)
             && (&self.stop, &self.neighbours) == (&other.stop, &other.neighbours)
     }
@@ -156,6 +159,7 @@ impl Case {
             insert: self.inserts.iter().map(insert).collect(),
             wall: self.walls.iter().map(|w| w.clone().rename(material)).collect(),
             flow_plane: self.flow_planes.clone(),
+            heat: self.heat.clone(),
             fluid: self.fluid.clone(),
             output: self.output.to_raw(),
             limits: self.limits.clone(),

@@ -50,6 +50,7 @@ pub use sections::fluid::{
     FluidOutput, Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind,
     Resolved, ResolvedMethod, Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind, Steady,
 };
+pub use sections::heat::{GasLens, Heat, Radiation};
 pub use sections::insert::{Component, Insert, Orientation};
 pub use sections::material::{Film, Material};
 pub use sections::motion::{Motion, ParticleMotion};

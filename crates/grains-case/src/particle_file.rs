@@ -12,9 +12,25 @@ use crate::sections::shape::ShapeKind;
 use crate::vector::norm;
 
 /// The columns a particle file may have, in any order; x, y and z are required.
-const COLUMNS: [&str; 17] = [
-    "x", "y", "z", "radius", "scale", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz", "shape",
+const COLUMNS: [&str; 18] = [
+    "x",
+    "y",
+    "z",
+    "radius",
+    "scale",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
+    "vx",
+    "vy",
+    "vz",
+    "wx",
+    "wy",
+    "wz",
+    "shape",
     "material",
+    "temperature",
 ];
 
 /// More remarks than this about one file say nothing new.
@@ -37,6 +53,8 @@ pub struct ParticleColumns {
     pub velocity: Option<Vec<[f64; 3]>>,
     /// Angular velocities (rad/s).
     pub angular_velocity: Option<Vec<[f64; 3]>>,
+    /// Temperatures (K).
+    pub temperature: Option<Vec<f64>>,
     /// Names of shapes.
     pub shape: Option<Vec<String>>,
     /// Names of materials.
@@ -209,6 +227,12 @@ impl ParticleColumns {
                 }
             }
         }
+        for (line, temperature) in self.lines.iter().zip(self.temperature.iter().flatten()) {
+            if !(*temperature >= 0.0 && temperature.is_finite()) {
+                let message = "is no temperature in kelvin: it must not be below 0";
+                remarks.add(*line, "temperature", Some(temperature.to_string()), message.into());
+            }
+        }
         for (line, q) in self.lines.iter().zip(self.orientation.iter().flatten()) {
             if !(q.iter().all(|x| x.is_finite()) && norm(*q) > 0.0) {
                 let message = "is no orientation; [1, 0, 0, 0] is the unturned body";
@@ -341,6 +365,7 @@ impl Table<'_> {
             orientation: self.numbers(["qw", "qx", "qy", "qz"], remarks),
             velocity: self.numbers(["vx", "vy", "vz"], remarks),
             angular_velocity: self.numbers(["wx", "wy", "wz"], remarks),
+            temperature: self.single("temperature", remarks),
             shape: self.words("shape"),
             material: self.words("material"),
         }

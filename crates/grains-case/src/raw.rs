@@ -9,6 +9,7 @@ use crate::sections::contact::Contact;
 use crate::sections::contact_points::ContactPoints;
 use crate::sections::domain::Domain;
 use crate::sections::fluid::Fluid;
+use crate::sections::heat::Heat;
 use crate::sections::insert::Insert;
 use crate::sections::material::Material;
 use crate::sections::output::{Field, RawOutput};
@@ -67,6 +68,9 @@ pub struct RawCase {
     /// Planes through which particles are counted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flow_plane: Vec<FlowPlane>,
+    /// Temperatures of particles, if they have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heat: Option<Heat>,
     /// The fluid, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<Fluid>,

@@ -12,7 +12,7 @@ use crate::renamed::with_names_of_today;
 use crate::sections::motion::ParticleMotion;
 use crate::sections::shape::ShapeKind;
 use crate::sections::wall::Wall;
-use crate::sections::{bond, contact, fluid, insert, material, run, shape, wall};
+use crate::sections::{bond, contact, fluid, heat, insert, material, run, shape, wall};
 use crate::source::Source;
 use crate::structure;
 use crate::vector::norm;
@@ -129,6 +129,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         inserts,
         walls,
         flow_planes: run::check_flow_planes(raw.flow_plane, &raw.domain, checker),
+        heat: raw.heat,
         fluid,
         output,
         limits: raw.limits,
@@ -149,6 +150,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         checker.error(&format!("material[{i}].film"), message.into());
     }
     material::check_films(&case.materials, checker);
+    heat::check(case.heat.as_ref(), &case.materials, (&case.inserts, &case.walls), checker);
     case.collisions.check_contacts(&case.contacts, checker);
     // Sizes and pairs only make sense once every name stands for something.
     if checker.error_count() == 0 {

@@ -246,6 +246,19 @@ impl PreparedLaw {
         self.of_response(reduced_mass, response, exponents)
     }
 
+    /// What the law of the normal direction answers to bodies at rest, if they touch; `memory` is the number that their contact
+    /// keeps.
+    #[inline]
+    pub fn at_rest(&self, approach: &Approach, mut memory: f64) -> Option<Response> {
+        if approach.overlap <= 0.0
+            && (self.attraction.is_active() || self.normal.reach(approach.radius) <= 0.0)
+        {
+            return None;
+        }
+        let response = self.normal.respond(approach, &mut memory);
+        response.is_contact.then_some(response)
+    }
+
     #[inline(always)]
     fn of_response(&self, reduced_mass: f64, response: Response, memory_exponents: [f64; 2]) -> Coefficients {
         Coefficients {

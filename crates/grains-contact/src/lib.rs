@@ -18,6 +18,7 @@
 mod attraction;
 mod bond;
 mod collision;
+mod conduction;
 mod contact_patch;
 mod couple;
 mod cube_root;
@@ -38,6 +39,7 @@ mod van_der_waals;
 pub use attraction::{Attraction, Neighbourhood};
 pub use bond::{BeamShear, Bond, BondLoad, BondState, BondedPair, Section, Stiffness, Strength, Stress};
 pub use collision::Collision;
+pub use conduction::{Conduction, GasLens, patch_radius};
 pub use couple::{RollingContact, WoundAngles};
 pub use elasticity::{Elastic, effective_modulus, effective_shear_modulus, work_of_adhesion};
 pub use encounter::Encounter;

@@ -95,6 +95,22 @@ pub enum StepError {
         /// Velocity.
         velocity: String,
     },
+    /// A particle whose temperature the time step cannot follow.
+    #[error(
+        "particle {id} at {place} would go from {before:.4} K to {after:.4} K in one step, in which its contacts conduct {share:.3} of its heat capacity per kelvin: above 1 no temperature is bounded; lower time.dt, or give its material the heat_capacity (J/(kg K)) it has"
+    )]
+    Temperature {
+        /// Identity.
+        id: u64,
+        /// Position.
+        place: String,
+        /// Temperature before (K).
+        before: f64,
+        /// And after the step (K).
+        after: f64,
+        /// Σ G Δt/(m c) (-).
+        share: f64,
+    },
     /// A load that the exact sums cannot hold.
     #[error(
         "particle {id} at {place} is under a force of {force:.4e} N, beyond any its contacts can exert within limits.overlap, or its bonds within a strain of about 0.8: the time step is too large"

@@ -32,6 +32,8 @@ pub struct NewParticle {
     pub velocity: Vec3,
     /// Angular velocity (rad/s).
     pub angular_velocity: Vec3,
+    /// Temperature (K), without effect where particles have none.
+    pub temperature: f64,
 }
 
 impl NewParticle {
@@ -64,6 +66,7 @@ impl NewParticle {
             half_velocity,
             half_spin,
             sides: 0,
+            temperature: self.temperature,
         }
     }
 
@@ -149,6 +152,7 @@ impl Occupancy {
                 orientation: particles.orientations.get(i).copied().unwrap_or_else(Rotation::identity),
                 velocity: body.velocity,
                 angular_velocity: body.angular_velocity,
+                temperature: 0.0,
             };
             occupancy.add(new, &dem.setup.catalogue);
         }

@@ -16,6 +16,7 @@
 //! verlet         cell lists, Verlet lists, skin, and the contact history saved from them
 //! exchange       migration, clones, and their updates
 //! films          liquid on particles and in bridges: shared out, given back, counted
+//! heat           temperatures, heat through contacts, gaps and from walls
 //! bonds          bonds between particles: made, found again, loads
 //! contacts       loads of a contact, batches in lanes, exact sums; spheres
 //! narrow_phase   convex parts where they are, distance, separating planes, contact patches
@@ -47,6 +48,7 @@
 //!   quantum as well, so both sides of the border see the same separations and relative velocities. A particle crosses in the
 //!   step in which it meets the border.
 //! * The force on a wall that a load moves is summed exactly over all ranks.
+//! * Flows of heat are rounded as forces are.
 //! * Volumes of liquid are whole quanta. Bridges claim shares of films as they were at the beginning of a step, and take them in the next.
 //!
 //! # Hard collisions
@@ -67,6 +69,7 @@ mod exchange;
 mod films;
 mod flow_planes;
 mod hard;
+mod heat;
 mod insertion;
 mod integrate;
 mod lubrication;
@@ -95,6 +98,7 @@ pub use exchange::{ExchangeStrategy, Traffic};
 pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_wide};
 pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
+pub use heat::{Heat, HeatLedger, Thermal};
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
 pub use integrate::{StepParameters, half_step_back, other_half_step};
 pub use memory_use::MemoryUse;

@@ -3,6 +3,7 @@
 use crate::changes;
 use crate::error::{RunError, agreed};
 use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
+use crate::heat;
 use crate::laws;
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
@@ -20,7 +21,7 @@ use grains_resolved::FlowLink;
 use std::path::{Path, PathBuf};
 
 /// Fields of a particle snapshot when none is left out.
-const PARTICLE_FIELDS: [FieldSpec; 17] = [
+const PARTICLE_FIELDS: [FieldSpec; 18] = [
     FieldSpec::integer("id"),
     FieldSpec::integer("shape"),
     FieldSpec::integer("material"),
@@ -38,6 +39,7 @@ const PARTICLE_FIELDS: [FieldSpec; 17] = [
     FieldSpec::real("fluid_torque", "N m", 3),
     FieldSpec::real("film", "m3", 1),
     FieldSpec::real("liquid", "m3", 1),
+    FieldSpec::real("temperature", "K", 1),
 ];
 
 /// Fields of the particle snapshots of a case.
@@ -55,6 +57,7 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
             "bonds" => Field::Bonds,
             "film" => Field::Film,
             "liquid" => Field::Liquid,
+            "temperature" => Field::Temperature,
             "fluid_force" => Field::FluidForce,
             "fluid_torque" => Field::FluidTorque,
             _ => return true,
@@ -63,6 +66,7 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
             Field::FluidForce | Field::FluidTorque => is_resolved,
             Field::Bonds => !case.bonds.is_empty(),
             Field::Film | Field::Liquid => case.contacts.iter().any(laws::is_fed_by_films),
+            Field::Temperature => case.heat.is_some(),
             _ => true,
         };
         case.output.fields.contains(&optional) && exists
@@ -134,6 +138,7 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "torque" => vectors(&|i| particles.loads[i].torque),
         "fluid_force" => vectors(&|i| FlowLink::read(&particles.cargo[i]).force),
         "fluid_torque" => vectors(&|i| FlowLink::read(&particles.cargo[i]).torque),
+        "temperature" => reals(&|i| particles.temperatures[i]),
         "film" => reals(&|i| particles.films[i].volume()),
         "liquid" => Values::Real(dem.liquid_of_each().into_iter().map(|[_, liquid]| liquid).collect()),
         "orientation_wxyz" => {
@@ -383,6 +388,7 @@ impl Files {
             values.extend(stress.total.iter().chain(&stress.kinetic));
             values.push(stress.temperature);
         }
+        values.extend(heat::row(dem, transport));
         values.extend(of_fluid);
         let written = match &mut self.series {
             Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
@@ -526,6 +532,7 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         }
         columns.push(("granular_temperature".to_string(), "m2/s2"));
     }
+    columns.extend(heat::columns(dem));
     columns
 }
 

@@ -55,6 +55,7 @@ mod error;
 mod extreme_numbers;
 mod files;
 mod fluid;
+mod heat;
 mod insertion;
 mod law_report;
 mod laws;

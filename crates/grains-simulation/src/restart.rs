@@ -3,6 +3,7 @@
 use crate::changes::{self, Change};
 use crate::error::RunError;
 use crate::fluid::FluidPhase;
+use crate::heat;
 use crate::insertion::Insertions;
 use crate::liquid;
 use crate::wear;
@@ -69,7 +70,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         ("made_bonds".into(), list(&dem.made_bonds.iter().map(|&is_made| i64::from(is_made)).collect::<Vec<_>>())),
         (
             "particle_columns".into(),
-            "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg)".into(),
+            "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg); temperature (K)".into(),
         ),
     ];
     if dem.setup.shear.is_some() {
@@ -79,6 +80,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     let mut state = (arrays, texts);
     wear::save(dem, &mut state, transport);
     liquid::save(dem, &mut state, transport);
+    heat::save(dem, &mut state, transport);
     state
 }
 
@@ -158,7 +160,7 @@ pub fn restore(
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
-    restore_particles(&file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
+    restore_particles(case, &file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
     dem.announce_insertion();
     let has_fluid = before.contains_key("fluid");
     if let Some(fluid) = fluid {
@@ -195,17 +197,22 @@ pub fn restore(
 /// Gives this rank the particles of a checkpoint that lie in its subdomain; `ratio` is the time step over that of the
 /// checkpoint.
 fn restore_particles(
+    case: &Case,
     file: &CheckpointFile,
     (dem, fluid): (&mut Dem, Option<&FluidPhase>),
     (numbering, released, ratio): (&Numbering, &[Range<u64>], f64),
     transport: &MpiTransport,
 ) -> Result<(), RunError> {
+    let was_warm = heat::ledger(file).is_some();
     for row in owned_rows(file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
         record.body.kind = numbering.kind(kind).unwrap_or(kind);
         if ratio != 1.0 {
             change_step(&mut record, dem, ratio);
+        }
+        if !was_warm {
+            record.temperature = heat::initial(case, None);
         }
         let is_released = released.iter().any(|ids| ids.contains(&record.id));
         if is_released {
@@ -221,6 +228,9 @@ fn restore_particles(
                 dem.leave_on_walls(&history, record.body.kind, |wall| numbering.wall(wall));
                 dem.restore(&record, &renumbered);
             }
+        }
+        if !was_warm {
+            dem.account_heat_of_last();
         }
         if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
             let is_resolved = fluid.is_some_and(|fluid| fluid.resolved.is_some());
@@ -241,6 +251,9 @@ fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Tab
     dem.report.deep_penetrations = later(2);
     if let (Some(ledger), true) = (liquid::ledger(file), dem.particles.is_wet()) {
         dem.liquid_ledger.add(&ledger);
+    }
+    if let (Some(ledger), Some(_)) = (heat::ledger(file), &dem.setup.thermal) {
+        dem.heat_ledger = ledger;
     }
     dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
     let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();

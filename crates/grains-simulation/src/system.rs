@@ -3,6 +3,7 @@
 use crate::bonds;
 use crate::error::RunError;
 use crate::fluid;
+use crate::heat;
 use crate::insertion::KindRange;
 use crate::laws;
 use crate::liquid;
@@ -58,6 +59,8 @@ pub fn build(
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
     let reach = lubrication.map_or(0.0, |lubrication| lubrication.range);
     let reach = reach.max(catalogue.contacts.reach_up_to(largest_radius));
+    let thermal = heat::thermal(case, &catalogue);
+    let reach = reach.max(thermal.as_ref().map_or(0.0, |thermal| thermal.reach(largest_radius)));
     let skin = skin(case, largest_radius, reach);
     let kinds_of_bonds = bonds::kinds(case);
     let longest_bond = kinds_of_bonds.iter().map(|kind| kind.longest(largest_radius)).fold(0.0, f64::max);
@@ -108,6 +111,7 @@ pub fn build(
         prescribed: Vec::new(),
         exchange: exchange(domain.exchange),
         balance,
+        thermal,
     };
     resolved_loads(case, &setup, kinds)?;
     bonds::check_sizes(case, &setup)?;
@@ -376,6 +380,7 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
             from: wall.from,
             until: wall.until,
             spans,
+            temperature: wall.temperature,
             wear: wall.wear.map(|wear| Wear { coefficient: wear.coefficient, hardness: wear.hardness }),
         });
     }

@@ -76,6 +76,7 @@ impl Scene {
             until: f64::INFINITY,
             spans: [false; 3],
             wear: None,
+            temperature: None,
         };
         let setup = DemSetup {
             global: GlobalBox::new([0.0; 3], [2.0 * half; 3], [false; 3]),
@@ -101,6 +102,7 @@ impl Scene {
             balance: None,
             exchange: Default::default(),
             collisions: CollisionModel::Soft,
+            thermal: None,
         };
         let dem = Dem::new(setup, 0).unwrap_or_else(|error| panic!("{error}"));
         let mut scene = Self { dem, radius: ball.radius, middle, against };
@@ -128,6 +130,7 @@ impl Scene {
             orientation: Rotation::identity(),
             velocity,
             angular_velocity,
+            temperature: 0.0,
         }
         .record(&self.dem);
         self.dem.insert(&record);

@@ -76,6 +76,10 @@ pub struct Insert<Name = usize> {
     /// Initial angular velocity (rad/s).
     #[serde(default)]
     pub angular_velocity: [f64; 3],
+    /// Temperature (K); heat.temperature if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0, "x-plausible" = [2, 4000]))]
+    pub temperature: Option<f64>,
     /// Time of the first batch (s).
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
@@ -127,6 +131,7 @@ impl<Name> Insert<Name> {
             motion: self.motion,
             velocity: self.velocity,
             angular_velocity: self.angular_velocity,
+            temperature: self.temperature,
             start: self.start,
             interval: self.interval,
             batch: self.batch,

@@ -25,6 +25,21 @@ pub struct Material {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-6, 5]))]
     pub surface_energy: Option<f64>,
+    /// Specific heat capacity (J/(kg K)), of particles with temperatures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [10, 10000]))]
+    pub heat_capacity: Option<f64>,
+    /// Thermal conductivity (W/(m K)); no heat passes through contacts of a material without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-3, 3000]))]
+    pub conductivity: Option<f64>,
+    /// Emissivity (-), of particles that radiate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0, "maximum" = 1))]
+    pub emissivity: Option<f64>,
+    /// Heat produced in particles (W/kg).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heat_source: Option<f64>,
     /// Liquid on bodies of the material, which bridges of contact.attraction.kind = "film_bridge" take and give back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film: Option<Film>,

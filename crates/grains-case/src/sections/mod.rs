@@ -12,6 +12,7 @@ pub mod contact_law;
 pub mod contact_points;
 pub mod domain;
 pub mod fluid;
+pub mod heat;
 pub mod insert;
 pub mod material;
 pub mod motion;

@@ -42,6 +42,8 @@ pub enum Field {
     Film,
     /// That with its parts of bridges (m³).
     Liquid,
+    /// Temperature (K).
+    Temperature,
     /// Force of the flow around a resolved particle (N), without buoyancy.
     FluidForce,
     /// Torque of that flow (N m).
@@ -50,7 +52,7 @@ pub enum Field {
 
 impl Field {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Material,
         Self::Coordination,
         Self::WallContacts,
@@ -61,6 +63,7 @@ impl Field {
         Self::Bonds,
         Self::Film,
         Self::Liquid,
+        Self::Temperature,
         Self::FluidForce,
         Self::FluidTorque,
     ];

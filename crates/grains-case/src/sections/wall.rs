@@ -206,6 +206,10 @@ pub struct Wall<Name = usize> {
     /// Wear by the particles that slide on it; not asked for if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<Wear>,
+    /// Temperature (K), with which heat passes between the wall and particles that touch it; no heat passes if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0, "x-plausible" = [2, 4000]))]
+    pub temperature: Option<f64>,
     /// The side on which the fluid is, which the wall bounds; without it the wall is for particles alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<FluidSide>,
@@ -217,8 +221,19 @@ pub struct Wall<Name = usize> {
 impl<Name> Wall<Name> {
     /// The same wall with its material named otherwise.
     pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
-        let Self { name: label, material, from, until, kind, motion, wear, fluid, slip } = self;
-        Wall { name: label, material: name(material), from, until, kind, motion, wear, fluid, slip }
+        let Self { name: label, material, from, until, kind, motion, wear, temperature, fluid, slip } = self;
+        Wall {
+            name: label,
+            material: name(material),
+            from,
+            until,
+            kind,
+            motion,
+            wear,
+            temperature,
+            fluid,
+            slip,
+        }
     }
 
     /// Whether it bounds the fluid and is not always there and at rest.

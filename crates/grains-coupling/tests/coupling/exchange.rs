@@ -74,6 +74,7 @@ fn record(id: usize, place: &Vec3, catalogue: &Catalogue, rates: &StepParameters
         half_velocity: half_step_back(Vec3::zeros(), rates),
         half_spin: Vec3::zeros(),
         sides: 0,
+        temperature: 0.0,
     }
 }
 
@@ -511,6 +512,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,
+        thermal: None,
     };
     let mut dem = Dem::new(setup, 0).unwrap();
     dem.insert(&record(0, &place, &grains.catalogue, &falling(dt)));

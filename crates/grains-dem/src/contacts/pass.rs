@@ -4,6 +4,7 @@ use super::load_quanta::LoadQuanta;
 use crate::catalogue::Catalogue;
 use crate::error::{StepError, vector};
 use crate::films::LiquidLedger;
+use crate::heat::TouchingParts;
 use grains_geometry::Vec3;
 
 /// A pass over contacts that adds their loads.
@@ -15,6 +16,8 @@ pub(crate) struct ContactPass<'a> {
     pub(crate) statistics: &'a mut PassStatistics,
     /// What bridges take from walls and leave on them, and how many form and break.
     pub(crate) liquid: &'a mut LiquidLedger,
+    /// Parts of bodies that touch, where heat flows between them.
+    pub(crate) touching: Option<&'a mut Vec<TouchingParts>>,
 }
 
 /// What one pass over the contacts found.

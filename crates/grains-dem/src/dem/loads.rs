@@ -33,6 +33,7 @@ impl Dem {
             return self.collide(&model, transport);
         }
         let mut statistics = PassStatistics::new(self.setup.overlap_limit);
+        self.touching.clear();
         self.begin_virial();
         self.add_pair_forces(With::Owned, &mut statistics);
         self.add_bond_forces(With::Owned);
@@ -44,6 +45,7 @@ impl Dem {
         self.add_bond_forces(With::Clones);
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
+        self.conduct(&mut statistics);
         self.sum_stress();
         self.particles.settle_films();
         self.clock.charge(Phase::Walls);
@@ -68,6 +70,7 @@ impl Dem {
         let time = self.time();
         let Self { particles, neighbours, setup, quanta, states, wall_loads, sliding, .. } = self;
         let liquid = &mut self.liquid_ledger;
+        let touching = setup.thermal.as_ref().map(|_| &mut self.touching);
         let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
         PassParts {
             particles,
@@ -75,7 +78,7 @@ impl Dem {
             wall_sums: WallSums { loads: wall_loads, sliding },
             scene: setup.wall_scene(states, time),
             lubrication: setup.lubrication.as_ref(),
-            pass: ContactPass { catalogue, quanta: *quanta, dt, statistics, liquid },
+            pass: ContactPass { catalogue, quanta: *quanta, dt, statistics, liquid, touching },
         }
     }
 

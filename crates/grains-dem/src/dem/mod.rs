@@ -1,5 +1,6 @@
 //! The granular phase of one rank and its step.
 
+mod heat;
 mod liquid;
 mod loaded_walls;
 mod loads;

@@ -162,7 +162,7 @@ impl Dem {
         // not reported here: the step that adds the forces at these positions fails with it.
         let mut touch: Option<Touch> = None;
         let mut list = self.neighbours.part_pairs.clone();
-        let _ = non_spherical::meet(&self.particles, &mut list, catalogue, |pair, contact| {
+        let _ = non_spherical::meet(&self.particles, &mut list, catalogue, |pair, contact, _| {
             if contact.overlap <= 0.0 {
                 return;
             }

@@ -33,6 +33,7 @@ impl Dem {
         }
         self.check(transport)?;
         self.let_liquid_leave(&left);
+        self.let_heat_leave(&left);
         let bonded = self.since_bonds_were_seen(left.len() as u64, transport);
         self.sort_and_list(&stays, bonded, transport)?;
         // The history is in the lists now.
@@ -103,6 +104,7 @@ impl Dem {
             images: self.images.as_ref(),
             slide,
             forming: forming.as_ref(),
+            conducts: setup.thermal.is_some(),
             may_leave: have_left,
             dt: setup.parameters.dt,
             time: self.origin.time_of(self.step, setup.parameters.dt),

@@ -6,6 +6,7 @@ use crate::contacts::LoadQuanta;
 use crate::exchange::ExchangeStrategy;
 use crate::flow_planes::FlowPlane;
 use crate::hard::CollisionModel;
+use crate::heat::Thermal;
 use crate::integrate::StepParameters;
 use crate::prescribed::PrescribedMotion;
 use crate::shear::{Shear, SlidingImages};
@@ -45,6 +46,8 @@ pub struct DemSetup {
     pub bonds: Vec<BondKind>,
     /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
+    /// What the temperatures of particles depend on, if they have one.
+    pub thermal: Option<Thermal>,
     /// What prescribes the motion of some particles; [`Dem::prescribe`](crate::Dem::prescribe) changes it.
     pub prescribed: Vec<PrescribedMotion>,
     /// How clones are brought up to date.
@@ -89,11 +92,12 @@ impl DemSetup {
         LoadQuanta::new(of_contacts.max(of_bonds), radius, wall_load)
     }
 
-    /// Largest gap (m) at which bodies act on each other, by lubrication or a contact law.
+    /// Largest gap (m) at which bodies act on each other, by lubrication, a contact law or the gas between them.
     pub(super) fn reach(&self) -> f64 {
         self.lubrication
             .map_or(0.0, |lubrication| lubrication.range)
             .max(self.catalogue.contacts.reach_up_to(self.largest_radius))
+            .max(self.thermal.as_ref().map_or(0.0, |thermal| thermal.reach(self.largest_radius)))
     }
 
     /// Largest way (m) that sliding images go before lists are rebuilt.

@@ -11,6 +11,7 @@ use crate::exchange::Exchange;
 use crate::films::LiquidLedger;
 use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
+use crate::heat::{HeatLedger, TouchingParts};
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
 use crate::shear::SlidingImages;
@@ -51,6 +52,10 @@ pub struct Dem {
     pub bond_ledger: BondLedger,
     /// Liquid in and out on this rank.
     pub liquid_ledger: LiquidLedger,
+    /// Heat in and out of the particles on this rank.
+    pub heat_ledger: HeatLedger,
+    /// Heat from each wall into this rank's particles (W).
+    pub wall_heat: Vec<f64>,
     /// Particles with cargo that came and went, until they are taken.
     pub passages: Passages,
     /// Time by phase.
@@ -88,6 +93,8 @@ pub struct Dem {
     pub(super) built_at: f64,
     /// Scratch: forces (N) on the walls that loads move.
     pub(super) loaded_forces: Vec<f64>,
+    /// Scratch: parts of bodies that touch, for the heat between them.
+    pub(super) touching: Vec<TouchingParts>,
     /// Way (m) that loads may still move walls before the lists are rebuilt.
     pub(super) way_left: f64,
     pub(super) error: Option<StepError>,
@@ -97,6 +104,7 @@ impl Dem {
     /// System without particles on one rank of `ranks[0] ranks[1] ranks[2]`.
     pub fn new(mut setup: DemSetup, rank: usize) -> Result<Self, DecompositionError> {
         setup.catalogue.contacts.prepare(setup.largest_radius);
+        setup.thermal.iter_mut().for_each(|thermal| thermal.prepare(setup.largest_radius));
         if let Some(shear) = setup.shear.filter(|shear| setup.ranks[shear.flow] != 1) {
             let (axis, ranks) = (['x', 'y', 'z'][shear.flow], setup.ranks[shear.flow]);
             return Err(DecompositionError::FlowDivided { axis, ranks });
@@ -116,6 +124,8 @@ impl Dem {
             made_bonds: vec![false; setup.bonds.len()],
             bond_ledger: BondLedger::default(),
             liquid_ledger: LiquidLedger::default(),
+            heat_ledger: HeatLedger::default(),
+            wall_heat: vec![0.0; setup.walls.len()],
             passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
@@ -140,6 +150,7 @@ impl Dem {
             images: setup.sliding_images(),
             built_at: 0.0,
             loaded_forces: Vec::new(),
+            touching: Vec::new(),
             way_left: 0.0,
             error: None,
             decomposition,
@@ -147,6 +158,9 @@ impl Dem {
         };
         if dem.setup.catalogue.contacts.films().is_some() {
             dem.particles.wet();
+        }
+        if dem.setup.thermal.is_some() {
+            dem.particles.warm();
         }
         dem.place_walls();
         let prescribed = std::mem::take(&mut dem.setup.prescribed);
@@ -217,6 +231,7 @@ impl Dem {
         }
         self.ledger.inserted += 1;
         self.wet_last();
+        self.account_heat_of_last();
         if self.particles.is_carrying() {
             self.passages.inserted.extend(self.particles.bodies.last());
         }

@@ -86,6 +86,7 @@ impl Dem {
             self.check_tunnelling(&outcome.fast);
         }
         let has_crossed = self.images.is_some_and(|images| images.follow(&mut self.particles));
+        self.heat_up();
         self.move_loaded_walls(transport);
         self.sliding.finish();
         self.step += 1;

@@ -33,7 +33,7 @@ impl Exchange {
     /// Number of f64 that create a clone.
     fn clone_length(&self, particles: &Particles) -> usize {
         let of_film = if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 };
-        CLONE_LENGTH + of_film + usize::from(self.updates.gathers())
+        CLONE_LENGTH + of_film + usize::from(particles.is_warm()) + usize::from(self.updates.gathers())
     }
 
     /// Writes the clones that other ranks get into their messages.
@@ -50,6 +50,7 @@ impl Exchange {
                 let message = &mut self.sent[peer];
                 write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.image, message);
                 message.extend(particles.films.get(i).map(BodyFilm::update).into_iter().flatten());
+                message.extend(particles.temperatures.get(i));
                 if gathers {
                     // Where the receiver finds it among all buffer particles, and by which way it came.
                     let slot = buffer.binary_search(&(i as u32)).unwrap_or(0);
@@ -74,6 +75,9 @@ impl Exchange {
                 if let Some(clone) = particles.films.len().checked_sub(1) {
                     particles.films[clone] = particles.films[i];
                 }
+                if let Some(clone) = particles.temperatures.len().checked_sub(1) {
+                    particles.temperatures[clone] = particles.temperatures[i];
+                }
             }
         }
     }
@@ -91,6 +95,11 @@ impl Exchange {
                 if let Some(film) = particles.films.last_mut() {
                     let (update, after) = rest.split_at(FILM_UPDATE_LENGTH);
                     (*film, rest) = (BodyFilm::of_update(update), after);
+                }
+                if let (Some(temperature), Some((own, after))) =
+                    (particles.temperatures.last_mut(), rest.split_first())
+                {
+                    (*temperature, rest) = (*own, after);
                 }
                 if let Some(&code) = rest.first() {
                     let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
@@ -149,6 +158,9 @@ impl Exchange {
                 }
                 if particles.is_wet() {
                     particles.films[clone] = particles.films[i];
+                }
+                if particles.is_warm() {
+                    particles.temperatures[clone] = particles.temperatures[i];
                 }
             }
         }

@@ -186,16 +186,21 @@ fn sent_to(links: &[Link], peer: usize) -> impl Iterator<Item = (u32, Image)> {
 
 /// Numbers that tell of a clone.
 pub(crate) fn record_length(particles: &Particles) -> usize {
-    motion_length(particles) + if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 }
+    motion_length(particles) + film_length(particles) + usize::from(particles.is_warm())
 }
 
-/// Those of them that tell of its motion; its film follows.
+/// Those of them that tell of its film.
+fn film_length(particles: &Particles) -> usize {
+    if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 }
+}
+
+/// Those of them that tell of its motion; its film and its temperature follow.
 fn motion_length(particles: &Particles) -> usize {
     if particles.has_orientations() { UPDATE_LENGTH } else { SPHERE_UPDATE_LENGTH }
 }
 
 /// Largest number of numbers that tell of a clone.
-pub(super) const LONGEST_UPDATE: usize = UPDATE_LENGTH + FILM_UPDATE_LENGTH;
+pub(super) const LONGEST_UPDATE: usize = UPDATE_LENGTH + FILM_UPDATE_LENGTH + 1;
 
 /// Writes the updates of particles into a message.
 pub(super) fn fill(
@@ -211,7 +216,10 @@ pub(super) fn fill(
         let motion = clone_update(&particles.bodies[i], orientation, &image);
         record[..of_motion].copy_from_slice(&motion[..of_motion]);
         if let Some(film) = particles.films.get(i) {
-            record[of_motion..].copy_from_slice(&film.update());
+            record[of_motion..of_motion + FILM_UPDATE_LENGTH].copy_from_slice(&film.update());
+        }
+        if let (Some(temperature), Some(last)) = (particles.temperatures.get(i), record.last_mut()) {
+            *last = *temperature;
         }
     }
 }
@@ -233,5 +241,8 @@ pub(super) fn take(particles: &mut Particles, clone: usize, record: &[f64]) {
     let of_motion = motion_length(particles);
     if let Some(film) = particles.films.get_mut(clone) {
         *film = BodyFilm::of_update(&record[of_motion..]);
+    }
+    if let (Some(temperature), Some(last)) = (particles.temperatures.get_mut(clone), record.last()) {
+        *temperature = *last;
     }
 }

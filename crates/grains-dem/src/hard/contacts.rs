@@ -60,7 +60,7 @@ pub(crate) fn collect(
     for pair in &neighbours.spheres {
         contacts.extend(of_spheres(pair, particles, catalogue, statistics));
     }
-    let met = non_spherical::meet(particles, &mut neighbours.part_pairs, catalogue, |pair, contact| {
+    let met = non_spherical::meet(particles, &mut neighbours.part_pairs, catalogue, |pair, contact, _| {
         contacts.push(of_bodies(pair, contact, particles, catalogue, statistics));
     });
     if let Err(error) = met {
@@ -146,7 +146,7 @@ fn of_wall(
     catalogue: &Catalogue,
     statistics: &mut PassStatistics,
 ) -> HardContact {
-    let WallMeeting { pair, image, normal, overlap, arm, point, velocity } = *meeting;
+    let WallMeeting { pair, image, normal, overlap, arm, point, velocity, .. } = *meeting;
     let (i, wall) = (pair.particle as usize, &scene.walls[pair.wall as usize]);
     let body = &particles.bodies[i];
     let inscribed = catalogue.inscribed_radius(body);

@@ -7,7 +7,7 @@
 //! begins with its contact, and planes and path lengths, which depend on when lists were built, change the time of an answer
 //! only.
 
-use super::found::{Contacts, Found};
+use super::found::Contacts;
 use super::list::PartPairList;
 use super::pairs::{Histories, PartPair};
 use crate::catalogue::{Catalogue, FaceContact};
@@ -16,9 +16,9 @@ use crate::narrow_phase::{
     Meeting, PartContact, PlacedPart, Pose, contact_patch, gap_across_plane, meet_parts,
 };
 use crate::particles::Particles;
-use grains_geometry::{GjkError, Simplex, Vec3};
+use grains_geometry::{ContactPatch, GjkError, Simplex, Vec3};
 
-/// Calls `visit` with every pair of parts that touch and their contact.
+/// Calls `visit` with every pair of parts that touch, their contact, and where they touch if not in a point.
 ///
 /// # Errors
 /// A distance that could not be found.
@@ -26,13 +26,13 @@ pub(crate) fn meet(
     particles: &Particles,
     list: &mut PartPairList,
     catalogue: &Catalogue,
-    mut visit: impl FnMut(&PartPair, &PartContact),
+    mut visit: impl FnMut(&PartPair, &PartContact, Option<&ContactPatch>),
 ) -> Result<(), StepError> {
     let PartPairList { pairs, histories, found, .. } = list;
     for group in pairs.chunk_by_mut(PartPair::is_of_same_particles) {
         find_contacts(particles, group, histories, catalogue, found)?;
-        for Found { place, contact, .. } in &found.items {
-            visit(&group[*place], contact);
+        for item in &found.items {
+            visit(&group[item.place], &item.contact, found.footprint(item));
         }
     }
     Ok(())

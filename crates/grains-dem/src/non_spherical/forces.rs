@@ -10,6 +10,7 @@ use crate::catalogue::{Catalogue, ContactTable};
 use crate::contact_history::ContactHistory;
 use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, either};
 use crate::films::{Partner, end_bridge, follow_bridge};
+use crate::heat::TouchingParts;
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_contact::PreparedLaw;
@@ -35,6 +36,15 @@ pub(crate) fn add_forces(
         if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], histories, catalogue, found) {
             pass.statistics.error = Some(error);
             continue;
+        }
+        if let Some(touching) = &mut pass.touching {
+            let touches = found.items.iter().map(|item| {
+                let pair = &pairs[group.start + item.place];
+                let memory = histories.law_of(pair).memory;
+                let place = (item.contact.overlap, found.footprint(item));
+                TouchingParts::of_particles([pair.a, pair.b], place, memory)
+            });
+            touching.extend(touches);
         }
         let pair = pairs[group.start];
         let (a, b) = (pair.a as usize, pair.b as usize);

@@ -19,11 +19,13 @@ pub struct ParticleRecord {
     pub half_spin: Vec3,
     /// Sides of the flow planes.
     pub sides: u32,
+    /// Temperature (K), 0 where particles have none.
+    pub temperature: f64,
 }
 
 impl ParticleRecord {
     /// Number of f64 in a packed record.
-    pub const LENGTH: usize = 4 + 3 * 5 + 4 + 2;
+    pub const LENGTH: usize = 4 + 3 * 5 + 4 + 2 + 1;
 
     /// Appends the record to a message.
     pub fn write(&self, message: &mut Vec<f64>) {
@@ -39,7 +41,7 @@ impl ParticleRecord {
             message.extend([v.x, v.y, v.z]);
         }
         let q = self.orientation.quaternion();
-        message.extend([q.w, q.i, q.j, q.k, b.radius, b.mass]);
+        message.extend([q.w, q.i, q.j, q.k, b.radius, b.mass, self.temperature]);
     }
 
     /// Reads a record written by [`ParticleRecord::write`].
@@ -60,6 +62,7 @@ impl ParticleRecord {
             },
             half_velocity: vector(13),
             half_spin: vector(16),
+            temperature: message[25],
             orientation: Unit::new_unchecked(Quaternion::new(q[0], q[1], q[2], q[3])),
         }
     }
@@ -182,6 +185,7 @@ mod tests {
             half_velocity: v(4.0),
             half_spin: v(5.0),
             sides: u32::MAX,
+            temperature: 293.15,
         }
     }
 

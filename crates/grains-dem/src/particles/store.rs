@@ -3,6 +3,7 @@
 use super::body::{Body, CARGO_LENGTH, Cargo, Load};
 use super::record::ParticleRecord;
 use crate::films::BodyFilm;
+use crate::heat::HeatFlow;
 use crate::memory_use::heap_bytes;
 use crate::rotation::frame;
 use grains_geometry::{Mat3, Rotation, Vec3};
@@ -36,6 +37,10 @@ pub struct Particles {
     pub cargo: Vec<Cargo>,
     /// Liquid, owned and clones; empty unless [`Particles::wet`] was called.
     pub films: Vec<BodyFilm>,
+    /// Temperature (K), owned and clones; empty unless [`Particles::warm`] was called.
+    pub temperatures: Vec<f64>,
+    /// Heat that flows into them through contacts in this step, owned.
+    pub(crate) heat_flows: Vec<HeatFlow>,
     /// Identities of those of prescribed motion, motion by motion.
     pub(crate) prescribed_ids: Vec<Range<u64>>,
     /// Sum of F ⊗ (x_a − x_b) over the contacts of the step (N m), those with clones by half; if it is asked for.
@@ -43,6 +48,7 @@ pub struct Particles {
     has_orientations: bool,
     carrying: bool,
     is_wet: bool,
+    is_warm: bool,
 }
 
 impl Particles {
@@ -54,7 +60,8 @@ impl Particles {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
         let Self { bodies, ids, orientations, frames, path_length, .. } = self;
-        let Self { loads, half_velocity, half_spin, sides, cargo, films, .. } = self;
+        let Self { loads, half_velocity, half_spin, sides, cargo, films, temperatures, heat_flows, .. } =
+            self;
         let shared = heap_bytes(bodies)
             + heap_bytes(ids)
             + heap_bytes(orientations)
@@ -67,6 +74,8 @@ impl Particles {
             + heap_bytes(sides)
             + heap_bytes(cargo)
             + heap_bytes(films)
+            + heap_bytes(temperatures)
+            + heap_bytes(heat_flows)
     }
 
     /// Whether this rank holds no particle.
@@ -82,6 +91,7 @@ impl Particles {
         self.frames.truncate(self.owned);
         self.path_length.truncate(self.owned);
         self.films.truncate(self.owned);
+        self.temperatures.truncate(self.owned);
     }
 
     /// Particles without orientation if all shapes are spheres.
@@ -102,6 +112,19 @@ impl Particles {
     /// All ranks must do so before there are any.
     pub fn wet(&mut self) {
         self.is_wet = true;
+    }
+
+    /// Lets every particle, also those to come, have a temperature; 0 K until somebody sets it.
+    ///
+    /// All ranks must do so before there are any.
+    pub fn warm(&mut self) {
+        self.is_warm = true;
+    }
+
+    /// Whether particles have temperatures.
+    #[inline(always)]
+    pub fn is_warm(&self) -> bool {
+        self.is_warm
     }
 
     /// Whether particles carry films of liquid.
@@ -128,8 +151,14 @@ impl Particles {
         self.half_velocity.push(record.half_velocity);
         self.half_spin.push(record.half_spin);
         self.sides.push(record.sides);
+        if let Some(temperature) = self.temperatures.last_mut() {
+            *temperature = record.temperature;
+        }
         if self.carrying {
             self.cargo.push([0.0; CARGO_LENGTH]);
+        }
+        if self.is_warm {
+            self.heat_flows.push(HeatFlow::default());
         }
         self.owned += 1;
     }
@@ -146,6 +175,9 @@ impl Particles {
         if self.is_wet {
             self.films.reserve_exact(clones);
         }
+        if self.is_warm {
+            self.temperatures.reserve_exact(clones);
+        }
     }
 
     /// Appends a clone.
@@ -159,6 +191,9 @@ impl Particles {
         }
         if self.is_wet {
             self.films.push(BodyFilm::default());
+        }
+        if self.is_warm {
+            self.temperatures.push(0.0);
         }
     }
 
@@ -194,6 +229,7 @@ impl Particles {
             half_velocity: self.half_velocity[i],
             half_spin: self.half_spin[i],
             sides: self.sides[i],
+            temperature: self.temperatures.get(i).copied().unwrap_or(0.0),
         }
     }
 
@@ -215,6 +251,10 @@ impl Particles {
         }
         if self.is_wet {
             permute(&mut self.films, order);
+        }
+        if self.is_warm {
+            permute(&mut self.temperatures, order);
+            permute(&mut self.heat_flows, order);
         }
         self.owned = order.len();
     }

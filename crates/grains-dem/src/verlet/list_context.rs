@@ -24,6 +24,8 @@ pub(crate) struct ListContext<'a> {
     pub(crate) slide: f64,
     /// Bonds to be made.
     pub(crate) forming: Option<&'a Forming<'a>>,
+    /// Whether pairs that exert no forces exchange heat.
+    pub(crate) conducts: bool,
     /// Whether a bonded particle may have left the box.
     pub(crate) may_leave: bool,
     pub(crate) dt: f64,

@@ -22,6 +22,8 @@ pub(crate) struct VerletLists {
     pub(crate) part_pairs: PartPairList,
     pub(crate) walls: WallList,
     pub(crate) bonds: BondList,
+    /// Pairs that exert no forces, but exchange heat.
+    pub(crate) resting: RestingPairs,
     /// How many pairs, at the beginning of the lists, are of two owned particles.
     pub(crate) inner: Inner,
     /// Distance any wall may move before the lists are rebuilt (m).
@@ -30,6 +32,15 @@ pub(crate) struct VerletLists {
     pub(super) bond_changes: BondChanges,
     /// Scratch: parts of two bodies near each other.
     pub(super) near_parts: [Vec<u16>; 2],
+}
+
+/// Pairs of bodies of prescribed motion with each other and with walls: nothing comes of their forces. Empty unless particles have
+/// temperatures.
+#[derive(Debug, Default)]
+pub(crate) struct RestingPairs {
+    pub(crate) spheres: Vec<SpherePair>,
+    pub(crate) part_pairs: PartPairList,
+    pub(crate) walls: WallList,
 }
 
 /// Numbers of pairs of spheres, and of parts of bodies.
@@ -43,7 +54,15 @@ impl VerletLists {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
         let Self {
-            references, reference_orientations, spheres, sphere_laws, part_pairs, walls, bonds, ..
+            references,
+            reference_orientations,
+            spheres,
+            sphere_laws,
+            part_pairs,
+            walls,
+            bonds,
+            resting,
+            ..
         } = self;
         heap_bytes(references)
             + heap_bytes(reference_orientations)
@@ -52,6 +71,9 @@ impl VerletLists {
             + part_pairs.bytes()
             + bonds.bytes()
             + walls.bytes()
+            + heap_bytes(&resting.spheres)
+            + resting.part_pairs.bytes()
+            + resting.walls.bytes()
     }
 
     /// Number of pairs in the lists: spheres, parts of other particles, walls.

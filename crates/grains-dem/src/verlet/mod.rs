@@ -16,7 +16,7 @@ mod work;
 
 pub(crate) use cell_list::{CellList, cutoffs};
 pub(crate) use list_context::ListContext;
-pub(crate) use lists::{Inner, VerletLists};
+pub(crate) use lists::{Inner, RestingPairs, VerletLists};
 pub(crate) use pair_search::BondChanges;
 pub(crate) use skin::Reference;
 pub use skin::Skin;

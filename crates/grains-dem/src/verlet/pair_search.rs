@@ -62,6 +62,8 @@ impl VerletLists {
         self.spheres.clear();
         self.sphere_laws.clear();
         self.part_pairs.clear();
+        self.resting.spheres.clear();
+        self.resting.part_pairs.clear();
         let has_clones = particles.len() > particles.owned;
         let clones = if has_clones { Clones::new(particles, &cell_list.cells) } else { Clones::default() };
         let (probes, all_spheres) = (self.probes(particles, context), context.catalogue.all_spheres());
@@ -81,6 +83,7 @@ impl VerletLists {
             }
         }
         self.part_pairs.reserve();
+        self.resting.part_pairs.reserve();
         self.find_walls(&search);
         self.bonds.sort(particles.owned);
         std::mem::take(&mut self.bond_changes)
@@ -161,13 +164,19 @@ impl VerletLists {
     /// Pairs of owned particles with walls.
     fn find_walls(&mut self, search: &Search) {
         let &Search { particles, cell_list, histories, context, .. } = search;
-        self.walls.clear();
-        self.walls.keep_laws = context.catalogue.contacts.keep_law_history();
-        self.walls.shifts = images::shifts(&context.decomposition.global);
+        for list in [&mut self.walls, &mut self.resting.walls] {
+            list.clear();
+            list.keep_laws = context.catalogue.contacts.keep_law_history();
+            list.shifts = images::shifts(&context.decomposition.global);
+        }
         let mut near_walls =
             WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };
         for (i, &origin) in cell_list.order.iter().enumerate() {
             if particles.bodies[i].is_prescribed() {
+                if context.conducts {
+                    let allowance = self.references[i].allowance;
+                    near_walls.search(&mut self.resting.walls, particles, i, allowance, &[]);
+                }
                 continue;
             }
             let known = histories.walls.row(origin as usize);
@@ -199,15 +208,20 @@ impl VerletLists {
                 continue;
             }
             let &Search { particles, cell_list, histories, context, all_spheres, .. } = search;
-            if particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed() {
+            let is_resting = particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed();
+            if is_resting && !context.conducts {
                 continue;
             }
-            if search.has_bonds && self.bonds_pair(search, i, j) {
+            if !is_resting && search.has_bonds && self.bonds_pair(search, i, j) {
                 continue;
             }
             let both_spheres = all_spheres
                 || [i, j].iter().all(|&k| context.catalogue.shape(particles.bodies[k].kind).is_sphere());
-            if both_spheres {
+            if is_resting && both_spheres {
+                let tangential_displacement = Vec3::zeros();
+                let pair = SpherePair { a: i as u32, b: j as u32, tangential_displacement };
+                self.resting.spheres.push(pair);
+            } else if both_spheres {
                 let (id, row) = (particles.ids[j], cell_list.order[i] as usize);
                 let of_row = histories.spheres.row(row);
                 let known = of_row.iter().position(|m| m.partner == id);
@@ -223,13 +237,13 @@ impl VerletLists {
                     self.sphere_laws.push(law.copied().unwrap_or_default());
                 }
             } else {
-                self.pair_parts(i, j, search);
+                self.pair_parts(i, j, is_resting, search);
             }
         }
     }
 
     /// Adds the pairs of parts of two bodies whose boxes come within allowance.
-    fn pair_parts(&mut self, i: usize, j: usize, search: &Search) {
+    fn pair_parts(&mut self, i: usize, j: usize, is_resting: bool, search: &Search) {
         let &Search { particles, cell_list, histories, context, .. } = search;
         let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
         let margin = search.allowance(a) + search.allowance(b) + context.catalogue.contacts.reach();
@@ -255,7 +269,8 @@ impl VerletLists {
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = histories.part_pairs.row(cell_list.order[i] as usize).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
-                self.part_pairs.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
+                let list = if is_resting { &mut self.resting.part_pairs } else { &mut self.part_pairs };
+                list.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
             }
         }
         self.near_parts = near;

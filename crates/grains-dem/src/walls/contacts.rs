@@ -11,7 +11,7 @@ use crate::error::{StepError, vector};
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
-use grains_geometry::{GjkError, Mat3, Simplex, Vec3};
+use grains_geometry::{ContactPatch, GjkError, Mat3, Simplex, Vec3};
 use std::ops::Range;
 
 /// The particle of a group of pairs as the wall sees it.
@@ -108,6 +108,8 @@ pub(crate) struct WallMeeting {
     pub(crate) point: Vec3,
     /// Velocity of the wall there (m/s).
     pub(crate) velocity: Vec3,
+    /// Where the body touches if not in a point, in the wall's frame.
+    pub(crate) footprint: Option<ContactPatch>,
 }
 
 /// Calls `visit` with every wall contact.
@@ -138,6 +140,7 @@ pub(crate) fn meet(
                 arm,
                 point,
                 velocity: state.velocity_at(&point),
+                footprint: found.footprint,
             });
         }
     }

@@ -13,6 +13,7 @@ use crate::contacts::{
     ContactPass, ContactPoint, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, Wound, either,
 };
 use crate::films::{Partner, end_bridge, follow_bridge};
+use crate::heat::TouchingParts;
 use crate::narrow_phase::Pose;
 use crate::particles::Particles;
 use grains_geometry::{DepthNorm, GjkError, Vec3};
@@ -109,6 +110,16 @@ fn add_body(
     if parts == 0 {
         group.for_each(|k| forget(&mut list.pairs[k], list.laws.get_mut(k)));
         return Ok(());
+    }
+    if let (Some(touching), Some(_)) = (&mut pass.touching, approach.wall.temperature) {
+        let found = list.touching.iter().zip(group.clone());
+        let touches = found.filter_map(|(contact, k)| {
+            let (contact, pair) = (contact.as_ref()?, &list.pairs[k]);
+            let memory = list.laws.get(k).map_or(0.0, |law| law.memory);
+            let place = (contact.overlap, contact.footprint.as_ref());
+            Some(TouchingParts::at_wall((pair.particle, pair.wall), place, memory))
+        });
+        touching.extend(touches);
     }
     let first = &list.pairs[group.start];
     let body = &particles.bodies[first.particle as usize];

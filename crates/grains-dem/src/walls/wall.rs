@@ -25,6 +25,8 @@ pub struct Wall {
     ///
     /// Along these it is met at the wrapped position; it should extend beyond the box by a radius.
     pub spans: [bool; 3],
+    /// Temperature (K), where heat passes between the wall and particles.
+    pub temperature: Option<f64>,
     /// How it wears, if that is asked for.
     pub wear: Option<Wear>,
 }

@@ -146,6 +146,7 @@ fn bead(id: u64, position: Vec3) -> NewParticle {
         orientation: Rotation::identity(),
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }
 }
 

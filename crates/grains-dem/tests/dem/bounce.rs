@@ -200,7 +200,16 @@ fn bounce(shape: &Shape, partner: Partner, turn: Rotation, restitution: f64, ste
     let mut add = |id, shape, position, orientation, velocity| {
         let kind = Kind { shape, material: 0 };
         let angular_velocity = if velocity == Vec3::zeros() { velocity } else { spin };
-        let new = NewParticle { id, kind, scale: 1.0, position, orientation, velocity, angular_velocity };
+        let new = NewParticle {
+            id,
+            kind,
+            scale: 1.0,
+            position,
+            orientation,
+            velocity,
+            angular_velocity,
+            temperature: 0.0,
+        };
         let record = new.record(&dem);
         dem.insert(&record);
     };

@@ -250,6 +250,7 @@ pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {
         until: f64::INFINITY,
         spans: [false; 3],
         wear: None,
+        temperature: None,
     }
 }
 
@@ -289,6 +290,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         balance: None,
         exchange: Default::default(),
         collisions: CollisionModel::Soft,
+        thermal: None,
     }
 }
 
@@ -315,6 +317,7 @@ pub fn lattice(lower: [f64; 3], upper: [f64; 3], spacing: f64, kinds: u16, speed
             orientation: Rotation::new(axis),
             velocity,
             angular_velocity: spin,
+            temperature: 0.0,
         });
     }
     let count = particles.len();

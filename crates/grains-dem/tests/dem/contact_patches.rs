@@ -56,6 +56,7 @@ fn placed(shape: Shape, floor: Surface, faces: FaceContact, places: &[(Vec3, Rot
             orientation,
             velocity: Vec3::zeros(),
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         };
         let record = new.record(&dem);
         dem.insert(&record);

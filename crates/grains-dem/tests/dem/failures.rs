@@ -22,6 +22,7 @@ fn pair(gap: f64, velocity: Vec3) -> Dem {
             orientation: Rotation::identity(),
             velocity,
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         };
         let record = particle.record(&dem);
         dem.insert(&record);
@@ -64,6 +65,7 @@ fn a_particle_alone_may_go_as_far_as_it_likes() {
         orientation: Rotation::identity(),
         velocity: Vec3::new(1e3, 0.0, 0.0),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }
     .record(&dem);
     dem.insert(&record);
@@ -139,6 +141,7 @@ fn sweeping(dt: f64, fibre: bool, sheet: bool) -> Result<(), StepError> {
         orientation: Rotation::identity(),
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     let mut first = body(0, if fibre { 0 } else { 2 }, middle);
     let duration = 2e-3;

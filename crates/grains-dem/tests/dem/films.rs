@@ -64,6 +64,7 @@ fn late(dem: &mut Dem, step: u64) {
         orientation: Rotation::identity(),
         velocity: Vec3::new(0.0, 0.0, -6.0),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     if dem.owns(&new.position) {
         let record = new.record(dem);
@@ -197,6 +198,7 @@ fn twice(share: FilmShare, radii: [f64; 2], swapped: bool, at_wall: bool) -> (Ve
             orientation: Rotation::identity(),
             velocity: Vec3::zeros(),
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         };
         let record = new.record(&dem);
         dem.insert(&record);

@@ -48,7 +48,16 @@ fn closed_box(lower: f64, upper: f64) -> Vec<Wall> {
 
 fn particle(id: u64, position: Vec3, orientation: Rotation, velocity: Vec3) -> NewParticle {
     let (kind, scale) = (Kind { shape: 0, material: 0 }, 1.0);
-    NewParticle { id, kind, scale, position, orientation, velocity, angular_velocity: Vec3::zeros() }
+    NewParticle {
+        id,
+        kind,
+        scale,
+        position,
+        orientation,
+        velocity,
+        angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
+    }
 }
 
 fn dem_of(setup: DemSetup, particles: Vec<NewParticle>) -> Dem {

@@ -53,6 +53,7 @@ fn drop(shape: Shape, angle: f64, faces: FaceContact, sharing: Sharing) -> Rebou
         orientation: Rotation::from_axis_angle(&Vec3::y_axis(), -angle),
         velocity: -Vec3::z(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     let record = new.record(&dem);
     dem.insert(&record);

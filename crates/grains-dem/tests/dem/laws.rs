@@ -155,6 +155,7 @@ fn meeting(law: ContactLaw, case: u64, swapped: bool, steps: f64) -> Dem {
         orientation: Rotation::new(vector(20) * 3.0),
         velocity: vector(11) * 0.3 - towards * if k == 1 { 0.6 } else { 0.0 },
         angular_velocity: vector(14 + 3 * k as u64) * 300.0,
+        temperature: 0.0,
     };
     let new = [of(0, 0), of(1, (case % 2) as u16)];
     let order = if swapped { [1, 0] } else { [0, 1] };
@@ -271,6 +272,7 @@ fn rebound(law: ContactLaw, shape: Shape, speed: f64, on_plane: bool, steps: f64
             orientation: Rotation::new(Vec3::new(0.3, 0.2, 0.1)),
             velocity: Vec3::z() * velocity,
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         }
         .record(dem);
         dem.insert(&record);

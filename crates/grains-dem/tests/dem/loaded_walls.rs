@@ -118,6 +118,7 @@ fn ball_below_lid(load: Loading, distance: f64) -> Dem {
         orientation: Rotation::identity(),
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     let record = particle.record(&dem);
     dem.insert(&record);

@@ -32,7 +32,16 @@ fn with_particles(setup: DemSetup, particles: &[(Vec3, Vec3)]) -> Dem {
     for (id, &(position, velocity)) in (0..).zip(particles) {
         let (orientation, angular_velocity) = (Rotation::identity(), Vec3::zeros());
         let kind = Kind { shape: 0, material: 0 };
-        let new = NewParticle { id, kind, scale: 1.0, position, orientation, velocity, angular_velocity };
+        let new = NewParticle {
+            id,
+            kind,
+            scale: 1.0,
+            position,
+            orientation,
+            velocity,
+            angular_velocity,
+            temperature: 0.0,
+        };
         let record = new.record(&dem);
         dem.insert(&record);
     }

@@ -97,6 +97,7 @@ fn before(impact: &Impact, steps: f64, fraction: f64, meets: Meets) -> Dem {
         orientation: Rotation::identity(),
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     let at = |height: f64| NewParticle { position: middle + Vec3::z() * height + gap, velocity, ..still };
     let particles = match meets {

@@ -42,6 +42,7 @@ fn particle(position: Vec3, orientation: Rotation) -> NewParticle {
         orientation,
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }
 }
 

@@ -71,6 +71,7 @@ fn scene(shape: &Shape, partner: Partner, faces: FaceContact, start: Rotation) -
             orientation,
             velocity: Vec3::zeros(),
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         };
         let record = new.record(&dem);
         dem.insert(&record);

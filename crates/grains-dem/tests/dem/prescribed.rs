@@ -22,6 +22,7 @@ fn particle(id: u64, shape: u16, position: Vec3, velocity: Vec3) -> NewParticle 
         orientation: Rotation::new(Vec3::new(0.3, -0.2, 0.5)),
         velocity,
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }
 }
 

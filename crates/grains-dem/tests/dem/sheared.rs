@@ -106,6 +106,7 @@ fn a_free_particle_goes_straight_on_through_the_images() {
         orientation: Rotation::identity(),
         velocity: peculiar,
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }];
     let mut dem = scene.start([1; 3], 0);
     let velocity = dem.particles.bodies[0].velocity;

@@ -39,6 +39,7 @@ fn mixture(shapes: Vec<Shape>) -> Scene {
             orientation: Rotation::identity(),
             velocity: Vec3::new(0.5, -0.7, -0.6),
             angular_velocity: Vec3::new(5.0, 0.0, 9.0),
+            temperature: 0.0,
         });
     }
     for (scale, spacing) in [(0.3, 3e-3), (0.05, 0.5e-3)] {

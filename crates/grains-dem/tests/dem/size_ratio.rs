@@ -48,6 +48,7 @@ fn way(normal: Normal, ratio: f64, tangent: f64) -> f64 {
             orientation: Rotation::identity(),
             velocity: Vec3::zeros(),
             angular_velocity: Vec3::zeros(),
+            temperature: 0.0,
         }
         .record(&dem);
         dem.insert(&record);

@@ -18,6 +18,7 @@ fn particle(id: u64, shape: u16, position: Vec3, velocity: Vec3) -> NewParticle 
         orientation: Rotation::identity(),
         velocity,
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     }
 }
 

@@ -32,6 +32,7 @@ fn sphere_on_floor(law: ContactLaw, incline: f64, height: f64, change: impl Fn(&
         orientation: Rotation::identity(),
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     let record = particle.record(&dem);
     dem.insert(&record);

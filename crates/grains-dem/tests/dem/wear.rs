@@ -57,6 +57,7 @@ fn resting((shape, height): (Shape, f64), wall: Wall, law: ContactLaw, [point, v
         orientation: Rotation::identity(),
         velocity,
         angular_velocity: Vec3::zeros(),
+        temperature: 0.0,
     };
     Scene { setup, particles: vec![particle] }.start([1; 3], 0)
 }

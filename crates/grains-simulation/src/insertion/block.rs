@@ -6,6 +6,7 @@ use super::lattice::Sites;
 use super::rows::{FileRows, component_kind};
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
+use crate::heat;
 use crate::random::Draw;
 use crate::sizes::Sizes;
 use crate::system;
@@ -360,6 +361,7 @@ impl Block {
             orientation: orientation(insert.orientation, &mut Draw::new(seed, id, purpose::ORIENTATION)),
             velocity: Vec3::from(insert.velocity),
             angular_velocity: Vec3::from(insert.angular_velocity),
+            temperature: heat::initial(case, insert.temperature),
         };
         if let Some(rows) = &self.rows {
             rows.apply(id - self.first_id, &mut new);

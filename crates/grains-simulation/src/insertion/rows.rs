@@ -123,6 +123,9 @@ impl FileRows {
         if let Some(w) = &columns.angular_velocity {
             new.angular_velocity = Vec3::from(w[row]);
         }
+        if let Some(temperatures) = &columns.temperature {
+            new.temperature = temperatures[row];
+        }
     }
 
     fn place(&self, row: u64) -> usize {
@@ -191,6 +194,7 @@ fn of_snapshot(path: &Path, share: (usize, usize)) -> Result<ParticleColumns, St
         orientation: Some(rows(&real("orientation_wxyz")?)),
         velocity: vectors("velocity")?,
         angular_velocity: vectors("angular_velocity")?,
+        temperature: if has("temperature") { Some(real("temperature")?) } else { None },
         shape: names("shape", &|k| Some(source.shapes.get(k)?.name.clone()))?,
         material: names("material", &|k| Some(source.materials.get(k)?.name.clone()))?,
     })

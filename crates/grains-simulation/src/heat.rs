@@ -1,0 +1,139 @@
+//! Temperatures of a case: what they depend on, their columns, and the heat ledger in a checkpoint and back.
+
+use crate::insertion::KindRange;
+use crate::restart::{State, reals, words};
+use grains_case::{Case, Contact, Material};
+use grains_comm::MpiTransport;
+use grains_contact::{Conduction, Elastic, GasLens, effective_modulus};
+use grains_dem::{Catalogue, Dem, Heat, HeatLedger, Thermal};
+use grains_domain::Transport;
+use grains_output::CheckpointFile;
+
+/// Text of a checkpoint: the ledger (J).
+const LEDGER: &str = "heat";
+
+/// What the temperatures of the particles of a case depend on, if they have one.
+pub fn thermal(case: &Case, catalogue: &Catalogue) -> Option<Thermal> {
+    let heat = case.heat.as_ref()?;
+    let lens = heat.gas.map(|gas| GasLens {
+        conductivity: gas.conductivity,
+        thickness: gas.thickness,
+        smallest_gap: gas.smallest_gap,
+    });
+    let surroundings = heat.radiation.map(|radiation| radiation.surroundings);
+    let mut thermal = Thermal::new(case.materials.len(), lens, surroundings);
+    let each = |of: fn(&Material) -> Option<f64>| -> Vec<f64> {
+        case.materials.iter().map(|material| of(material).unwrap_or(0.0)).collect()
+    };
+    thermal.heat_capacities = each(|material| material.heat_capacity);
+    thermal.emissivities = each(|material| material.emissivity);
+    thermal.sources = each(|material| material.heat_source);
+    let is_used = |shape: usize| case.inserts.iter().flat_map(|i| &i.particles).any(|p| p.shape == shape);
+    thermal.areas = catalogue
+        .shapes
+        .iter()
+        .enumerate()
+        .map(|(k, shape)| if is_used(k) { shape.area() } else { 0.0 })
+        .collect();
+    for contact in &case.contacts {
+        if let Some(conduction) = conduction(case, contact) {
+            thermal.set_conduction(contact.between, conduction);
+        }
+    }
+    Some(thermal)
+}
+
+/// How two materials that touch conduct heat, if both do.
+pub(crate) fn conduction(case: &Case, contact: &Contact) -> Option<Conduction> {
+    let pair = contact.between.map(|material| &case.materials[material]);
+    let [a, b] = pair.map(|material| material.conductivity);
+    Some(Conduction::between(a?, b?, true_modulus(contact, pair)))
+}
+
+/// Effective modulus (Pa) of two materials as they are, where their law is softer than that or knows none.
+fn true_modulus(contact: &Contact, pair: [&Material; 2]) -> Option<f64> {
+    let elastic = pair.map(|material| {
+        Some(Elastic { youngs_modulus: material.youngs_modulus?, poissons_ratio: material.poissons_ratio? })
+    });
+    let of_materials = || Some(effective_modulus(elastic[0]?, elastic[1]?));
+    let is_as_it_is = contact.softening == 1.0 && contact.normal_stiffness.is_none();
+    if is_as_it_is { None } else { contact.effective_modulus.or_else(of_materials) }
+}
+
+/// Temperature (K) of the particles of an insertion that no file tells.
+pub fn initial(case: &Case, of_insert: Option<f64>) -> f64 {
+    of_insert.or(case.heat.as_ref().map(|heat| heat.temperature)).unwrap_or(0.0)
+}
+
+/// Names and units of the columns of the time series.
+pub fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
+    const FIXED: [(&str, &str); 11] = [
+        ("temperature_mean", "K"),
+        ("temperature_min", "K"),
+        ("temperature_max", "K"),
+        ("heat_content", "J"),
+        ("heat_inserted", "J"),
+        ("heat_left", "J"),
+        ("heat_from_walls", "J"),
+        ("heat_from_radiation", "J"),
+        ("heat_produced", "J"),
+        ("heat_from_fluid", "J"),
+        ("heat_unaccounted", "J"),
+    ];
+    if dem.setup.thermal.is_none() {
+        return Vec::new();
+    }
+    let fixed = FIXED.iter().map(|&(name, unit)| (format!("particle_{name}"), unit));
+    let warm = dem.setup.walls.iter().filter(|wall| wall.temperature.is_some());
+    fixed.chain(warm.map(|wall| (format!("{}_heat_flow", wall.name), "W"))).collect()
+}
+
+/// Values of these columns; collective.
+pub fn row(dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+    let Some(heat) = dem.heat(transport) else { return Vec::new() };
+    let Heat { mean, ends, content, ledger } = heat;
+    let mut row = vec![mean, ends[0], ends[1], content];
+    row.extend(ledger.numbers());
+    row.push(heat.unaccounted());
+    let flows = dem.wall_heat(transport);
+    let warm = dem.setup.walls.iter().zip(flows).filter(|(wall, _)| wall.temperature.is_some());
+    row.extend(warm.map(|(_, flow)| flow));
+    row
+}
+
+/// Adds the ledger to a checkpoint, if particles have temperatures.
+pub fn save(dem: &Dem, (_, texts): &mut State, transport: &MpiTransport) {
+    if dem.setup.thermal.is_some() {
+        let mut sums = dem.heat_ledger.numbers();
+        transport.sum(&mut sums);
+        texts.push((LEDGER.into(), words(&sums)));
+    }
+}
+
+/// The ledger of a checkpoint; none if its particles had no temperatures.
+pub fn ledger(file: &CheckpointFile) -> Option<HeatLedger> {
+    let numbers = reals(file.text(LEDGER)?)?;
+    Some(HeatLedger::from_numbers(numbers.try_into().ok()?))
+}
+
+/// Largest share Σ G Δt/(m c) (-) of its heat capacity that a particle conducts in a time step of 1 s, and the conductance (W/K) of its
+/// contact: of the smallest and largest particles, twelve contacts at the overlap limit.
+pub fn fourier_rate(case: &Case, catalogue: &Catalogue, thermal: &Thermal, kinds: &[KindRange]) -> f64 {
+    let mut largest = 0.0_f64;
+    for kind in kinds {
+        let material = kind.kind.material;
+        let shape = catalogue.shape(kind.kind);
+        for scale in [kind.smallest, kind.largest] {
+            let radius = shape.bounding_radius * scale;
+            let contact_radius = radius * case.limits.overlap.min(1.0).sqrt();
+            let capacity = catalogue.mass(kind.kind, scale) * thermal.heat_capacities[usize::from(material)];
+            for other in 0..case.materials.len() as u16 {
+                let Some(conduction) = thermal.conduction(material, other) else { continue };
+                let lens = thermal.lens.map_or(0.0, |lens| lens.conductance(0.0, [radius; 2], 0.0));
+                let conductance = conduction.conductance(contact_radius) + lens;
+                largest = largest.max(12.0 * conductance / capacity);
+            }
+        }
+    }
+    largest
+}
