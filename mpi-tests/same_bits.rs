@@ -216,6 +216,36 @@ fn fixed_and_driven_particles_among_free_ones() {
     assert_eq!((series.column("inserted")[0], *series.column("inserted").last().unwrap()), (88.0, 92.0));
 }
 
+/// A case whose particles have temperatures, with gas, radiation, a warm wall and hot pins.
+fn warmed(text: &str) -> String {
+    let text = replaced(
+        text,
+        "[[contact]]",
+        "[heat]\ntemperature = 300\ngas = { conductivity = 0.03, thickness = 0.05, smallest_gap = 1e-8 }\nradiation = { surroundings = 900 }\n\n[[contact]]",
+    );
+    let of_material = "heat_capacity = 20\nconductivity = 5\nemissivity = 0.7\nheat_source = 2\n";
+    let of_stone = "youngs_modulus = 5e10\npoissons_ratio = 0.25\n";
+    let text = replaced(&text, "density = 2500\n", &format!("density = 2500\n{of_material}{of_stone}"));
+    let text = replaced(&text, "motion = \"fixed\"\n", "motion = \"fixed\"\ntemperature = 800\n");
+    replaced(&text, "point = [0, 0, 0.005]\n", "point = [0, 0, 0.005]\ntemperature = 600\n")
+}
+
+#[test]
+fn particles_with_temperatures_among_fixed_and_driven_ones() {
+    let decompositions = Decompositions { chosen: &[2, 4], given: &[[1, 1, 3], [2, 2, 1]] };
+    let text = warmed(&case("fixed_and_driven.toml"));
+    let series = series(&compare_case("warm", text, &decompositions));
+    let column = |name: &str| series.column(&format!("particle_{name}"));
+    let unaccounted = column("heat_unaccounted");
+    for (missing, content) in unaccounted.iter().zip(column("heat_content")) {
+        assert!(missing.abs() < 1e-12 * content, "{missing} J of {content} J");
+    }
+    let last = |name: &str| column(name).last().copied().unwrap();
+    let inserted = last("heat_inserted");
+    assert!(last("heat_from_walls") > 1e-9 * inserted && last("heat_from_radiation") > 1e-6 * inserted);
+    assert!(last("temperature_min") >= 300.0 && last("temperature_max") < 801.0);
+}
+
 #[test]
 fn funnel_with_a_cone_and_a_ring_that_turns() {
     let decompositions = Decompositions { chosen: &[2, 4, 8], given: &[[1, 1, 3], [2, 2, 1]] };

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Values per particle in a checkpoint.
-const COLUMNS: usize = 25;
+const COLUMNS: usize = 26;
 
 /// Checkpoints of a folder, oldest first.
 pub fn checkpoints(folder: &Path) -> Vec<PathBuf> {
@@ -157,18 +157,29 @@ pub fn last_step(folder: &Path) -> u64 {
 /// which are taken rank by rank, to 1e-12 of the largest value of the column (or of the three of a vector).
 /// `deep_penetrations` counts the work of the ranks, of which two may share a pair.
 pub fn assert_same_series(wanted: &Series, found: &Series) {
-    const SUMS: [&str; 6] =
-        ["kinetic_", "potential", "momentum_", "_mass", "stress_", "granular_temperature"];
+    const SUMS: [&str; 8] = [
+        "kinetic_",
+        "potential",
+        "momentum_",
+        "_mass",
+        "stress_",
+        "granular_temperature",
+        "heat_",
+        "temperature_mean",
+    ];
     assert_eq!(wanted.columns, found.columns);
     let steps = |series: &Series| series.column("step");
     assert_eq!(steps(wanted), steps(found), "steps of the series");
     let is_stress = |name: &str| name.contains("stress_");
-    let is_load = |name: &str| name.ends_with(['x', 'y', 'z']) && !is_stress(name);
+    let is_scalar = |name: &str| name.contains("stress_") || name.contains("temperature_");
+    let is_load = |name: &str| name.ends_with(['x', 'y', 'z']) && !is_scalar(name);
     for name in wanted.columns.iter().filter(|name| *name != "deep_penetrations") {
         let (a, b) = (wanted.column(name), found.column(name));
         let is_sum = SUMS.iter().any(|s| name.contains(s)) || is_load(name);
         let largest = |name: &str| wanted.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let scale = if is_load(name) {
+        let scale = if name.contains("heat_unaccounted") {
+            largest("particle_heat_content")
+        } else if is_load(name) {
             let vector = &name[..name.len() - 1];
             ["x", "y", "z"].iter().map(|axis| largest(&format!("{vector}{axis}"))).fold(0.0, f64::max)
         } else if is_stress(name) {

@@ -182,9 +182,12 @@ impl Catalogue {
     /// ball.
     #[inline]
     pub(crate) fn contact_radius(&self, body: &Body, law: &PreparedLaw) -> f64 {
-        if !law.takes_radius() {
-            return 1.0;
-        }
+        if law.takes_radius() { self.part_radius(body) } else { 1.0 }
+    }
+
+    /// Radius (m) of the ball of the mean volume of a body's parts.
+    #[inline]
+    pub(crate) fn part_radius(&self, body: &Body) -> f64 {
         let shape = self.shape(body.kind);
         shape.part_radius() * (body.radius / shape.bounding_radius)
     }

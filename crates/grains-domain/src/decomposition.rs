@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum DecompositionError {
     /// A subdomain is thinner than the interaction range.
     #[error(
-        "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter, skin, lubrication range and bonds): use at most {max_ranks} there (domain.ranks, or fewer ranks)"
+        "{ranks} subdomains along {axis} are {width:.4e} m wide each, thinner than the interaction range {range:.4e} m (largest diameter, skin, gaps that are acted over and bonds): use at most {max_ranks} there (domain.ranks, or fewer ranks)"
     )]
     TooThin {
         /// Axis name.
@@ -24,7 +24,7 @@ pub enum DecompositionError {
     },
     /// A periodic axis is so short that a particle would meet another twice.
     #[error(
-        "the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter, skin, lubrication range and bonds): a particle would meet the same neighbour twice; widen the domain along {axis}"
+        "the periodic length {length:.4e} m along {axis} is below twice the interaction range {range:.4e} m (largest diameter, skin, gaps that are acted over and bonds): a particle would meet the same neighbour twice; widen the domain along {axis}"
     )]
     PeriodTooShort {
         /// Axis name.

@@ -1,6 +1,7 @@
 //! What the terminal shows of a case before it runs: `grains-mpi check`.
 
 mod fluid;
+mod heat;
 
 use grains_case::{Case, Face, Motion, ParticleMotion, Shear, TimeStep, Wear};
 use grains_simulation::check::{
@@ -52,6 +53,10 @@ fn with_particles(case: &Case, report: &Report, particles: &ParticleReport) {
         CollisionModel::Hard(_) => hard_collisions(case, particles),
         _ if case.collisions.is_hard() => {}
         _ => soft_collisions(case, particles),
+    }
+    if let Some(found) = &report.heat {
+        say!("");
+        heat::tell(case, found);
     }
     if let Some(found) = &report.fluid {
         say!("");

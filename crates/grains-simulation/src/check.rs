@@ -1,5 +1,6 @@
 //! What a case is and what it will cost, found before it runs: the values that `grains-mpi check` prints.
 
+mod heat;
 mod particles;
 mod sizes;
 
@@ -17,6 +18,7 @@ pub use grains_case::Basis;
 pub use grains_contact::{ImpulseScheme, Sharing};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
+pub use heat::HeatReport;
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 pub use sizes::SizeReport;
 
@@ -40,6 +42,8 @@ pub struct Report {
     pub subdomain: [f64; 3],
     /// The particles, if any are inserted.
     pub particles: Option<ParticleReport>,
+    /// Temperatures of particles, if they have one.
+    pub heat: Option<HeatReport>,
     /// The fluid, if there is one.
     pub fluid: Option<FluidReport>,
     /// Memory and disk.
@@ -68,6 +72,7 @@ fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
     let cost = Cost::of(case, &setup.catalogue, &insertions, (&walls, placed[1]), ranks);
     fluid::verify(case, (&setup, insertions.kinds()), &decomposition)?;
     let fluid = fluid::check::report(case, &setup.catalogue, &insertions)?;
+    let heat = HeatReport::of(case, &setup, insertions.kinds());
     let particles = match case.inserts.is_empty() {
         true => None,
         false => Some(ParticleReport::of(case, (&setup, &insertions), step, (placed, ranks))?),
@@ -78,6 +83,7 @@ fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
         subdomains: decomposition.ranks,
         subdomain: [0, 1, 2].map(|a| upper[a] - lower[a]),
         particles,
+        heat,
         fluid,
         cost,
         warnings,

@@ -1,6 +1,5 @@
 //! Temperatures of a case: what they depend on, their columns, and the heat ledger in a checkpoint and back.
 
-use crate::insertion::KindRange;
 use crate::restart::{State, reals, words};
 use grains_case::{Case, Contact, Material};
 use grains_comm::MpiTransport;
@@ -93,7 +92,7 @@ pub fn row(dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
     let Some(heat) = dem.heat(transport) else { return Vec::new() };
     let Heat { mean, ends, content, ledger } = heat;
     let mut row = vec![mean, ends[0], ends[1], content];
-    row.extend(ledger.numbers());
+    row.extend(ledger);
     row.push(heat.unaccounted());
     let flows = dem.wall_heat(transport);
     let warm = dem.setup.walls.iter().zip(flows).filter(|(wall, _)| wall.temperature.is_some());
@@ -114,26 +113,4 @@ pub fn save(dem: &Dem, (_, texts): &mut State, transport: &MpiTransport) {
 pub fn ledger(file: &CheckpointFile) -> Option<HeatLedger> {
     let numbers = reals(file.text(LEDGER)?)?;
     Some(HeatLedger::from_numbers(numbers.try_into().ok()?))
-}
-
-/// Largest share Σ G Δt/(m c) (-) of its heat capacity that a particle conducts in a time step of 1 s, and the conductance (W/K) of its
-/// contact: of the smallest and largest particles, twelve contacts at the overlap limit.
-pub fn fourier_rate(case: &Case, catalogue: &Catalogue, thermal: &Thermal, kinds: &[KindRange]) -> f64 {
-    let mut largest = 0.0_f64;
-    for kind in kinds {
-        let material = kind.kind.material;
-        let shape = catalogue.shape(kind.kind);
-        for scale in [kind.smallest, kind.largest] {
-            let radius = shape.bounding_radius * scale;
-            let contact_radius = radius * case.limits.overlap.min(1.0).sqrt();
-            let capacity = catalogue.mass(kind.kind, scale) * thermal.heat_capacities[usize::from(material)];
-            for other in 0..case.materials.len() as u16 {
-                let Some(conduction) = thermal.conduction(material, other) else { continue };
-                let lens = thermal.lens.map_or(0.0, |lens| lens.conductance(0.0, [radius; 2], 0.0));
-                let conductance = conduction.conductance(contact_radius) + lens;
-                largest = largest.max(12.0 * conductance / capacity);
-            }
-        }
-    }
-    largest
 }

@@ -3,7 +3,7 @@
 use super::state::Dem;
 use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
-use crate::heat::{Heat, HeatFlow, HeatLedger, HeatPass, Thermal};
+use crate::heat::{Heat, HeatFlow, HeatPass, Thermal};
 use crate::verlet::VerletLists;
 use grains_domain::Transport;
 
@@ -100,7 +100,7 @@ impl Dem {
             mean: if is_empty { 0.0 } else { content / capacity },
             ends: if is_empty { [0.0; 2] } else { [-ends[0], ends[1]] },
             content,
-            ledger: HeatLedger::from_numbers(numbers),
+            ledger: numbers,
         })
     }
 

@@ -164,8 +164,8 @@ impl HeatPass<'_> {
                 Other::Particle(j) => {
                     let other = &particles.bodies[j as usize];
                     let materials = [own, other.kind.material];
-                    let law = self.catalogue.contacts.prepared(materials[0], materials[1]);
-                    let radius = self.catalogue.effective_radius([body, other], law);
+                    let [a, b] = [body, other].map(|body| self.catalogue.part_radius(body));
+                    let radius = a * b / (a + b);
                     let place = (touch.overlap, radius);
                     let [conductance, _] = self.contact(materials, place, touch.memory, touch.moments);
                     between(particles, [i, j as usize], conductance, self.thermal);
@@ -176,8 +176,7 @@ impl HeatPass<'_> {
                     else {
                         continue;
                     };
-                    let law = self.catalogue.contacts.prepared(own, material);
-                    let radius = self.catalogue.contact_radius(body, law);
+                    let radius = self.catalogue.part_radius(body);
                     let place = (touch.overlap, radius);
                     let [conductance, _] = self.contact([own, material], place, touch.memory, touch.moments);
                     self.of_walls[usize::from(wall)] +=

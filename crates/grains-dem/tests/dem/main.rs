@@ -11,6 +11,7 @@ mod contact_patches;
 mod failures;
 mod films;
 mod hard;
+mod heat;
 mod impact;
 mod laws;
 mod loaded_walls;

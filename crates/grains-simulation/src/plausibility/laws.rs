@@ -17,7 +17,9 @@ pub(super) fn properties_without_effect(s: &Setting) -> Vec<Remark> {
     let mut remarks = Vec::new();
     for (k, material) in s.case.materials.iter().enumerate() {
         for (key, is_given, takes, kind) in properties {
-            if is_given(material) && !taken_by(k, takes) {
+            let widens_contacts =
+                key == "youngs_modulus" && s.case.heat.is_some() && material.conductivity.is_some();
+            if is_given(material) && !taken_by(k, takes) && !widens_contacts {
                 let message = format!(
                     "without effect: no contact of \"{}\" has a law that takes it; set normal = {{ kind = {kind} }} in its [[contact]]",
                     material.name
