@@ -56,6 +56,7 @@ mod exchange;
 mod fluidisation;
 mod kernel;
 mod shape_factors;
+mod transfer;
 
 pub use coupling::{Coupling, DragFields, FluidFields, Grid, OpenShares, buoyancy, void_fractions};
 pub use drag::{Coefficient, DragLaw, Flow, Fluid};
@@ -66,3 +67,4 @@ pub use exchange::{
 pub use fluidisation::Bed;
 pub use kernel::{End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
 pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};
+pub use transfer::{Passing, TransferLaw};

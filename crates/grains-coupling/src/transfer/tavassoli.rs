@@ -1,0 +1,8 @@
+//! Tavassoli, Peters and Kuipers (2015): resolved flows through arrays of spheres.
+
+use super::Passing;
+
+/// Nu = (7 − 10 ε + 5 ε²)(1 + 0.1 Re^0.2 Pr^⅓) + (1.33 − 2.19 ε + 1.15 ε²) Re^0.7 Pr^⅓.
+pub(super) fn nusselt(passing: &Passing) -> f64 {
+    passing.in_the_form_of_gunn([0.1, -2.19, 1.15])
+}
