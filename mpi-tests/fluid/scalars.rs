@@ -21,6 +21,14 @@ fn scalars_keep_their_sums_and_limits_on_any_ranks_and_wherever_a_run_stops() {
     let [low, high] = ["tracer_min", "tracer_max"].map(column);
     assert!(low.iter().all(|x| *x > -1e-12) && high.iter().all(|x| *x < 1.0 + 1e-12), "{low:?} {high:?}");
     assert!(*high.last().unwrap() > 0.9, "{high:?}");
+    // The beads get what the air loses to them, and what the reaction releases.
+    let [heat, from_fluid, produced, lost] = ["content", "from_fluid", "produced", "unaccounted"]
+        .map(|name| column(&format!("particle_heat_{name}")));
+    let last = |values: &[f64]| values.last().copied().unwrap();
+    assert!(last(&from_fluid) > 0.0 && last(&produced) > 0.0 && last(&heat) > heat[0]);
+    assert!(lost.iter().zip(&heat).all(|(lost, heat)| lost.abs() < 1e-12 * heat), "{lost:?}");
+    let reactant = column("reactant_max");
+    assert!(last(&reactant) <= 2.0 + 1e-12 && last(&column("reactant_mean")) < 2.0, "{reactant:?}");
     // What came in is what the inlet let in: the tracer through a disc, in the cells whose middle it covers.
     let inlet = 0.6 * 16.0 * (0.02 / 9.0) * (0.018 / 8.0);
     let (times, content) = (column("time"), column("tracer_content"));
@@ -37,7 +45,9 @@ fn scalars_keep_their_sums_and_limits_on_any_ranks_and_wherever_a_run_stops() {
     others.push(own.join("results"));
     for other in &others {
         let found = series(other);
-        for name in ["temperature_mean", "temperature_max", "tracer_content", "tracer_max", "fluid_kinetic"] {
+        let names = ["temperature_mean", "temperature_max", "tracer_content", "tracer_max", "fluid_kinetic"];
+        let of_beads = ["particle_temperature_max", "particle_heat_produced", "reactant_mean"];
+        for name in names.into_iter().chain(of_beads) {
             let label = format!("{name} of {}", other.display());
             assert_close(&column(name), &found.column(name), 1e-7, &label);
         }
@@ -73,4 +83,76 @@ fn a_scalar_that_is_new_in_a_continued_run_begins_with_its_account() {
         assert!((here / there - 1.0).abs() < 1e-7, "{name}: {here} instead of {there}");
     }
     assert!(last(&dyed, "temperature_unaccounted").abs() < 1e-11 * last(&dyed, "temperature_content"));
+}
+
+/// Beads and gas of many temperatures in a closed box that nothing enters: what one loses the other gets, and none is hotter or colder
+/// than the hottest and the coldest were, however long the steps of the fluid are.
+#[test]
+fn beads_and_gas_in_a_closed_box_keep_their_heat_and_overshoot_nothing() {
+    let home = folder("fluid_closed_heat");
+    let open = case("heated.toml");
+    let end = open.find("[[fluid.boundary]]").unwrap();
+    let closed = &open[..end];
+    let scalar = "[[fluid.scalar]]\nname = \"temperature\"\nkind = \"temperature\"\nconductivity = 0.0255\n\
+                  heat_capacity = 1005\ninitial = \"300 + 90*cos(300*x)\"\nparticles = { law = \"gunn\" }\n\n\
+                  [output]\ndirectory = \"results\"\nseries = 0.001\n";
+    let text = format!("{closed}{scalar}");
+    let text = replaced(&text, "heat_capacity = 840", "heat_capacity = 0.05");
+    let text = replaced(&text, "end = 0.015", "end = 0.006");
+    let text = replaced(&text, "count = 700\n", "count = 700\ntemperature = 500\n");
+    let text = replaced(&text, "count = 60\nstart = 0.003\n", "count = 60\ntemperature = 200\n");
+    for ranks in [1, 3] {
+        let table = series(&results_of(&home, &ranks.to_string(), ranks, &text));
+        let column = |name: &str| table.column(name);
+        let (of_gas, of_beads) = (column("temperature_content"), column("particle_heat_content"));
+        let whole: Vec<f64> = of_gas.iter().zip(&of_beads).map(|(a, b)| a + b).collect();
+        assert!(whole.iter().all(|x| (x / whole[0] - 1.0).abs() < 1e-12), "{whole:?}");
+        let hottest = column("particle_temperature_max");
+        assert!(*hottest.last().unwrap() < 0.99 * hottest[0], "heat is exchanged: {hottest:?}");
+        for name in ["temperature", "particle_temperature"] {
+            let [low, high] = ["min", "max"].map(|end| column(&format!("{name}_{end}")));
+            assert!(low.iter().all(|x| *x > 200.0 - 1e-9) && high.iter().all(|x| *x < 500.0 + 1e-9));
+        }
+    }
+}
+
+/// A hot sphere in a wide stream cools as exp(−h A t/(m c)), the case of MFiX: 366.8414 K after 0.1 s.
+#[test]
+fn a_sphere_in_a_stream_cools_as_the_closed_form() {
+    let home = folder("fluid_one_hot_sphere");
+    let (density, capacity, diameter, speed) = (8850.0, 55.0, 3.6e-3, 6.0);
+    let [gas, viscosity, gas_capacity] = [1.2, 1.8e-5, 1005.0];
+    // The conductivity with which Ranz and Marshall's law cools it at the rate of the case.
+    let rate = |conductivity: f64| {
+        let reynolds: f64 = gas * speed * diameter / viscosity;
+        let nusselt = 2.0 + 0.6 * reynolds.sqrt() * (viscosity * gas_capacity / conductivity).cbrt();
+        6.0 * nusselt * conductivity / (density * capacity * diameter * diameter)
+    };
+    let (mut low, mut high) = (1e-4, 1.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if rate(middle) < 0.878629815377096 { low = middle } else { high = middle }
+    }
+    let text = format!(
+        "gravity = [0, 0, 0]\n[domain]\nlower = [0, 0, 0]\nupper = [1.2, 1.2, 1.2]\nperiodic = [true, true, false]\n\
+         [time]\nend = 0.1\ndt = 0.005\naccept_coarse_dt = true\n[heat]\ntemperature = 373.14994357\n\
+         [[material]]\nname = \"metal\"\ndensity = {density}\nheat_capacity = {capacity}\n\
+         [[contact]]\nbetween = [\"metal\", \"metal\"]\nnormal_stiffness = 1e3\nrestitution = 0.5\nfriction = 0\n\
+         [[shape]]\nname = \"ball\"\nkind = \"sphere\"\nradius = {}\n\
+         [[insert]]\nname = \"one\"\nparticles = [{{ shape = \"ball\", material = \"metal\" }}]\nmotion = \"fixed\"\ncount = 1\n\
+         place = {{ kind = \"lattice\", lower = [0.5, 0.5, 0.5], upper = [0.7, 0.7, 0.7], spacing = 0.2 }}\n\
+         [fluid]\ndensity = {gas}\nviscosity = {viscosity}\ncells = [4, 4, 4]\ninitial = {{ velocity = [0, 0, 6] }}\n\
+         coupling = {{ drag = \"schiller_naumann\", kernel = {{ kind = \"smooth\", half_width = 1.5 }} }}\n\
+         [[fluid.boundary]]\nface = \"-z\"\nkind = \"inlet\"\nvelocity = [0, 0, {speed}]\n\
+         [[fluid.boundary]]\nface = \"+z\"\nkind = \"outlet\"\n\
+         [[fluid.scalar]]\nname = \"temperature\"\nkind = \"temperature\"\nconductivity = {low}\n\
+         heat_capacity = {gas_capacity}\ninitial = 298.15\nparticles = {{ law = \"ranz_marshall\" }}\n\
+         [[fluid.scalar.boundary]]\nface = \"-z\"\nkind = \"value\"\nvalue = 298.15\n\
+         [output]\ndirectory = \"results\"\nseries = 0.05\n",
+        0.5 * diameter
+    );
+    let table = series(&results_of(&home, "one", 1, &text));
+    let found = *table.column("particle_temperature_mean").last().unwrap();
+    println!("{found} K");
+    assert!((found - 366.8414).abs() < 1e-3, "{found} K");
 }

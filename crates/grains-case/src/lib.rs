@@ -28,7 +28,7 @@ mod structure;
 mod values;
 mod vector;
 
-pub use grains_coupling::{DragLaw, Kernel};
+pub use grains_coupling::{DragLaw, Kernel, TransferLaw};
 pub use grains_fluid::{Advection, Diffusion, MixtureModel};
 pub use grains_resolved::{Extrapolation, Interpolation};
 
@@ -47,8 +47,9 @@ pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
     BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, FlowProfile, Fluid, FluidField,
-    FluidOutput, Formula, FormulaError, Initial, OnFace, Pressure, PressureMethod, Profile, ProfileKind,
-    Resolved, ResolvedMethod, Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind, Steady,
+    FluidOutput, Formula, FormulaError, Initial, OnFace, ParticleTransfer, Pressure, PressureMethod, Profile,
+    ProfileKind, Reaction, Resolved, ResolvedMethod, Scalar, ScalarBoundary, ScalarBoundaryKind,
+    ScalarBuoyancy, ScalarKind, Steady,
 };
 pub use sections::heat::{GasLens, Heat, Radiation};
 pub use sections::insert::{Component, Insert, Orientation};

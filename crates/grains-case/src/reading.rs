@@ -94,6 +94,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         gravity: raw.gravity,
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
+        has_heat: raw.heat.is_some(),
         has_walls: raw.wall.iter().any(|wall| wall.fluid.is_some()),
         walls_move: raw.wall.iter().any(Wall::moves_fluid),
         not_spheres,

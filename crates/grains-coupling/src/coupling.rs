@@ -3,7 +3,7 @@
 use crate::drag::Flow;
 use crate::{
     Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, ShapeFactors,
-    ShapeProfile, Site, Stencil,
+    ShapeProfile, Site, Stencil, TransferLink,
 };
 use grains_dem::{Body, Catalogue, Particles};
 use grains_fluid::MixtureModel;
@@ -165,6 +165,13 @@ impl Coupling {
         profile.volume * (body.radius * per_radius).powi(3)
     }
 
+    /// Area (m²) of the surface of a particle: that of the sphere of its volume over the sphericity.
+    #[inline]
+    pub fn area(&self, body: &Body) -> f64 {
+        let diameter = self.equivalent_diameter(body);
+        std::f64::consts::PI * diameter * diameter / self.profile(body.kind.shape).sphericity
+    }
+
     /// Adds the volume of all owned particles to the cells (m³ per cell), before the halo is added.
     ///
     /// Errors: a particle whose kernel leaves the halo.
@@ -196,7 +203,8 @@ impl Coupling {
     }
 
     /// Finds the drag of all owned particles at the fluid's old velocity, and adds what the fluid's new one needs to
-    /// know of it, before the halo is added. `time_step` is that of the fluid (s).
+    /// know of it, before the halo is added. `time_step` is that of the fluid (s). `passings` gets the Reynolds number and the void
+    /// fraction of each particle.
     ///
     /// Errors: a particle whose kernel leaves the halo.
     pub fn deposit_drag(
@@ -205,15 +213,25 @@ impl Coupling {
         (grid, fluid): (&Grid, &FluidFields),
         drag: &mut DragFields,
         time_step: f64,
+        passings: Option<&mut Vec<[f64; 2]>>,
     ) -> Result<(), CouplingError> {
         assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
         let mut stencil = Stencil::default();
+        let mut passings = passings.map(|passings| {
+            passings.clear();
+            passings
+        });
         for i in 0..particles.owned {
             let body = &particles.bodies[i];
             let diameter = self.equivalent_diameter(body);
             stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
             let slip = velocity_at(&stencil, grid, fluid) - body.velocity;
             let void_fraction = grid.void_fraction(&stencil, fluid.void_fraction);
+            if let Some(passings) = &mut passings {
+                let void_fraction = void_fraction.clamp(self.min_void_fraction, 1.0);
+                let reynolds = self.fluid.reynolds(diameter, void_fraction, slip.norm());
+                passings.push([reynolds, void_fraction]);
+            }
             let mut link = DragLink::read(&particles.cargo[i]);
             link.linearise(&self.drag(particles, i, &slip, void_fraction), &slip);
             let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
@@ -252,6 +270,45 @@ impl Coupling {
                 link.pressure += gradient * -volume;
             }
             particles.cargo[i] = link.write();
+        }
+        Ok(())
+    }
+
+    /// Adds what all owned particles exchange with a scalar of the fluid, before the halo is added: to the coefficients K (m³/s) and to
+    /// K φ of the values φ at which nothing is exchanged. `links` has both of each particle.
+    ///
+    /// Errors: a particle whose kernel leaves the halo.
+    pub fn deposit_transfer(
+        &self,
+        particles: &Particles,
+        grid: &Grid,
+        links: &[TransferLink],
+        [coefficient, explicit]: [&mut [f64]; 2],
+    ) -> Result<(), CouplingError> {
+        let mut stencil = Stencil::default();
+        for (body, link) in particles.bodies[..particles.owned].iter().zip(links) {
+            stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
+            grid.share(&stencil, Site::Cells, link.coefficient, coefficient);
+            grid.share(&stencil, Site::Cells, link.coefficient * link.value, explicit);
+        }
+        Ok(())
+    }
+
+    /// Calls `visit` with the number of every body and the mean of a scalar of the fluid under its kernel, halo filled. What cells got by
+    /// [`Coupling::deposit_transfer`] at these values is the sum of K (φ − mean) of the particles.
+    ///
+    /// Errors: a particle whose kernel leaves the halo.
+    pub fn for_each_mean(
+        &self,
+        bodies: &[Body],
+        grid: &Grid,
+        scalar: &[f64],
+        mut visit: impl FnMut(usize, f64),
+    ) -> Result<(), CouplingError> {
+        let mut stencil = Stencil::default();
+        for (i, body) in bodies.iter().enumerate() {
+            stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
+            visit(i, grid.mean(&stencil, Site::Cells, scalar));
         }
         Ok(())
     }

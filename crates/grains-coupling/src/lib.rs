@@ -67,4 +67,4 @@ pub use exchange::{
 pub use fluidisation::Bed;
 pub use kernel::{End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
 pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};
-pub use transfer::{Passing, TransferLaw};
+pub use transfer::{Passing, TransferLaw, TransferLink, effectiveness};

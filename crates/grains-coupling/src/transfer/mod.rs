@@ -19,6 +19,7 @@ mod ranz_marshall;
 mod sun;
 mod tavassoli;
 
+use crate::relaxation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +42,51 @@ impl Passing {
         let moving = 1.33 + b * eps + c * eps * eps;
         still * (1.0 + a * self.reynolds.powf(0.2) * root) + moving * self.reynolds.powf(0.7) * root
     }
+}
+
+/// What a particle exchanges with a scalar φ of the fluid: the fluid gets K (φ_p − φ) per time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TransferLink {
+    /// Coefficient K (m³/s).
+    pub coefficient: f64,
+    /// Value φ_p at which nothing is exchanged.
+    pub value: f64,
+}
+
+impl TransferLink {
+    /// That of a particle whose value φ_p follows what it gets, C dφ_p/dt = k (φ − φ_p), over a step Δt (s) of the fluid.
+    ///
+    /// ```text
+    /// K = k E(k Δt/C),   E(x) = (1 − e^−x)/x
+    /// ```
+    ///
+    /// is exact for a fluid that stays as it is. φ_p comes to lie between what it was and that of the fluid at the end of the step,
+    /// however long this is. `coefficient` is k (m³/s), `capacity` C (m³).
+    pub fn following(coefficient: f64, value: f64, capacity: f64, time_step: f64) -> Self {
+        Self { coefficient: coefficient * relaxation(coefficient * time_step / capacity), value }
+    }
+
+    /// What the particle gets in a step Δt (s), the fluid being at `mean` under its kernel.
+    pub fn gain(&self, mean: f64, time_step: f64) -> f64 {
+        self.coefficient * (mean - self.value) * time_step
+    }
+}
+
+/// Effectiveness η (-) of a particle with a first-order reaction inside: its rate over that without diffusion.
+///
+/// Of the generalised Thiele modulus Φ = V/A √(k/D) (-), exact for a sphere,
+///
+/// ```text
+/// η = (3 Φ coth 3Φ − 1)/(3 Φ²)
+/// ```
+///
+/// and within some per cent for other shapes (Aris 1957).
+pub fn effectiveness(modulus: f64) -> f64 {
+    let of_radius = 3.0 * modulus;
+    if of_radius < 1e-2 {
+        return 1.0 - of_radius * of_radius / 15.0;
+    }
+    (of_radius / of_radius.tanh() - 1.0) / (3.0 * modulus * modulus)
 }
 
 /// Declares [`TransferLaw`] with a variant, an entry of [`TransferLaw::ALL`] and the file of the number per line.

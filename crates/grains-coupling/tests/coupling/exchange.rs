@@ -185,7 +185,7 @@ impl Parcel {
                 coefficient: coefficient.each_mut().map(|f| f.as_mut_slice()),
                 explicit: explicit.each_mut().map(|f| f.as_mut_slice()),
             };
-            coupling.deposit_drag(&mut grains.particles, (&self.grid, &fluid), &mut drag, dt).unwrap();
+            coupling.deposit_drag(&mut grains.particles, (&self.grid, &fluid), &mut drag, dt, None).unwrap();
         }
         let own = self.own();
         for a in 0..3 {

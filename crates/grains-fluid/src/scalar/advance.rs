@@ -43,6 +43,7 @@ impl Scalars {
             self.work.set_volume(&self.volume, carrier.local, carrier.open.is_some(), dt);
             for scalar in &mut self.all {
                 self.work.advance(scalar, &self.volume, weights, &mut carrier, transport);
+                scalar.average(part, parts);
             }
             std::mem::swap(&mut self.volume, &mut self.work.volume);
         }

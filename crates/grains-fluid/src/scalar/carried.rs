@@ -29,6 +29,7 @@ impl Flow {
             value: field,
             source: None,
             exchange: None,
+            divided: None,
             entered: 0.0,
             produced: 0.0,
             conditions,

@@ -52,12 +52,35 @@ pub struct Scalar {
     pub source: Option<Field<Centre>>,
     /// Exchange coefficient κ ≥ 0 per volume of mixture (1/s) of the coming step, own cells.
     pub exchange: Option<Field<Centre>>,
+    /// Mean of the values at the ends of the parts of the last step, halo filled, where that was divided and something is exchanged.
+    divided: Option<Field<Centre>>,
     /// What was there at the beginning and has come in through the faces of the box since, on this rank (unit m³).
     pub entered: f64,
     /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
     /// left, on this rank (unit m³).
     pub produced: f64,
     conditions: Vec<FaceConditions>,
+}
+
+impl Scalar {
+    /// The value with which the last step exchanged, halo filled: V (s − κ φ) Δt is what a cell got.
+    pub fn exchanged_at(&self) -> &Field<Centre> {
+        self.divided.as_ref().unwrap_or(&self.value)
+    }
+
+    /// Takes the value at the end of part `part` of a step in `parts`.
+    fn average(&mut self, part: u32, parts: u32) {
+        if parts == 1 || self.exchange.is_none() {
+            self.divided = None;
+            return;
+        }
+        let mean = self.divided.get_or_insert_with(|| Field::new(self.value.layout()));
+        if part == 0 {
+            mean.fill(0.0);
+        }
+        let weight = 1.0 / f64::from(parts);
+        mean.data_mut().iter_mut().zip(self.value.data()).for_each(|(mean, x)| *mean += weight * x);
+    }
 }
 
 /// All scalars of a flow, and what their steps need.

@@ -1,5 +1,6 @@
 //! Particles and fluid of one rank: what each tells the other in a step of the fluid.
 
+use super::transfer::{Transfer, Warmed};
 use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
@@ -7,10 +8,11 @@ use grains_coupling::{
     Layout as Places, MomentumLedger, OpenShares, Site, Stencil, boundary_gradient, impulse_taken,
     void_fractions,
 };
-use grains_dem::{Body, Particles, Passages};
+use grains_dem::{Body, Dem, Particles, Passages, Thermal};
 use grains_domain::Transport;
 use grains_fluid::{
-    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, SolidFlux,
+    CellPartition, Centre, Drive, Faces, Field, Flow, Grid, Halo, Layout, Mixture, MixtureModel, Scalars,
+    SolidFlux,
 };
 use grains_geometry::Vec3;
 use std::ops::Range;
@@ -66,6 +68,10 @@ pub struct Exchange {
     section: [f64; 3],
     /// Volume of the domain (m³).
     box_volume: f64,
+    /// What particles exchange with scalars.
+    pub(super) transfers: Vec<Transfer>,
+    /// Scratch: Reynolds number and void fraction of each particle in this step.
+    passings: Vec<[f64; 2]>,
 }
 
 /// What a rank knows of the exchange in the last steps; sums over the ranks count, wherever borders are.
@@ -111,6 +117,8 @@ impl Exchange {
             ends: std::array::from_fn(|a| partition.touches(a).map(|t| t && !grid.axis(a).is_periodic())),
             section: std::array::from_fn(|a| grid.volume() / grid.axis(a).length()),
             box_volume: grid.volume(),
+            transfers: Vec::new(),
+            passings: Vec::new(),
         })
     }
 
@@ -221,7 +229,7 @@ impl Exchange {
     /// A particle beyond the halo.
     pub fn before_step(
         &mut self,
-        particles: &mut Particles,
+        (particles, thermal): (&mut Particles, Option<&Thermal>),
         flow: &mut Flow,
         dt: f64,
         transport: &MpiTransport,
@@ -240,7 +248,9 @@ impl Exchange {
             coefficient: self.coefficient.components_mut(),
             explicit: self.explicit.components_mut(),
         };
-        let deposited = self.coupling.deposit_drag(particles, (&self.kernel_grid, &fluid), &mut drag, dt);
+        let passings = (!self.transfers.is_empty()).then_some(&mut self.passings);
+        let of_fluid = (&self.kernel_grid, &fluid);
+        let deposited = self.coupling.deposit_drag(particles, of_fluid, &mut drag, dt, passings);
         agree(transport, deposited)?;
         if flow.setup.drive.iter().any(|drive| matches!(drive, Drive::MeanFlux(_))) {
             mixture.solid = self.solid_flux_of_box(particles, dt, transport);
@@ -248,10 +258,69 @@ impl Exchange {
         let [a, b, c] = self.coefficient.components_mut();
         let [d, e, f] = self.explicit.components_mut();
         self.halo.add(&mut [a, b, c, d, e, f], transport);
+        let deposited = self.deposit_transfers((particles, thermal), flow.scalars.as_mut(), dt, transport);
+        deposited?;
+        let Some(mixture) = flow.mixture.as_mut() else { return Ok(()) };
         for axis in 0..3 {
             let scale = self.per_volume.component(axis);
             scaled(mixture.drag.component_mut(axis), self.coefficient.component(axis), scale);
             scaled(mixture.source.component_mut(axis), self.explicit.component(axis), scale);
+        }
+        Ok(())
+    }
+
+    /// Tells the scalars of the fluid what particles exchange with them; collective.
+    fn deposit_transfers(
+        &mut self,
+        (particles, thermal): (&Particles, Option<&Thermal>),
+        scalars: Option<&mut Scalars>,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(scalars) = scalars else { return Ok(()) };
+        let Self { coupling, kernel_grid, transfers, passings, halo, volumes, .. } = self;
+        for transfer in transfers {
+            transfer.link(coupling, (particles, thermal), passings, dt);
+            let scalar = &mut scalars.all[transfer.scalar];
+            let layout = scalar.value.layout();
+            let mut fields = [&mut scalar.exchange, &mut scalar.source]
+                .map(|field| field.get_or_insert_with(|| Field::new(layout)).data_mut());
+            fields.iter_mut().for_each(|field| field.fill(0.0));
+            let [coefficient, explicit] = fields;
+            let amounts = [&mut *coefficient, &mut *explicit];
+            let deposited = coupling.deposit_transfer(particles, kernel_grid, &transfer.links, amounts);
+            agree(transport, deposited)?;
+            halo.add(&mut [coefficient, explicit], transport);
+            for p in layout.rows().flat_map(|row| row..row + layout.cells[0]) {
+                coefficient[p] /= volumes.data()[p];
+                explicit[p] /= volumes.data()[p];
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the particles what they got of the scalars of the fluid in its step `dt` (s); collective.
+    ///
+    /// # Errors
+    /// A particle beyond the halo.
+    pub fn after_scalars(
+        &mut self,
+        dem: &mut Dem,
+        flow: &Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Result<(), RunError> {
+        let Some(scalars) = &flow.scalars else { return Ok(()) };
+        for transfer in &self.transfers {
+            let mean = scalars.all[transfer.scalar].exchanged_at().data();
+            let Dem { particles, setup, heat_ledger, .. } = &mut *dem;
+            let Particles { bodies, temperatures, owned, .. } = particles;
+            let mut warmed = Warmed { bodies, temperatures, thermal: setup.thermal.as_ref(), heat_ledger };
+            let gained =
+                self.coupling.for_each_mean(&bodies[..*owned], &self.kernel_grid, mean, |i, mean| {
+                    transfer.give(i, mean, &mut warmed, dt)
+                });
+            agree(transport, gained)?;
         }
         Ok(())
     }

@@ -35,6 +35,7 @@ mod scalars;
 mod setup;
 mod span;
 mod steady;
+mod transfer;
 mod walls;
 
 use crate::error::{RunError, agreed};
@@ -141,6 +142,7 @@ impl FluidPhase {
         agreed(transport, scalars::add(case, fluid, &mut flow, transport).map_err(RunError::case))?;
         let (mut exchange, mut enclosing) = (exchange, None);
         if let Some(exchange) = &mut exchange {
+            exchange.transfers = transfer::Transfer::all(fluid);
             enclosing = agreed(transport, EnclosingWalls::new(case).map_err(RunError::case))?;
             if let Some(walls) = &mut enclosing {
                 walls.enclose(case, (&mut flow, exchange), (dem, dem.time()), transport)?;
@@ -344,7 +346,8 @@ impl FluidPhase {
             if let Some(walls) = &mut self.enclosing {
                 walls.advance((&mut self.flow, exchange), dem, transport);
             }
-            exchange.before_step(&mut dem.particles, &mut self.flow, dt, transport)?;
+            let of_particles = (&mut dem.particles, dem.setup.thermal.as_ref());
+            exchange.before_step(of_particles, &mut self.flow, dt, transport)?;
         }
         if let Some(steady) = &mut self.steady {
             steady.begin(&mut self.flow, dt);
@@ -360,6 +363,7 @@ impl FluidPhase {
         }
         if let Some(exchange) = &mut self.exchange {
             exchange.after_step(&mut dem.particles, &self.flow, dt, transport)?;
+            exchange.after_scalars(dem, &self.flow, dt, transport)?;
         }
         if let Some(resolved) = &mut self.resolved {
             resolved.impose_rigid_velocity(dem, &mut self.flow, dt, transport)?;

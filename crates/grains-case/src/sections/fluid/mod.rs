@@ -29,7 +29,9 @@ pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
-pub use scalar::{Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind};
+pub use scalar::{
+    ParticleTransfer, Reaction, Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind,
+};
 pub use steady::Steady;
 pub(crate) use walls::check_walls;
 
@@ -144,6 +146,8 @@ pub(crate) struct Context<'a> {
     /// Acceleration of gravity (m/s²).
     pub gravity: [f64; 3],
     pub has_particles: bool,
+    /// Whether particles have temperatures.
+    pub has_heat: bool,
     /// Whether walls bound the fluid, and whether one of them moves.
     pub has_walls: bool,
     pub walls_move: bool,

@@ -4,6 +4,7 @@ use super::outline::{Part, Wants};
 use super::{BoundaryKind, Context, Expression, Fluid, check_formula};
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
+use grains_coupling::TransferLaw;
 use grains_fluid::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,37 @@ pub struct ScalarBoundary {
     pub part: Part,
 }
 
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
+/// A first-order reaction in particles, which are catalysts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reaction {
+    /// Rate k (1/s): per volume of the particle, k times the concentration inside.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rate: f64,
+    /// Effective diffusivity in the particle (m²/s), which hinders the reaction; not if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-14, 1e-3]))]
+    pub diffusivity: Option<f64>,
+    /// Heat that is released in the particle per amount that reacts (J/mol, J/kg); negative of what takes heat up.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub heat: f64,
+}
+
+/// What particles smaller than the cells exchange with a scalar.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleTransfer {
+    /// Law of the Nusselt or Sherwood number.
+    pub law: TransferLaw,
+    /// What becomes of a concentration in the particles; a temperature is exchanged with that of the particles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reaction: Option<Reaction>,
+}
+
 /// A temperature or concentration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "FluidScalar", extend("unevaluatedProperties" = false))]
@@ -96,6 +128,9 @@ pub struct Scalar {
     /// How it moves the fluid; not at all if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub buoyancy: Option<ScalarBuoyancy>,
+    /// What particles exchange with it; nothing if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles: Option<ParticleTransfer>,
     /// Boundary conditions; later ones hold where several do, and no flux where none does.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<ScalarBoundary>,
@@ -200,10 +235,52 @@ fn check_scalar(
         let message = "without effect: there is no gravity; state `gravity`";
         checker.warn(&format!("{path}.buoyancy"), message.into());
     }
+    if let Some(transfer) = &scalar.particles {
+        check_transfer(scalar, transfer, &format!("{path}.particles"), (fluid, context), checker);
+    }
     for (i, boundary) in scalar.boundary.iter().enumerate() {
         check_boundary(boundary, &format!("{path}.boundary[{i}]"), fluid, domain, checker);
     }
     check_inlets(scalar, path, fluid, checker);
+}
+
+fn check_transfer(
+    scalar: &Scalar,
+    transfer: &ParticleTransfer,
+    path: &str,
+    (fluid, context): (&Fluid, &Context<'_>),
+    checker: &mut Checker,
+) {
+    let mut refuse = |key: &str, message: &str| checker.error(&format!("{path}{key}"), message.into());
+    if fluid.coupling.is_none() || !context.has_particles {
+        refuse(
+            "",
+            "without effect: no particles smaller than the cells; add [[insert]] and [fluid.coupling], or remove it",
+        );
+    }
+    match scalar.kind {
+        ScalarKind::Temperature { .. } if !context.has_heat => {
+            refuse("", "particles have no temperature to exchange; add [heat] with their temperature (K)");
+        }
+        ScalarKind::Temperature { .. } if transfer.reaction.is_some() => {
+            refuse(
+                ".reaction",
+                "a temperature does not react; state the reaction of a concentration, with its heat",
+            );
+        }
+        ScalarKind::Concentration { .. } if transfer.reaction.is_none() => {
+            refuse(
+                "",
+                "what becomes of the concentration in particles is not stated; add reaction = { rate = ... }",
+            );
+        }
+        ScalarKind::Concentration { .. }
+            if !context.has_heat && transfer.reaction.is_some_and(|reaction| reaction.heat != 0.0) =>
+        {
+            refuse(".reaction.heat", "particles have no temperature; add [heat], or remove it");
+        }
+        _ => {}
+    }
 }
 
 fn check_boundary(
