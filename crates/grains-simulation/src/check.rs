@@ -16,6 +16,7 @@ pub use crate::liquid::FilmReport;
 pub use crate::timestep::{Encounter, Partner, Resolution, TimeStepChoice, TimeStepReason};
 pub use grains_case::Basis;
 pub use grains_contact::{ImpulseScheme, Sharing};
+pub use grains_coupling::{Passing, effectiveness};
 pub use grains_dem::{CollisionModel, FaceContact};
 pub use grains_geometry::{DecompositionReport, MassReport, MassSource};
 pub use heat::HeatReport;

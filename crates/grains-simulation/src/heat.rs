@@ -27,6 +27,10 @@ pub fn thermal(case: &Case, catalogue: &Catalogue) -> Option<Thermal> {
     thermal.heat_capacities = each(|material| material.heat_capacity);
     thermal.emissivities = each(|material| material.emissivity);
     thermal.sources = each(|material| material.heat_source);
+    if heat.gas.is_some_and(|gas| gas.through_solid) {
+        thermal.conductivities =
+            case.materials.iter().map(|m| m.conductivity.unwrap_or(f64::INFINITY)).collect();
+    }
     let is_used = |shape: usize| case.inserts.iter().flat_map(|i| &i.particles).any(|p| p.shape == shape);
     thermal.areas = catalogue
         .shapes

@@ -21,6 +21,10 @@ pub struct GasLens {
     #[serde(default = "smallest_gap")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-11, 1e-4]))]
     pub smallest_gap: f64,
+    /// Whether the way through the spheres hinders the heat too (Cheng, Yu and Zulli 1999); without it they have one temperature up to
+    /// their surface, as Rong and Horio take them, which overestimates where they conduct less than a thousand times as well.
+    #[serde(default = "super::yes")]
+    pub through_solid: bool,
 }
 
 fn thickness() -> f64 {

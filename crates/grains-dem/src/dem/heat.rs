@@ -32,7 +32,7 @@ impl Dem {
         pass.along_bonds(particles, &bonds.bonds, &setup.bonds);
         pass.through_parts(particles, touching, &scene);
         let done = pass
-            .from_walls(particles, walls, &scene, reach)
+            .at_walls(particles, walls, &scene, reach)
             .and_then(|()| pass.of_resting(particles, resting, (touching, &scene), reach));
         if let Err(error) = done {
             statistics.error = statistics.error.take().or(Some(error));

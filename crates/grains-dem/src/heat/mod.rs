@@ -33,6 +33,8 @@ pub struct Thermal {
     conduction: Vec<Option<Conduction>>,
     /// Gas around contacts of spheres.
     pub lens: Option<GasLens>,
+    /// Conductivity (W/(m K)) of each material, where heat passes through spheres to the gas; infinite where these have one temperature.
+    pub conductivities: Vec<f64>,
     /// Temperature (K) of the surroundings with which particles exchange radiation.
     pub surroundings: Option<f64>,
     quantum: Quantum,
@@ -46,6 +48,7 @@ impl Thermal {
     pub fn new(materials: usize, lens: Option<GasLens>, surroundings: Option<f64>) -> Self {
         Self {
             areas: Vec::new(),
+            conductivities: vec![f64::INFINITY; materials],
             heat_capacities: vec![0.0; materials],
             emissivities: vec![0.0; materials],
             sources: vec![0.0; materials],
@@ -69,12 +72,19 @@ impl Thermal {
         self.conduction[usize::from(a) * self.heat_capacities.len() + usize::from(b)].as_ref()
     }
 
+    /// Sum of 1/k (m K/W) of the spheres of a pair, of which the second may be a wall.
+    #[inline]
+    pub(crate) fn resistivity(&self, [a, b]: [u16; 2], at_wall: bool) -> f64 {
+        let [own, other] = [a, b].map(|material| 1.0 / self.conductivities[usize::from(material)]);
+        if at_wall { own } else { own + other }
+    }
+
     /// Chooses the quantum of flows of heat for bodies up to this bounding radius (m): sums of the flows through a hundred contacts as
     /// wide as the largest body are exact.
     pub(crate) fn prepare(&mut self, largest_radius: f64) {
         let conductivity = self.conduction.iter().flatten().map(|c| c.conductivity).fold(0.0, f64::max);
         let of_lens = self.lens.map_or(0.0, |lens| {
-            lens.conductance(0.0, [largest_radius; 2], 0.0).max(lens.conductivity * largest_radius)
+            lens.conductance(0.0, [largest_radius; 2], 0.0, 0.0).max(lens.conductivity * largest_radius)
         });
         let conductance = conductivity * largest_radius + of_lens;
         self.quantum = Quantum::for_sums_below((400.0 * conductance * HOTTEST).max(f64::MIN_POSITIVE * 1e30));

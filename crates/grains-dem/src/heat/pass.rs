@@ -102,7 +102,15 @@ impl HeatPass<'_> {
             self.thermal.lens.filter(|_| self.thermal.conduction(materials[0], materials[1]).is_some());
         // A softened contact is not as deep as its overlap says.
         let gap = if overlap > 0.0 { -contact_radius * contact_radius / radius } else { -overlap };
-        contact + lens.map_or(0.0, |lens| lens.conductance(gap, radii, contact_radius))
+        contact
+            + lens.map_or(0.0, |lens| {
+                lens.conductance(
+                    gap,
+                    radii,
+                    contact_radius,
+                    self.thermal.resistivity(materials, b.is_infinite()),
+                )
+            })
     }
 
     /// Lets heat flow between spheres.
@@ -213,14 +221,14 @@ impl HeatPass<'_> {
             })?;
         }
         self.through_parts(particles, touching, scene);
-        self.from_walls(particles, &resting.walls, scene, reach)
+        self.at_walls(particles, &resting.walls, scene, reach)
     }
 
     /// Lets heat flow between spheres and walls of a given temperature.
     ///
     /// # Errors
     /// A distance that could not be found.
-    pub(crate) fn from_walls(
+    pub(crate) fn at_walls(
         &mut self,
         particles: &mut Particles,
         list: &WallList,

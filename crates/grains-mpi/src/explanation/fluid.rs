@@ -1,5 +1,6 @@
 //! What the terminal shows of the fluid of a case.
 
+use super::heat;
 use grains_case::{
     Case, Coupling, Drive, Extrapolation, Fluid, FluidSide, Insert, Kernel, MixtureModel, Resolved,
     ResolvedMethod, Scalar, ScalarKind, Side, Wall, WallKind, inline,
@@ -165,6 +166,9 @@ fn of_scalar(case: &Case, fluid: &Fluid, scalar: &Scalar, found: &FluidReport) {
         narrowest * narrowest / diffusivity,
         narrowest * narrowest / diffusivity / step
     );
+    if let (Some(transfer), Some(found)) = (&scalar.particles, &found.coupling) {
+        heat::of_transfer(case, (fluid, scalar), transfer, found);
+    }
     if let Some(buoyancy) = &scalar.buoyancy {
         let g = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let share = buoyancy.expansion.abs() * scalar.largest_difference(&case.domain, buoyancy.reference);

@@ -1,7 +1,7 @@
 //! What the terminal shows of the temperatures of particles.
 
-use grains_case::{Case, Radiation};
-use grains_simulation::check::HeatReport;
+use grains_case::{Case, Fluid, ParticleTransfer, Radiation, Scalar, ScalarKind};
+use grains_simulation::check::{CouplingReport, HeatReport, Passing, effectiveness};
 
 /// Prints how particles exchange heat.
 pub fn tell(case: &Case, found: &HeatReport) {
@@ -26,10 +26,11 @@ pub fn tell(case: &Case, found: &HeatReport) {
     }
     if let Some(gas) = heat.gas {
         say!(
-            "  gas          {} W/(m K) around contacts and in gaps of spheres, in layers of {} radii, over at least {:e} m",
+            "  gas          {} W/(m K) around contacts and in gaps of spheres, in layers of {} radii, over at least {:e} m{}",
             gas.conductivity,
             gas.thickness,
-            gas.smallest_gap
+            gas.smallest_gap,
+            if gas.through_solid { ", and on through the spheres" } else { "" }
         );
     }
     if let Some(Radiation { surroundings }) = heat.radiation {
@@ -52,5 +53,61 @@ pub fn tell(case: &Case, found: &HeatReport) {
                 0.5 * relaxation
             );
         }
+    }
+}
+
+/// Largest Biot number at which a particle has one temperature (-).
+const ONE_TEMPERATURE: f64 = 0.1;
+
+/// Prints what particles exchange with a scalar of the fluid.
+pub fn of_transfer(
+    case: &Case,
+    (fluid, scalar): (&Fluid, &Scalar),
+    transfer: &ParticleTransfer,
+    found: &CouplingReport,
+) {
+    let diameters = found.kinds.iter().map(|kind| kind.diameter);
+    let [smallest, largest] =
+        [diameters.clone().fold(f64::INFINITY, f64::min), diameters.fold(0.0, f64::max)];
+    let diffusivity = scalar.diffusivity(fluid.density);
+    let prandtl = fluid.viscosity / fluid.density / diffusivity;
+    let still = Passing { reynolds: 0.0, prandtl, void_fraction: found.void_fraction };
+    let number = transfer.law.nusselt(&still);
+    let name = if matches!(scalar.kind, ScalarKind::Temperature { .. }) { "Nusselt" } else { "Sherwood" };
+    say!(
+        "    particles  exchange it by {:?}, {name} number {number:.3} in still fluid at void fraction {}",
+        transfer.law,
+        found.void_fraction
+    );
+    let used =
+        |k: usize| case.inserts.iter().flat_map(|insert| &insert.particles).any(|part| part.material == k);
+    if let ScalarKind::Temperature { conductivity, .. } = scalar.kind {
+        for (_, material) in case.materials.iter().enumerate().filter(|(k, _)| used(*k)) {
+            let (Some(density), Some(capacity)) = (material.density, material.heat_capacity) else {
+                continue;
+            };
+            let time = density * capacity * smallest * smallest / (6.0 * number * conductivity);
+            let biot = material.conductivity.map(|inside| 0.5 * number * conductivity / inside);
+            let told = biot.map_or(String::new(), |biot| {
+                let warning = match biot > ONE_TEMPERATURE {
+                    true => "; warning: above 0.1 the temperature varies inside, which one per particle does not show",
+                    false => "",
+                };
+                format!(", Biot number {biot:.2e}{warning}")
+            });
+            say!("    follow     the smallest of {} in {time:.3e} s of still fluid{told}", material.name);
+        }
+    }
+    if let Some(reaction) = &transfer.reaction {
+        let of = |diameter: f64| {
+            let modulus =
+                reaction.diffusivity.map_or(0.0, |inside| diameter / 6.0 * (reaction.rate / inside).sqrt());
+            (modulus, effectiveness(modulus))
+        };
+        let [(small, of_small), (large, of_large)] = [smallest, largest].map(of);
+        say!(
+            "    reaction   {} 1/s; Thiele modulus V/A sqrt(k/D) {small:.3e} to {large:.3e}, effectiveness {of_small:.3} to {of_large:.3}",
+            reaction.rate
+        );
     }
 }

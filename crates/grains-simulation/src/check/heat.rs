@@ -38,7 +38,7 @@ impl HeatReport {
                 let contact_radius = radius * case.limits.overlap.min(1.0).sqrt();
                 let conductances = (0..case.materials.len() as u16).filter_map(|other| {
                     let contact = thermal.conduction(material, other)?.conductance(contact_radius);
-                    let lens = thermal.lens.map_or(0.0, |lens| lens.conductance(0.0, [radius; 2], 0.0));
+                    let lens = thermal.lens.map_or(0.0, |lens| lens.conductance(0.0, [radius; 2], 0.0, 0.0));
                     Some(contact + lens)
                 });
                 let capacity =
