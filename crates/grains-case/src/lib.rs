@@ -46,10 +46,10 @@ pub use sections::contact_law::{Attraction, Capillary, Formation, Normal, Rollin
 pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
-    BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Expression, FlowProfile, Fluid, FluidField,
-    FluidOutput, Formula, FormulaError, Initial, OnFace, ParticleTransfer, Pressure, PressureMethod, Profile,
-    ProfileKind, Reaction, Resolved, ResolvedMethod, Scalar, ScalarBoundary, ScalarBoundaryKind,
-    ScalarBuoyancy, ScalarKind, Steady,
+    BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Evaporation, Expression, FlowProfile, Fluid,
+    FluidField, FluidOutput, Formula, FormulaError, Initial, OnFace, ParticleTransfer, Pressure,
+    PressureMethod, Profile, ProfileKind, Reaction, Resolved, ResolvedMethod, Scalar, ScalarBoundary,
+    ScalarBoundaryKind, ScalarBuoyancy, ScalarKind, Steady, Uptake,
 };
 pub use sections::heat::{GasLens, Heat, Radiation};
 pub use sections::insert::{Component, Insert, Orientation};

@@ -92,7 +92,10 @@ pub use bonds::{BondKind, BondLedger, BondRadius, Bonded};
 pub use catalogue::{Catalogue, ContactTable, FaceContact};
 pub use clock::{Clock, Phase};
 pub use contact_history::{renumber_walls, without_bridges};
-pub use dem::{Dem, DemSetup, Failure, Ledger, Origin, Partner, Passages, StepReport, Touch};
+pub use dem::{
+    Dem, DemSetup, Failure, Ledger, Origin, Partner, Passages, Species, SpeciesContent, SpeciesLedger,
+    StepReport, Touch,
+};
 pub use error::StepError;
 pub use exchange::{ExchangeStrategy, Traffic};
 pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_wide};

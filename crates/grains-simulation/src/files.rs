@@ -7,6 +7,7 @@ use crate::heat;
 use crate::laws;
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
+use crate::species;
 use crate::wall_triangles::{triangles_of, wall_fields};
 use grains_case::{Case, Field, Precision as CasePrecision};
 use grains_comm::MpiTransport;
@@ -389,6 +390,7 @@ impl Files {
             values.push(stress.temperature);
         }
         values.extend(heat::row(dem, transport));
+        values.extend(species::row(dem, transport));
         values.extend(of_fluid);
         let written = match &mut self.series {
             Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
@@ -533,6 +535,7 @@ fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         columns.push(("granular_temperature".to_string(), "m2/s2"));
     }
     columns.extend(heat::columns(dem));
+    columns.extend(species::columns(dem));
     columns
 }
 

@@ -68,6 +68,7 @@ mod schedule;
 mod shapes;
 mod simulation;
 mod sizes;
+mod species;
 mod summary;
 mod system;
 mod timestep;

@@ -6,6 +6,7 @@ use crate::fluid::FluidPhase;
 use crate::heat;
 use crate::insertion::Insertions;
 use crate::liquid;
+use crate::species;
 use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
@@ -81,6 +82,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     wear::save(dem, &mut state, transport);
     liquid::save(dem, &mut state, transport);
     heat::save(dem, &mut state, transport);
+    species::save(dem, &mut state, transport);
     state
 }
 
@@ -203,7 +205,7 @@ fn restore_particles(
     (numbering, released, ratio): (&Numbering, &[Range<u64>], f64),
     transport: &MpiTransport,
 ) -> Result<(), RunError> {
-    let was_warm = heat::ledger(file).is_some();
+    let (was_warm, known) = (heat::ledger(file).is_some(), species::known(file));
     for row in owned_rows(file, dem, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
@@ -232,6 +234,7 @@ fn restore_particles(
         if !was_warm {
             dem.account_heat_of_last();
         }
+        species::restore_last(dem, &known, &row.amounts);
         if let (Some(cargo), Some(place)) = (row.cargo, dem.particles.cargo.last_mut()) {
             let is_resolved = fluid.is_some_and(|fluid| fluid.resolved.is_some());
             *place = if is_released && is_resolved { FlowLink::released(&cargo) } else { cargo };
@@ -252,6 +255,7 @@ fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Tab
     if let (Some(ledger), true) = (liquid::ledger(file), dem.particles.is_wet()) {
         dem.liquid_ledger.add(&ledger);
     }
+    species::restore_ledgers(dem, &species::known(file));
     if let (Some(ledger), Some(_)) = (heat::ledger(file), &dem.setup.thermal) {
         dem.heat_ledger = ledger;
     }
@@ -514,6 +518,8 @@ struct Row {
     cargo: Option<Cargo>,
     /// Its film.
     film: Option<[f64; FILM_LENGTH]>,
+    /// Amounts of the species of the checkpoint.
+    amounts: Vec<f64>,
     /// The history of its contacts.
     history: Vec<f64>,
 }
@@ -530,6 +536,7 @@ fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) ->
     let films = liquid::films(file, dem);
     let of_film = if films.is_some() { FILM_LENGTH } else { 0 };
     let films = films.unwrap_or_default();
+    let (amounts, species) = (species::amounts(file), species::known(file).len());
     let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     let mut rest = &history[..];
     for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
@@ -542,6 +549,7 @@ fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) ->
         message.extend_from_slice(row);
         message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
         message.extend_from_slice(&films[k * of_film..(k + 1) * of_film]);
+        message.extend_from_slice(amounts.get(k * species..(k + 1) * species).unwrap_or_default());
         message.extend_from_slice(own);
     }
     let mut rows = Vec::new();
@@ -551,11 +559,13 @@ fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) ->
             let (row, after) = after.split_at(ParticleRecord::LENGTH);
             let (cargo, after) = after.split_at(width);
             let (film, after) = after.split_at(of_film);
+            let (amounts, after) = after.split_at(species);
             let (history, after) = after.split_at(length as usize);
             rows.push(Row {
                 record: ParticleRecord::read(row),
                 cargo: cargo.try_into().ok(),
                 film: film.try_into().ok(),
+                amounts: amounts.to_vec(),
                 history: history.to_vec(),
             });
             rest = after;

@@ -8,6 +8,7 @@ use crate::insertion::KindRange;
 use crate::laws;
 use crate::liquid;
 use crate::shapes::shape;
+use crate::species;
 use crate::timestep::{self, TimeStepChoice};
 use crate::wall_surfaces::surfaces;
 use grains_case::{
@@ -112,6 +113,7 @@ pub fn build(
         exchange: exchange(domain.exchange),
         balance,
         thermal,
+        species: species::all(case),
     };
     resolved_loads(case, &setup, kinds)?;
     bonds::check_sizes(case, &setup)?;

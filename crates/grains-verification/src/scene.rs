@@ -103,6 +103,7 @@ impl Scene {
             exchange: Default::default(),
             collisions: CollisionModel::Soft,
             thermal: None,
+            species: Vec::new(),
         };
         let dem = Dem::new(setup, 0).unwrap_or_else(|error| panic!("{error}"));
         let mut scene = Self { dem, radius: ball.radius, middle, against };

@@ -513,6 +513,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
         exchange: Default::default(),
         collisions: CollisionModel::Soft,
         thermal: None,
+        species: Vec::new(),
     };
     let mut dem = Dem::new(setup, 0).unwrap();
     dem.insert(&record(0, &place, &grains.catalogue, &falling(dt)));

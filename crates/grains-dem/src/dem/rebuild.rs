@@ -34,6 +34,7 @@ impl Dem {
         self.check(transport)?;
         self.let_liquid_leave(&left);
         self.let_heat_leave(&left);
+        self.let_species_leave(&left);
         let bonded = self.since_bonds_were_seen(left.len() as u64, transport);
         self.sort_and_list(&stays, bonded, transport)?;
         // The history is in the lists now.

@@ -1,5 +1,6 @@
 //! What defines a granular system.
 
+use super::species::Species;
 use crate::bonds::BondKind;
 use crate::catalogue::Catalogue;
 use crate::contacts::LoadQuanta;
@@ -46,6 +47,8 @@ pub struct DemSetup {
     pub bonds: Vec<BondKind>,
     /// Lubrication between spheres.
     pub lubrication: Option<Lubrication>,
+    /// Species that particles contain.
+    pub species: Vec<Species>,
     /// What the temperatures of particles depend on, if they have one.
     pub thermal: Option<Thermal>,
     /// What prescribes the motion of some particles; [`Dem::prescribe`](crate::Dem::prescribe) changes it.

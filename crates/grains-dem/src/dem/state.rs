@@ -2,6 +2,7 @@
 
 use super::report::{Ledger, Origin, Passages, StepReport};
 use super::setup::DemSetup;
+use super::species::SpeciesLedger;
 use crate::bonds::BondLedger;
 use crate::clock::Clock;
 use crate::contact_history::SavedHistories;
@@ -54,6 +55,8 @@ pub struct Dem {
     pub liquid_ledger: LiquidLedger,
     /// Heat in and out of the particles on this rank.
     pub heat_ledger: HeatLedger,
+    /// Amounts of each species in and out of the particles on this rank.
+    pub species_ledgers: Vec<SpeciesLedger>,
     /// Heat from each wall into this rank's particles (W).
     pub wall_heat: Vec<f64>,
     /// Particles with cargo that came and went, until they are taken.
@@ -125,6 +128,7 @@ impl Dem {
             bond_ledger: BondLedger::default(),
             liquid_ledger: LiquidLedger::default(),
             heat_ledger: HeatLedger::default(),
+            species_ledgers: vec![SpeciesLedger::default(); setup.species.len()],
             wall_heat: vec![0.0; setup.walls.len()],
             passages: Passages::default(),
             clock: Clock::default(),
@@ -159,6 +163,7 @@ impl Dem {
         if dem.setup.catalogue.contacts.films().is_some() {
             dem.particles.wet();
         }
+        dem.particles.species = dem.setup.species.len();
         if dem.setup.thermal.is_some() {
             dem.particles.warm();
         }
@@ -232,6 +237,7 @@ impl Dem {
         self.ledger.inserted += 1;
         self.wet_last();
         self.account_heat_of_last();
+        self.fill_last();
         if self.particles.is_carrying() {
             self.passages.inserted.extend(self.particles.bodies.last());
         }

@@ -45,6 +45,7 @@ impl Exchange {
                         self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
                         self.sent[peer]
                             .extend(particles.films.get(i).map(BodyFilm::numbers).into_iter().flatten());
+                        self.sent[peer].extend(particles.amounts_of(i));
                         histories.write(i, &mut self.sent[peer]);
                     }
                     Err(_) => failure = failure.or(Some(far_jump(particles, i))),
@@ -77,7 +78,9 @@ impl Exchange {
                     *film = BodyFilm::from_numbers(std::array::from_fn(|k| mine[k]));
                     rest = others;
                 }
-                rest = histories.read(rest);
+                let (amounts, others) = rest.split_at(particles.species);
+                particles.set_last_amounts(amounts);
+                rest = histories.read(others);
             }
         }
         Ok(Migration { stays, left, bonds_left, carriers_left })

@@ -8,7 +8,7 @@ mod ledger;
 mod pass;
 
 pub(crate) use flows::HeatFlow;
-pub use ledger::{Heat, HeatLedger};
+pub use ledger::{Heat, HeatLedger, Sum};
 pub(crate) use pass::{HeatPass, TouchingParts};
 
 use crate::catalogue::Catalogue;

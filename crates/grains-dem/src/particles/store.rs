@@ -39,6 +39,10 @@ pub struct Particles {
     pub films: Vec<BodyFilm>,
     /// Temperature (K), owned and clones; empty unless [`Particles::warm`] was called.
     pub temperatures: Vec<f64>,
+    /// Amounts (mol, kg) of each species in them, owned, particle by particle; empty without species.
+    pub amounts: Vec<f64>,
+    /// Number of species.
+    pub(crate) species: usize,
     /// Heat that flows into them through contacts in this step, owned.
     pub(crate) heat_flows: Vec<HeatFlow>,
     /// Identities of those of prescribed motion, motion by motion.
@@ -60,8 +64,18 @@ impl Particles {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
         let Self { bodies, ids, orientations, frames, path_length, .. } = self;
-        let Self { loads, half_velocity, half_spin, sides, cargo, films, temperatures, heat_flows, .. } =
-            self;
+        let Self {
+            loads,
+            half_velocity,
+            half_spin,
+            sides,
+            cargo,
+            films,
+            temperatures,
+            heat_flows,
+            amounts,
+            ..
+        } = self;
         let shared = heap_bytes(bodies)
             + heap_bytes(ids)
             + heap_bytes(orientations)
@@ -76,6 +90,7 @@ impl Particles {
             + heap_bytes(films)
             + heap_bytes(temperatures)
             + heap_bytes(heat_flows)
+            + heap_bytes(amounts)
     }
 
     /// Whether this rank holds no particle.
@@ -127,6 +142,17 @@ impl Particles {
         self.is_warm
     }
 
+    /// Amounts (mol, kg) of all species in an owned particle.
+    pub fn amounts_of(&self, i: usize) -> &[f64] {
+        &self.amounts[i * self.species..(i + 1) * self.species]
+    }
+
+    /// Sets the amounts of all species in the particle that came last.
+    pub(crate) fn set_last_amounts(&mut self, amounts: &[f64]) {
+        let first = self.amounts.len() - self.species;
+        self.amounts[first..].copy_from_slice(amounts);
+    }
+
     /// Whether particles carry films of liquid.
     #[inline(always)]
     pub fn is_wet(&self) -> bool {
@@ -157,6 +183,7 @@ impl Particles {
         if self.carrying {
             self.cargo.push([0.0; CARGO_LENGTH]);
         }
+        self.amounts.extend((0..self.species).map(|_| 0.0));
         if self.is_warm {
             self.heat_flows.push(HeatFlow::default());
         }
@@ -255,6 +282,13 @@ impl Particles {
         if self.is_warm {
             permute(&mut self.temperatures, order);
             permute(&mut self.heat_flows, order);
+        }
+        if self.species > 0 {
+            let row = |&k: &u32| {
+                let first = k as usize * self.species;
+                &self.amounts[first..first + self.species]
+            };
+            self.amounts = order.iter().flat_map(row).copied().collect();
         }
         self.owned = order.len();
     }

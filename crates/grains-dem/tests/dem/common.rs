@@ -291,6 +291,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
         exchange: Default::default(),
         collisions: CollisionModel::Soft,
         thermal: None,
+        species: Vec::new(),
     }
 }
 

@@ -98,6 +98,22 @@ pub fn of_transfer(
             say!("    follow     the smallest of {} in {time:.3e} s of still fluid{told}", material.name);
         }
     }
+    if let Some(uptake) = &transfer.uptake {
+        let time = uptake.partition * smallest * smallest / (6.0 * number * diffusivity);
+        say!(
+            "    uptake     {} times the concentration outside; the smallest follow in {time:.3e} s of still fluid",
+            uptake.partition
+        );
+    }
+    if let (Some(evaporation), Some(heat)) = (&transfer.evaporation, &case.heat) {
+        let saturation = evaporation.saturation(heat.temperature);
+        let time = evaporation.initial * smallest * smallest / (6.0 * number * diffusivity * saturation);
+        say!(
+            "    evaporates {:.4e} kg/m3 at saturation at {} K; the smallest are dry after {time:.3e} s in still dry gas of this temperature",
+            saturation,
+            heat.temperature
+        );
+    }
     if let Some(reaction) = &transfer.reaction {
         let of = |diameter: f64| {
             let modulus =

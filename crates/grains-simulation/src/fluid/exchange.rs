@@ -1,6 +1,6 @@
 //! Particles and fluid of one rank: what each tells the other in a step of the fluid.
 
-use super::transfer::{Transfer, Warmed};
+use super::transfer::{Changed, Transfer};
 use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
@@ -313,12 +313,19 @@ impl Exchange {
         let Some(scalars) = &flow.scalars else { return Ok(()) };
         for transfer in &self.transfers {
             let mean = scalars.all[transfer.scalar].exchanged_at().data();
-            let Dem { particles, setup, heat_ledger, .. } = &mut *dem;
-            let Particles { bodies, temperatures, owned, .. } = particles;
-            let mut warmed = Warmed { bodies, temperatures, thermal: setup.thermal.as_ref(), heat_ledger };
+            let Dem { particles, setup, heat_ledger, species_ledgers, .. } = &mut *dem;
+            let Particles { bodies, temperatures, amounts, owned, .. } = particles;
+            let mut changed = Changed {
+                bodies,
+                temperatures,
+                thermal: setup.thermal.as_ref(),
+                heat_ledger,
+                amounts,
+                species_ledgers,
+            };
             let gained =
                 self.coupling.for_each_mean(&bodies[..*owned], &self.kernel_grid, mean, |i, mean| {
-                    transfer.give(i, mean, &mut warmed, dt)
+                    transfer.give(i, mean, &mut changed, dt)
                 });
             agree(transport, gained)?;
         }

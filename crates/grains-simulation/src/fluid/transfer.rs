@@ -3,9 +3,9 @@
 //! The fluid gets K (φ_p − φ) of each particle in its step, φ taken at the end of it, and particles get the same once the step is done.
 //! Temperatures of particles relax exactly towards that of the fluid, so that no step is too long and nothing overshoots.
 
-use grains_case::{Fluid as CaseFluid, ParticleTransfer, Scalar as CaseScalar, ScalarKind};
+use grains_case::{Evaporation, Fluid as CaseFluid, ParticleTransfer, Scalar as CaseScalar, ScalarKind};
 use grains_coupling::{Coupling, Passing, TransferLaw, TransferLink};
-use grains_dem::{Body, HeatLedger, Particles, Thermal};
+use grains_dem::{Body, HeatLedger, Particles, SpeciesLedger, Thermal};
 
 /// What one scalar of the fluid exchanges with particles.
 #[derive(Clone, Debug)]
@@ -29,21 +29,38 @@ enum With {
     Temperature { capacity: f64 },
     /// A first-order reaction: rate (1/s), diffusivity in the particle (m²/s) if that hinders, heat released per amount (J).
     Reaction { rate: f64, diffusivity: Option<f64>, heat: f64 },
+    /// What is in solution, of species `species` of the particles.
+    Uptake { species: usize, partition: f64 },
+    /// Liquid, species `species` of the particles.
+    Evaporation { species: usize, evaporation: Evaporation },
 }
 
 /// What changes of particles.
-pub struct Warmed<'a> {
+pub struct Changed<'a> {
     pub bodies: &'a [Body],
     pub temperatures: &'a mut [f64],
     pub thermal: Option<&'a Thermal>,
     pub heat_ledger: &'a mut HeatLedger,
+    /// Amounts of all species, particle by particle, and their ledgers.
+    pub amounts: &'a mut [f64],
+    pub species_ledgers: &'a mut [SpeciesLedger],
+}
+
+impl Changed<'_> {
+    fn add(&mut self, i: usize, species: usize, gain: f64) {
+        self.amounts[i * self.species_ledgers.len() + species] += gain;
+        self.species_ledgers[species].fluid += gain;
+    }
 }
 
 impl Transfer {
     /// Those of a case.
     pub fn all(fluid: &CaseFluid) -> Vec<Self> {
+        let mut species = 0;
         let of = |(number, scalar): (usize, &CaseScalar)| {
-            let ParticleTransfer { law, reaction } = *scalar.particles.as_ref()?;
+            let ParticleTransfer { law, reaction, uptake, evaporation } = *scalar.particles.as_ref()?;
+            let own = species;
+            species += usize::from(uptake.is_some() || evaporation.is_some());
             let diffusivity = scalar.diffusivity(fluid.density);
             let with = match (&scalar.kind, reaction) {
                 (ScalarKind::Temperature { .. }, _) => {
@@ -54,7 +71,11 @@ impl Transfer {
                     diffusivity: reaction.diffusivity,
                     heat: reaction.heat,
                 },
-                _ => return None,
+                (_, None) => match (uptake, evaporation) {
+                    (Some(uptake), _) => With::Uptake { species: own, partition: uptake.partition },
+                    (None, Some(evaporation)) => With::Evaporation { species: own, evaporation },
+                    (None, None) => return None,
+                },
             };
             let prandtl = fluid.viscosity / (fluid.density * diffusivity);
             Some(Self { scalar: number, law, prandtl, diffusivity, with, links: Vec::new() })
@@ -83,6 +104,16 @@ impl Transfer {
                     let of_body = thermal.map_or(f64::INFINITY, |thermal| thermal.capacity(body) / capacity);
                     TransferLink::following(film, particles.temperatures[i], of_body, dt)
                 }
+                With::Uptake { species, partition } => {
+                    let capacity = coupling.volume(body) * partition;
+                    TransferLink::following(film, particles.amounts_of(i)[species] / capacity, capacity, dt)
+                }
+                With::Evaporation { species, evaporation } => {
+                    // No more than there is leaves, even into dry gas.
+                    let value = evaporation.saturation(particles.temperatures[i]);
+                    let most = particles.amounts_of(i)[species] / (value * dt);
+                    TransferLink { coefficient: film.min(most), value }
+                }
                 With::Reaction { rate, diffusivity, .. } => {
                     let volume = coupling.volume(body);
                     let effectiveness = diffusivity.map_or(1.0, |diffusivity| {
@@ -97,17 +128,25 @@ impl Transfer {
     }
 
     /// Gives a particle what it got in a step `dt` (s), the scalar being at `mean` around it.
-    pub fn give(&self, i: usize, mean: f64, warmed: &mut Warmed, dt: f64) {
+    pub fn give(&self, i: usize, mean: f64, changed: &mut Changed, dt: f64) {
         let gain = self.links[i].gain(mean, dt);
         let heat = match self.with {
             With::Temperature { capacity } => gain * capacity,
             With::Reaction { heat, .. } => gain * heat,
+            With::Uptake { species, .. } => {
+                changed.add(i, species, gain);
+                0.0
+            }
+            With::Evaporation { species, evaporation } => {
+                changed.add(i, species, gain);
+                gain * evaporation.latent_heat
+            }
         };
-        let Some(thermal) = warmed.thermal.filter(|_| heat != 0.0) else { return };
-        warmed.temperatures[i] += heat / thermal.capacity(&warmed.bodies[i]);
+        let Some(thermal) = changed.thermal.filter(|_| heat != 0.0) else { return };
+        changed.temperatures[i] += heat / thermal.capacity(&changed.bodies[i]);
         match self.with {
-            With::Temperature { .. } => warmed.heat_ledger.fluid += heat,
-            With::Reaction { .. } => warmed.heat_ledger.produced += heat,
+            With::Temperature { .. } => changed.heat_ledger.fluid += heat,
+            _ => changed.heat_ledger.produced += heat,
         }
     }
 }

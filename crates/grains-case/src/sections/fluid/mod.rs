@@ -11,6 +11,7 @@ mod pressure;
 mod resolved;
 mod scalar;
 mod steady;
+mod transfer;
 mod viscosity;
 mod walls;
 
@@ -29,10 +30,9 @@ pub use output::{FluidField, FluidOutput, Profile, ProfileKind};
 pub use pressure::{Pressure, PressureMethod};
 pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
-pub use scalar::{
-    ParticleTransfer, Reaction, Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind,
-};
+pub use scalar::{Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind};
 pub use steady::Steady;
+pub use transfer::{Evaporation, ParticleTransfer, Reaction, Uptake};
 pub(crate) use walls::check_walls;
 
 use crate::check::Checker;

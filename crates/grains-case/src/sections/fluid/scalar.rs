@@ -1,10 +1,10 @@
 //! `[[fluid.scalar]]`: temperature and concentrations that the fluid carries.
 
 use super::outline::{Part, Wants};
+use super::transfer::{self, ParticleTransfer};
 use super::{BoundaryKind, Context, Expression, Fluid, check_formula};
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
-use grains_coupling::TransferLaw;
 use grains_fluid::Scheme;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -78,37 +78,6 @@ pub struct ScalarBoundary {
     /// Where on the face it holds, if not on the whole: in the cells whose middle it covers.
     #[serde(flatten)]
     pub part: Part,
-}
-
-fn is_zero(x: &f64) -> bool {
-    *x == 0.0
-}
-
-/// A first-order reaction in particles, which are catalysts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Reaction {
-    /// Rate k (1/s): per volume of the particle, k times the concentration inside.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub rate: f64,
-    /// Effective diffusivity in the particle (m²/s), which hinders the reaction; not if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-14, 1e-3]))]
-    pub diffusivity: Option<f64>,
-    /// Heat that is released in the particle per amount that reacts (J/mol, J/kg); negative of what takes heat up.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub heat: f64,
-}
-
-/// What particles smaller than the cells exchange with a scalar.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ParticleTransfer {
-    /// Law of the Nusselt or Sherwood number.
-    pub law: TransferLaw,
-    /// What becomes of a concentration in the particles; a temperature is exchanged with that of the particles.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reaction: Option<Reaction>,
 }
 
 /// A temperature or concentration.
@@ -236,51 +205,13 @@ fn check_scalar(
         checker.warn(&format!("{path}.buoyancy"), message.into());
     }
     if let Some(transfer) = &scalar.particles {
-        check_transfer(scalar, transfer, &format!("{path}.particles"), (fluid, context), checker);
+        let of = (matches!(scalar.kind, ScalarKind::Temperature { .. }), fluid, context);
+        transfer::check(transfer, &format!("{path}.particles"), of, checker);
     }
     for (i, boundary) in scalar.boundary.iter().enumerate() {
         check_boundary(boundary, &format!("{path}.boundary[{i}]"), fluid, domain, checker);
     }
     check_inlets(scalar, path, fluid, checker);
-}
-
-fn check_transfer(
-    scalar: &Scalar,
-    transfer: &ParticleTransfer,
-    path: &str,
-    (fluid, context): (&Fluid, &Context<'_>),
-    checker: &mut Checker,
-) {
-    let mut refuse = |key: &str, message: &str| checker.error(&format!("{path}{key}"), message.into());
-    if fluid.coupling.is_none() || !context.has_particles {
-        refuse(
-            "",
-            "without effect: no particles smaller than the cells; add [[insert]] and [fluid.coupling], or remove it",
-        );
-    }
-    match scalar.kind {
-        ScalarKind::Temperature { .. } if !context.has_heat => {
-            refuse("", "particles have no temperature to exchange; add [heat] with their temperature (K)");
-        }
-        ScalarKind::Temperature { .. } if transfer.reaction.is_some() => {
-            refuse(
-                ".reaction",
-                "a temperature does not react; state the reaction of a concentration, with its heat",
-            );
-        }
-        ScalarKind::Concentration { .. } if transfer.reaction.is_none() => {
-            refuse(
-                "",
-                "what becomes of the concentration in particles is not stated; add reaction = { rate = ... }",
-            );
-        }
-        ScalarKind::Concentration { .. }
-            if !context.has_heat && transfer.reaction.is_some_and(|reaction| reaction.heat != 0.0) =>
-        {
-            refuse(".reaction.heat", "particles have no temperature; add [heat], or remove it");
-        }
-        _ => {}
-    }
 }
 
 fn check_boundary(

@@ -1,0 +1,94 @@
+//! Species that particles contain: which there are, their columns, and their amounts in a checkpoint and back.
+
+use crate::restart::{State, reals, words};
+use grains_case::Case;
+use grains_comm::MpiTransport;
+use grains_dem::{Dem, Species, SpeciesContent, SpeciesLedger};
+use grains_domain::Transport;
+use grains_output::{Array, CheckpointFile, Values};
+
+/// Array of a checkpoint: the amounts of all species of each particle.
+const AMOUNTS: &str = "amounts";
+/// Text of a checkpoint: a line per species, its ledger and its name.
+const LEDGERS: &str = "species";
+
+/// Species in the particles of a case: the scalars of the fluid that they keep some of.
+pub fn all(case: &Case) -> Vec<Species> {
+    let scalars = case.fluid.iter().flat_map(|fluid| &fluid.scalar);
+    let kept = scalars.filter_map(|scalar| {
+        let initial = scalar.particles.as_ref()?.initial()?;
+        Some(Species { name: scalar.name.clone(), initial })
+    });
+    kept.collect()
+}
+
+/// Names of the columns of the time series.
+pub fn columns(dem: &Dem) -> impl Iterator<Item = (String, &'static str)> + '_ {
+    const COLUMNS: [&str; 7] = ["content", "min", "max", "inserted", "left", "from_fluid", "unaccounted"];
+    let of = |species: &Species| COLUMNS.map(|what| (format!("particle_{}_{what}", species.name), "-"));
+    dem.setup.species.iter().flat_map(of)
+}
+
+/// Values of these columns; collective.
+pub fn row(dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
+    let of = |found: SpeciesContent| {
+        let (SpeciesContent { content, ends: [min, max], ledger }, lost) = (found, found.unaccounted());
+        [content, min, max, ledger[0], ledger[1], ledger[2], lost]
+    };
+    dem.species(transport).into_iter().flat_map(of).collect()
+}
+
+/// Adds the amounts to a checkpoint, if particles contain species.
+pub fn save(dem: &Dem, (arrays, texts): &mut State, transport: &MpiTransport) {
+    let species = &dem.setup.species;
+    if species.is_empty() {
+        return;
+    }
+    let values = Values::Real(dem.particles.amounts.clone());
+    arrays.push(Array { name: AMOUNTS, unit: "-", width: species.len(), values });
+    let mut sums: Vec<f64> = dem.species_ledgers.iter().flat_map(SpeciesLedger::numbers).collect();
+    transport.sum(&mut sums);
+    let line = |(species, ledger): (&Species, &[f64])| format!("{} {}", words(ledger), species.name);
+    let lines: Vec<String> = species.iter().zip(sums.chunks_exact(3)).map(line).collect();
+    texts.push((LEDGERS.into(), lines.join("\n")));
+}
+
+/// Species of a checkpoint: their names and ledgers, in the order of the amounts of its particles.
+pub fn known(file: &CheckpointFile) -> Vec<(String, SpeciesLedger)> {
+    let line = |line: &str| {
+        let mut words = line.splitn(4, ' ');
+        let numbers: Vec<String> = words.by_ref().take(3).map(String::from).collect();
+        let numbers = reals(&numbers.join(" "))?.try_into().ok()?;
+        Some((words.next()?.to_string(), SpeciesLedger::from_numbers(numbers)))
+    };
+    file.text(LEDGERS).unwrap_or("").lines().filter_map(line).collect()
+}
+
+/// Amounts of the particles of a checkpoint; none without species.
+pub fn amounts(file: &CheckpointFile) -> &[f64] {
+    if file.has(AMOUNTS) { file.real(AMOUNTS).unwrap_or_default() } else { &[] }
+}
+
+/// Gives the particle restored last the amounts (of the species of a checkpoint) that the case knows too; others are as in particles
+/// that are inserted.
+pub fn restore_last(dem: &mut Dem, known: &[(String, SpeciesLedger)], amounts: &[f64]) {
+    dem.fill_last();
+    for ((name, _), amount) in known.iter().zip(amounts) {
+        if let Some(number) = dem.setup.species.iter().position(|species| species.name == *name) {
+            dem.restore_amount(number, *amount);
+        }
+    }
+}
+
+/// Gives the first rank the ledgers of a checkpoint.
+pub fn restore_ledgers(dem: &mut Dem, known: &[(String, SpeciesLedger)]) {
+    for (name, ledger) in known {
+        if let Some(number) = dem.setup.species.iter().position(|species| species.name == *name) {
+            let [inserted, left, fluid] = ledger.numbers();
+            let own = &mut dem.species_ledgers[number];
+            own.inserted += inserted;
+            own.left += left;
+            own.fluid += fluid;
+        }
+    }
+}
