@@ -213,14 +213,13 @@ impl Coupling {
         (grid, fluid): (&Grid, &FluidFields),
         drag: &mut DragFields,
         time_step: f64,
-        passings: Option<&mut Vec<[f64; 2]>>,
+        mut passings: Option<&mut Vec<[f64; 2]>>,
     ) -> Result<(), CouplingError> {
         assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
         let mut stencil = Stencil::default();
-        let mut passings = passings.map(|passings| {
+        if let Some(passings) = &mut passings {
             passings.clear();
-            passings
-        });
+        }
         for i in 0..particles.owned {
             let body = &particles.bodies[i];
             let diameter = self.equivalent_diameter(body);
