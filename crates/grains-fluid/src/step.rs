@@ -8,7 +8,7 @@ use crate::momentum::{
     Diffusion, Explicit, FaceTerms, MomentumDiagonal, OutletTerms, RowPlace, StressWeights, advance_outlets,
     imposed_increments,
 };
-use crate::projection::{Correction, ForceRow, divergence};
+use crate::projection::{Correction, ForceRow, add_divergence, divergence};
 use crate::scalar::add_buoyancy;
 use crate::{Advection, Centre, Field, SolveError, StepError};
 use grains_domain::Transport;
@@ -414,9 +414,10 @@ impl Flow {
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
         let passing = self.immersed.as_ref().and_then(|bodies| bodies.passing.as_ref());
-        passing.iter().for_each(|passing| self.state.velocity.add(1.0, passing));
-        let [sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
-        passing.iter().for_each(|passing| self.state.velocity.add(-1.0, passing));
+        let [mut sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
+        if let Some(passing) = passing {
+            sum += add_divergence(&self.local, passing, &mut self.rhs);
+        }
         self.add_extrapolated(1.0);
         let mut sums = [sum, scale];
         transport.sum(&mut sums);

@@ -69,6 +69,8 @@ pub(crate) struct CutFaces {
     /// Those with a c, per component.
     passed: [Vec<Passed>; 3],
     closed: Vec<ClosedCell>,
+    /// Faces through which something was last noted to pass, per component.
+    noted: [Vec<u32>; 3],
     /// Faces of cells without a free velocity that have no such face, per component, in ascending order.
     shut: [Vec<u32>; 3],
 }
@@ -200,12 +202,21 @@ impl CutFaces {
     }
 
     /// Tells the flow what passes beyond its velocities; collective.
-    pub fn note(&self, bodies: &[RigidBody], subgrid: &Subgrid, flow: &mut Flow, transport: &dyn Transport) {
+    pub fn note(
+        &mut self,
+        bodies: &[RigidBody],
+        subgrid: &Subgrid,
+        flow: &mut Flow,
+        transport: &dyn Transport,
+    ) {
         let strides = subgrid.layout.strides();
         let Some(passing) = flow.immersed.as_mut().and_then(|immersed| immersed.passing.as_mut()) else {
             return;
         };
-        passing.fill(0.0);
+        for (component, noted) in self.noted.iter_mut().enumerate() {
+            let passing = passing.component_mut(component);
+            noted.drain(..).for_each(|place| passing[place as usize] = 0.0);
+        }
         for (component, passed) in self.passed.iter().enumerate() {
             let velocity = flow.state.velocity.component(component);
             let passing = passing.component_mut(component);
@@ -219,6 +230,7 @@ impl CutFaces {
                 let opposite = stencil.opposite.as_ref().map(|o| (o.weight, at(o.body, &o.foot)));
                 let beyond = stencil.extrapolated(surface, opposite, velocity, strides) - surface;
                 passing[*place as usize] = beyond - turning(&bodies[*body as usize], component, offset);
+                self.noted[component].push(*place);
             }
         }
         flow.refresh_passing(transport);
@@ -238,6 +250,7 @@ impl CutFaces {
         for (ClosedCell { cell, axis, face }, left) in self.closed.iter().zip(left) {
             let outward = if cell == face { 1.0 } else { -1.0 };
             passing.component_mut(*axis)[*face as usize] -= outward * left * subgrid.spacing[*axis] / volume;
+            self.noted[*axis].push(*face);
         }
         flow.refresh_passing(transport);
     }
