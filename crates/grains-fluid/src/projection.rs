@@ -61,11 +61,11 @@ pub(crate) fn divergence(
 }
 
 /// Adds ∫∇·c of a one-phase flow to the right-hand side, c (m/s) what passes the faces beyond the velocity; returns its sum over the
-/// own cells (m³/s).
-pub(crate) fn add_divergence(local: &Local, passing: &Faces, rhs: &mut Field<Centre>) -> f64 {
+/// own cells and Σ |c| over their upper faces (m³/s).
+pub(crate) fn add_divergence(local: &Local, passing: &Faces, rhs: &mut Field<Centre>) -> [f64; 2] {
     let (layout, strides, widths) = (local.layout, local.layout.strides(), local.row_widths());
     let [nx, ny, nz] = layout.cells;
-    let mut sum = 0.0;
+    let mut sums = [0.0; 2];
     for k in 0..nz {
         for j in 0..ny {
             let start = layout.row(j, k);
@@ -75,14 +75,16 @@ pub(crate) fn add_divergence(local: &Local, passing: &Faces, rhs: &mut Field<Cen
                 let c = passing.component(axis);
                 let (high, low) = (&c[start..][..nx], &c[start - strides[axis]..][..nx]);
                 for i in 0..nx {
-                    let through = [wy * wz, widths[i] * wz, widths[i] * wy][axis] * (high[i] - low[i]);
+                    let area = [wy * wz, widths[i] * wz, widths[i] * wy][axis];
+                    let through = area * (high[i] - low[i]);
                     row[i] += through;
-                    sum += through;
+                    sums[0] += through;
+                    sums[1] += area * high[i].abs();
                 }
             }
         }
     }
-    sum
+    sums
 }
 
 /// Partial sums kept apart, so that additions need not wait for one another.

@@ -414,9 +414,10 @@ impl Flow {
     fn source(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let flux = self.mixture.as_ref().map(|m| (m.open_faces().components(), m.rate.data()));
         let passing = self.immersed.as_ref().and_then(|bodies| bodies.passing.as_ref());
-        let [mut sum, scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
+        let [mut sum, mut scale] = divergence(&self.local, &self.state.velocity, flux, &mut self.rhs);
         if let Some(passing) = passing {
-            sum += add_divergence(&self.local, passing, &mut self.rhs);
+            let [beyond, size] = add_divergence(&self.local, passing, &mut self.rhs);
+            (sum, scale) = (sum + beyond, scale + size);
         }
         self.add_extrapolated(1.0);
         let mut sums = [sum, scale];
