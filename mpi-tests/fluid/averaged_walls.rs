@@ -172,3 +172,27 @@ fluid = "particles""#,
         }
     }
 }
+
+/// A plate that comes over an inlet of a stated flow ends the run with one message.
+#[test]
+fn a_wall_that_comes_to_cover_an_inlet_of_a_stated_flow_is_an_error() {
+    let home = folder("fluid_covered_inlet");
+    let text = replaced(
+        &case("heated.toml"),
+        "kind = \"inlet\"\nvelocity = [0, 0, 0.6]",
+        "kind = \"flow_inlet\"\nvolume_flow = 2e-4",
+    );
+    let text = replaced(&text, "count = 700\n", "count = 20\n");
+    let text = replaced(&text, "lower = [0.0012, 0.0006, 0.0006]", "lower = [0.0012, 0.0006, 0.02]");
+    let plate = "[[wall]]\nname = \"plate\"\nmaterial = \"glass\"\nkind = \"box\"\nside = \"outside\"\nfluid = \"particles\"\n\
+                 lower = [-0.01, -0.01, -0.02]\nupper = [0.03, 0.03, -0.004]\n\
+                 motion = { kind = \"translation\", velocity = [0, 0, 3] }\n\n[fluid]";
+    let text = replaced(&text, "[fluid]", plate);
+    let scalars = text.find("[[fluid.scalar]]").unwrap();
+    let text = format!("{}[output]\ndirectory = \"results\"\n", &text[..scalars]);
+    let failed = run_case(2, &home, &text, &[]);
+    let message = failed.only_error(3);
+    for word in ["t = ", "has nothing to go through", "move the inlet"] {
+        assert!(message.contains(word), "{word} in {message}");
+    }
+}

@@ -14,6 +14,7 @@ use crate::scalar::Scalars;
 use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::{
     Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
+    StepError,
 };
 use grains_domain::Transport;
 
@@ -343,15 +344,29 @@ impl Flow {
 
     /// Takes the walls of a mixture as they are at the beginning of the coming step, before its void fraction is set; `is_changed`
     /// tells whether some appeared or vanished. Collective.
-    pub fn move_walls(&mut self, walls: &dyn Enclosure, is_changed: bool, transport: &dyn Transport) {
-        let Some(mixture) = &mut self.mixture else { return };
+    ///
+    /// # Errors
+    /// An inlet whose flow has nothing to go through.
+    pub fn move_walls(
+        &mut self,
+        walls: &dyn Enclosure,
+        is_changed: bool,
+        transport: &dyn Transport,
+    ) -> Result<(), StepError> {
+        let Some(mixture) = &mut self.mixture else { return Ok(()) };
         let old = mixture.openings.as_ref().map(|old| old.cells.clone());
         mixture.move_walls(Openings::new(&self.setup.grid, &self.local, walls), is_changed);
         mixture.close_velocity(&mut self.state.velocity);
         if let (Some(old), Some(openings)) = (old, &mixture.openings) {
             open_pressure(&mut self.state.pressure, &old, &openings.cells);
         }
-        self.fill_openings(transport);
+        match self.fill_openings(transport) {
+            None => Ok(()),
+            Some(number) => {
+                let (step, face) = (self.state.step, self.setup.boundaries.face_of(number).to_string());
+                Err(StepError::ShutOff { step, source: SetupError::CoveredInlet { face } })
+            }
+        }
     }
 
     /// Takes the walls of a mixture as they were in the last step of a flow that is continued: velocity and pressure are already those
@@ -363,9 +378,10 @@ impl Flow {
         }
     }
 
-    /// Boundary values of what walls leave open, and halos; collective.
-    fn fill_openings(&mut self, transport: &dyn Transport) {
-        self.weigh_inlets(transport);
+    /// Boundary values of what walls leave open, and halos; returns the number of an inlet whose flow has nothing to go through;
+    /// collective.
+    fn fill_openings(&mut self, transport: &dyn Transport) -> Option<usize> {
+        let covered = self.weigh_inlets(transport);
         let time = self.state.time;
         for face_data in &mut self.boundary_data {
             if face_data.depends_on_walls {
@@ -378,6 +394,7 @@ impl Flow {
         self.halo.fill(&mut [x, y, z, state.pressure.data_mut()], transport);
         fill_velocity(&self.boundary_data, &mut state.velocity, self.setup.halo);
         self.impose_pressures();
+        covered
     }
 
     /// Sizes inlets to what walls leave open; returns the number of one whose flow has nothing to go through; collective.

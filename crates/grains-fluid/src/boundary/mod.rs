@@ -57,7 +57,7 @@ impl BoxFace {
 
 impl Display for BoxFace {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", AXES[self.axis], if self.side == Side::High { "+" } else { "-" })
+        write!(f, "{}{}", if self.side == Side::High { "+" } else { "-" }, AXES[self.axis])
     }
 }
 

@@ -327,7 +327,7 @@ fn a_piston_pushes_out_what_it_displaces() {
         let exact = speed * PI * radius * radius;
         let (mut mean, mut push) = (0.0, 0.0);
         for step in 1..=100 {
-            flow.move_walls(&piston(f64::from(step) * dt), false, &SERIAL);
+            flow.move_walls(&piston(f64::from(step) * dt), false, &SERIAL).unwrap();
             let mixture = flow.mixture.as_mut().unwrap();
             let open = mixture.openings.as_ref().unwrap().cells.clone();
             mixture.void_fraction.data_mut().copy_from_slice(open.data());
@@ -366,7 +366,7 @@ fn an_obstacle_moves_through_a_closed_box() {
     };
     flow.enclose(&ball(0.0), &SERIAL).unwrap();
     for step in 1..=150 {
-        flow.move_walls(&ball(f64::from(step) * 0.02), false, &SERIAL);
+        flow.move_walls(&ball(f64::from(step) * 0.02), false, &SERIAL).unwrap();
         let mixture = flow.mixture.as_mut().unwrap();
         let open = mixture.openings.as_ref().unwrap().cells.clone();
         mixture.void_fraction.data_mut().copy_from_slice(open.data());

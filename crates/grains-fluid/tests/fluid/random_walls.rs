@@ -197,7 +197,7 @@ fn run(setup: &FlowSetup, walls: &Walls, seed: u64, ranks: usize, check: fn(&Flo
         for step in 0..8 {
             let density = if seed.is_multiple_of(2) { 0.5 } else { 0.0 };
             if walls.is_moving {
-                flow.move_walls(&walls.after(f64::from(step) * 0.02), false, &transport);
+                flow.move_walls(&walls.after(f64::from(step) * 0.02), false, &transport).unwrap();
             }
             add_particles(&mut flow, seed, density);
             if step == 0 {

@@ -49,18 +49,25 @@ impl EnclosingWalls {
     }
 
     /// Moves the walls, if some move, to where they are at the beginning of a step of the fluid; collective.
+    ///
+    /// # Errors
+    /// Walls that cover an inlet whose flow is stated.
     pub fn advance(
         &mut self,
         (flow, exchange): (&mut Flow, &mut Exchange),
         dem: &Dem,
         transport: &MpiTransport,
-    ) {
+    ) -> Result<(), RunError> {
         if self.walls.are_moving {
             let before = self.present.clone();
             let placed = self.place(dem, dem.time(), &flow.setup.grid);
-            flow.move_walls(&placed, before != self.present, transport);
+            let failed =
+                |e: grains_fluid::StepError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+            let moved = flow.move_walls(&placed, before != self.present, transport);
+            agreed(transport, moved.map_err(failed))?;
             exchange.enclose(flow);
         }
+        Ok(())
     }
 
     /// Puts the walls of a continued run where they were in the last step of the fluid; collective.

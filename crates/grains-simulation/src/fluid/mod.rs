@@ -344,7 +344,7 @@ impl FluidPhase {
         let dt = self.last_span as f64 * dem.setup.parameters.dt;
         if let Some(exchange) = &mut self.exchange {
             if let Some(walls) = &mut self.enclosing {
-                walls.advance((&mut self.flow, exchange), dem, transport);
+                walls.advance((&mut self.flow, exchange), dem, transport)?;
             }
             let of_particles = (&mut dem.particles, dem.setup.thermal.as_ref());
             exchange.before_step(of_particles, &mut self.flow, dt, transport)?;
