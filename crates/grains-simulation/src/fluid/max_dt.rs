@@ -8,6 +8,9 @@ use grains_case::{BoundaryKind, Case, Drive, Fluid};
 /// Share of the time H²/ν in which momentum diffuses through the domain that a step may take.
 const SHARE_OF_DIFFUSION: f64 = 0.01;
 
+/// Largest ν Δt/Δx² of flows averaged over particles that walls bound (-): beside cut cells part of the viscous stress is explicit.
+const DIFFUSION_AT_WALLS: f64 = 0.5;
+
 /// A longest step, and what limits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaxStep {
@@ -39,6 +42,8 @@ pub enum FluidStepLimit {
     Diffusion,
     /// H²/(100 ν), of the time in which viscosity stops a flow between walls.
     Viscosity,
+    /// Half of Δx²/ν, of averaged flows that walls inside bound.
+    ViscosityAtWalls,
     /// Nothing.
     None,
 }
@@ -51,13 +56,19 @@ pub enum FluidStepLimit {
 /// * C/Σ(|u|/Δx) of the velocities u imposed at the beginning, by boundaries, drive and initial fields;
 /// * √(2 C Δx/a): a drive, imposed pressures, gravity or buoyancy of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
-/// * H²/(100 ν) without resolved particles.
+/// * H²/(100 ν) without resolved particles;
+/// * Δx²/(2 ν) of flows averaged over particles that walls inside bound, also where the case gives its own longest step.
 pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     let resolved = case.resolved();
     let mut candidates = Vec::new();
     let mut add = |step: f64, limit| candidates.push(MaxStep { step, limit });
     if let Some(resolved) = &fluid.resolved {
         add(diffusion_step(case, fluid, resolved), FluidStepLimit::Diffusion);
+    }
+    if fluid.coupling.is_some() && case.walls_of_fluid().next().is_some() {
+        let (width, viscosity) = (narrowest(case, fluid), viscosity_of_flow(case, fluid));
+        let step = DIFFUSION_AT_WALLS * width * width * fluid.density / viscosity;
+        add(step, FluidStepLimit::ViscosityAtWalls);
     }
     if let Some(given) = fluid.max_dt {
         add(given, FluidStepLimit::Given);
