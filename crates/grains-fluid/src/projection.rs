@@ -225,12 +225,9 @@ impl Correction<'_> {
                     // Diffusion weighs ε, and so does the pressure gradient of model A.
                     Some(mixture) if mixture.model == MixtureModel::A => {
                         let eps = &mixture.middle.data()[start..][..nx];
-                        // Of cells that walls cut the less, the less is open: small ones would limit the step.
-                        let open = mixture.openings.as_ref().map(|o| &o.cells.data()[start..][..nx]);
                         for i in 0..nx {
-                            let open = open.map_or(1.0, |open| open[i]);
                             row[i] += self.scale * potential[i]
-                                - half * inverse_widths[i] * f[i] * open / eps[i].max(f64::MIN_POSITIVE);
+                                - half * inverse_widths[i] * f[i] / eps[i].max(f64::MIN_POSITIVE);
                         }
                     }
                     _ => {

@@ -144,7 +144,7 @@ fn reason(case: &Case, fluid: &Fluid, limit: FluidStepLimit) -> String {
             "a hundredth of H2/nu, in which viscosity stops a flow between walls".into()
         }
         FluidStepLimit::ViscosityAtWalls => {
-            "diffusion over half a cell's width squared beside walls inside the flow".into()
+            "a fifth of the time of diffusion over a cell, beside walls inside the flow".into()
         }
         FluidStepLimit::None => "nothing limits it".into(),
     }

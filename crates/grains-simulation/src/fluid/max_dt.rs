@@ -9,7 +9,7 @@ use grains_case::{BoundaryKind, Case, Drive, Fluid};
 const SHARE_OF_DIFFUSION: f64 = 0.01;
 
 /// Largest ν Δt/Δx² of flows averaged over particles that walls bound (-): beside cut cells part of the viscous stress is explicit.
-const DIFFUSION_AT_WALLS: f64 = 0.5;
+const DIFFUSION_AT_WALLS: f64 = 0.2;
 
 /// A longest step, and what limits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ pub enum FluidStepLimit {
     Diffusion,
     /// H²/(100 ν), of the time in which viscosity stops a flow between walls.
     Viscosity,
-    /// Half of Δx²/ν, of averaged flows that walls inside bound.
+    /// A fifth of Δx²/ν, of averaged flows that walls inside bound.
     ViscosityAtWalls,
     /// Nothing.
     None,
@@ -57,7 +57,7 @@ pub enum FluidStepLimit {
 /// * √(2 C Δx/a): a drive, imposed pressures, gravity or buoyancy of acceleration a makes the flow, or particles that move, move C cells from rest;
 /// * Δx/v: a particle smaller than the cells crosses one at the impact speed v;
 /// * H²/(100 ν) without resolved particles;
-/// * Δx²/(2 ν) of flows averaged over particles that walls inside bound, also where the case gives its own longest step.
+/// * Δx²/(5 ν) of flows averaged over particles that walls inside bound, also where the case gives its own longest step.
 pub fn max_dt(case: &Case, fluid: &Fluid) -> MaxStep {
     let resolved = case.resolved();
     let mut candidates = Vec::new();
