@@ -1,5 +1,6 @@
 //! Temperatures of a case: what they depend on, their columns, and the heat ledger in a checkpoint and back.
 
+use crate::insertion::KindRange;
 use crate::restart::{State, reals, words};
 use grains_case::{Case, Contact, Material};
 use grains_comm::MpiTransport;
@@ -8,7 +9,7 @@ use grains_dem::{Catalogue, Dem, Heat, HeatLedger, Thermal};
 use grains_domain::Transport;
 use grains_output::CheckpointFile;
 
-/// Text of a checkpoint: the ledger (J).
+/// Text of a checkpoint: the ledger (J), then the heat from each wall (W).
 const LEDGER: &str = "heat";
 
 /// What the temperatures of the particles of a case depend on, if they have one.
@@ -44,6 +45,43 @@ pub fn thermal(case: &Case, catalogue: &Catalogue) -> Option<Thermal> {
         }
     }
     Some(thermal)
+}
+
+/// Contacts of a particle of which time scales are told.
+const CONTACTS: f64 = 12.0;
+/// Largest Fourier number (-) and steps from one evaluation of the heat to the next, where the case does not say.
+const SMALL: f64 = 0.01;
+const SELDOM: u64 = 5;
+
+/// Largest rate Σ G/(m c) (1/s) at which particles of some kinds follow what they touch: of twelve contacts as wide as limits.overlap
+/// allows.
+pub(crate) fn largest_rate(
+    case: &Case,
+    catalogue: &Catalogue,
+    thermal: &Thermal,
+    kinds: &[KindRange],
+) -> f64 {
+    let of_kind = |kind: &KindRange| {
+        let (material, shape) = (kind.kind.material, catalogue.shape(kind.kind));
+        [kind.smallest, kind.largest].map(|scale| {
+            let radius = shape.bounding_radius * scale;
+            let contact_radius = radius * case.limits.overlap.min(1.0).sqrt();
+            let conductances = (0..case.materials.len() as u16).filter_map(|other| {
+                let contact = thermal.conduction(material, other)?.conductance(contact_radius);
+                let lens = thermal.lens.map_or(0.0, |lens| lens.conductance(0.0, [radius; 2], 0.0, 0.0));
+                Some(contact + lens)
+            });
+            let capacity = catalogue.mass(kind.kind, scale) * thermal.heat_capacities[usize::from(material)];
+            CONTACTS * conductances.fold(0.0, f64::max) / capacity
+        })
+    };
+    kinds.iter().flat_map(of_kind).fold(0.0, f64::max)
+}
+
+/// Steps of `dt` (s) from one evaluation of the heat to the next.
+pub fn interval(case: &Case, rate: f64, dt: f64) -> u64 {
+    let given = case.heat.as_ref().and_then(|heat| heat.every);
+    given.unwrap_or_else(|| ((SMALL / (rate * dt)) as u64).clamp(1, SELDOM))
 }
 
 /// How two materials that touch conduct heat, if both do.
@@ -109,12 +147,14 @@ pub fn save(dem: &Dem, (_, texts): &mut State, transport: &MpiTransport) {
     if dem.setup.thermal.is_some() {
         let mut sums = dem.heat_ledger.numbers();
         transport.sum(&mut sums);
-        texts.push((LEDGER.into(), words(&sums)));
+        let flows = dem.wall_heat(transport);
+        texts.push((LEDGER.into(), words(&[&sums[..], &flows].concat())));
     }
 }
 
-/// The ledger of a checkpoint; none if its particles had no temperatures.
-pub fn ledger(file: &CheckpointFile) -> Option<HeatLedger> {
+/// The ledger of a checkpoint, and the heat from each of its walls (W); none if its particles had no temperatures.
+pub fn ledger(file: &CheckpointFile) -> Option<(HeatLedger, Vec<f64>)> {
     let numbers = reals(file.text(LEDGER)?)?;
-    Some(HeatLedger::from_numbers(numbers.try_into().ok()?))
+    let (ledger, walls) = numbers.split_at_checked(6)?;
+    Some((HeatLedger::from_numbers(ledger.try_into().ok()?), walls.to_vec()))
 }

@@ -173,7 +173,7 @@ pub fn restore(
         fluid.change_step(dem.step, ratio);
     }
     if is_first {
-        restore_ledger(&file, dem, (&before, &changes));
+        restore_ledger(&file, dem, &numbering, (&before, &changes));
     }
     let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
     if ratio != 1.0 {
@@ -247,7 +247,12 @@ fn restore_particles(
 }
 
 /// Gives the first rank what the checkpoint counted: particles inserted and left, and crossings of the flow planes.
-fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Table, &[Change])) {
+fn restore_ledger(
+    file: &CheckpointFile,
+    dem: &mut Dem,
+    numbering: &Numbering,
+    (before, changes): (&Table, &[Change]),
+) {
     let ledger = numbers(file, "ledger");
     (dem.ledger.inserted, dem.ledger.left) = (ledger[0] as u64, ledger[1] as u64);
     let later = |k: usize| ledger.get(k).map_or(0, |&count| count as u64);
@@ -256,8 +261,12 @@ fn restore_ledger(file: &CheckpointFile, dem: &mut Dem, (before, changes): (&Tab
         dem.liquid_ledger.add(&ledger);
     }
     species::restore_ledgers(dem, &species::known(file));
-    if let (Some(ledger), Some(_)) = (heat::ledger(file), &dem.setup.thermal) {
+    if let (Some((ledger, of_walls)), Some(_)) = (heat::ledger(file), &dem.setup.thermal) {
         dem.heat_ledger = ledger;
+        let numbered = of_walls.into_iter().enumerate();
+        for (number, flow) in numbered.filter_map(|(old, flow)| Some((numbering.wall(old as u16)?, flow))) {
+            dem.wall_heat[usize::from(number)] = flow;
+        }
     }
     dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
     let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();

@@ -60,7 +60,11 @@ pub fn build(
     let lubrication = fluid::lubrication(case).filter(|_| largest_radius > 0.0);
     let reach = lubrication.map_or(0.0, |lubrication| lubrication.range);
     let reach = reach.max(catalogue.contacts.reach_up_to(largest_radius));
-    let thermal = heat::thermal(case, &catalogue);
+    let mut thermal = heat::thermal(case, &catalogue);
+    if let Some(thermal) = &mut thermal {
+        let rate = heat::largest_rate(case, &catalogue, thermal, kinds);
+        thermal.every = heat::interval(case, rate, step.dt);
+    }
     let reach = reach.max(thermal.as_ref().map_or(0.0, |thermal| thermal.reach(largest_radius)));
     let skin = skin(case, largest_radius, reach);
     let kinds_of_bonds = bonds::kinds(case);

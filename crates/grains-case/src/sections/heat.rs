@@ -51,6 +51,11 @@ pub struct Heat {
     /// Temperature of particles whose insertion states none (K).
     #[schemars(extend("minimum" = 0, "x-plausible" = [2, 4000]))]
     pub temperature: f64,
+    /// Time steps from one evaluation of contacts, gas, walls and radiation to the next; as many as change no temperature by more than a
+    /// hundredth of a difference, five at most, if absent (-).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1000))]
+    pub every: Option<u64>,
     /// Gas that conducts heat around contacts; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gas: Option<GasLens>,

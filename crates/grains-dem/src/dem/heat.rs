@@ -20,7 +20,10 @@ impl Dem {
     pub(super) fn conduct(&mut self, statistics: &mut PassStatistics) {
         let time = self.time();
         let Self { particles, neighbours, setup, states, wall_heat, touching, .. } = self;
-        let Some(thermal) = &setup.thermal else { return };
+        let Some(thermal) = setup.thermal.as_ref().filter(|thermal| self.step.is_multiple_of(thermal.every))
+        else {
+            return;
+        };
         particles.heat_flows.fill(HeatFlow::default());
         wall_heat.fill(0.0);
         let reach = thermal.reach(setup.largest_radius).max(setup.catalogue.contacts.reach());
@@ -39,13 +42,16 @@ impl Dem {
         }
     }
 
-    /// Changes temperatures by the heat that flows during the step.
+    /// Changes temperatures by the heat that flows until it is evaluated again.
     ///
     /// m c dT/dt = Σ G (T_j − T) + ε σ A (Ts⁴ − T⁴) + m q, explicit but for the radiation.
     pub(super) fn heat_up(&mut self) {
         let Self { particles, setup, heat_ledger, wall_heat, error, .. } = self;
-        let Some(thermal) = &setup.thermal else { return };
-        let dt = setup.parameters.dt;
+        let Some(thermal) = setup.thermal.as_ref().filter(|thermal| self.step.is_multiple_of(thermal.every))
+        else {
+            return;
+        };
+        let dt = setup.parameters.dt * thermal.every as f64;
         for (i, flow) in particles.heat_flows.iter().enumerate() {
             let (body, temperature) = (&particles.bodies[i], &mut particles.temperatures[i]);
             let capacity = thermal.capacity(body);

@@ -70,7 +70,8 @@ impl Dem {
         let time = self.time();
         let Self { particles, neighbours, setup, quanta, states, wall_loads, sliding, .. } = self;
         let liquid = &mut self.liquid_ledger;
-        let touching = setup.thermal.as_ref().map(|_| &mut self.touching);
+        let is_due = setup.thermal.as_ref().is_some_and(|thermal| self.step.is_multiple_of(thermal.every));
+        let touching = is_due.then_some(&mut self.touching);
         let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
         PassParts {
             particles,

@@ -35,6 +35,8 @@ pub struct Thermal {
     pub lens: Option<GasLens>,
     /// Conductivity (W/(m K)) of each material, where heat passes through spheres to the gas; infinite where these have one temperature.
     pub conductivities: Vec<f64>,
+    /// Steps from one evaluation of the heat to the next.
+    pub every: u64,
     /// Temperature (K) of the surroundings with which particles exchange radiation.
     pub surroundings: Option<f64>,
     quantum: Quantum,
@@ -54,6 +56,7 @@ impl Thermal {
             sources: vec![0.0; materials],
             conduction: vec![None; materials * materials],
             lens,
+            every: 1,
             surroundings,
             quantum: Quantum::for_sums_below(1.0),
         }

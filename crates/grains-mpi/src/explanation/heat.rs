@@ -44,13 +44,14 @@ pub fn tell(case: &Case, found: &HeatReport) {
     if let Some(relaxation) = found.relaxation {
         say!(
             "  time scale   with twelve contacts as wide as limits.overlap allows particles take {relaxation:.3e} s or longer to \
-             follow these; Fourier number of the time step {:.2e} (1 at most)",
+             follow these; heat is evaluated every {} step(s), a Fourier number of {:.2e} (1 at most)",
+            found.every,
             found.fourier
         );
         if found.fourier > 1.0 {
             say!(
                 "  warning: contacts as wide as that let temperatures grow without bound, which ends the run; lower time.dt to {:.1e} s",
-                0.5 * relaxation
+                0.5 * relaxation / found.every as f64
             );
         }
     }
