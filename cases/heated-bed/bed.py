@@ -7,6 +7,7 @@ from the top of the repository, with `grains-mpi` in the path or in GRAINS_MPI.
 
 import csv
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -51,7 +52,9 @@ def main():
     if not Path("results/settle/particles.vtkhdf").exists():
         run(HERE / "settle.toml")
     height = 0.065 - series("settle")["plate_displacement"][-1]
-    text = (HERE / "conduct.toml").read_text().replace("point = [0, 0, 0.065]", f"point = [0, 0, {height:.12g}]")
+    text = (HERE / "conduct.toml").read_text().replace("point = [0, 0, 0.016]", f"point = [0, 0, {height:.12g}]")
+    lattice = re.search(r"count = .*\nplace = .*\n", text).group()
+    text = text.replace(lattice, f'place = {{ kind = "file", path = "{Path("results/settle/particles.vtkhdf").resolve()}" }}\n')
     for conductivity in [float(word) for word in sys.argv[1:]] or [1.0, 15.0, 100.0]:
         name = f"conduct-{conductivity:g}"
         own = text.replace("conductivity = 1\n", f"conductivity = {conductivity}\n")

@@ -3,7 +3,7 @@
 use super::state::Dem;
 use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
-use crate::heat::{Heat, HeatFlow, HeatPass, Thermal};
+use crate::heat::{Heat, HeatFlow, HeatPass};
 use crate::verlet::VerletLists;
 use grains_domain::Transport;
 
@@ -89,7 +89,7 @@ impl Dem {
         for (body, &temperature) in
             self.particles.bodies.iter().zip(&self.particles.temperatures).take(self.particles.owned)
         {
-            let own = Thermal::capacity(thermal, body);
+            let own = thermal.capacity(body);
             capacity += own;
             content += own * temperature;
             ends = [ends[0].max(-temperature), ends[1].max(temperature)];
