@@ -207,6 +207,33 @@ fn two_spheres_in_contact_follow_the_closed_form() {
     );
 }
 
+/// Ten spheres in a row between a cold and a hot wall get temperatures on a straight line.
+#[test]
+fn a_row_between_two_walls_is_linear_in_its_steady_state() {
+    let (radius, spacing, first) = (1e-3, 1.98e-3, 1e-4);
+    let law = ContactLaw::linear(1e3, 0.5, 0.0, Tangential::Viscous { rate: 0.0 });
+    let places: Vec<(Vec3, f64)> =
+        (0..10).map(|k| (Vec3::new(first + (f64::from(k) + 0.5) * spacing, 0.01, 0.01), 273.15)).collect();
+    let mut scene = at_rest(Shape::sphere(radius).unwrap(), law, &places, true);
+    scene.setup.parameters.dt = 1e-3;
+    let thermal = scene.setup.thermal.as_mut().unwrap();
+    thermal.set_conduction([0, 1], Conduction::between(20.0, 20.0, None));
+    let plane = |x: f64, towards: f64| Surface::Plane {
+        point: Vec3::new(x, 0.01, 0.01),
+        normal: Vec3::x() * towards,
+    };
+    let [cold, hot] = [plane(first, 1.0), plane(first + 10.0 * spacing, -1.0)];
+    scene.setup.walls = vec![wall("cold", cold, Motion::Fixed), wall("hot", hot, Motion::Fixed)];
+    for (wall, temperature) in scene.setup.walls.iter_mut().zip([273.15, 323.15]) {
+        wall.temperature = Some(temperature);
+    }
+    // Contacts of spheres and of a sphere with a wall are as wide, so that all eleven conduct alike, but for the quanta of positions.
+    for (k, found) in temperatures(&scene, 3000).into_iter().enumerate() {
+        let exact = 273.15 + 50.0 * (k as f64 + 1.0) / 11.0;
+        assert!((found - exact).abs() < 1e-7, "sphere {k}: {found} instead of {exact}");
+    }
+}
+
 /// A cube on a cube, touching in a patch, conducts as the circle of the area of their faces; lying askew as that of what they share.
 #[test]
 fn faces_conduct_over_their_common_area() {
