@@ -108,7 +108,9 @@ pub use pressure::{
     SolveReport,
 };
 pub use scalar::{
-    Buoyancy, Scalar, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scalars, Scheme,
+    BEYOND, Buoyancy, CutFace, Interior, NearCell, NearFace, Scalar, ScalarBoundaries, ScalarCondition,
+    ScalarSetup, ScalarValue, Scalars, Scheme, SolidCells, SolidCellsBuilder, SolidCondition,
+    SolidConditions, SolidReaction, SurfacePoint, share_in_front,
 };
 pub use viscosity::{
     BadValue, Bingham, HerschelBulkley, PowerLaw, Regularisation, Rheology, Smagorinsky, Turbulence,

@@ -121,6 +121,7 @@ mod nodes;
 mod points;
 mod resolved;
 mod solid;
+mod solid_cells;
 #[cfg(test)]
 mod spectrum;
 mod subgrid;

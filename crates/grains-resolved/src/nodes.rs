@@ -333,7 +333,7 @@ impl WallNodes {
 }
 
 /// Indices, halo included, of the velocities of a component in the box about a ball (m).
-fn ball_indices(
+pub(crate) fn ball_indices(
     subgrid: &Subgrid,
     component: usize,
     center: &Vec3,

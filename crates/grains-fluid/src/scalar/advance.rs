@@ -1,10 +1,11 @@
 //! A step of all scalars.
 
 use super::limiter::limit;
-use super::{Scalar, Scalars, Scheme, Work};
+use super::solids::{Barrier, HELD, Tie};
+use super::{Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
 use crate::metrics::Local;
 use crate::tridiagonal::Conduction;
-use crate::{Centre, Faces, Field, Halo, Layout};
+use crate::{Centre, Faces, Field, Grid, Halo, Immersed, Layout};
 use grains_domain::Transport;
 
 /// Share of the implicit part of diffusion at the end of the step, of high order (-).
@@ -12,10 +13,13 @@ const IMPLICITNESS: f64 = 0.5;
 
 /// The flow that carries scalars, at the end of its step.
 pub(crate) struct CarrierFlow<'a> {
+    pub grid: &'a Grid,
     pub local: &'a Local,
     pub halo: &'a mut Halo,
     /// Velocity (m/s).
     pub velocity: &'a Faces,
+    /// What flows beside it, where bodies are.
+    pub immersed: Option<&'a Immersed>,
     /// What of the faces is open to the fluid (-), and the void fraction of the cells at the beginning of the step; none of one phase.
     pub open: Option<(&'a Faces, &'a Field<Centre>)>,
     /// Time at the beginning of the step (s), and the step (s).
@@ -33,7 +37,7 @@ impl Scalars {
         mut carrier: CarrierFlow<'_>,
         transport: &dyn Transport,
     ) -> Result<(), f64> {
-        let parts = self.prepare(&carrier, transport)?;
+        let parts = self.prepare(&mut carrier, transport)?;
         let (begin, dt) = (carrier.time, carrier.dt / f64::from(parts));
         for part in 0..parts {
             (carrier.time, carrier.dt) = (begin + f64::from(part) * dt, dt);
@@ -42,7 +46,10 @@ impl Scalars {
             let weights = [1.0 + 0.5 * ratio, -0.5 * ratio];
             self.work.set_volume(&self.volume, carrier.local, carrier.open.is_some(), dt);
             for scalar in &mut self.all {
-                self.work.advance(scalar, &self.volume, weights, &mut carrier, transport);
+                let mut barrier = scalar.barrier.take();
+                let solids = barrier.as_mut().zip(self.solids.as_ref());
+                self.work.advance(scalar, solids, &self.volume, weights, &mut carrier, transport);
+                scalar.barrier = barrier;
                 scalar.average(part, parts);
             }
             std::mem::swap(&mut self.volume, &mut self.work.volume);
@@ -52,7 +59,7 @@ impl Scalars {
 
     /// Sets the volumes of fluid and the volume fluxes of a step; returns into how many it must be divided, so that no more is carried
     /// out of a cell than it has. Collective.
-    fn prepare(&mut self, carrier: &CarrierFlow<'_>, transport: &dyn Transport) -> Result<u32, f64> {
+    fn prepare(&mut self, carrier: &mut CarrierFlow<'_>, transport: &dyn Transport) -> Result<u32, f64> {
         let local = carrier.local;
         let (layout, strides) = (local.layout, local.layout.strides());
         if let Some((_, void)) = carrier.open {
@@ -72,7 +79,11 @@ impl Scalars {
                 geometry[p] = area * inverse[e];
             });
         }
+        work.add_beside(carrier, transport);
         let mut largest = [0.0_f64];
+        let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
+        let capacities: Vec<&[f64]> =
+            bounded.filter_map(|scalar| scalar.barrier.as_ref()).map(|barrier| &barrier.capacity[..]).collect();
         for p in own_cells(layout) {
             let leaving: f64 = (0..3)
                 .map(|a| {
@@ -81,23 +92,81 @@ impl Scalars {
                 })
                 .sum();
             if leaving > 0.0 {
-                largest[0] = largest[0].max(carrier.dt * leaving / self.volume[p].max(f64::MIN_POSITIVE));
+                let least = capacities.iter().map(|capacity| capacity[p]).fold(1.0, f64::min);
+                largest[0] = largest[0].max(carrier.dt * leaving / (least * self.volume[p]).max(f64::MIN_POSITIVE));
             }
         }
         let is_limited = self.all.iter().any(|scalar| scalar.setup.scheme == Scheme::Bounded);
         if !is_limited {
             return Ok(1);
         }
+        let [fourier_x, fourier_y, fourier_z] = self.fourier_numbers(local, carrier.dt);
+        let mut largest = [largest[0], fourier_x, fourier_y, fourier_z];
         transport.max(&mut largest);
-        let parts = largest[0].ceil().max(1.0);
+        let [courant, fourier @ ..] = &mut largest;
+        // The second largest of the three: implicit diffusion along one axis is the same in both orders.
+        fourier.sort_unstable_by(f64::total_cmp);
+        let by_diffusion = (fourier[1] / MAX_FOURIER).min(MAX_PARTS_BY_DIFFUSION);
+        let parts = courant.max(by_diffusion).ceil().max(1.0);
         if parts <= MAX_PARTS { Ok(parts as u32) } else { Err(parts) }
     }
 }
 
+/// Largest Fourier number along more than one axis for the bounded scheme (-): the two orders differ by products of these, and what
+/// the limiter refuses of that would make steady states swing.
+const MAX_FOURIER: f64 = 0.5;
+
+/// Largest number of parts for that reason: scalars that are uniform within a step need no more.
+const MAX_PARTS_BY_DIFFUSION: f64 = 64.0;
+
 /// Largest number of parts of a step: at the Courant numbers of flows more are a sign of cells that hold next to no fluid.
 const MAX_PARTS: f64 = 1000.0;
 
+impl Scalars {
+    /// Largest Fourier numbers D Δt/Δx² of the bounded scalars along the axes, inside solids too.
+    fn fourier_numbers(&self, local: &Local, dt: f64) -> [f64; 3] {
+        let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
+        let inside = |scalar: &Scalar| match &scalar.setup.solids.bodies {
+            SolidCondition::Interior(interior) => interior.diffusivity,
+            _ => 0.0,
+        };
+        let diffusivity = bounded.map(|s| s.setup.diffusivity.max(inside(s))).fold(0.0, f64::max);
+        [0, 1, 2].map(|a| {
+            let h = local.layout.halo;
+            let own = &local.axes[a].inverse_width[h..h + local.layout.cells[a]];
+            let inverse = own.iter().copied().fold(0.0, f64::max);
+            if local.active[a] { diffusivity * dt * inverse * inverse } else { 0.0 }
+        })
+    }
+}
+
 impl Work {
+    /// Corrects the volume fluxes for what flows beside the velocity where bodies are: nothing by extrapolated velocities, and what
+    /// passes cut faces; collective.
+    fn add_beside(&mut self, carrier: &mut CarrierFlow<'_>, transport: &dyn Transport) {
+        let Some(immersed) = carrier.immersed else { return };
+        let local = carrier.local;
+        for axis in (0..3).filter(|&a| local.active[a]) {
+            let flux = self.flux.component_mut(axis);
+            if let Some(passing) = &immersed.passing {
+                let passing = passing.component(axis);
+                for_faces(local, axis, |p, area, _| flux[p] += area * passing[p]);
+            }
+            if let Some(extrapolated) = &immersed.extrapolated {
+                let (layout, strides) = (local.layout, local.layout.strides());
+                for &(place, velocity) in &extrapolated[axis] {
+                    let place = place as usize;
+                    let e = |a: usize| place / strides[a] % layout.dims()[a];
+                    let others = [(axis + 1) % 3, (axis + 2) % 3];
+                    let area: f64 = others.iter().map(|&a| local.axes[a].width[e(a)]).product();
+                    flux[place] -= area * velocity;
+                }
+            }
+        }
+        let [x, y, z] = self.flux.components_mut();
+        carrier.halo.fill_to(1, &mut [x, y, z], transport);
+    }
+
     /// Volumes of fluid at the end of a step: those at its beginning less what flows out; of one phase it is all of a cell.
     fn set_volume(&mut self, volume: &[f64], local: &Local, is_mixture: bool, dt: f64) {
         let (strides, flux) = (local.layout.strides(), &self.flux);
@@ -114,6 +183,7 @@ impl Work {
     fn advance(
         &mut self,
         scalar: &mut Scalar,
+        mut solids: Option<(&mut Barrier, &SolidCells)>,
         old_volume: &[f64],
         weights: [f64; 2],
         carrier: &mut CarrierFlow<'_>,
@@ -122,11 +192,23 @@ impl Work {
         let (local, dt) = (carrier.local, carrier.dt);
         let (layout, strides) = (local.layout, local.layout.strides());
         let diffusivity = scalar.setup.diffusivity;
+        let middle = carrier.time + 0.5 * dt;
         for face in &mut scalar.conditions {
-            face.evaluate(&scalar.setup.boundaries, diffusivity, carrier.time + 0.5 * dt);
+            face.evaluate(&scalar.setup.boundaries, diffusivity, middle);
         }
-        self.set_conductance(scalar, carrier);
-        self.set_high(scalar, weights, local);
+        self.linear.clear();
+        if let Some((barrier, cells)) = &mut solids {
+            let of = (&scalar.setup, *cells);
+            let place = (carrier.grid, local);
+            barrier.evaluate(of, &scalar.of_solids, place, middle, &mut scalar.value);
+            barrier.linear(of, place, middle, scalar.value.data(), &mut self.linear);
+            for face in &mut scalar.conditions {
+                face.close(|cell| barrier.is_free(cell));
+            }
+        }
+        let mut barrier = solids.map(|(barrier, _)| barrier);
+        self.set_conductance(scalar, barrier.as_deref(), carrier);
+        self.set_high(scalar, barrier.as_deref(), weights, local);
         // m and the rates of change.
         let [value, source, exchange] =
             [Some(&scalar.value), scalar.source.as_ref(), scalar.exchange.as_ref()]
@@ -134,14 +216,20 @@ impl Work {
         let value = value.unwrap_or_default();
         for_cells(local, |p, whole| {
             let exchanged = whole * exchange.map_or(0.0, |exchange| exchange[p]);
-            self.mass[p] = self.volume[p] / dt + exchanged;
+            let capacity = barrier.as_ref().map_or(1.0, |barrier| barrier.capacity[p]);
+            self.mass[p] = capacity * self.volume[p] / dt + exchanged;
             self.rates[p] = whole * source.map_or(0.0, |source| source[p]);
             let out: f64 =
                 (0..3).map(|a| self.high.component(a)[p] - self.high.component(a)[p - strides[a]]).sum();
             // ∂(ψ φ)/∂t = ψ Δφ/Δt + φ ∂ψ/∂t.
-            let growth = (self.volume[p] - old_volume[p]) / dt;
+            let growth = if capacity < HELD { capacity * (self.volume[p] - old_volume[p]) / dt } else { 0.0 };
             self.change[p] = self.rates[p] - out - (exchanged + growth) * value[p];
         });
+        for linear in &self.linear {
+            self.mass[linear.cell] += linear.coefficient;
+            self.rates[linear.cell] += linear.rate;
+            self.change[linear.cell] += linear.rate - linear.coefficient * value[linear.cell];
+        }
         for face in &scalar.conditions {
             for cell in &face.cells {
                 let influx = cell.influx * open_share(carrier, cell.cell);
@@ -175,9 +263,12 @@ impl Work {
         let is_bounded = scalar.setup.scheme == Scheme::Bounded;
         let mut passed: f64 =
             scalar.conditions.iter().map(|face| face.entering(self.high.component(face.axis))).sum();
+        if let Some(barrier) = &mut barrier {
+            barrier.set_carried(&self.high);
+        }
         if is_bounded {
-            self.set_low(scalar, old_volume, carrier, transport);
-            passed -= limit(self, scalar, carrier, transport);
+            self.set_low(scalar, barrier.as_deref(), old_volume, carrier, transport);
+            passed -= limit(self, (scalar, barrier.as_deref_mut()), carrier, transport);
         }
         scalar.entered += passed * dt;
         std::mem::swap(&mut scalar.value, &mut scalar.previous);
@@ -196,16 +287,39 @@ impl Work {
             });
             scalar.produced += produced * dt;
         }
+        for linear in &self.linear {
+            let amount = dt * (linear.rate - linear.coefficient * new[linear.cell]);
+            if linear.reacts {
+                scalar.reacted[linear.solid as usize] -= amount;
+                scalar.produced += amount;
+            } else {
+                scalar.gained[linear.solid as usize] += amount;
+                scalar.entered += amount;
+            }
+        }
+        if let Some(barrier) = &barrier {
+            let own = |tie: &&Tie| is_own(layout, tie.free);
+            for (axis, ties) in barrier.ties.iter().enumerate() {
+                let flux = self.flux.component(axis);
+                for tie in ties.iter().filter(own) {
+                    let of_solid = tie.value.map_or(tie.carried, |value| flux[tie.face] * value);
+                    scalar.entered -= tie.side * tie.carried * dt;
+                    scalar.gained[tie.solid as usize] -= tie.side * (tie.carried - of_solid) * dt;
+                }
+            }
+        }
         carrier.halo.fill(&mut [new], transport);
         scalar.conditions.iter().for_each(|face| face.continue_beyond(scalar.value.data_mut(), strides));
     }
 
     /// What conducts through the faces.
-    fn set_conductance(&mut self, scalar: &Scalar, carrier: &CarrierFlow<'_>) {
+    fn set_conductance(&mut self, scalar: &Scalar, barrier: Option<&Barrier>, carrier: &CarrierFlow<'_>) {
         for axis in (0..3).filter(|&a| carrier.local.active[a]) {
             let conductance = self.conductance.component_mut(axis);
             let geometry = self.geometry.component(axis);
             conductance.iter_mut().zip(geometry).for_each(|(c, g)| *c = scalar.setup.diffusivity * g);
+            let by_solids = barrier.iter().flat_map(|barrier| &barrier.conductance[axis]);
+            by_solids.for_each(|&(face, value)| conductance[face as usize] = value);
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 for cell in &face.cells {
                     conductance[cell.face] = cell.conductance * open_share(carrier, cell.cell);
@@ -215,7 +329,13 @@ impl Work {
     }
 
     /// Fluxes of high order at the beginning of the step.
-    fn set_high(&mut self, scalar: &Scalar, [new, old]: [f64; 2], local: &Local) {
+    fn set_high(
+        &mut self,
+        scalar: &Scalar,
+        barrier: Option<&Barrier>,
+        [new, old]: [f64; 2],
+        local: &Local,
+    ) {
         let strides = local.layout.strides();
         let (value, previous) = (scalar.value.data(), scalar.previous.data());
         for axis in (0..3).filter(|&a| local.active[a]) {
@@ -228,6 +348,9 @@ impl Work {
                 let carried = new * on_face(value) + old * on_face(previous);
                 high[p] = flux[p] * carried - conductance[p] * (value[p + stride] - value[p]);
             });
+            if let Some(barrier) = barrier {
+                barrier.set_high(axis, flux, (value, previous, [new, old]), local, high);
+            }
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 for cell in &face.cells {
                     let mean = new * value[cell.cell] + old * previous[cell.cell];
@@ -244,6 +367,7 @@ impl Work {
     fn set_low(
         &mut self,
         scalar: &Scalar,
+        barrier: Option<&Barrier>,
         old_volume: &[f64],
         carrier: &mut CarrierFlow<'_>,
         transport: &dyn Transport,
@@ -253,7 +377,8 @@ impl Work {
         let value = scalar.value.data();
         let low = self.low.data_mut();
         for p in own_cells(layout) {
-            low[p] = old_volume[p] / carrier.dt * value[p] + self.rates[p];
+            let capacity = barrier.map_or(1.0, |barrier| barrier.capacity[p]);
+            low[p] = capacity * old_volume[p] / carrier.dt * value[p] + self.rates[p];
         }
         for axis in (0..3).filter(|&a| local.active[a]) {
             let (flux, high) = (self.flux.component(axis), self.high.component_mut(axis));
@@ -263,6 +388,13 @@ impl Work {
                 low[p] -= upwind(p) - upwind(p - stride);
             }
             for_faces(local, axis, |p, _, _| high[p] -= upwind(p));
+            for (tie, right) in barrier.iter().flat_map(|barrier| barrier.upwind(axis, flux, value)) {
+                let missing = right - upwind(tie.face);
+                if is_own(layout, tie.free) {
+                    low[tie.free] -= tie.side * missing;
+                }
+                high[tie.face] -= missing;
+            }
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 for cell in &face.cells {
                     let (wrong, flux) = (upwind(cell.face), flux[cell.face]);
@@ -302,6 +434,12 @@ impl Work {
 /// Void fraction of a cell at the beginning of the step, 1 of one phase.
 fn open_share(carrier: &CarrierFlow<'_>, cell: usize) -> f64 {
     carrier.open.map_or(1.0, |(_, void)| void.data()[cell])
+}
+
+/// Whether a place is that of an own cell.
+pub(super) fn is_own(layout: Layout, place: usize) -> bool {
+    let (strides, dims, h) = (layout.strides(), layout.dims(), layout.halo);
+    (0..3).all(|a| (h..h + layout.cells[a]).contains(&(place / strides[a] % dims[a])))
 }
 
 /// Places of all own cells.

@@ -2,11 +2,11 @@
 
 use super::advance::CarrierFlow;
 use super::conditions::FaceConditions;
-use super::{Scalar, ScalarSetup, Scalars};
+use super::{BEYOND, Scalar, ScalarSetup, Scalars};
 use crate::flow::sample;
 use crate::metrics::Local;
 use crate::momentum::RowPlace;
-use crate::{Field, Flow, StepError};
+use crate::{Field, Flow, Phase, StepError};
 use grains_domain::Transport;
 
 impl Flow {
@@ -30,9 +30,13 @@ impl Flow {
             source: None,
             exchange: None,
             divided: None,
+            of_solids: Vec::new(),
+            gained: Vec::new(),
+            reacted: Vec::new(),
             entered: 0.0,
             produced: 0.0,
             conditions,
+            barrier: None,
         });
         let number = scalars.all.len() - 1;
         self.synchronise_scalars(transport);
@@ -72,15 +76,29 @@ impl Flow {
         let Some(scalars) = &mut self.scalars else { return Ok(()) };
         let open = self.mixture.as_ref().map(|mixture| (mixture.open_faces(), &mixture.previous));
         let carrier = CarrierFlow {
+            grid: &self.setup.grid,
             local: &self.local,
             halo: &mut self.halo,
             velocity: &self.state.velocity,
+            immersed: self.immersed.as_ref(),
             open,
             time: self.state.time,
             dt,
         };
         let step = self.state.step;
         scalars.advance(carrier, transport).map_err(|parts| StepError::Scalars { step, parts })
+    }
+
+    /// Carries the scalars alone for a step `dt` (s) by a flow that stays as it is; collective.
+    ///
+    /// # Errors
+    /// Steps that empty cells.
+    pub fn step_scalars(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        self.clock.start();
+        self.carry_scalars(dt, transport)?;
+        self.clock.book(Phase::Scalars);
+        self.state.time += dt;
+        Ok(())
     }
 
     /// Begins the next step of a mixture with the volumes of fluid that the fluxes of this one have left: what a pressure solver leaves
@@ -100,8 +118,14 @@ impl Scalars {
         let of_scalar = |scalar: &Scalar| {
             let Some(buoyancy) = scalar.setup.buoyancy else { return 0.0 };
             let value = scalar.value.data();
-            let on_face = m.upper_share[e] * value[place] + m.lower_share[e] * value[place + stride];
-            -buoyancy.expansion * buoyancy.gravity[component] * (on_face - buoyancy.reference)
+            let holder = self.solids.as_ref().map(|solids| &solids.holder);
+            // Solids are not moved by what fluid would be in their place.
+            let rise = |place: usize| match holder {
+                Some(holder) if holder[place] != 0 && holder[place] != BEYOND => 0.0,
+                _ => value[place] - buoyancy.reference,
+            };
+            let on_face = m.upper_share[e] * rise(place) + m.lower_share[e] * rise(place + stride);
+            -buoyancy.expansion * buoyancy.gravity[component] * on_face
         };
         self.all.iter().map(of_scalar).sum()
     }

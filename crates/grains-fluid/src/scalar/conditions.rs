@@ -100,6 +100,13 @@ impl FaceConditions {
 }
 
 impl FaceConditions {
+    /// Lets nothing diffuse through the face of cells that no step changes.
+    pub fn close(&mut self, is_free: impl Fn(usize) -> bool) {
+        for cell in self.cells.iter_mut().filter(|cell| !is_free(cell.cell)) {
+            (cell.conductance, cell.influx) = (0.0, 0.0);
+        }
+    }
+
     /// Place of what is behind the face of a cell.
     pub fn beyond(&self, cell: &BoundaryCell, strides: [usize; 3]) -> usize {
         if self.outward > 0.0 { cell.cell + strides[self.axis] } else { cell.cell - strides[self.axis] }

@@ -1,6 +1,7 @@
 //! Flux correction: what of the difference of high and low order each face may pass on (Zalesak 1979).
 
 use super::advance::{CarrierFlow, for_faces, own_cells};
+use super::solids::Barrier;
 use super::{Scalar, Work};
 use grains_domain::Transport;
 
@@ -8,7 +9,7 @@ use grains_domain::Transport;
 /// the high order was refused at the faces of the box (unit m³/s, positive inwards). Collective.
 pub(super) fn limit(
     work: &mut Work,
-    scalar: &mut Scalar,
+    (scalar, mut barrier): (&mut Scalar, Option<&mut Barrier>),
     carrier: &mut CarrierFlow<'_>,
     transport: &dyn Transport,
 ) -> f64 {
@@ -34,6 +35,10 @@ pub(super) fn limit(
         }
         let share =
             |room: f64, wanted: f64| if wanted > 0.0 { (room * mass[p] / wanted).min(1.0) } else { 1.0 };
+        if barrier.as_ref().is_some_and(|barrier| !barrier.is_free(p)) {
+            (gains[p], losses[p]) = (1.0, 1.0);
+            continue;
+        }
         gains[p] = share(range[1] - low[p], wanted[0]);
         losses[p] = share(low[p] - range[0], wanted[1]);
     }
@@ -50,6 +55,9 @@ pub(super) fn limit(
         for face in scalar.conditions.iter().filter(|face| face.axis == a) {
             refused += face.entering(correction);
         }
+        if let Some(barrier) = &mut barrier {
+            barrier.ties[a].iter_mut().for_each(|tie| tie.carried -= correction[tie.face]);
+        }
         for_faces(local, a, |p, _, _| {
             let (here, next) = (p, p + stride);
             let share = match correction[p] >= 0.0 {
@@ -58,6 +66,9 @@ pub(super) fn limit(
             };
             correction[p] *= share;
         });
+        if let Some(barrier) = &mut barrier {
+            barrier.ties[a].iter_mut().for_each(|tie| tie.carried += correction[tie.face]);
+        }
         for face in scalar.conditions.iter().filter(|face| face.axis == a) {
             refused -= face.entering(correction);
         }

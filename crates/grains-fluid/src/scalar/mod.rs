@@ -21,6 +21,11 @@
 //! (Boris & Book 1973; Zalesak 1979). Where nothing is limited the result is of second order, and what is steady does not depend on
 //! the step. Steps that carry more out of a cell than it has are divided. With [`Scheme::Central`] the high order is all there is.
 //!
+//! # Solids
+//!
+//! Bodies and walls among the cells change capacities of cells and conductances of faces (`solids`), and what a solid holds is
+//! as infinitely heavy: no step changes it.
+//!
 //! Scalars are taken as those of the middle of the flow's next step, and act on it so (buoyancy): volume fluxes at the end of a step
 //! lie in the middle of that of the scalars.
 
@@ -29,8 +34,15 @@ mod carried;
 mod conditions;
 mod limiter;
 mod setup;
+mod solids;
 
-pub use setup::{Buoyancy, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme};
+pub use setup::{
+    Buoyancy, Interior, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme, SolidCondition,
+    SolidConditions, SolidReaction,
+};
+pub use solids::{
+    BEYOND, CutFace, NearCell, NearFace, SolidCells, SolidCellsBuilder, SurfacePoint, share_in_front,
+};
 
 pub(crate) use carried::add_buoyancy;
 
@@ -38,9 +50,9 @@ use crate::metrics::Local;
 use crate::tridiagonal::ConductionLines;
 use crate::{CellPartition, Centre, Faces, Field, Grid};
 use conditions::FaceConditions;
+use solids::{Barrier, Linear};
 
 /// A scalar on the cells of a rank.
-#[derive(Clone, Debug)]
 pub struct Scalar {
     /// What it is.
     pub setup: ScalarSetup,
@@ -54,12 +66,20 @@ pub struct Scalar {
     pub exchange: Option<Field<Centre>>,
     /// Mean of the values at the ends of the parts of the last step, halo filled, where that was divided and something is exchanged.
     divided: Option<Field<Centre>>,
-    /// What was there at the beginning and has come in through the faces of the box since, on this rank (unit m³).
+    /// Values that solids have, by their numbers, where these count ([`SolidCondition::OfSolid`]).
+    pub of_solids: Vec<f64>,
+    /// What the fluid of this rank got from each solid since it was placed (unit m³), without what fluid that it displaces holds at its
+    /// value.
+    pub gained: Vec<f64>,
+    /// What reacted in each solid on this rank since it was placed (unit m³).
+    pub reacted: Vec<f64>,
+    /// What was there at the beginning and has come in through the faces of the box and from solids since, on this rank (unit m³).
     pub entered: f64,
     /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
     /// left, on this rank (unit m³).
     pub produced: f64,
     conditions: Vec<FaceConditions>,
+    barrier: Option<Barrier>,
 }
 
 impl Scalar {
@@ -91,6 +111,8 @@ pub struct Scalars {
     pub(crate) volume: Vec<f64>,
     /// Last step (s), zero before the first.
     pub last_dt: f64,
+    /// Where solids lie among the cells, if there are any.
+    pub solids: Option<SolidCells>,
     work: Work,
 }
 
@@ -116,6 +138,8 @@ struct Work {
     low: Field<Centre>,
     /// What a cell may gain and lose of what wants in and out (-).
     shares: [Vec<f64>; 2],
+    /// What comes by way of solids.
+    linear: Vec<Linear>,
     lines: ConductionLines,
 }
 
@@ -128,6 +152,7 @@ impl Scalars {
             all: Vec::new(),
             volume: zeros(),
             last_dt: 0.0,
+            solids: None,
             work: Work {
                 flux: Faces::new(layout),
                 geometry: Faces::new(layout),
@@ -139,24 +164,55 @@ impl Scalars {
                 change: zeros(),
                 low: Field::new(layout),
                 shares: [zeros(), zeros()],
+                linear: Vec::new(),
                 lines: ConductionLines::new(grid, partition, local),
             },
         }
     }
 
-    /// Volume of fluid in the own cells (m³).
-    pub fn volume(&self) -> f64 {
-        let Some(scalar) = self.all.first() else { return 0.0 };
-        let layout = scalar.value.layout();
-        layout.rows().flat_map(|row| row..row + layout.cells[0]).map(|p| self.volume[p]).sum()
+    /// What a cell holds per unit of scalar `number` (m³); 0 where no step changes it.
+    fn capacity(&self, number: usize, place: usize) -> f64 {
+        match &self.all[number].barrier {
+            Some(barrier) if barrier.is_free(place) => self.volume[place] * barrier.capacity[place],
+            Some(_) => 0.0,
+            None => self.volume[place],
+        }
     }
 
-    /// Σ ψ V φ over the own cells of scalar `number` (unit m³).
-    pub fn content(&self, number: usize) -> f64 {
+    /// Σ C φ, Σ C over the own cells of scalar `number` (unit m³, m³), with what each holds per unit, C = ψ V in the fluid; and least and
+    /// largest value.
+    pub fn sums(&self, number: usize) -> ([f64; 2], [f64; 2]) {
         let value = &self.all[number].value;
         let layout = value.layout();
-        let cells = layout.rows().flat_map(|row| row..row + layout.cells[0]);
-        cells.map(|p| self.volume[p] * value.data()[p]).sum()
+        let (mut sums, mut range) = ([0.0; 2], [f64::INFINITY, f64::NEG_INFINITY]);
+        for p in layout.rows().flat_map(|row| row..row + layout.cells[0]) {
+            let (x, capacity) = (value.data()[p], self.capacity(number, p));
+            if capacity > 0.0 {
+                sums = [sums[0] + capacity * x, sums[1] + capacity];
+                range = [range[0].min(x), range[1].max(x)];
+            }
+        }
+        (sums, range)
+    }
+
+    /// Σ C φ over the own cells of scalar `number` (unit m³).
+    pub fn content(&self, number: usize) -> f64 {
+        self.sums(number).0[0]
+    }
+
+    /// What solids hold of scalar `number` that diffuses in them, each on this rank (unit m³).
+    pub fn content_of_solids(&self, number: usize) -> Vec<f64> {
+        let (scalar, solids) = (&self.all[number], self.solids.as_ref());
+        let mut content = vec![0.0; solids.map_or(0, |solids| solids.count)];
+        let inside = scalar.barrier.iter().flat_map(|barrier| &barrier.inside);
+        for inside in inside {
+            let condition = scalar.setup.solids.of(inside.solid as usize, solids.map_or(0, |s| s.bodies));
+            if let SolidCondition::Interior(interior) = condition {
+                content[inside.solid as usize] +=
+                    interior.capacity * inside.volume * scalar.value.data()[inside.cell];
+            }
+        }
+        content
     }
 }
 

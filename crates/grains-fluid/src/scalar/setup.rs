@@ -63,6 +63,80 @@ pub struct ScalarBoundaries {
     pub patches: Vec<(BoxFace, Outline, ScalarCondition)>,
 }
 
+/// A reaction inside a solid, which takes k cⁿ of the concentration c there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidReaction {
+    /// Rate k (1/s for n = 1, else unit^(1−n)/s).
+    pub rate: f64,
+    /// Order n ≥ 0 (-).
+    pub order: f64,
+}
+
+/// A solid that a scalar diffuses in; φ continues what it is outside: the concentration inside is K φ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interior {
+    /// K (-): partition coefficient, or heat capacity of the volume over that of the fluid.
+    pub capacity: f64,
+    /// Diffusivity of what is inside (m²/s); that of temperature is k/(ρ c).
+    pub diffusivity: f64,
+    /// What reacts.
+    pub reaction: Option<SolidReaction>,
+}
+
+/// What holds at the surface of a solid, or in it.
+#[derive(Clone, Debug)]
+pub enum SolidCondition {
+    /// A value on the surface.
+    Value(ScalarValue),
+    /// On the surface the value that the solid has, [`super::Scalar::of_solids`].
+    OfSolid,
+    /// A flux into the fluid (unit m/s).
+    Flux(ScalarValue),
+    /// A flux h (φ∞ − φ) into the fluid, φ on the surface.
+    Transfer {
+        /// Transfer coefficient h (m/s).
+        coefficient: f64,
+        /// Value φ∞ of what is behind.
+        ambient: ScalarValue,
+    },
+    /// It diffuses inside.
+    Interior(Interior),
+}
+
+impl Default for SolidCondition {
+    fn default() -> Self {
+        Self::Flux(ScalarValue::Uniform(0.0))
+    }
+}
+
+/// Conditions of all solids; insulated where none is given.
+#[derive(Clone, Debug, Default)]
+pub struct SolidConditions {
+    /// That of bodies.
+    pub bodies: SolidCondition,
+    /// Those of walls, by their numbers.
+    pub walls: Vec<SolidCondition>,
+}
+
+impl SolidConditions {
+    /// That of solid `number`, of which the first `bodies` are bodies.
+    pub(super) fn of(&self, number: usize, bodies: usize) -> &SolidCondition {
+        const INSULATED: &SolidCondition = &SolidCondition::Flux(ScalarValue::Uniform(0.0));
+        match number.checked_sub(bodies) {
+            None => &self.bodies,
+            Some(wall) => self.walls.get(wall).unwrap_or(INSULATED),
+        }
+    }
+
+    /// Whether shares of cells in solids count.
+    pub(super) fn need_shares(&self, is_body: bool) -> bool {
+        let counts = |condition: &SolidCondition| {
+            !matches!(condition, SolidCondition::Value(_) | SolidCondition::OfSolid)
+        };
+        if is_body { counts(&self.bodies) } else { self.walls.iter().any(counts) }
+    }
+}
+
 /// How a scalar moves the fluid: a force ρ β (φ₀ − φ) g.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Buoyancy {
@@ -97,6 +171,8 @@ pub struct ScalarSetup {
     pub scheme: Scheme,
     /// Conditions on the faces of the box.
     pub boundaries: ScalarBoundaries,
+    /// Conditions on solids in the fluid.
+    pub solids: SolidConditions,
     /// How it moves the fluid, if it does.
     pub buoyancy: Option<Buoyancy>,
 }

@@ -5,6 +5,7 @@ use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{
     Axis, Boundaries, Buoyancy, Centre, Condition, Field, Flow, FlowSetup, Grid, MixtureModel, Profile,
     ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme,
+    SolidConditions,
 };
 use grains_testing::on_ranks;
 use std::f64::consts::PI;
@@ -18,6 +19,7 @@ fn insulated(diffusivity: f64, scheme: Scheme) -> ScalarSetup {
         diffusivity,
         scheme,
         boundaries: ScalarBoundaries::default(),
+        solids: SolidConditions::default(),
         buoyancy: None,
     }
 }

@@ -8,4 +8,5 @@ mod free;
 mod points;
 mod prescribed;
 mod rheology;
+mod scalars;
 mod walls;

@@ -1,0 +1,126 @@
+//! Cells that come into solids and leave them as these move.
+
+use super::super::Scalars;
+use super::super::advance::for_cells;
+use super::barrier::Barrier;
+use super::cells::{BEYOND, SolidCells};
+use super::build::SolidCellsBuilder;
+use crate::metrics::Local;
+use crate::{Flow, Grid};
+use grains_domain::Transport;
+use std::collections::BTreeMap;
+
+/// Weight of the value of a surface alone for a cell that a solid has left, beside those with a neighbour in the fluid (-).
+const UNKNOWN: f64 = 1e-6;
+
+impl Flow {
+    /// Whether scalars need the shares of cells and faces that bodies, or walls, take.
+    pub fn scalars_need_shares(&self, is_body: bool) -> bool {
+        let all = self.scalars.iter().flat_map(|scalars| &scalars.all);
+        all.into_iter().any(|scalar| scalar.setup.solids.need_shares(is_body))
+    }
+
+    /// Tells the scalars where solids lie for the coming step; `of_solids` has the value of each solid for each scalar.
+    ///
+    /// What solids cover leaves the fluid. A cell that they leave takes the value between the surface and the next one in the fluid.
+    /// Collective.
+    pub fn place_solids(
+        &mut self,
+        builder: SolidCellsBuilder,
+        of_solids: Vec<Vec<f64>>,
+        transport: &dyn Transport,
+    ) {
+        let Some(scalars) = &mut self.scalars else { return };
+        let cells = builder.finish(&self.local);
+        let is_new = scalars.solids.as_ref() != Some(&cells);
+        for (scalar, of_solids) in scalars.all.iter_mut().zip(of_solids) {
+            scalar.of_solids = of_solids;
+            scalar.gained = vec![0.0; cells.count];
+            scalar.reacted = vec![0.0; cells.count];
+        }
+        if is_new {
+            for number in 0..scalars.all.len() {
+                scalars.place(number, &cells, (&self.setup.grid, &self.local), self.state.time);
+            }
+            for scalar in &mut scalars.all {
+                self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+            }
+        }
+        scalars.solids = Some(cells);
+    }
+}
+
+impl Scalars {
+    /// The barrier of a scalar, and its values where cells changed sides, at a time (s).
+    fn place(
+        &mut self,
+        number: usize,
+        cells: &SolidCells,
+        (grid, local): (&Grid, &Local),
+        time: f64,
+    ) {
+        let scalar = &mut self.all[number];
+        let mut barrier = Barrier::new(cells, &scalar.setup, local);
+        let old = scalar.barrier.take();
+        let mut on_surfaces = scalar.value.clone();
+        barrier.evaluate((&scalar.setup, cells), &scalar.of_solids, (grid, local), time, &mut on_surfaces);
+        if let Some(old) = old {
+            let left = left_cells(&old, &barrier, cells, scalar.value.data(), local.layout.strides());
+            let (value, previous) = (scalar.value.data_mut(), scalar.previous.data_mut());
+            for_cells(local, |place, whole| match (old.is_free(place), barrier.is_free(place)) {
+                (true, false) => {
+                    scalar.entered -= whole * value[place];
+                    let solid = cells.holder[place].wrapping_sub(1) as usize;
+                    if let Some(gained) = scalar.gained.get_mut(solid) {
+                        *gained -= whole * (value[place] - on_surfaces.data()[place]);
+                    }
+                }
+                (false, true) => {
+                    if let Some(left) = left.get(&place) {
+                        value[place] = left.sum / left.weight;
+                        scalar.gained[left.solid] += whole * (value[place] - left.surface);
+                    }
+                    previous[place] = value[place];
+                    scalar.entered += whole * value[place];
+                }
+                _ => {}
+            });
+        }
+        scalar.barrier = Some(barrier);
+    }
+}
+
+/// A cell that a solid has left.
+struct Left {
+    sum: f64,
+    weight: f64,
+    solid: usize,
+    surface: f64,
+}
+
+/// The cells that solids have left, with values between those of the surface and of the next cells in the fluid.
+fn left_cells(
+    old: &Barrier,
+    new: &Barrier,
+    cells: &SolidCells,
+    value: &[f64],
+    strides: [usize; 3],
+) -> BTreeMap<usize, Left> {
+    let mut left = BTreeMap::new();
+    for (axis, ties) in new.ties.iter().enumerate() {
+        for tie in ties.iter().filter(|tie| !old.is_free(tie.free)) {
+            let next = if tie.side > 0.0 { tie.free - strides[axis] } else { tie.free + strides[axis] };
+            let Some(surface) = tie.value else { continue };
+            let is_known = old.is_free(next) && new.is_free(next) && cells.holder[next] != BEYOND;
+            let (weight, rise) = match is_known {
+                true => (1.0, (value[next] - surface) * tie.way / (1.0 + tie.way)),
+                false => (UNKNOWN, 0.0),
+            };
+            let start = Left { sum: 0.0, weight: 0.0, solid: tie.solid as usize, surface };
+            let of_cell = left.entry(tie.free).or_insert(start);
+            of_cell.sum += weight * (surface + rise);
+            of_cell.weight += weight;
+        }
+    }
+    left
+}

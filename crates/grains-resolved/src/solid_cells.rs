@@ -1,0 +1,126 @@
+//! The middles of cells that bodies and walls hold, which is how scalars see them.
+
+use crate::nodes::ball_indices;
+use crate::wall::{Solids, WallRun};
+use crate::{Resolved, RigidBody, Subgrid};
+use grains_domain::Transport;
+use grains_fluid::{Flow, SolidCellsBuilder, SurfacePoint};
+use grains_geometry::{Shape, Vec3};
+
+/// The component whose velocities would lie in the middles of cells.
+const MIDDLES: usize = 3;
+
+/// Distance (widths of a cell) up to which a middle tells of a surface.
+const NEAR: f64 = 2.0;
+
+impl Resolved {
+    /// Tells the scalars of the flow where bodies and walls are; `of_bodies` has the value of every own body for each scalar.
+    /// Collective.
+    pub fn place_for_scalars(
+        &self,
+        shapes: &[Shape],
+        of_bodies: &[Vec<f64>],
+        flow: &mut Flow,
+        transport: &dyn Transport,
+    ) {
+        let solids = Solids { bodies: &self.bodies, shapes, walls: &self.walls, subgrid: &self.subgrid };
+        let first_wall = self.first_wall();
+        let has_shares = flow.scalars_need_shares(true) || flow.scalars_need_shares(false);
+        let counts = [first_wall, self.bodies.len()];
+        let mut builder = SolidCellsBuilder::new(self.subgrid.layout.len(), counts, has_shares);
+        for wall in 0..self.walls.len() {
+            solids.for_each_run(MIDDLES, wall, |run| {
+                hold_run(&run, (first_wall + wall) as u32, &self.subgrid, &mut builder);
+            });
+        }
+        for body in 0..first_wall {
+            claim_middles(body, &solids, &mut builder);
+        }
+        let of_solids = of_bodies.iter().map(|values| self.of_all_bodies(values, transport)).collect();
+        flow.place_solids(builder, of_solids, transport);
+    }
+
+    /// Values of own bodies and their ghosts; zero for walls. Collective.
+    pub fn of_all_bodies(&self, own: &[f64], transport: &dyn Transport) -> Vec<f64> {
+        let mut values = vec![[0.0]; self.first_wall()];
+        values.iter_mut().zip(own).for_each(|(value, own)| value[0] = *own);
+        self.ghosts.scatter(&mut values, &self.subgrid, transport);
+        let walls = std::iter::repeat_n(0.0, self.walls.len());
+        values.into_iter().map(|[value]| value).chain(walls).collect()
+    }
+
+    /// Sums over all ranks of what each has for its bodies, of the own ones. Collective.
+    pub fn sum_over_bodies<const N: usize>(
+        &self,
+        mut parts: Vec<[f64; N]>,
+        transport: &dyn Transport,
+    ) -> Vec<[f64; N]> {
+        parts.resize(self.first_wall(), [0.0; N]);
+        self.ghosts.gather(&mut parts, &self.subgrid, transport);
+        parts.truncate(self.owned);
+        parts
+    }
+}
+
+/// Gives middles of a run to a wall.
+fn hold_run(
+    run: &WallRun,
+    wall: u32,
+    subgrid: &Subgrid,
+    builder: &mut SolidCellsBuilder,
+) {
+    let [first, j, k] = run.first;
+    let near = NEAR * subgrid.spacing.max();
+    let surface = &run.out.surface;
+    if surface.distance.abs() < near {
+        builder.note(SurfacePoint {
+            place: subgrid.layout.index(first, j, k),
+            solid: wall,
+            distance: -surface.distance,
+            normal: surface.direction.into(),
+        });
+    }
+    if !run.is_solid {
+        return;
+    }
+    for i in first..first + run.count as isize {
+        let place = subgrid.layout.index(i, j, k);
+        if builder.holder(place).is_none() {
+            builder.hold(place, wall);
+        }
+    }
+}
+
+/// Gives the middles in a body to it, but those that walls have, or bodies with a nearer centre.
+fn claim_middles(number: usize, solids: &Solids, builder: &mut SolidCellsBuilder) {
+    let (body, subgrid): (&RigidBody, &Subgrid) = (&solids.bodies[number], solids.subgrid);
+    let radius = body.radius(solids.shapes);
+    let near = NEAR * subgrid.spacing.max();
+    let [x, y, z] = ball_indices(subgrid, MIDDLES, &body.center, radius);
+    for k in z {
+        for j in y.clone() {
+            for i in x.clone() {
+                let at = Vec3::from_fn(|a, _| subgrid.coordinate(MIDDLES, a, [i, j, k][a]));
+                let square = (at - body.center).norm_squared();
+                if square >= radius * radius {
+                    continue;
+                }
+                let Some(out) = solids.closest_point(number, &at) else { continue };
+                let place = subgrid.layout.index(i, j, k);
+                let distance = -out.surface.distance.max(0.0);
+                if -distance < near {
+                    let normal = out.surface.direction.into();
+                    builder.note(SurfacePoint { place, solid: number as u32, distance, normal });
+                }
+                let is_taken = builder.holder(place).is_some_and(|other| {
+                    let other = &solids.bodies[other as usize];
+                    other.is_wall()
+                        || ((at - other.center).norm_squared(), other.id) <= (square, body.id)
+                });
+                if !is_taken {
+                    builder.hold(place, number as u32);
+                }
+            }
+        }
+    }
+}
