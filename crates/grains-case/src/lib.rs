@@ -47,7 +47,7 @@ pub use sections::contact_points::{Composite, ContactPoints, Faces};
 pub use sections::domain::{Axis, Domain, Exchange, Face, Shear};
 pub use sections::fluid::{
     BodyMotion, Boundary, BoundaryKind, Coupling, Drive, Evaporation, Expression, FlowProfile, Fluid,
-    FluidField, FluidOutput, Formula, FormulaError, Initial, OnFace, ParticleTransfer, Pressure,
+    FluidField, FluidOutput, Formula, FormulaError, Initial, Inside, OnFace, ParticleTransfer, Pressure,
     PressureMethod, Profile, ProfileKind, Reaction, Resolved, ResolvedMethod, Scalar, ScalarBoundary,
     ScalarBoundaryKind, ScalarBuoyancy, ScalarKind, Steady, Uptake,
 };

@@ -90,13 +90,16 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
     check_shear(&raw, checker);
     check_gravity(raw.gravity, checker);
     let output = raw.output.check(&stem, end, checker);
-    let fluid_context = fluid::Context {
+    let of_fluid = raw.wall.iter().filter(|wall| wall.fluid.is_some());
+    let mut fluid_context = fluid::Context {
         gravity: raw.gravity,
         domain: &raw.domain,
         has_particles: !raw.insert.is_empty(),
         has_heat: raw.heat.is_some(),
         has_walls: raw.wall.iter().any(|wall| wall.fluid.is_some()),
         walls_move: raw.wall.iter().any(Wall::moves_fluid),
+        fluid_walls: of_fluid.map(|wall| (wall.name.clone(), wall.moves_fluid())).collect(),
+        particles_are_fixed: false,
         not_spheres,
         is_hard: raw.collisions.is_hard(),
         interval: output.particles,
@@ -113,6 +116,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         motion,
     };
     let inserts = insert::check(raw.insert, &context, checker);
+    fluid_context.particles_are_fixed = inserts.iter().all(insert::Insert::is_fixed);
     let fluid = raw.fluid.map(|fluid| fluid.check(&fluid_context, &inserts, checker));
     let walls = wall::check(raw.wall, (&raw.domain, raw.collisions.is_hard()), &names, checker);
     let fastest = fastest_impact((&raw.domain, raw.gravity), &inserts, &walls, fluid.is_some());

@@ -67,7 +67,7 @@ impl Flow {
         })?;
         self.clock.book(Phase::Pressure);
         self.correct(dt, transport)?;
-        self.carry_scalars(dt, transport)?;
+        self.carry_along(dt, transport)?;
         self.clock.book(Phase::Scalars);
         if let Some(mixture) = &mut self.mixture {
             mixture.finish();

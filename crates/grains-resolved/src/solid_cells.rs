@@ -40,8 +40,16 @@ impl Resolved {
         flow.place_solids(builder, of_solids, transport);
     }
 
+    /// Tells a scalar of the flow the values of the own bodies, which stay where they are; collective.
+    pub fn tell_scalar(&self, number: usize, own: &[f64], flow: &mut Flow, transport: &dyn Transport) {
+        let values = self.of_all_bodies(own, transport);
+        if let Some(scalars) = &mut flow.scalars {
+            scalars.all[number].of_solids = values;
+        }
+    }
+
     /// Values of own bodies and their ghosts; zero for walls. Collective.
-    pub fn of_all_bodies(&self, own: &[f64], transport: &dyn Transport) -> Vec<f64> {
+    fn of_all_bodies(&self, own: &[f64], transport: &dyn Transport) -> Vec<f64> {
         let mut values = vec![[0.0]; self.first_wall()];
         values.iter_mut().zip(own).for_each(|(value, own)| value[0] = *own);
         self.ghosts.scatter(&mut values, &self.subgrid, transport);

@@ -72,7 +72,7 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
         };
         case.output.fields.contains(&optional) && exists
     };
-    PARTICLE_FIELDS.into_iter().filter(is_kept).collect()
+    PARTICLE_FIELDS.into_iter().filter(is_kept).chain(species::fields(case)).collect()
 }
 
 /// Fields of the triangles of particles.
@@ -148,7 +148,13 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
             let turns = owned.clone().map(|i| (particles.record(i).orientation * to_user(i)).into_inner());
             Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())
         }
-        unknown => unreachable!("no field {unknown}"),
+        of_species => {
+            let mut all = dem.setup.species.iter();
+            match all.position(|species| species::field_name(species) == of_species) {
+                Some(number) => reals(&|i| particles.amounts_of(i)[number]),
+                None => unreachable!("no field {of_species}"),
+            }
+        }
     }
 }
 

@@ -1,32 +1,71 @@
 //! Species that particles contain: which there are, their columns, and their amounts in a checkpoint and back.
 
 use crate::restart::{State, reals, words};
-use grains_case::Case;
+use crate::fluid::interned;
+use grains_case::{Case, Fluid, ParticleTransfer, Scalar};
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Species, SpeciesContent, SpeciesLedger};
 use grains_domain::Transport;
-use grains_output::{Array, CheckpointFile, Values};
+use grains_output::{Array, CheckpointFile, FieldSpec, Values};
 
 /// Array of a checkpoint: the amounts of all species of each particle.
 const AMOUNTS: &str = "amounts";
 /// Text of a checkpoint: a line per species, its ledger and its name.
 const LEDGERS: &str = "species";
 
-/// Species in the particles of a case: the scalars of the fluid that they keep some of.
+/// Species in the particles of a case: the scalars of the fluid that they keep some of, and what the fluid tells of those that resolved
+/// particles exchange with it.
 pub fn all(case: &Case) -> Vec<Species> {
-    let scalars = case.fluid.iter().flat_map(|fluid| &fluid.scalar);
-    let kept = scalars.filter_map(|scalar| {
-        let initial = scalar.particles.as_ref()?.initial()?;
-        Some(Species { name: scalar.name.clone(), initial })
-    });
-    kept.collect()
+    let Some(fluid) = &case.fluid else { return Vec::new() };
+    let of = |scalar: &Scalar| {
+        let kept = scalar.particles.as_ref().and_then(ParticleTransfer::initial);
+        let kept = kept.map(|initial| Species {
+            name: scalar.name.clone(),
+            unit: "-",
+            initial,
+            is_told: false,
+        });
+        let told = told(fluid, scalar).into_iter().map(|(what, unit)| Species {
+            name: format!("{}_{what}", scalar.name),
+            unit,
+            initial: 0.0,
+            is_told: true,
+        });
+        kept.into_iter().chain(told).collect::<Vec<_>>()
+    };
+    fluid.scalar.iter().flat_map(of).collect()
+}
+
+/// What the fluid tells resolved particles of a scalar, with units: the flow into each, with the heat that one has not taken yet; or what
+/// one in which it diffuses holds, and what reacts there.
+pub fn told(fluid: &Fluid, scalar: &Scalar) -> Vec<(&'static str, &'static str)> {
+    let [unit, of_content] = scalar.units();
+    let of_flow = if unit == "K" { "W" } else { "1/s" };
+    match (&fluid.resolved, &scalar.particles) {
+        (Some(_), Some(particles)) if particles.inside.is_some() => {
+            vec![("content", of_content), ("reaction", of_flow)]
+        }
+        (Some(_), Some(particles)) if particles.uniform => vec![("flow", of_flow), ("due", of_content)],
+        (Some(_), Some(_)) => vec![("flow", of_flow)],
+        _ => Vec::new(),
+    }
+}
+
+/// Fields of the particle snapshots.
+pub fn fields(case: &Case) -> impl Iterator<Item = FieldSpec> {
+    all(case).into_iter().map(|species| FieldSpec::real(interned(field_name(&species)), species.unit, 1))
+}
+
+/// Name of the field of a species.
+pub fn field_name(species: &Species) -> String {
+    if species.is_told { species.name.clone() } else { format!("{}_amount", species.name) }
 }
 
 /// Names of the columns of the time series.
 pub fn columns(dem: &Dem) -> impl Iterator<Item = (String, &'static str)> + '_ {
     const COLUMNS: [&str; 7] = ["content", "min", "max", "inserted", "left", "from_fluid", "unaccounted"];
     let of = |species: &Species| COLUMNS.map(|what| (format!("particle_{}_{what}", species.name), "-"));
-    dem.setup.species.iter().flat_map(of)
+    dem.setup.species.iter().filter(|species| !species.is_told).flat_map(of)
 }
 
 /// Values of these columns; collective.
@@ -35,7 +74,8 @@ pub fn row(dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
         let (SpeciesContent { content, ends: [min, max], ledger }, lost) = (found, found.unaccounted());
         [content, min, max, ledger[0], ledger[1], ledger[2], lost]
     };
-    dem.species(transport).into_iter().flat_map(of).collect()
+    let found = dem.species(transport).into_iter().zip(&dem.setup.species);
+    found.filter(|(_, species)| !species.is_told).flat_map(|(found, _)| of(found)).collect()
 }
 
 /// Adds the amounts to a checkpoint, if particles contain species.

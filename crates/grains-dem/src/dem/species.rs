@@ -9,8 +9,12 @@ use grains_domain::Transport;
 pub struct Species {
     /// Its name.
     pub name: String,
+    /// Unit of the amount.
+    pub unit: &'static str,
     /// Amount per volume of a particle that is inserted (1/m³).
     pub initial: f64,
+    /// Whether the particle does not keep it: the fluid tells it at each of its steps.
+    pub is_told: bool,
 }
 
 /// Amounts of a species in and out of the particles of one rank.

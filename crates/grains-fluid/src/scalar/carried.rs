@@ -6,7 +6,7 @@ use super::{BEYOND, Scalar, ScalarSetup, Scalars};
 use crate::flow::sample;
 use crate::metrics::Local;
 use crate::momentum::RowPlace;
-use crate::{Field, Flow, Phase, StepError};
+use crate::{Field, Flow, March, Phase, StepError};
 use grains_domain::Transport;
 
 impl Flow {
@@ -33,6 +33,7 @@ impl Flow {
             of_solids: Vec::new(),
             gained: Vec::new(),
             reacted: Vec::new(),
+            gained_over: 0.0,
             entered: 0.0,
             produced: 0.0,
             conditions,
@@ -71,9 +72,22 @@ impl Flow {
         }
     }
 
+    /// Carries the scalars by the velocity at the end of a step that marches in time; those of a steady flow wait for it. Collective.
+    pub(crate) fn carry_along(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        if self.march == March::Time { self.carry_scalars(dt, transport) } else { Ok(()) }
+    }
+
     /// Carries the scalars by the velocity at the end of a step; collective.
-    pub(crate) fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+    fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let Some(scalars) = &mut self.scalars else { return Ok(()) };
+        for scalar in &mut scalars.all {
+            // What solids covered and left since the step before belongs to this one.
+            if scalar.gained_over > 0.0 {
+                scalar.gained.fill(0.0);
+                scalar.reacted.fill(0.0);
+            }
+            scalar.gained_over = dt;
+        }
         let open = self.mixture.as_ref().map(|mixture| (mixture.open_faces(), &mixture.previous));
         let carrier = CarrierFlow {
             grid: &self.setup.grid,
@@ -98,6 +112,7 @@ impl Flow {
         self.carry_scalars(dt, transport)?;
         self.clock.book(Phase::Scalars);
         self.state.time += dt;
+        self.state.step += 1;
         Ok(())
     }
 

@@ -68,11 +68,13 @@ pub struct Scalar {
     divided: Option<Field<Centre>>,
     /// Values that solids have, by their numbers, where these count ([`SolidCondition::OfSolid`]).
     pub of_solids: Vec<f64>,
-    /// What the fluid of this rank got from each solid since it was placed (unit m³), without what fluid that it displaces holds at its
+    /// What the fluid of this rank got from each solid in the last step (unit m³), without what fluid that it displaces holds at its
     /// value.
     pub gained: Vec<f64>,
-    /// What reacted in each solid on this rank since it was placed (unit m³).
+    /// What reacted in each solid on this rank in the last step (unit m³).
     pub reacted: Vec<f64>,
+    /// That step (s); zero before the first.
+    pub gained_over: f64,
     /// What was there at the beginning and has come in through the faces of the box and from solids since, on this rank (unit m³).
     pub entered: f64,
     /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
@@ -198,6 +200,21 @@ impl Scalars {
     /// Σ C φ over the own cells of scalar `number` (unit m³).
     pub fn content(&self, number: usize) -> f64 {
         self.sums(number).0[0]
+    }
+
+    /// By how much less each solid would get in a step `dt` (s) if it were by one unit higher from its beginning, on this rank (m³): what the
+    /// cells beside it can give, and those behind them as far as it diffuses.
+    pub fn responses(&self, number: usize, dt: f64) -> Vec<f64> {
+        let scalar = &self.all[number];
+        let mut responses = vec![0.0; self.solids.as_ref().map_or(0, |solids| solids.count)];
+        let layout = scalar.value.layout();
+        let ties = scalar.barrier.iter().flat_map(|barrier| barrier.ties.iter().flatten());
+        for tie in ties.filter(|tie| advance::is_own(layout, tie.free)) {
+            let (volume, passed) = (self.volume[tie.free], dt * tie.conductance);
+            let depth = 1.0 + (scalar.setup.diffusivity * dt).sqrt() / self.volume[tie.free].cbrt();
+            responses[tie.solid as usize] += depth * passed * volume / (passed + volume);
+        }
+        responses
     }
 
     /// What solids hold of scalar `number` that diffuses in them, each on this rank (unit m³).

@@ -172,6 +172,9 @@ fn of_scalar(case: &Case, fluid: &Fluid, scalar: &Scalar, found: &FluidReport) {
     if let (Some(transfer), Some(found)) = (&scalar.particles, &found.coupling) {
         heat::of_transfer(case, (fluid, scalar), transfer, found);
     }
+    if let (Some(transfer), Some(found)) = (&scalar.particles, &found.resolved) {
+        heat::of_resolved((fluid, scalar), transfer, found, narrowest);
+    }
     if let Some(buoyancy) = &scalar.buoyancy {
         let g = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let share = buoyancy.expansion.abs() * scalar.largest_difference(&case.domain, buoyancy.reference);

@@ -1,7 +1,7 @@
 //! What the terminal shows of the temperatures of particles.
 
 use grains_case::{Case, Fluid, ParticleTransfer, Radiation, Scalar, ScalarKind};
-use grains_simulation::check::{CouplingReport, HeatReport, Passing, effectiveness};
+use grains_simulation::check::{CouplingReport, HeatReport, Passing, ResolvedReport, effectiveness};
 
 /// Prints how particles exchange heat.
 pub fn tell(case: &Case, found: &HeatReport) {
@@ -73,11 +73,11 @@ pub fn of_transfer(
     let diffusivity = scalar.diffusivity(fluid.density);
     let prandtl = fluid.viscosity / fluid.density / diffusivity;
     let still = Passing { reynolds: 0.0, prandtl, void_fraction: found.void_fraction };
-    let number = transfer.law.nusselt(&still);
+    let Some(law) = transfer.law else { return };
+    let number = law.nusselt(&still);
     let name = if matches!(scalar.kind, ScalarKind::Temperature { .. }) { "Nusselt" } else { "Sherwood" };
     say!(
-        "    particles  exchange it by {:?}, {name} number {number:.3} in still fluid at void fraction {}",
-        transfer.law,
+        "    particles  exchange it by {law:?}, {name} number {number:.3} in still fluid at void fraction {}",
         found.void_fraction
     );
     let used =
@@ -127,4 +127,62 @@ pub fn of_transfer(
             reaction.rate
         );
     }
+}
+
+/// Cells across the layer in which a reaction takes place, below which its rate is off by a tenth and more (-).
+const THIN_LAYER: f64 = 1.5;
+
+/// Prints what resolved particles exchange with a scalar of the fluid, with cells of a width (m).
+pub fn of_resolved(
+    (fluid, scalar): (&Fluid, &Scalar),
+    transfer: &ParticleTransfer,
+    found: &ResolvedReport,
+    width: f64,
+) {
+    let diameters = found.cells_across.map(|cells| cells * width);
+    let diffusivity = scalar.diffusivity(fluid.density);
+    if transfer.value.is_some() {
+        say!("    particles  have a given value on their surfaces");
+    }
+    if transfer.flux.is_some() {
+        say!("    particles  give off a given flux");
+    }
+    if transfer.uniform {
+        say!("    particles  have one temperature each, which follows what the fluid and [heat] bring");
+    }
+    let Some(inside) = &transfer.inside else { return };
+    let capacity = scalar.capacity(fluid.density);
+    let (within, ratio) = match inside.conductivity.zip(inside.volumetric_heat_capacity) {
+        Some((conductivity, of_volume)) => (conductivity / of_volume, conductivity / (capacity * diffusivity)),
+        None => {
+            let within = inside.diffusivity.unwrap_or_default();
+            (within, within * inside.partition.unwrap_or(1.0) / diffusivity)
+        }
+    };
+    let times = diameters.map(|diameter| diameter * diameter / (4.0 * within));
+    say!(
+        "    particles  diffuse it inside, {ratio:.3e} times as well as the fluid; through the smallest and largest in {:.3e} and {:.3e} s",
+        times[0],
+        times[1]
+    );
+    let Some(reaction) = &transfer.reaction else { return };
+    if reaction.order != 1.0 {
+        say!("    reaction   of order {}, {:.4e} in SI units", reaction.order, reaction.rate);
+        return;
+    }
+    let of = |diameter: f64| {
+        let modulus = diameter / 6.0 * (reaction.rate / within).sqrt();
+        (modulus, effectiveness(modulus))
+    };
+    let [(small, of_small), (large, of_large)] = diameters.map(of);
+    let cells = (within / reaction.rate).sqrt() / width;
+    let warning = match cells < THIN_LAYER {
+        true => "; warning: fewer than 1.5 do not show how it falls, take narrower cells",
+        false => "",
+    };
+    say!(
+        "    reaction   {} 1/s; Thiele modulus d/6 sqrt(k/D) {small:.3e} to {large:.3e}, effectiveness of spheres {of_small:.3} to \
+         {of_large:.3}; {cells:.1} cells across the layer sqrt(D/k){warning}",
+        reaction.rate
+    );
 }

@@ -30,6 +30,7 @@ mod max_dt;
 mod observe;
 mod profile;
 mod resolved;
+mod resolved_scalars;
 mod restart;
 mod scalars;
 mod setup;
@@ -58,6 +59,7 @@ use profile::Sampler;
 use resolved::ResolvedBodies;
 pub use resolved::lubrication;
 use scalars::ScalarNames;
+pub use scalars::interned;
 use span::SpanRule;
 use std::cell::Cell;
 use steady::Steady;
@@ -239,11 +241,12 @@ impl FluidPhase {
     pub fn told_of_steady(&self) -> Option<String> {
         let steady = self.steady.as_ref()?;
         let [force, gradient, velocity] = steady.unsettled;
+        let scalars = steady.unsettled_scalars.map_or(String::new(), |x| format!(", scalars to {x:.1e}"));
         let how = if steady.is_settled() { "settled" } else { "not settled" };
         let remedy = if steady.is_settled() { "" } else { "; raise time.end or fluid.steady.tolerance" };
         Some(format!(
             "steady flow {how} after {} steps: forces to {force:.1e}, gradients to {gradient:.1e}, mean velocities to \
-             {velocity:.1e}{remedy}",
+             {velocity:.1e}{scalars}{remedy}",
             self.flow.state.step
         ))
     }
@@ -301,7 +304,11 @@ impl FluidPhase {
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
         if dem.step >= self.next_step {
-            self.rule.longest_settling = self.steady.as_ref().map_or(f64::INFINITY, |steady| steady.longest);
+            match &self.steady {
+                Some(steady) if steady.is_flow_settled() => self.rule.carry_scalars(),
+                Some(steady) => self.rule.longest_settling = steady.longest,
+                None => {}
+            }
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
             // Resolved particles and walls go through the step before the fluid does.
@@ -349,6 +356,9 @@ impl FluidPhase {
             let of_particles = (&mut dem.particles, dem.setup.thermal.as_ref());
             exchange.before_step(of_particles, &mut self.flow, dt, transport)?;
         }
+        if self.steady.as_ref().is_some_and(Steady::is_flow_settled) {
+            return self.step_scalars(dem, dt, transport);
+        }
         if let Some(steady) = &mut self.steady {
             steady.begin(&mut self.flow, dt);
         }
@@ -366,6 +376,7 @@ impl FluidPhase {
             exchange.after_scalars(dem, &self.flow, dt, transport)?;
         }
         if let Some(resolved) = &mut self.resolved {
+            resolved.after_scalars(dem, &mut self.flow, dt, transport);
             resolved.impose_rigid_velocity(dem, &mut self.flow, dt, transport)?;
         }
         if let Some(steady) = &mut self.steady {
@@ -377,6 +388,24 @@ impl FluidPhase {
         self.steps += 1;
         self.iterations += self.report.solve.iterations as u64;
         self.tell_work(dem);
+        Ok(())
+    }
+
+    /// Carries the scalars alone by a steady flow that was found.
+    fn step_scalars(&mut self, dem: &mut Dem, dt: f64, transport: &MpiTransport) -> Result<(), RunError> {
+        let begun = std::time::Instant::now();
+        let outcome = self.flow.step_scalars(dt, transport);
+        let failed =
+            |e: grains_fluid::StepError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+        agreed(transport, outcome.map_err(failed))?;
+        if let Some(resolved) = &mut self.resolved {
+            resolved.after_scalars(dem, &mut self.flow, dt, transport);
+        }
+        if let Some(steady) = &mut self.steady {
+            steady.end_of_scalars(&self.flow, dt, transport);
+        }
+        self.seconds[0] += begun.elapsed().as_secs_f64();
+        self.steps += 1;
         Ok(())
     }
 

@@ -65,7 +65,9 @@ pub fn columns(case: &Case) -> Vec<(String, &'static str)> {
         columns.extend(walls::COLUMNS.map(|(what, unit)| (format!("{}_flow_{what}", wall.name), unit)));
     }
     if fluid.steady.is_some() {
-        columns.extend(steady::COLUMNS.map(|(name, unit)| (name.to_string(), unit)));
+        let of_scalars = (!fluid.scalar.is_empty()).then_some(steady::OF_SCALARS);
+        let all = steady::COLUMNS.into_iter().chain(of_scalars);
+        columns.extend(all.map(|(name, unit)| (name.to_string(), unit)));
     }
     for profile in &fluid.profile {
         if let ProfileKind::Plane { .. } = profile.kind {
@@ -306,7 +308,10 @@ impl FluidPhase {
             row.extend(resolved.walls.row(&resolved.bodies.on_walls));
         }
         // Infinite is not what a table takes.
-        let unsettled = self.steady.iter().flat_map(|steady| steady.unsettled);
+        let unsettled = self
+            .steady
+            .iter()
+            .flat_map(|steady| steady.unsettled.into_iter().chain(steady.unsettled_scalars));
         row.extend(unsettled.map(|x| if x.is_finite() { x } else { f64::NAN }));
         for profile in case.fluid.iter().flat_map(|f| &f.profile) {
             if let ProfileKind::Plane { axis, at } = profile.kind {

@@ -1,5 +1,6 @@
 //! Particles and walls that the grid resolves, and the fluid of one rank.
 
+use super::resolved_scalars::BodyScalar;
 use super::walls::FluidWalls;
 use crate::error::{RunError, agreed};
 use crate::insertion::KindRange;
@@ -33,6 +34,8 @@ pub struct ResolvedBodies {
     /// The walls that bound the fluid.
     pub walls: FluidWalls,
     surroundings: Surroundings,
+    /// What the particles exchange with scalars.
+    pub(super) scalars: Vec<BodyScalar>,
 }
 
 impl ResolvedBodies {
@@ -57,8 +60,10 @@ impl ResolvedBodies {
             walls.check_inlets(case, fluid, &flow.setup.grid)?;
         }
         let surroundings = Surroundings { density: flow.setup.density, active: bodies.subgrid.active };
-        let is_fixed = case.inserts.is_empty() || case.holds_particles();
-        Ok(Self { bodies, is_fixed, walls, surroundings })
+        // Particles that conduct heat go through steps of their own even where they stay.
+        let is_fixed = case.inserts.is_empty() || (case.holds_particles() && case.heat.is_none());
+        let scalars = case.fluid.as_ref().map(BodyScalar::all).unwrap_or_default();
+        Ok(Self { bodies, is_fixed, walls, surroundings, scalars })
     }
 
     /// Surface of the largest sphere about a particle of some kinds, in squares of a cell's width (-).
@@ -73,6 +78,7 @@ impl ResolvedBodies {
         self.bodies.place_walls(self.walls.placed(dem));
         let catalogue = &dem.setup.catalogue;
         self.bodies.place(bodies(&dem.particles, catalogue), &catalogue.shapes, flow, transport);
+        self.place_for_scalars(dem, flow, transport);
     }
 
     /// Whether nothing moves but walls and fluid.

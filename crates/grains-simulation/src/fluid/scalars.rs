@@ -1,18 +1,25 @@
 //! The scalars of a case: how the flow gets them, what is written of them, and how they are continued.
 
+use super::walls::FluidWalls;
 use grains_case::{
-    Case, Expression, Face, Fluid as CaseFluid, Scalar as CaseScalar, ScalarBoundaryKind, ScalarBuoyancy,
+    Case, Expression, Face, Fluid as CaseFluid, ParticleTransfer, Scalar as CaseScalar, ScalarBoundaryKind,
+    ScalarBuoyancy,
 };
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
 use grains_fluid::{
-    BoxFace, Buoyancy, Flow, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Side,
+    BoxFace, Buoyancy, Flow, Interior, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Side,
+    SolidCondition, SolidConditions, SolidReaction,
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What is written of a scalar in the time series: mean over the fluid, extremes, content, and what of it is not accounted for.
 const COLUMNS: [&str; 5] = ["mean", "min", "max", "content", "unaccounted"];
+
+/// What is written of one that meets solids: rates at which it came out of particles and of walls in the last step, and at which it
+/// reacted.
+const OF_SOLIDS: [&str; 3] = ["from_particles", "from_walls", "reaction"];
 
 /// Names of the arrays of a scalar, which are those of the whole run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +51,7 @@ impl ScalarNames {
 }
 
 /// A text for the rest of the process, which has it once: files describe arrays by such names.
-fn interned(text: String) -> &'static str {
+pub fn interned(text: String) -> &'static str {
     static TEXTS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
     match texts.get(text.as_str()) {
@@ -73,6 +80,7 @@ pub fn add(case: &Case, fluid: &CaseFluid, flow: &mut Flow, transport: &dyn Tran
             diffusivity: scalar.diffusivity(fluid.density),
             scheme: scalar.advection,
             boundaries,
+            solids: solids(case, fluid, scalar).map_err(|(what, e)| about(&what, e))?,
             buoyancy: scalar.buoyancy.map(|b| Buoyancy {
                 expansion: b.expansion,
                 reference: b.reference,
@@ -106,7 +114,8 @@ fn boundaries(scalar: &CaseScalar, density: f64) -> Result<ScalarBoundaries, (us
                 ambient: value(ambient, 1.0)?,
             },
         };
-        let face = box_face(given.face);
+        // Conditions on walls are those of solids.
+        let Some(face) = given.face.map(box_face) else { continue };
         match given.part.outline() {
             Some(outline) => boundaries.patches.push((face, outline, condition)),
             None => {
@@ -117,6 +126,67 @@ fn boundaries(scalar: &CaseScalar, density: f64) -> Result<ScalarBoundaries, (us
         }
     }
     Ok(boundaries)
+}
+
+/// Conditions on resolved particles and on walls, or the key of one with a fault.
+fn solids(
+    case: &Case,
+    fluid: &CaseFluid,
+    scalar: &CaseScalar,
+) -> Result<SolidConditions, (String, String)> {
+    let capacity = scalar.capacity(fluid.density);
+    let mut solids = SolidConditions::default();
+    if let Some(given) = scalar.particles.as_ref().filter(|_| fluid.resolved.is_some()) {
+        solids.bodies = on_bodies(given, capacity).map_err(|(what, e)| (format!("particles.{what}"), e))?;
+    }
+    let walls = FluidWalls::new(case).map_err(|e| ("boundary".to_string(), e))?;
+    for wall in walls.all() {
+        let name = &case.walls[wall.number].name;
+        let of_wall = scalar.boundary.iter().enumerate().rev();
+        let given = of_wall.filter(|(_, boundary)| boundary.wall.as_ref() == Some(name)).next();
+        let condition = match given {
+            None => SolidCondition::default(),
+            Some((i, boundary)) => {
+                on_wall(&boundary.kind, capacity).map_err(|e| (format!("boundary[{i}]"), e))?
+            }
+        };
+        solids.walls.push(condition);
+    }
+    Ok(solids)
+}
+
+/// What holds on resolved particles, of which a volume of fluid holds `capacity` per unit.
+fn on_bodies(given: &ParticleTransfer, capacity: f64) -> Result<SolidCondition, (&'static str, String)> {
+    if let Some(expression) = &given.value {
+        return Ok(SolidCondition::Value(value(expression, 1.0).map_err(|e| ("value", e))?));
+    }
+    if let Some(expression) = &given.flux {
+        return Ok(SolidCondition::Flux(value(expression, 1.0 / capacity).map_err(|e| ("flux", e))?));
+    }
+    if given.uniform {
+        return Ok(SolidCondition::OfSolid);
+    }
+    let Some(inside) = given.inside else { return Ok(SolidCondition::default()) };
+    let heat = inside.conductivity.zip(inside.volumetric_heat_capacity);
+    let (diffusivity, ratio) = match heat {
+        Some((conductivity, of_volume)) => (conductivity / of_volume, of_volume / capacity),
+        None => (inside.diffusivity.unwrap_or_default(), inside.partition.unwrap_or(1.0)),
+    };
+    let reaction = given.reaction.map(|given| SolidReaction { rate: given.rate, order: given.order });
+    Ok(SolidCondition::Interior(Interior { capacity: ratio, diffusivity, reaction }))
+}
+
+/// What holds on a wall.
+fn on_wall(kind: &ScalarBoundaryKind, capacity: f64) -> Result<SolidCondition, String> {
+    Ok(match kind {
+        ScalarBoundaryKind::Insulated => SolidCondition::default(),
+        ScalarBoundaryKind::Value { value: given } => SolidCondition::Value(value(given, 1.0)?),
+        ScalarBoundaryKind::Flux { flux } => SolidCondition::Flux(value(flux, 1.0 / capacity)?),
+        ScalarBoundaryKind::Transfer { coefficient, ambient } => SolidCondition::Transfer {
+            coefficient: coefficient / capacity,
+            ambient: value(ambient, 1.0)?,
+        },
+    })
 }
 
 fn value(expression: &Expression, factor: f64) -> Result<ScalarValue, String> {
@@ -138,7 +208,10 @@ pub fn columns(fluid: &CaseFluid) -> impl Iterator<Item = (String, &'static str)
     fluid.scalar.iter().flat_map(|scalar| {
         let [unit, content] = scalar.units();
         let units = [unit, unit, unit, content, content];
-        COLUMNS.into_iter().zip(units).map(|(what, unit)| (format!("{}_{what}", scalar.name), unit))
+        let of_flow = if unit == "K" { "W" } else { "1/s" };
+        let of_solids = OF_SOLIDS.into_iter().filter(|_| fluid.resolved.is_some()).map(move |what| (what, of_flow));
+        let columns = COLUMNS.into_iter().zip(units).chain(of_solids);
+        columns.map(|(what, unit)| (format!("{}_{what}", scalar.name), unit))
     })
 }
 
@@ -147,14 +220,29 @@ pub fn row(fluid: &CaseFluid, flow: &Flow, transport: &MpiTransport) -> Vec<f64>
     let Some(scalars) = &flow.scalars else { return Vec::new() };
     let mut row = Vec::new();
     for (number, (scalar, given)) in scalars.all.iter().zip(&fluid.scalar).enumerate() {
-        let content = scalars.content(number);
-        let mut sums = [content, content - scalar.entered - scalar.produced, scalars.volume()];
+        let ([content, of_unit], [least, largest]) = scalars.sums(number);
+        let bodies = scalars.solids.as_ref().map_or(0, |solids| solids.bodies);
+        let part = |values: &[f64], of_bodies: bool| {
+            let (bodies, walls) = values.split_at(bodies.min(values.len()));
+            if of_bodies { bodies.iter().sum::<f64>() } else { walls.iter().sum() }
+        };
+        let mut sums = [
+            content,
+            content - scalar.entered - scalar.produced,
+            of_unit,
+            part(&scalar.gained, true),
+            part(&scalar.gained, false),
+            part(&scalar.reacted, true),
+        ];
         transport.sum(&mut sums);
-        let mut ends =
-            scalar.value.own().fold([f64::NEG_INFINITY; 2], |[low, high], x| [low.max(-x), high.max(x)]);
+        let mut ends = [-least, largest];
         transport.max(&mut ends);
         let capacity = given.capacity(fluid.density);
         row.extend([sums[0] / sums[2], -ends[0], ends[1], capacity * sums[0], capacity * sums[1]]);
+        if fluid.resolved.is_some() {
+            let rate = if scalar.gained_over > 0.0 { capacity / scalar.gained_over } else { 0.0 };
+            row.extend(sums[3..].iter().map(|sum| sum * rate));
+        }
     }
     row
 }

@@ -22,6 +22,8 @@ pub struct SpanRule {
     longest_given: f64,
     /// Longest step (s) in which a steady flow settles.
     pub longest_settling: f64,
+    /// CFL number of scalars that a steady flow carries (-).
+    cfl_of_scalars: f64,
     /// The key of the CFL number.
     cfl_key: &'static str,
     /// The time step as the case gives it.
@@ -48,7 +50,14 @@ impl SpanRule {
             TimeStep::Auto => "time.dt = \"auto\"".into(),
         };
         let longest_settling = f64::INFINITY;
-        Self { limits, given, longest_given, longest_settling, cfl_key, key, is_told: false }
+        let cfl_of_scalars = fluid.cfl.min(limits.cfl);
+        Self { limits, given, longest_given, longest_settling, cfl_of_scalars, cfl_key, key, is_told: false }
+    }
+
+    /// Keeps to what scalars allow that a steady flow carries.
+    pub fn carry_scalars(&mut self) {
+        self.limits.cfl = self.cfl_of_scalars;
+        self.longest_settling = f64::INFINITY;
     }
 
     /// Particle steps of the coming step of the fluid: what its limits allow; if the case does not say how many, a fifth more

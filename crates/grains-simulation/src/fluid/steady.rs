@@ -4,7 +4,7 @@ use grains_case::Steady as Given;
 use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
-use grains_fluid::{Anderson, Flow};
+use grains_fluid::{Anderson, Flow, Scalars};
 use grains_geometry::Vec3;
 use grains_resolved::{FlowLink, Resolved};
 use std::collections::VecDeque;
@@ -26,6 +26,8 @@ pub type Unsettled = [f64; 3];
 /// Names of the columns of what is unsettled.
 pub const COLUMNS: [(&str, &str); 3] =
     [("unsettled_force", "-"), ("unsettled_gradient", "-"), ("unsettled_velocity", "-")];
+/// That of scalars.
+pub const OF_SCALARS: (&str, &str) = ("unsettled_scalars", "-");
 
 /// The search for a steady flow.
 pub struct Steady {
@@ -35,6 +37,10 @@ pub struct Steady {
     known: VecDeque<[Vec<f64>; 3]>,
     /// What may still change of each.
     pub unsettled: Unsettled,
+    /// Contents of the scalars over their ranges (-), and rates at which each comes in and reacts, of the last steps.
+    known_scalars: Vec<VecDeque<[Vec<f64>; 3]>>,
+    /// What may still change of these, at most; none without scalars.
+    pub unsettled_scalars: Option<f64>,
     /// Longest step (s) that pressure and velocity settle in.
     pub longest: f64,
 }
@@ -48,13 +54,34 @@ impl Steady {
             acceleration: Anderson::new(given.history as usize),
             known: VecDeque::new(),
             unsettled: [f64::INFINITY; 3],
+            known_scalars: vec![VecDeque::new(); flow.scalars.as_ref().map_or(0, |s| s.all.len())],
+            unsettled_scalars: flow.scalars.as_ref().map(|_| f64::INFINITY),
             longest: f64::INFINITY,
         }
     }
 
     /// Whether nothing changes by more than the tolerance any more.
     pub fn is_settled(&self) -> bool {
+        self.is_flow_settled() && self.unsettled_scalars.is_none_or(|x| x < self.given.tolerance)
+    }
+
+    /// Whether the flow does not: scalars are carried by it from then on.
+    pub fn is_flow_settled(&self) -> bool {
         self.unsettled.iter().all(|&x| x < self.given.tolerance)
+    }
+
+    /// Looks at what a step `dt` (s) of the scalars led to; collective.
+    pub fn end_of_scalars(&mut self, flow: &Flow, dt: f64, transport: &MpiTransport) {
+        let Some(scalars) = &flow.scalars else { return };
+        let mut largest = 0.0_f64;
+        for (number, known) in self.known_scalars.iter_mut().enumerate() {
+            known.push_back(measured_scalar(scalars, number, dt, transport));
+            if known.len() > 2 * WINDOW + 1 {
+                known.pop_front();
+            }
+            largest = unsettled(known.make_contiguous()).into_iter().fold(largest, f64::max);
+        }
+        self.unsettled_scalars = Some(largest);
     }
 
     /// Notes the state before a pseudo-step (s).
@@ -125,6 +152,27 @@ fn measured(
     };
     let velocity = |axis: usize| if grid.is_active(axis) { flow.mean_velocity(axis, transport) } else { 0.0 };
     [forces, (0..3).map(gradient).collect(), (0..3).map(velocity).collect()]
+}
+
+/// Mean of a scalar over its range (-), and the rates at which it reacts and comes from bodies and walls (unit m³/s).
+fn measured_scalar(
+    scalars: &Scalars,
+    number: usize,
+    dt: f64,
+    transport: &MpiTransport,
+) -> [Vec<f64>; 3] {
+    let ([content, of_unit], [least, largest]) = scalars.sums(number);
+    let scalar = &scalars.all[number];
+    let bodies = scalars.solids.as_ref().map_or(0, |solids| solids.bodies).min(scalar.gained.len());
+    let (of_bodies, of_walls) = scalar.gained.split_at(bodies);
+    let rate = |amounts: &[f64]| amounts.iter().sum::<f64>() / dt;
+    let mut sums = [content, of_unit, rate(of_bodies), rate(of_walls), rate(&scalar.reacted)];
+    transport.sum(&mut sums);
+    let mut ends = [-least, largest];
+    transport.max(&mut ends);
+    let range = ends[1] + ends[0];
+    let mean = if range > 0.0 { (sums[0] / sums[1] + ends[0]) / range } else { 0.0 };
+    [vec![mean], sums[2..].to_vec(), Vec::new()]
 }
 
 /// What each quantity may still change by, over itself: as much as in the last steps, or the rest of the geometric series of this

@@ -58,7 +58,8 @@ impl Transfer {
     pub fn all(fluid: &CaseFluid) -> Vec<Self> {
         let mut species = 0;
         let of = |(number, scalar): (usize, &CaseScalar)| {
-            let ParticleTransfer { law, reaction, uptake, evaporation } = *scalar.particles.as_ref()?;
+            let ParticleTransfer { law, reaction, uptake, evaporation, .. } = scalar.particles.clone()?;
+            let law = law?;
             let own = species;
             species += usize::from(uptake.is_some() || evaporation.is_some());
             let diffusivity = scalar.diffusivity(fluid.density);

@@ -32,7 +32,7 @@ pub(crate) use resolved::check_step;
 pub use resolved::{Method as ResolvedMethod, Motion as BodyMotion, Resolved};
 pub use scalar::{Scalar, ScalarBoundary, ScalarBoundaryKind, ScalarBuoyancy, ScalarKind};
 pub use steady::Steady;
-pub use transfer::{Evaporation, ParticleTransfer, Reaction, Uptake};
+pub use transfer::{Evaporation, Inside, ParticleTransfer, Reaction, Uptake};
 pub(crate) use walls::check_walls;
 
 use crate::check::Checker;
@@ -151,6 +151,10 @@ pub(crate) struct Context<'a> {
     /// Whether walls bound the fluid, and whether one of them moves.
     pub has_walls: bool,
     pub walls_move: bool,
+    /// Names of these walls, and whether each moves.
+    pub fluid_walls: Vec<(String, bool)>,
+    /// Whether all particles stay where they are.
+    pub particles_are_fixed: bool,
     /// Names of the shapes that are inserted and no spheres.
     pub not_spheres: Vec<String>,
     /// Whether collisions are impulses.

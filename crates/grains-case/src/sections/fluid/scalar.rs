@@ -2,7 +2,7 @@
 
 use super::outline::{Part, Wants};
 use super::transfer::{self, ParticleTransfer};
-use super::{BoundaryKind, Context, Expression, Fluid, check_formula};
+use super::{BoundaryKind, Context, Expression, Fluid, ResolvedMethod, check_formula};
 use crate::check::Checker;
 use crate::sections::domain::{Domain, Face};
 use grains_fluid::Scheme;
@@ -66,12 +66,16 @@ pub enum ScalarBoundaryKind {
     },
 }
 
-/// A boundary condition of a scalar.
+/// A boundary condition of a scalar, on a face of the domain or on a wall in the fluid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(extend("unevaluatedProperties" = false))]
 pub struct ScalarBoundary {
     /// The face: "-x", "+x", "-y", "+y", "-z" or "+z".
-    pub face: Face,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<Face>,
+    /// Instead of a face: the name of a wall that bounds the fluid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall: Option<String>,
     /// The condition.
     #[serde(flatten)]
     pub kind: ScalarBoundaryKind,
@@ -164,14 +168,12 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
         check_scalar(scalar, &format!("fluid.scalar[{k}]"), (fluid, context), checker);
     }
     let mut refuse = |key: &str, message: &str| checker.error(key, message.into());
-    if fluid.resolved.is_some() {
-        let what = if context.has_walls { "walls in the flow" } else { "resolved particles" };
-        refuse("fluid.scalar", &format!("scalars know no {what} yet; remove them, or [[fluid.scalar]]"));
-    } else if context.has_walls {
-        refuse("fluid.scalar", "scalars know no walls in the flow yet; remove the `fluid` of the walls");
+    if fluid.resolved.as_ref().is_some_and(|resolved| resolved.method == ResolvedMethod::Multiplier) {
+        refuse("fluid.resolved.method", "scalars know direct forcing only; take \"direct\", or remove [[fluid.scalar]]");
     }
-    if fluid.steady.is_some() {
-        refuse("fluid.steady", "scalars are marched in time only; remove it, or [[fluid.scalar]]");
+    if fluid.steady.is_some() && fluid.scalar.iter().any(|scalar| scalar.buoyancy.is_some()) {
+        let message = "a steady flow is found before the scalars, which move it; remove it, or their buoyancy";
+        refuse("fluid.steady", message);
     }
 }
 
@@ -209,7 +211,7 @@ fn check_scalar(
         transfer::check(transfer, &format!("{path}.particles"), of, checker);
     }
     for (i, boundary) in scalar.boundary.iter().enumerate() {
-        check_boundary(boundary, &format!("{path}.boundary[{i}]"), fluid, domain, checker);
+        check_boundary(boundary, &format!("{path}.boundary[{i}]"), (fluid, context), checker);
     }
     check_inlets(scalar, path, fluid, checker);
 }
@@ -217,11 +219,25 @@ fn check_scalar(
 fn check_boundary(
     boundary: &ScalarBoundary,
     path: &str,
-    fluid: &Fluid,
-    domain: &Domain,
+    (fluid, context): (&Fluid, &Context<'_>),
     checker: &mut Checker,
 ) {
-    let (axis, name) = (boundary.face.axis(), ["x", "y", "z"][boundary.face.axis()]);
+    let domain = context.domain;
+    if let ScalarBoundaryKind::Flux { flux } = &boundary.kind {
+        check_formula(flux, &format!("{path}.flux"), domain, checker);
+    }
+    let face = match (boundary.face, &boundary.wall) {
+        (Some(face), None) => face,
+        (None, Some(wall)) => return check_wall(boundary, wall, path, context, checker),
+        (Some(_), Some(_)) => {
+            return checker.error(&format!("{path}.wall"), "excludes face; state one of the two".into());
+        }
+        (None, None) => {
+            let message = "missing: where the condition holds; state face, or wall with the name of one in the fluid";
+            return checker.error(&format!("{path}.face"), message.into());
+        }
+    };
+    let (axis, name) = (face.axis(), ["x", "y", "z"][face.axis()]);
     if domain.periodic[axis] {
         let message =
             format!("no boundary there: {name} is periodic; remove the condition or domain.periodic[{axis}]");
@@ -232,9 +248,32 @@ fn check_boundary(
         return checker.error(&format!("{path}.face"), message);
     }
     let wants = Wants { parabola: false, cells: true };
-    boundary.part.check(boundary.face, wants, path, fluid, domain, checker);
-    if let ScalarBoundaryKind::Flux { flux } = &boundary.kind {
-        check_formula(flux, &format!("{path}.flux"), domain, checker);
+    boundary.part.check(face, wants, path, fluid, domain, checker);
+}
+
+/// A condition on a wall in the fluid.
+fn check_wall(
+    boundary: &ScalarBoundary,
+    wall: &str,
+    path: &str,
+    context: &Context<'_>,
+    checker: &mut Checker,
+) {
+    let Some((_, moves)) = context.fluid_walls.iter().find(|(name, _)| name == wall) else {
+        let names: Vec<String> = context.fluid_walls.iter().map(|(name, _)| format!("{name:?}")).collect();
+        let known = if names.is_empty() { "none does".into() } else { format!("these do: {}", names.join(", ")) };
+        let message = format!("{wall:?} is no wall that bounds the fluid; {known}");
+        return checker.error(&format!("{path}.wall"), message);
+    };
+    let needs_shares =
+        matches!(boundary.kind, ScalarBoundaryKind::Flux { .. } | ScalarBoundaryKind::Transfer { .. });
+    if *moves && needs_shares {
+        let message = "only for walls that stay where they are; take kind = \"value\" or \"insulated\"";
+        checker.error(&format!("{path}.kind"), message.into());
+    }
+    if boundary.part.outline().is_some() {
+        let message = "a condition on a wall holds on all of it; remove what tells a part of a face";
+        checker.error(path, message.into());
     }
 }
 
@@ -244,7 +283,7 @@ fn check_inlets(scalar: &Scalar, path: &str, fluid: &Fluid, checker: &mut Checke
         |kind: &BoundaryKind| kind.imposes_flow() || matches!(kind, BoundaryKind::PressureInlet { .. });
     for (i, inlet) in fluid.boundary.iter().enumerate().filter(|(_, boundary)| enters(&boundary.kind)) {
         let is_value = |kind: &ScalarBoundaryKind| matches!(kind, ScalarBoundaryKind::Value { .. });
-        if !scalar.boundary.iter().any(|boundary| boundary.face == inlet.face && is_value(&boundary.kind)) {
+        if !scalar.boundary.iter().any(|boundary| boundary.face == Some(inlet.face) && is_value(&boundary.kind)) {
             let message = format!(
                 "fluid comes in by fluid.boundary[{i}], and what it carries is not stated; add \
                  [[fluid.scalar.boundary]] with face = \"{}\", kind = \"value\" and a value",

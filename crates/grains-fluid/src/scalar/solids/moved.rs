@@ -37,6 +37,7 @@ impl Flow {
             scalar.of_solids = of_solids;
             scalar.gained = vec![0.0; cells.count];
             scalar.reacted = vec![0.0; cells.count];
+            scalar.gained_over = 0.0;
         }
         if is_new {
             for number in 0..scalars.all.len() {
