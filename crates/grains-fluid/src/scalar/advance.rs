@@ -203,7 +203,7 @@ impl Work {
             barrier.evaluate(of, &scalar.of_solids, place, middle, &mut scalar.value);
             barrier.linear(of, place, middle, scalar.value.data(), &mut self.linear);
             for face in &mut scalar.conditions {
-                face.close(|cell| barrier.is_free(cell));
+                face.note_free(|cell| barrier.is_free(cell));
             }
         }
         let mut barrier = solids.map(|(barrier, _)| barrier);

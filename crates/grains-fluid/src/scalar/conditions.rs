@@ -20,6 +20,8 @@ pub(super) struct BoundaryCell {
     condition: usize,
     /// Whether fluid may pass.
     pub is_open: bool,
+    /// Whether steps change the cell: what a solid holds does not count.
+    pub is_free: bool,
     /// Value behind the face; that of the cell if none is imposed.
     pub outside: Option<f64>,
     /// What conducts between the cell and that value (m³/s), without the void fraction.
@@ -62,6 +64,7 @@ impl FaceConditions {
                     area: data.area(local, place),
                     width: local.axes[axis].width[local.entry(last)],
                     condition: holds.map_or(data.face.index(), |(number, _)| 6 + number),
+                    is_free: true,
                     is_open: data.is_passed(entry, of_flow),
                     outside: None,
                     conductance: 0.0,
@@ -100,10 +103,13 @@ impl FaceConditions {
 }
 
 impl FaceConditions {
-    /// Lets nothing diffuse through the face of cells that no step changes.
-    pub fn close(&mut self, is_free: impl Fn(usize) -> bool) {
-        for cell in self.cells.iter_mut().filter(|cell| !is_free(cell.cell)) {
-            (cell.conductance, cell.influx) = (0.0, 0.0);
+    /// Notes the cells that steps change; through the faces of others nothing diffuses.
+    pub fn note_free(&mut self, is_free: impl Fn(usize) -> bool) {
+        for cell in &mut self.cells {
+            cell.is_free = is_free(cell.cell);
+            if !cell.is_free {
+                (cell.conductance, cell.influx) = (0.0, 0.0);
+            }
         }
     }
 
@@ -131,6 +137,7 @@ impl FaceConditions {
 
     /// Sum of fluxes along the axis into the box.
     pub fn entering(&self, fluxes: &[f64]) -> f64 {
-        -self.outward * self.cells.iter().map(|cell| fluxes[cell.face]).sum::<f64>()
+        let free = self.cells.iter().filter(|cell| cell.is_free);
+        -self.outward * free.map(|cell| fluxes[cell.face]).sum::<f64>()
     }
 }

@@ -17,12 +17,15 @@ use super::super::{Interior, ScalarSetup, SolidCondition};
 use super::cells::{BEYOND, CutFace, NearFace, SolidCells};
 use super::jump::Jump;
 use crate::metrics::Local;
+use std::cmp::Ordering;
 
 /// Mass of a cell whose value no step changes, over that of others.
 pub(in super::super) const HELD: f64 = 1e200;
 
-/// Least share of a cell that counts as open where any of it is (-).
+/// Least share of a cell that it is open to fluid where any of it is (-): next to nothing would be emptied in no time.
 const LEAST_OPEN: f64 = 0.05;
+/// Share below which it is closed (-).
+const NONE_OPEN: f64 = 1e-4;
 
 /// A face between a cell that the scalar changes in and one in which it does not.
 #[derive(Clone, Copy, Debug)]
@@ -182,10 +185,9 @@ impl Builder<'_> {
                 }
             }
             let capacity = held + open.max(0.0);
-            let is_closed = matches!(self.kind_at(place), Some(Kind::Closed));
             self.barrier.capacity[place] = match capacity {
-                x if x < 1e-9 || (is_closed && x < LEAST_OPEN) => HELD,
                 x if held > 0.0 => x,
+                x if x < NONE_OPEN => HELD,
                 x => x.max(LEAST_OPEN),
             };
         }
@@ -224,6 +226,16 @@ impl Builder<'_> {
         }
     }
 
+    /// The solid that holds a cell's middle, or one that shuts it.
+    fn solid_of(&self, place: usize) -> Option<u32> {
+        let near = &self.cells.near_cells;
+        let shuts = || {
+            let first = near.partition_point(|cell| (cell.place as usize) < place);
+            near.get(first).filter(|cell| cell.place as usize == place).map(|cell| cell.solid)
+        };
+        self.cells.holder[place].checked_sub(1).or_else(shuts)
+    }
+
     /// Diffusivity of what is at a cell's middle, of φ.
     fn diffusivity(&self, place: usize) -> f64 {
         match self.kind_at(place) {
@@ -259,7 +271,7 @@ impl Builder<'_> {
                 }
                 [below_is_free, _] => {
                     let (free, held) = if below_is_free { (cells[0], cells[1]) } else { (cells[1], cells[0]) };
-                    let Some(solid) = self.cells.holder[held].checked_sub(1) else { return };
+                    let Some(solid) = self.solid_of(held) else { return };
                     let way = cut.map_or(0.5, |cut| 1.0 - cut.solid[usize::from(below_is_free)]);
                     let is_held = self.kinds[solid as usize] == Kind::Held;
                     let conductance = if is_held { self.diffusivity(free) * geometry / way } else { 0.0 };
@@ -301,7 +313,10 @@ impl Builder<'_> {
         let solids = cells.map(|p| self.barrier.interior[p]);
         // Shares of the way, and of the face, in interiors.
         let way = if solids[0] == solids[1] { None } else { cut.map(|cut| cut.solid) };
-        let inner = about.iter().find(|near| matches!(self.kinds[near.solid as usize], Kind::Interior(_)));
+        // Of several the one that takes most of the face: not the first, as numbers of solids differ from rank to rank.
+        let of_interiors = about.iter().filter(|near| matches!(self.kinds[near.solid as usize], Kind::Interior(_)));
+        let order = |near: &&NearFace| (near.share, near.normal);
+        let inner = of_interiors.max_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal));
         let diffusivities = cells.map(|p| self.diffusivity(p));
         let straight = match way {
             Some([below, above]) => {

@@ -120,7 +120,11 @@ impl SolidCellsBuilder {
                             [0, 1, 2].map(|a| step[a] as f64 / local.axes[a].inverse_distance[at[a]]);
                         let along: f64 = (0..3).map(|a| way[a] * point.normal[a]).sum();
                         let square: f64 = way.iter().map(|x| x * x).sum();
+                        // Beyond an edge planes of its other side say that it is inside.
                         let distance = point.distance + along;
+                        if distance <= 0.0 {
+                            continue;
+                        }
                         found.push((square - along * along, SurfacePoint { place, distance, ..*point }));
                     }
                 }
@@ -174,15 +178,38 @@ impl SolidCellsBuilder {
                 true => local.axes[a].width[point.place / strides[a] % dims[a]],
                 false => 0.0,
             });
+            // The surface curves away from its tangent plane, by the mean of t²/2 over the cell times its curvatures.
+            let width = widths.iter().copied().fold(0.0, f64::max);
+            let limit = if width > 0.0 { 1.0 / width } else { 0.0 };
+            let curved = self.curvature(point, local).clamp(-limit, limit) * width * width / 24.0;
             NearCell {
                 place: point.place as u32,
                 solid: point.solid,
-                share: 1.0 - share_in_front(point.distance, &point.normal, &widths),
+                share: 1.0 - share_in_front(point.distance + curved, &point.normal, &widths),
                 distance: point.distance,
                 normal: point.normal,
             }
         };
         self.points.iter().map(cell).collect()
+    }
+
+    /// Sum of the principal curvatures (1/m), positive of a convex solid: ∇·n of the normals around.
+    fn curvature(&self, point: &SurfacePoint, local: &Local) -> f64 {
+        let (dims, strides) = (local.layout.dims(), local.layout.strides());
+        let along = |a: usize| {
+            let (stride, e) = (strides[a], point.place / strides[a] % dims[a]);
+            let inverse = &local.axes[a].inverse_distance;
+            let up = (e + 1 < dims[a]).then(|| self.at(point.place + stride, point.solid)).flatten();
+            let down = (e > 0).then(|| self.at(point.place - stride, point.solid)).flatten();
+            let up = up.map(|next| (next.normal[a] - point.normal[a]) * inverse[e]);
+            let down = down.map(|next| (point.normal[a] - next.normal[a]) * inverse[e - 1]);
+            match (up, down) {
+                (Some(up), Some(down)) => 0.5 * (up + down),
+                (Some(one), None) | (None, Some(one)) => one,
+                (None, None) => 0.0,
+            }
+        };
+        (0..3).filter(|&a| local.active[a]).map(along).sum()
     }
 
     fn near_faces(&self, local: &Local, axis: usize) -> Vec<NearFace> {
