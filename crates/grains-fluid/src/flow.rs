@@ -339,6 +339,7 @@ impl Flow {
             return Err(SetupError::CoveredInlet { face: self.setup.boundaries.face_of(number).to_string() });
         }
         self.synchronise(transport);
+        self.place_enclosure(walls, transport);
         self.check_inflow(transport)
     }
 
@@ -360,6 +361,7 @@ impl Flow {
         if let (Some(old), Some(openings)) = (old, &mixture.openings) {
             open_pressure(&mut self.state.pressure, &old, &openings.cells);
         }
+        self.place_enclosure(walls, transport);
         match self.fill_openings(transport) {
             None => Ok(()),
             Some(number) => {
@@ -375,6 +377,7 @@ impl Flow {
         if let Some(mixture) = &mut self.mixture {
             mixture.move_walls(Openings::new(&self.setup.grid, &self.local, walls), false);
             self.fill_openings(transport);
+            self.place_enclosure(walls, transport);
         }
     }
 

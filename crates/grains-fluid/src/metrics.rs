@@ -83,6 +83,12 @@ impl Local {
         (0..3).map(|a| self.axes[a].width[self.entry(cell[a])]).product()
     }
 
+    /// Volume of the cell at a place in the arrays (m³).
+    pub fn volume_at(&self, place: usize) -> f64 {
+        let (dims, strides) = (self.layout.dims(), self.layout.strides());
+        (0..3).map(|a| self.axes[a].width[place / strides[a] % dims[a]]).product()
+    }
+
     /// Widths of the own cells along x (m).
     pub fn row_widths(&self) -> &[f64] {
         &self.axes[0].width[self.layout.halo..][..self.layout.cells[0]]

@@ -14,11 +14,11 @@ const MIDDLES: usize = 3;
 const NEAR: f64 = 2.0;
 
 impl Resolved {
-    /// Tells the scalars of the flow where bodies and walls are; `of_bodies` has the value of every own body for each scalar.
-    /// Collective.
+    /// Tells the scalars of the flow where bodies and walls are; `of_bodies` has the value of every own body for each scalar,
+    /// `numbers` those of the walls that are there in [`grains_fluid::SolidConditions::walls`]. Collective.
     pub fn place_for_scalars(
         &self,
-        shapes: &[Shape],
+        (shapes, numbers): (&[Shape], &[usize]),
         of_bodies: &[Vec<f64>],
         flow: &mut Flow,
         transport: &dyn Transport,
@@ -26,11 +26,12 @@ impl Resolved {
         let solids = Solids { bodies: &self.bodies, shapes, walls: &self.walls, subgrid: &self.subgrid };
         let first_wall = self.first_wall();
         let has_shares = flow.scalars_need_shares(true) || flow.scalars_need_shares(false);
-        let counts = [first_wall, self.bodies.len()];
+        let walls = numbers.iter().max().map_or(0, |last| last + 1);
+        let counts = [first_wall, first_wall + walls];
         let mut builder = SolidCellsBuilder::new(self.subgrid.layout.len(), counts, has_shares);
-        for wall in 0..self.walls.len() {
+        for (wall, number) in numbers.iter().enumerate() {
             solids.for_each_run(MIDDLES, wall, |run| {
-                hold_run(&run, (first_wall + wall) as u32, &self.subgrid, &mut builder);
+                hold_run(&run, (first_wall + number) as u32, &self.subgrid, &mut builder);
             });
         }
         for body in 0..first_wall {
@@ -48,13 +49,12 @@ impl Resolved {
         }
     }
 
-    /// Values of own bodies and their ghosts; zero for walls. Collective.
+    /// Values of own bodies and their ghosts; collective.
     fn of_all_bodies(&self, own: &[f64], transport: &dyn Transport) -> Vec<f64> {
         let mut values = vec![[0.0]; self.first_wall()];
         values.iter_mut().zip(own).for_each(|(value, own)| value[0] = *own);
         self.ghosts.scatter(&mut values, &self.subgrid, transport);
-        let walls = std::iter::repeat_n(0.0, self.walls.len());
-        values.into_iter().map(|[value]| value).chain(walls).collect()
+        values.into_iter().map(|[value]| value).collect()
     }
 
     /// Sums over all ranks of what each has for its bodies, of the own ones. Collective.
@@ -120,10 +120,13 @@ fn claim_middles(number: usize, solids: &Solids, builder: &mut SolidCellsBuilder
                     let normal = out.surface.direction.into();
                     builder.note(SurfacePoint { place, solid: number as u32, distance, normal });
                 }
+                let first_wall = solids.bodies.len() - solids.walls.len();
                 let is_taken = builder.holder(place).is_some_and(|other| {
-                    let other = &solids.bodies[other as usize];
-                    other.is_wall()
-                        || ((at - other.center).norm_squared(), other.id) <= (square, body.id)
+                    let is_wall = other as usize >= first_wall;
+                    let nearer = |other: &RigidBody| {
+                        ((at - other.center).norm_squared(), other.id) <= (square, body.id)
+                    };
+                    is_wall || nearer(&solids.bodies[other as usize])
                 });
                 if !is_taken {
                     builder.hold(place, number as u32);

@@ -151,7 +151,7 @@ impl Mixture {
     }
 
     /// What of a face fluid flows through (-), at the end of the step: ε, beside walls A ε.
-    pub(crate) fn open_faces(&self) -> &Faces {
+    pub fn open_faces(&self) -> &Faces {
         self.open_faces.as_ref().unwrap_or(&self.faces)
     }
 

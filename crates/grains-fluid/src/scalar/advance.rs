@@ -201,7 +201,7 @@ impl Work {
             let of = (&scalar.setup, *cells);
             let place = (carrier.grid, local);
             barrier.evaluate(of, &scalar.of_solids, place, middle, &mut scalar.value);
-            barrier.linear(of, place, middle, scalar.value.data(), &mut self.linear);
+            barrier.linear(of, place, middle, (scalar.value.data(), &self.volume), &mut self.linear);
             for face in &mut scalar.conditions {
                 face.note_free(|cell| barrier.is_free(cell));
             }
@@ -217,7 +217,9 @@ impl Work {
         for_cells(local, |p, whole| {
             let exchanged = whole * exchange.map_or(0.0, |exchange| exchange[p]);
             let capacity = barrier.as_ref().map_or(1.0, |barrier| barrier.capacity[p]);
-            self.mass[p] = capacity * self.volume[p] / dt + exchanged;
+            // Nothing changes what solids hold, and where walls leave no room.
+            let is_free = capacity < HELD && self.volume[p] > 0.0;
+            self.mass[p] = if is_free { capacity * self.volume[p] / dt + exchanged } else { HELD };
             self.rates[p] = whole * source.map_or(0.0, |source| source[p]);
             let out: f64 =
                 (0..3).map(|a| self.high.component(a)[p] - self.high.component(a)[p - strides[a]]).sum();
@@ -286,6 +288,14 @@ impl Work {
                 produced += whole * (source.map_or(0.0, |source| source[p]) - exchanged);
             });
             scalar.produced += produced * dt;
+            // What cells exchange that walls hold comes from these.
+            for &(place, solid) in barrier.iter().flat_map(|barrier| &barrier.held) {
+                let p = place as usize;
+                let exchanged = exchange.map_or(0.0, |exchange| exchange[p]) * new[p];
+                let amount = local.volume_at(p) * (source.map_or(0.0, |source| source[p]) - exchanged) * dt;
+                scalar.entered -= amount;
+                scalar.gained[solid as usize] -= amount;
+            }
         }
         for linear in &self.linear {
             let amount = dt * (linear.rate - linear.coefficient * new[linear.cell]);
@@ -319,7 +329,11 @@ impl Work {
             let geometry = self.geometry.component(axis);
             conductance.iter_mut().zip(geometry).for_each(|(c, g)| *c = scalar.setup.diffusivity * g);
             let by_solids = barrier.iter().flat_map(|barrier| &barrier.conductance[axis]);
-            by_solids.for_each(|&(face, value)| conductance[face as usize] = value);
+            let is_averaged = barrier.is_some_and(|barrier| barrier.is_averaged);
+            by_solids.for_each(|&(face, value)| match is_averaged {
+                true => conductance[face as usize] *= value,
+                false => conductance[face as usize] = value,
+            });
             for face in scalar.conditions.iter().filter(|face| face.axis == axis) {
                 for cell in &face.cells {
                     conductance[cell.face] = cell.conductance * open_share(carrier, cell.cell);
@@ -378,7 +392,10 @@ impl Work {
         let low = self.low.data_mut();
         for p in own_cells(layout) {
             let capacity = barrier.map_or(1.0, |barrier| barrier.capacity[p]);
-            low[p] = capacity * old_volume[p] / carrier.dt * value[p] + self.rates[p];
+            low[p] = match self.mass[p] < HELD {
+                true => capacity * old_volume[p] / carrier.dt * value[p] + self.rates[p],
+                false => HELD * value[p],
+            };
         }
         for axis in (0..3).filter(|&a| local.active[a]) {
             let (flux, high) = (self.flux.component(axis), self.high.component_mut(axis));

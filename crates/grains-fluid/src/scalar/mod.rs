@@ -247,7 +247,9 @@ impl Scalars {
             let (before, now) = (self.volume[p], whole * void.data()[p]);
             if now != before {
                 for scalar in &mut self.all {
-                    scalar.produced += scalar.value.data()[p] * (now - before);
+                    if scalar.barrier.as_ref().is_none_or(|barrier| barrier.is_free(p)) {
+                        scalar.produced += scalar.value.data()[p] * (now - before);
+                    }
                 }
             }
             self.volume[p] = now;

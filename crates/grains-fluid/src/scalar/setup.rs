@@ -118,6 +118,17 @@ pub struct SolidConditions {
     pub walls: Vec<SolidCondition>,
 }
 
+impl SolidCondition {
+    /// Whether nothing passes.
+    pub fn is_insulated(&self) -> bool {
+        match self {
+            Self::Flux(ScalarValue::Uniform(flux)) => *flux == 0.0,
+            Self::Transfer { coefficient, .. } => *coefficient == 0.0,
+            _ => false,
+        }
+    }
+}
+
 impl SolidConditions {
     /// That of solid `number`, of which the first `bodies` are bodies.
     pub(super) fn of(&self, number: usize, bodies: usize) -> &SolidCondition {

@@ -3,12 +3,13 @@
 use crate::common::{difference, joined, order, partition, piece, set};
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{
-    Axis, Boundaries, Buoyancy, Centre, Condition, Field, Flow, FlowSetup, Grid, MixtureModel, Profile,
+    Axis, Boundaries, Buoyancy, Centre, Clearance, Condition, Field, Flow, FlowSetup, Grid, MixtureModel, Profile,
     ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme,
-    SolidConditions,
+    SolidCondition, SolidConditions,
 };
 use grains_testing::on_ranks;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const SERIAL: SerialTransport = SerialTransport;
 
@@ -272,6 +273,98 @@ fn the_nusselt_number_between_plates_is_that_of_graetz() {
     let found = nusselt(50);
     println!("{} {} {found}", nusselt(20), nusselt(40));
     assert!((found / 7.5407 - 1.0).abs() < 0.01, "{found}");
+}
+
+/// Diffusivity of what flows through a pipe at a mean velocity of 1 and with a diameter of 1: a Péclet number of 25.
+const DIFFUSIVITY: f64 = 0.04;
+
+/// A pipe of radius 0.5 along x whose wall cuts the cells of an averaged flow: one scalar with a value on the wall, one with a flux through
+/// it, one that nothing passes.
+fn pipe(n: usize) -> Flow {
+    let lengths = [5.0, 1.13, 1.13];
+    let cells = [2 * n, n, n];
+    let grid = Grid::uniform([0.0; 3], lengths, cells, [false; 3]).unwrap();
+    let mut boundaries = Boundaries::default();
+    let square = |[_, y, z]: [f64; 3]| 4.0 * ((y - 0.553).powi(2) + (z - 0.571).powi(2));
+    let profile = move |at: [f64; 3], _: f64| [2.0 * (1.0 - square(at)).max(0.0), 0.0, 0.0];
+    boundaries.faces[0] = Condition::Inlet { profile: Profile::Function(Arc::new(profile)) };
+    boundaries.faces[1] = Condition::Outlet { pressure: 0.0 };
+    let setup =
+        FlowSetup { boundaries, mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, 0.1) };
+    let mut flow = Flow::new(setup, &SERIAL).unwrap();
+    let wall = move |at: [f64; 3]| {
+        let r = 0.5 * square(at).sqrt().max(1e-9);
+        Clearance { distance: 0.5 - r, direction: [0.0, (0.553 - at[1]) / r, (0.571 - at[2]) / r], wall: 0 }
+    };
+    flow.initialise(move |at| profile(at, 0.0), |[x, ..]| 3.2 * (5.0 - x), &SERIAL);
+    let conditions = [
+        SolidCondition::Value(ScalarValue::Uniform(0.0)),
+        SolidCondition::Flux(ScalarValue::Uniform(DIFFUSIVITY)),
+        SolidCondition::default(),
+    ];
+    for condition in conditions {
+        let mut setup = insulated(DIFFUSIVITY, Scheme::Bounded);
+        setup.boundaries.faces[0] = value(1.0);
+        setup.solids.walls = vec![condition];
+        flow.add_scalar(setup, |_| 1.0, &SERIAL);
+    }
+    flow.enclose(&wall, &SERIAL).unwrap();
+    flow.begin_scalars(|_| true);
+    flow
+}
+
+#[test]
+fn in_a_pipe_that_cuts_the_cells_heat_passes_as_by_graetz() {
+    for n in [12, 18] {
+        let mut flow = pipe(n);
+        let dt = 0.3 * 5.0 / (2 * n) as f64;
+        for _ in 0..(12.0 / dt) as usize {
+            flow.step(dt, &SERIAL).unwrap();
+        }
+        let scalars = flow.scalars.as_ref().unwrap();
+        for number in 0..3 {
+            let lost = scalars.content(number) - scalars.all[number].entered - scalars.all[number].produced;
+            assert!(lost.abs() < 1e-10, "{n} {number}: {lost}");
+        }
+        let [low, high] = range(&scalars.all[2].value);
+        assert!(low > 1.0 - 1e-9 && high < 1.0 + 1e-9, "what is insulated stays uniform: {low} {high}");
+        let open = flow.mixture.as_ref().unwrap().open_faces();
+        // Of a section: mixed by the flow.
+        let section = |i: isize| {
+            let value = &scalars.all[0].value;
+            let (mut flux, mut carried) = (0.0, 0.0);
+            for (j, k) in (0..n as isize).flat_map(|k| (0..n as isize).map(move |j| (j, k))) {
+                let through = open.x.at(i, j, k) * flow.state.velocity.x.at(i, j, k);
+                flux += through;
+                carried += through * 0.5 * (value.at(i, j, k) + value.at(i + 1, j, k));
+            }
+            [flux, carried / flux]
+        };
+        let (h, [here, there]) = (5.0 / (2 * n) as f64, [n as isize, 3 * n as isize / 2]);
+        let ([flux, first], [_, last]) = (section(here), section(there));
+        let flux = flux * (1.13 / n as f64).powi(2);
+        // u A dT/dx = −Nu D π T, less what is conducted along the pipe.
+        let slope = (first / last).ln() / ((there - here) as f64 * h);
+        let conducted = DIFFUSIVITY * 0.25 * PI * slope;
+        let nusselt = (flux + conducted) * slope / (DIFFUSIVITY * PI);
+        // φ − φ_axis = q R/D (η² − η⁴/4), η = r/R.
+        let square = |j: isize, k: isize| {
+            let at = |i: isize| (i as f64 + 0.5) * 1.13 / n as f64;
+            4.0 * ((at(j) - 0.553).powi(2) + (at(k) - 0.571).powi(2))
+        };
+        let rise = |j: isize, k: isize| 0.5 * (square(j, k) - 0.25 * square(j, k).powi(2));
+        let value = |j: isize, k: isize| scalars.all[1].value.at(there, j, k);
+        let m = n as isize / 2;
+        let inside = (0..n as isize).flat_map(|k| (0..n as isize).map(move |j| (j, k)));
+        let inside = inside.filter(|&(j, k)| square(j, k) < 1.0);
+        let error = inside.map(|(j, k)| (value(j, k) - value(m, m) - rise(j, k) + rise(m, m)).abs());
+        let error = error.fold(0.0, f64::max) / 0.375;
+        // At this Péclet number (Shah & London 1978).
+        let wanted = 3.657 * (1.0 + 1.227 / 625.0);
+        println!("{n}: flux {flux}, Nusselt {nusselt} of {wanted}, profile off by {error}");
+        assert!((nusselt / wanted - 1.0).abs() < if n == 12 { 0.015 } else { 0.01 }, "{n}: {nusselt}");
+        assert!(error < if n == 12 { 0.04 } else { 0.015 }, "{n}: {error}");
+    }
 }
 
 /// Sources and exchange of any strength, in a closed box that is stirred: between what is there and what they lead to, and accounted for.

@@ -49,7 +49,7 @@ fn still(
     let flow = FlowSetup::new(grid, 1.0, 1.0);
     let mut scene = Scene::new(&flow, [1; 3], (shape, &[body(0, center)]), CUBIC, &SERIAL);
     scene.flow.add_scalar(setup, initial, &SERIAL);
-    scene.resolved.place_for_scalars(&scene.shapes, &[vec![]], &mut scene.flow, &SERIAL);
+    scene.resolved.place_for_scalars((&scene.shapes, &[]), &[vec![]], &mut scene.flow, &SERIAL);
     scene.flow.begin_scalars(|_| true);
     scene
 }
@@ -239,7 +239,7 @@ fn about_a_disc_that_changes_its_size_heat_spreads_in_second_order() {
             for step in 0..=steps {
                 scene.own[0].scale = 1.0 + growth * step as f64 * dt / 0.392;
                 scene.place(&SERIAL);
-                scene.resolved.place_for_scalars(&scene.shapes, &[vec![]], &mut scene.flow, &SERIAL);
+                scene.resolved.place_for_scalars((&scene.shapes, &[]), &[vec![]], &mut scene.flow, &SERIAL);
                 if step == 0 {
                     scene.flow.begin_scalars(|_| true);
                 } else {

@@ -62,8 +62,13 @@ impl ResolvedBodies {
     /// Tells the scalars where particles and walls are, and what they are at; collective.
     pub(super) fn place_for_scalars(&self, dem: &Dem, flow: &mut Flow, transport: &MpiTransport) {
         if flow.scalars.is_some() {
-            let shapes = &dem.setup.catalogue.shapes;
-            self.bodies.place_for_scalars(shapes, &self.values(dem, flow), flow, transport);
+            let shapes = &dem.setup.catalogue.shapes[..];
+            let there = self.bodies.on_walls.iter().map(|on_wall| on_wall.wall);
+            let all = self.walls.all();
+            let numbers: Vec<usize> = there
+                .filter_map(|number| all.iter().position(|wall| wall.number as u64 == number))
+                .collect();
+            self.bodies.place_for_scalars((shapes, &numbers), &self.values(dem, flow), flow, transport);
         }
     }
 

@@ -12,7 +12,7 @@
 //!
 //! All fluxes are single-valued, so that what leaves the fluid enters the solid.
 
-use super::super::advance::for_faces;
+use super::super::advance::{for_faces, is_own};
 use super::super::{Interior, ScalarSetup, SolidCondition};
 use super::cells::{BEYOND, CutFace, NearFace, SolidCells};
 use super::jump::Jump;
@@ -38,8 +38,10 @@ pub(in super::super) struct Tie {
     pub side: f64,
     /// Number of the solid.
     pub solid: u32,
-    /// What conducts between the free cell and the surface (m³/s); 0 if the solid is closed.
+    /// What conducts between the free cell and the surface (m³/s) where that cell is full of fluid; 0 if the solid is closed.
     pub conductance: f64,
+    /// Volume (m³) of fluid in the free cell without particles.
+    pub volume: f64,
     /// Share of the way from the free middle to the surface of that to the other middle (-).
     pub way: f64,
     /// Value on the surface; none of a closed solid.
@@ -71,8 +73,9 @@ pub(in super::super) struct Inside {
 pub(in super::super) struct Barrier {
     /// What a cell holds per unit of the scalar and of its volume of fluid (-); [`HELD`] where nothing changes it.
     pub capacity: Vec<f64>,
-    /// Conductance of faces that differs from that of the fluid alone (m³/s), per axis.
+    /// Conductance of faces that differs from that of the fluid alone (m³/s), per axis; in averaged flows over that (-).
     pub conductance: [Vec<(u32, f64)>; 3],
+    pub is_averaged: bool,
     pub ties: [Vec<Tie>; 3],
     /// Places of own cells that are held, with their solids.
     pub held: Vec<(u32, u32)>,
@@ -111,6 +114,7 @@ impl Barrier {
         let barrier = Self {
             capacity: vec![1.0; local.layout.len()],
             conductance: Default::default(),
+            is_averaged: cells.is_averaged,
             ties: Default::default(),
             held: Vec::new(),
             surfaces: Vec::new(),
@@ -137,20 +141,23 @@ impl Builder<'_> {
     fn kind_at(&self, place: usize) -> Option<Kind> {
         match self.cells.holder[place] {
             0 | BEYOND => None,
-            holder => Some(self.kinds[holder as usize - 1]),
+            holder => match self.kinds[holder as usize - 1] {
+                // What is open of it is fluid like all else.
+                Kind::Closed if self.cells.is_averaged => None,
+                kind => Some(kind),
+            },
         }
     }
 
-    fn volume(&self, place: usize) -> f64 {
-        let (layout, strides) = (self.local.layout, self.local.layout.strides());
-        let dims = layout.dims();
-        (0..3).map(|a| self.local.axes[a].width[place / strides[a] % dims[a]]).product()
-    }
-
-    fn is_own(&self, place: usize) -> bool {
-        let (layout, strides) = (self.local.layout, self.local.layout.strides());
-        let (dims, h) = (layout.dims(), layout.halo);
-        (0..3).all(|a| (h..h + layout.cells[a]).contains(&(place / strides[a] % dims[a])))
+    /// Volume (m³) of fluid in a cell without particles.
+    fn open_volume(&self, place: usize) -> f64 {
+        if !self.cells.is_averaged {
+            return self.local.volume_at(place);
+        }
+        let near = &self.cells.near_cells;
+        let first = near.partition_point(|cell| (cell.place as usize) < place);
+        let here = near[first..].iter().take_while(|cell| cell.place as usize == place);
+        self.local.volume_at(place) * (1.0 - here.map(|cell| cell.share).sum::<f64>()).max(LEAST_OPEN)
     }
 
     fn set_capacities(&mut self) {
@@ -170,7 +177,8 @@ impl Builder<'_> {
         }
         for group in self.cells.near_cells.chunk_by(|a, b| a.place == b.place) {
             let place = group[0].place as usize;
-            if matches!(self.kind_at(place), Some(Kind::Held)) || self.cells.holder[place] == BEYOND {
+            let is_held = matches!(self.kind_at(place), Some(Kind::Held));
+            if is_held || self.cells.holder[place] == BEYOND || self.cells.is_averaged {
                 continue;
             }
             let (mut open, mut held) = (1.0_f64, 0.0);
@@ -192,7 +200,7 @@ impl Builder<'_> {
             };
         }
         for place in 0..self.cells.holder.len() {
-            if !self.is_own(place) {
+            if !is_own(self.local.layout, place) {
                 continue;
             }
             let holder = self.cells.holder[place];
@@ -209,18 +217,18 @@ impl Builder<'_> {
     fn find_inside(&mut self) {
         let mut near = self.cells.near_cells.iter().peekable();
         for place in 0..self.cells.holder.len() {
-            let is_own = self.is_own(place);
+            let is_own = is_own(self.local.layout, place);
             let mut is_near = false;
             while let Some(cell) = near.next_if(|cell| cell.place as usize <= place) {
                 let is_interior = matches!(self.kinds[cell.solid as usize], Kind::Interior(_));
                 is_near |= cell.solid + 1 == self.cells.holder[place];
                 if is_own && is_interior && cell.share > 0.0 && self.barrier.is_free(place) {
-                    let volume = cell.share * self.volume(place);
+                    let volume = cell.share * self.local.volume_at(place);
                     self.barrier.inside.push(Inside { cell: place, solid: cell.solid, volume });
                 }
             }
             if is_own && !is_near && matches!(self.kind_at(place), Some(Kind::Interior(_))) {
-                let (solid, volume) = (self.cells.holder[place] - 1, self.volume(place));
+                let (solid, volume) = (self.cells.holder[place] - 1, self.local.volume_at(place));
                 self.barrier.inside.push(Inside { cell: place, solid, volume });
             }
         }
@@ -263,6 +271,14 @@ impl Builder<'_> {
             let geometry = area * local.axes[axis].inverse_distance[e];
             match is_free {
                 [false, false] => conductances.push((face as u32, 0.0)),
+                [true, true] if self.cells.is_averaged => {
+                    // Middles are points: beside a surface with a value all of a face conducts.
+                    let held = about.iter().filter(|near| self.kinds[near.solid as usize] == Kind::Held);
+                    let open = 1.0 - held.map(|near| near.share).sum::<f64>();
+                    if open < 1.0 {
+                        conductances.push((face as u32, 1.0 / open.max(LEAST_OPEN)));
+                    }
+                }
                 [true, true] => {
                     let of_both = self.between(face, cells, geometry, cut.copied().copied(), about, axis);
                     let Some((conductance, jump)) = of_both else { return };
@@ -277,7 +293,8 @@ impl Builder<'_> {
                     let conductance = if is_held { self.diffusivity(free) * geometry / way } else { 0.0 };
                     let side = if below_is_free { 1.0 } else { -1.0 };
                     conductances.push((face as u32, 0.0));
-                    ties.push(Tie { face, free, held, side, solid, conductance, way, value: None, carried: 0.0 });
+                    let volume = self.open_volume(free);
+                    ties.push(Tie { face, free, held, side, solid, conductance, volume, way, value: None, carried: 0.0 });
                 }
             }
         });
@@ -385,11 +402,9 @@ impl Builder<'_> {
     fn find_surfaces(&mut self) {
         let strides = self.local.layout.strides();
         let solids = &self.setup.solids;
-        let passes = |number: usize| match solids.of(number, self.cells.bodies) {
-            SolidCondition::Flux(super::super::ScalarValue::Uniform(flux)) => *flux != 0.0,
-            SolidCondition::Flux(_) => true,
-            SolidCondition::Transfer { coefficient, .. } => *coefficient > 0.0,
-            _ => false,
+        let passes = |number: usize| {
+            let condition = solids.of(number, self.cells.bodies);
+            !condition.is_insulated() && self.kinds[number] == Kind::Closed
         };
         let share = |axis: usize, face: usize, solid: u32| {
             let faces = &self.cells.near_faces[axis];
@@ -401,11 +416,11 @@ impl Builder<'_> {
         };
         for cell in &self.cells.near_cells {
             let place = cell.place as usize;
-            if !passes(cell.solid as usize) || !self.is_own(place) || !self.barrier.is_free(place) {
+            if !passes(cell.solid as usize) || !is_own(self.local.layout, place) || !self.barrier.is_free(place) {
                 continue;
             }
             let mut square = 0.0;
-            let volume = self.volume(place);
+            let volume = self.local.volume_at(place);
             for axis in (0..3).filter(|&a| self.local.active[a]) {
                 let area = volume / self.local.axes[axis].width[self.entry(place, axis)];
                 let missing =

@@ -35,10 +35,17 @@ impl SolidCellsBuilder {
             cut: Default::default(),
             near_cells: Vec::new(),
             near_faces: Default::default(),
+            is_averaged: false,
             bodies,
             count,
         };
         Self { cells, points: Vec::new(), has_shares }
+    }
+
+    /// The walls of a flow averaged over particles, which has their shares already.
+    pub(crate) fn averaged(mut self) -> Self {
+        self.cells.is_averaged = true;
+        self
     }
 
     /// The solid that holds a cell's middle so far.

@@ -1,7 +1,5 @@
 //! Where solids lie among the cells, as scalars see them.
 
-use crate::Layout;
-
 /// A place of [`SolidCells::holder`] beyond the ends of the box.
 pub const BEYOND: u32 = u32::MAX;
 
@@ -54,24 +52,13 @@ pub struct SolidCells {
     pub near_cells: Vec<NearCell>,
     /// Faces of own cells at surfaces per axis, in ascending order; empty if nobody asks for shares.
     pub near_faces: [Vec<NearFace>; 3],
+    /// Whether shares that walls take of cells and faces are in volumes and volume fluxes of the fluid already, as in flows averaged over
+    /// particles.
+    pub is_averaged: bool,
     /// Number of bodies, which is that of the first wall.
     pub bodies: usize,
     /// Number of all solids.
     pub count: usize,
-}
-
-impl SolidCells {
-    /// No solids.
-    pub fn none(layout: Layout) -> Self {
-        Self {
-            holder: vec![0; layout.len()],
-            cut: Default::default(),
-            near_cells: Vec::new(),
-            near_faces: Default::default(),
-            bodies: 0,
-            count: 0,
-        }
-    }
 }
 
 /// Share of a cell of widths `w` (m) in front of a plane at a distance `d` (m) behind its middle, of unit normal `n`: of that

@@ -1,12 +1,13 @@
 //! Cells that come into solids and leave them as these move.
 
 use super::super::Scalars;
-use super::super::advance::for_cells;
+use super::super::advance::own_cells;
 use super::barrier::Barrier;
 use super::cells::{BEYOND, SolidCells};
-use super::build::SolidCellsBuilder;
+use super::build::{SolidCellsBuilder, SurfacePoint};
+use super::step::middle;
 use crate::metrics::Local;
-use crate::{Flow, Grid};
+use crate::{Enclosure, Flow, Grid};
 use grains_domain::Transport;
 use std::collections::BTreeMap;
 
@@ -51,6 +52,46 @@ impl Flow {
     }
 }
 
+impl Flow {
+    /// Whether a scalar meets walls of an averaged flow that let something through: what is open of these is fluid like all else.
+    fn scalars_meet_walls(&self) -> bool {
+        let all = self.scalars.iter().flat_map(|scalars| &scalars.all);
+        all.into_iter().any(|scalar| scalar.setup.solids.walls.iter().any(|wall| !wall.is_insulated()))
+    }
+
+    /// Tells the scalars of an averaged flow where its walls stand; collective.
+    pub(crate) fn place_enclosure(&mut self, walls: &dyn Enclosure, transport: &dyn Transport) {
+        if !self.scalars_meet_walls() {
+            return;
+        }
+        let (grid, local) = (&self.setup.grid, &self.local);
+        let all = self.scalars.iter().flat_map(|scalars| &scalars.all);
+        let count = all.map(|scalar| scalar.setup.solids.walls.len()).max().unwrap_or(0);
+        let mut builder = SolidCellsBuilder::new(local.layout.len(), [0, count], true).averaged();
+        let near = NEAR * (0..3).filter(|&a| local.active[a]).map(|a| widest(local, a)).fold(0.0, f64::max);
+        for place in 0..local.layout.len() {
+            let found = walls.clearance(middle(grid, local, place));
+            let (solid, distance) = (found.wall as u32, found.distance);
+            if distance.abs() < near {
+                builder.note(SurfacePoint { place, solid, distance, normal: found.direction });
+            }
+            if distance <= 0.0 {
+                builder.hold(place, solid);
+            }
+        }
+        let of_solids = self.scalars.iter().flat_map(|scalars| &scalars.all).map(|_| Vec::new()).collect();
+        self.place_solids(builder, of_solids, transport);
+    }
+}
+
+/// Distance (widths of a cell) up to which a middle tells of a surface.
+const NEAR: f64 = 2.0;
+
+/// Widest cell (m) along an axis.
+fn widest(local: &Local, axis: usize) -> f64 {
+    local.axes[axis].width.iter().copied().fold(0.0, f64::max)
+}
+
 impl Scalars {
     /// The barrier of a scalar, and its values where cells changed sides, at a time (s).
     fn place(
@@ -60,7 +101,7 @@ impl Scalars {
         (grid, local): (&Grid, &Local),
         time: f64,
     ) {
-        let scalar = &mut self.all[number];
+        let (scalar, volume) = (&mut self.all[number], &self.volume);
         let mut barrier = Barrier::new(cells, &scalar.setup, local);
         let old = scalar.barrier.take();
         let mut on_surfaces = scalar.value.clone();
@@ -68,21 +109,21 @@ impl Scalars {
         if let Some(old) = old {
             let left = left_cells(&old, &barrier, cells, scalar.value.data(), local.layout.strides());
             let (value, previous) = (scalar.value.data_mut(), scalar.previous.data_mut());
-            for_cells(local, |place, whole| match (old.is_free(place), barrier.is_free(place)) {
+            own_cells(local.layout).for_each(|place| match (old.is_free(place), barrier.is_free(place)) {
                 (true, false) => {
-                    scalar.entered -= whole * value[place];
+                    scalar.entered -= volume[place] * value[place];
                     let solid = cells.holder[place].wrapping_sub(1) as usize;
                     if let Some(gained) = scalar.gained.get_mut(solid) {
-                        *gained -= whole * (value[place] - on_surfaces.data()[place]);
+                        *gained -= volume[place] * (value[place] - on_surfaces.data()[place]);
                     }
                 }
                 (false, true) => {
                     if let Some(left) = left.get(&place) {
                         value[place] = left.sum / left.weight;
-                        scalar.gained[left.solid] += whole * (value[place] - left.surface);
+                        scalar.gained[left.solid] += volume[place] * (value[place] - left.surface);
                     }
                     previous[place] = value[place];
-                    scalar.entered += whole * value[place];
+                    scalar.entered += volume[place] * value[place];
                 }
                 _ => {}
             });

@@ -80,23 +80,28 @@ impl Barrier {
         }
     }
 
-    /// What comes in through surfaces, and what reacts in solids, as functions of the values at the end of the step.
+    /// What comes in through surfaces, and what reacts in solids, as functions of the values at the end of the step; of values at its
+    /// beginning and volumes of fluid (m³).
     pub fn linear(
         &self,
         (setup, cells): (&ScalarSetup, &SolidCells),
         (grid, local): (&Grid, &Local),
         time: f64,
-        value: &[f64],
+        (value, volume): (&[f64], &[f64]),
         out: &mut Vec<Linear>,
     ) {
         out.clear();
         for tie in self.ties.iter().flatten().filter(|tie| is_own(local.layout, tie.free)) {
-            let (cell, solid, coefficient) = (tie.free, tie.solid, tie.conductance);
+            let (cell, solid) = (tie.free, tie.solid);
+            let coefficient = tie.conductance * volume[cell] / tie.volume;
             if let Some(value) = tie.value.filter(|_| coefficient > 0.0) {
                 out.push(Linear { cell, solid, coefficient, rate: coefficient * value, reacts: false });
             }
         }
         for &Surface { cell, solid, area, distance } in &self.surfaces {
+            if volume[cell] <= 0.0 {
+                continue;
+            }
             let at = || middle(grid, local, cell);
             let [coefficient, rate] = match setup.solids.of(solid as usize, cells.bodies) {
                 SolidCondition::Flux(flux) => [0.0, area * flux.at(at(), time)],
