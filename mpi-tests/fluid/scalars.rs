@@ -2,8 +2,9 @@
 
 use super::{assert_close, continued, results_of};
 use crate::common::results::{Series, series};
-use crate::common::{case, folder, replaced, run_case};
+use crate::common::{case, folder, replaced, run, run_case};
 use std::fs;
+use std::path::Path;
 
 #[test]
 fn scalars_keep_their_sums_and_limits_on_any_ranks_and_wherever_a_run_stops() {
@@ -186,4 +187,82 @@ fn a_sphere_in_a_stream_cools_as_the_closed_form() {
     let found = *table.column("particle_temperature_mean").last().unwrap();
     println!("{found} K");
     assert!((found - 366.8414).abs() < 1e-3, "{found} K");
+}
+
+/// Bodies that have temperatures of their own in a flow that these move, and a dye that walls give off.
+#[test]
+fn warm_bodies_and_the_fluid_they_move_in_keep_their_sums_on_any_ranks_and_wherever_a_run_stops() {
+    let (home, text) = (folder("fluid_warm_bodies"), case("resolved_heat.toml"));
+    let text = replaced(&text, "end = 0.12", "end = 0.06");
+    let text = replaced(&text, "checkpoint = 0.04", "checkpoint = 0.02");
+    let one = results_of(&home, "1", 1, &text);
+    let table = series(&one);
+    let column = |name: &str| table.column(name);
+    for name in ["temperature", "dye"] {
+        let (content, lost) = (column(&format!("{name}_content")), column(&format!("{name}_unaccounted")));
+        assert!(lost.iter().zip(&content).all(|(lost, c)| lost.abs() < 1e-12 * c), "{name}: {lost:?}");
+    }
+    let last = |name: &str| *column(name).last().unwrap();
+    // The hot bodies cool, the fluid gets warmer, and nothing overshoots.
+    assert!(last("particle_temperature_max") < 349.0 && last("temperature_max") < 350.0);
+    assert!(column("temperature_min").iter().all(|t| *t > 299.9), "{:?}", column("temperature_min"));
+    assert!(last("particle_heat_from_fluid") < 0.0 && last("temperature_mean") > 300.01);
+    let (heat, lost) = (column("particle_heat_content"), column("particle_heat_unaccounted"));
+    assert!(lost.iter().zip(&heat).all(|(lost, heat)| lost.abs() < 1e-12 * heat), "{lost:?}");
+    assert!(column("dye_max").iter().all(|x| *x < 1.0 + 1e-12) && last("dye_from_particles") != 0.0);
+    let mut others = vec![results_of(&home, "2", 2, &text), results_of(&home, "4", 4, &text)];
+    others.push(continued(&home, "2", 1, &text));
+    for other in &others {
+        let found = series(other);
+        for name in ["temperature_mean", "temperature_max", "particle_temperature_min", "dye_mean"] {
+            let label = format!("{name} of {}", other.display());
+            assert_close(&column(name), &found.column(name), 1e-6, &label);
+        }
+        let lost = found.column("temperature_unaccounted");
+        assert!(lost.iter().all(|x| x.abs() < 1e-12 * last("temperature_content")), "{lost:?}");
+    }
+}
+
+/// A steady flow carries a reactant to catalysts and heat from others to the wall: what comes in leaves or reacts.
+#[test]
+fn a_steady_flow_brings_catalysts_what_reacts_in_them() {
+    let (home, text) = (folder("fluid_catalyst"), case("catalyst.toml"));
+    let text = replaced(&text, "tolerance = 1e-4", "tolerance = 3e-3");
+    let one = results_of(&home, "1", 1, &text);
+    let table = series(&one);
+    let column = |table: &Series, name: &str| *table.column(name).last().unwrap();
+    assert!(column(&table, "unsettled_scalars") < 3e-3);
+    let (reacted, mean) = (column(&table, "reactant_reaction"), column(&table, "reactant_mean"));
+    assert!(reacted > 0.05 && mean > 0.5 && mean < 0.95, "{reacted} {mean}");
+    for name in ["reactant", "temperature"] {
+        let lost = column(&table, &format!("{name}_unaccounted"));
+        assert!(lost.abs() < 1e-11 * column(&table, &format!("{name}_content")), "{name}: {lost}");
+    }
+    // Heat of the bricks: 5e4 W/m2 of 2.24 m2, of which cells as wide as an eighth of them see most.
+    let heat = column(&table, "temperature_from_particles");
+    assert!((heat / 1.12e5 - 1.0).abs() < 0.1, "{heat}");
+    assert!(column(&table, "temperature_from_walls") < 0.0);
+    let found = analysed(&one, "effectiveness", &["--axis", "x"]);
+    assert!(found > 0.1 && found < 1.0, "{found}");
+    for other in [results_of(&home, "2", 2, &text), results_of(&home, "4", 4, &text)] {
+        let table_of = series(&other);
+        for name in ["reactant_reaction", "reactant_mean", "temperature_from_walls"] {
+            let (there, here) = (column(&table, name), column(&table_of, name));
+            assert!((here / there - 1.0).abs() < 1e-6, "{name}: {here} {there}");
+        }
+        assert!((analysed(&other, "effectiveness", &["--axis", "x"]) / found - 1.0).abs() < 1e-6);
+    }
+}
+
+/// Mean of the number that an analysis finds.
+fn analysed(results: &Path, what: &str, options: &[&str]) -> f64 {
+    let out = results.join("analysis");
+    let mut args = vec!["analyse", what, results.to_str().unwrap(), "--output", out.to_str().unwrap()];
+    args.extend(options);
+    run(1, results, &args).succeeded();
+    let text = fs::read_to_string(out.join(format!("{what}.csv"))).unwrap();
+    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let mean = head.iter().position(|name| *name == "mean").unwrap();
+    rows.next_back().unwrap().split(',').nth(mean).unwrap().parse().unwrap()
 }

@@ -52,6 +52,61 @@ impl FlowFile {
         (step, times[step])
     }
 
+    /// Calls `visit` with indices, middle (m), volume (m³) and the values of some fields of every cell of this rank's share of a state;
+    /// collective.
+    ///
+    /// # Errors
+    /// A field that is not stored, or a damaged file.
+    pub fn cells(
+        &self,
+        step: usize,
+        fields: &[&str],
+        transport: &MpiTransport,
+        mut visit: impl FnMut([usize; 3], Vec3, f64, &[&[f64]]),
+    ) -> Result<(), RunError> {
+        for field in fields {
+            if !self.0.fields().iter().any(|stored| stored == field) {
+                let message = format!("fluid.vtkhdf lacks `{field}`: add it to fluid.output.fields and run the case again");
+                return Err(RunError::case(message));
+            }
+            self.0.verify(step, field, transport.communicator())?;
+        }
+        let nodes = self.0.nodes();
+        let [nx, ny, nz] = nodes.each_ref().map(|nodes| nodes.len() - 1);
+        let at = |a: usize, i: usize| 0.5 * (nodes[a][i] + nodes[a][i + 1]);
+        let width = |a: usize, i: usize| nodes[a][i + 1] - nodes[a][i];
+        let own = nz * transport.rank() / transport.size()..nz * (transport.rank() + 1) / transport.size();
+        let at_once = (CELLS_AT_ONCE / (nx * ny)).max(1);
+        let read = own.clone().step_by(at_once).try_for_each(|first| {
+            let count = at_once.min(own.end - first);
+            let block = GridBlock { all: [nx, ny, nz], first: [0, 0, first], own: [nx, ny, count] };
+            let values: Vec<Vec<f64>> =
+                fields.iter().map(|field| self.0.block(step, field, &block)).collect::<Result<_, _>>()?;
+            for (c, (k, (j, i))) in (0..count)
+                .flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (k, (j, i)))))
+                .enumerate()
+            {
+                let k = first + k;
+                let of_cell: Vec<&[f64]> = values
+                    .iter()
+                    .map(|values| {
+                        let n = values.len() / (nx * ny * count);
+                        &values[n * c..n * (c + 1)]
+                    })
+                    .collect();
+                let volume = width(0, i) * width(1, j) * width(2, k);
+                visit([i, j, k], Vec3::new(at(0, i), at(1, j), at(2, k)), volume, &of_cell);
+            }
+            Ok::<_, RunError>(())
+        });
+        agreed(transport, read)
+    }
+
+    /// Nodes of the cells along the axes (m).
+    pub fn nodes(&self) -> &[Vec<f64>; 3] {
+        self.0.nodes()
+    }
+
     /// The sums of a state over the layers normal to an axis; collective.
     ///
     /// # Errors

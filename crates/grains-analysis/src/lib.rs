@@ -26,6 +26,7 @@ pub mod run_out;
 mod series;
 mod snapshots;
 mod sums;
+pub mod transfer;
 pub mod void_fraction;
 
 use grains_case::{Case, Fluid};
@@ -88,6 +89,12 @@ pub enum Analysis {
     Bed(bed::Options),
     /// Coefficients of Ergun's equation from the beds of several runs.
     Ergun(ergun::Options),
+    /// Nusselt numbers of resolved particles, and profiles of the temperature of the flow through them.
+    Nusselt(transfer::Options),
+    /// Sherwood numbers of resolved particles, and profiles of a concentration.
+    Sherwood(transfer::Options),
+    /// Effectiveness of resolved catalysts, and profiles of the reactant.
+    Effectiveness(transfer::Options),
 }
 
 impl Analysis {
@@ -107,6 +114,7 @@ impl Analysis {
             Self::Friction(options) => &options.common,
             Self::Bed(options) => &options.common,
             Self::Ergun(options) => &options.common,
+            Self::Nusselt(options) | Self::Sherwood(options) | Self::Effectiveness(options) => &options.common,
         }
     }
 }
@@ -149,6 +157,15 @@ pub fn analyse(analysis: &Analysis, program: &str, job: &Job) -> Result<Findings
         Analysis::Friction(options) => friction::analyse(&run, &states, options, transport),
         Analysis::Bed(options) => bed::analyse(&run, &states, options, transport),
         Analysis::Ergun(options) => ergun::analyse((&run, &states), options, job),
+        Analysis::Nusselt(options) => {
+            transfer::analyse(&run, &states, (transfer::Number::Nusselt, options), transport)
+        }
+        Analysis::Sherwood(options) => {
+            transfer::analyse(&run, &states, (transfer::Number::Sherwood, options), transport)
+        }
+        Analysis::Effectiveness(options) => {
+            transfer::analyse(&run, &states, (transfer::Number::Effectiveness, options), transport)
+        }
     }?;
     let directory = run.path.parent().map_or_else(PathBuf::new, PathBuf::from);
     let folder = common.output.clone().unwrap_or_else(|| directory.join("analysis"));

@@ -271,6 +271,24 @@ impl StoredRun {
     }
 }
 
+impl StoredRun {
+    /// A field of real numbers of this rank's share of the particles of a state; `what` is the analysis that wants it.
+    ///
+    /// # Errors
+    /// A field that was not stored, or a damaged file.
+    pub fn real(&self, state: usize, name: &str, what: &str) -> Result<Vec<f64>, RunError> {
+        match &self.stored {
+            Stored::Snapshots(file) if file.fields().iter().any(|field| field == name) => {
+                Ok(file.real(state, name)?)
+            }
+            _ => Err(RunError::case(format!(
+                "{}: lacks the field `{name}`, which `analyse {what}` needs: give particles.vtkhdf of a run that exchanges it",
+                self.path.display()
+            ))),
+        }
+    }
+}
+
 fn open_states(run: &Path, transport: &MpiTransport) -> Result<(PathBuf, Stored), RunError> {
     let communicator = transport.communicator();
     let is_first = transport.rank() == 0;

@@ -404,6 +404,7 @@ impl FluidPhase {
         if let Some(steady) = &mut self.steady {
             steady.end_of_scalars(&self.flow, dt, transport);
         }
+        self.report.dt = dt;
         self.seconds[0] += begun.elapsed().as_secs_f64();
         self.steps += 1;
         Ok(())

@@ -11,6 +11,9 @@ use grains_fluid::{Flow, FlowLimits};
 /// What a step may be longer than its limit by (-): rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// CFL number of scalars that a steady flow carries (-): their advection is explicit.
+const CFL_OF_SCALARS: f64 = 0.5;
+
 /// The rule by which spans are chosen.
 #[derive(Clone, Debug)]
 pub struct SpanRule {
@@ -50,7 +53,7 @@ impl SpanRule {
             TimeStep::Auto => "time.dt = \"auto\"".into(),
         };
         let longest_settling = f64::INFINITY;
-        let cfl_of_scalars = fluid.cfl.min(limits.cfl);
+        let cfl_of_scalars = CFL_OF_SCALARS.min(limits.cfl);
         Self { limits, given, longest_given, longest_settling, cfl_of_scalars, cfl_key, key, is_told: false }
     }
 

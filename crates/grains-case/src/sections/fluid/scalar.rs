@@ -261,8 +261,8 @@ fn check_wall(
 ) {
     let Some((_, moves)) = context.fluid_walls.iter().find(|(name, _)| name == wall) else {
         let names: Vec<String> = context.fluid_walls.iter().map(|(name, _)| format!("{name:?}")).collect();
-        let known = if names.is_empty() { "none does".into() } else { format!("these do: {}", names.join(", ")) };
-        let message = format!("{wall:?} is no wall that bounds the fluid; {known}");
+        let known = if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) };
+        let message = format!("no wall that bounds the fluid has this name; {known}");
         return checker.error(&format!("{path}.wall"), message);
     };
     let needs_shares =
