@@ -5,7 +5,7 @@
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Boundaries, Condition, Diffusion, Flow, FlowSetup, Grid, MixtureModel, Phase, ScalarBoundaries,
-    ScalarSetup, Scheme, Side,
+    ScalarSetup, SolidConditions, Scheme, Side,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -53,7 +53,8 @@ fn measure(
     add_particles(&mut flow);
     for scheme in [Scheme::Bounded, Scheme::Central].into_iter().take(scalars) {
         let (name, boundaries) = (String::new(), ScalarBoundaries::default());
-        let setup = ScalarSetup { name, diffusivity: 0.01, scheme, boundaries, buoyancy: None };
+        let solids = SolidConditions::default();
+        let setup = ScalarSetup { name, diffusivity: 0.01, scheme, boundaries, solids, buoyancy: None };
         flow.add_scalar(setup, |[x, ..]| x, &SerialTransport);
     }
     let cells = (n * n * n) as f64;

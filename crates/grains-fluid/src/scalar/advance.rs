@@ -2,7 +2,7 @@
 
 use super::limiter::limit;
 use super::solids::{Barrier, HELD, Tie};
-use super::{Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
+use super::{BEYOND, Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
 use crate::metrics::Local;
 use crate::tridiagonal::Conduction;
 use crate::{Centre, Faces, Field, Grid, Halo, Immersed, Layout};
@@ -48,7 +48,8 @@ impl Scalars {
             for scalar in &mut self.all {
                 let mut barrier = scalar.barrier.take();
                 let solids = barrier.as_mut().zip(self.solids.as_ref());
-                self.work.advance(scalar, solids, &self.volume, weights, &mut carrier, transport);
+                let volumes = (&self.volume[..], &self.pace[..]);
+                self.work.advance(scalar, solids, volumes, weights, &mut carrier, transport);
                 scalar.barrier = barrier;
                 scalar.average(part, parts);
             }
@@ -93,6 +94,7 @@ impl Scalars {
                 .sum();
             if leaving > 0.0 {
                 let least = capacities.iter().map(|capacity| capacity[p]).fold(1.0, f64::min);
+                let least = least * self.pace.get(p).copied().unwrap_or(1.0);
                 largest[0] = largest[0].max(carrier.dt * leaving / (least * self.volume[p]).max(f64::MIN_POSITIVE));
             }
         }
@@ -119,10 +121,60 @@ const MAX_FOURIER: f64 = 0.5;
 /// Largest number of parts for that reason: scalars that are uniform within a step need no more.
 const MAX_PARTS_BY_DIFFUSION: f64 = 64.0;
 
+/// Courant and Fourier number of a cell in its own step where scalars settle (-), and the least of all steps over its own.
+const PACE_BY_FLOW: f64 = 0.5;
+const PACE_BY_DIFFUSION: f64 = 0.4;
+const SLOWEST_PACE: f64 = 0.02;
+
 /// Largest number of parts of a step: at the Courant numbers of flows more are a sign of cells that hold next to no fluid.
 const MAX_PARTS: f64 = 1000.0;
 
 impl Scalars {
+    /// Lets each cell go at its own pace from here on, as scalars are to settle: by what leaves it and diffuses in a step `dt` (s).
+    pub(super) fn settle_at_own_pace(&mut self, mut carrier: CarrierFlow<'_>, transport: &dyn Transport) -> Result<(), f64> {
+        self.prepare(&mut carrier, transport)?;
+        let (local, dt) = (carrier.local, carrier.dt);
+        let (layout, strides) = (local.layout, local.layout.strides());
+        let of_solids = |scalar: &Scalar| match &scalar.setup.solids.bodies {
+            SolidCondition::Interior(interior) => interior.diffusivity,
+            _ => 0.0,
+        };
+        let largest = |solid: bool| {
+            let of = |scalar: &Scalar| if solid { of_solids(scalar) } else { scalar.setup.diffusivity };
+            self.all.iter().map(of).fold(0.0, f64::max)
+        };
+        let diffusivities = [largest(false), largest(true)];
+        let mut pace = vec![1.0; layout.len()];
+        for p in own_cells(layout) {
+            let flux = |a: usize| self.work.flux.component(a);
+            let leaving: f64 =
+                (0..3).map(|a| flux(a)[p].max(0.0) - flux(a)[p - strides[a]].min(0.0)).sum();
+            let open = self.all.iter().filter_map(|s| s.barrier.as_ref()).map(|b| b.capacity[p]);
+            let courant = dt * leaving / (open.fold(1.0, f64::min) * self.volume[p]);
+            let is_solid = self.solids.as_ref().is_some_and(|s| s.holder[p] != 0 && s.holder[p] != BEYOND);
+            // Beside a surface both diffuse.
+            let near = self.all.iter().filter_map(|s| s.barrier.as_ref()).any(|b| b.capacity[p] != 1.0);
+            let diffusivity = match (is_solid, near) {
+                (true, _) => diffusivities[1].max(if near { diffusivities[0] } else { 0.0 }),
+                (false, _) => diffusivities[0],
+            };
+            let narrowest = (0..3).filter(|&a| local.active[a]).map(|a| {
+                let e = p / strides[a] % layout.dims()[a];
+                local.axes[a].inverse_width[e]
+            });
+            let fourier = dt * diffusivity * narrowest.fold(0.0, f64::max).powi(2);
+            let share = (courant / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
+            pace[p] = share.clamp(SLOWEST_PACE, 1.0);
+        }
+        let before: Vec<f64> = (0..self.all.len()).map(|number| self.kept(number)).collect();
+        self.pace = pace;
+        for (number, before) in before.into_iter().enumerate() {
+            let now = self.kept(number);
+            self.all[number].entered += now - before;
+        }
+        Ok(())
+    }
+
     /// Largest Fourier numbers D Δt/Δx² of the bounded scalars along the axes, inside solids too.
     fn fourier_numbers(&self, local: &Local, dt: f64) -> [f64; 3] {
         let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
@@ -184,7 +236,7 @@ impl Work {
         &mut self,
         scalar: &mut Scalar,
         mut solids: Option<(&mut Barrier, &SolidCells)>,
-        old_volume: &[f64],
+        (old_volume, pace): (&[f64], &[f64]),
         weights: [f64; 2],
         carrier: &mut CarrierFlow<'_>,
         transport: &dyn Transport,
@@ -216,15 +268,16 @@ impl Work {
         let value = value.unwrap_or_default();
         for_cells(local, |p, whole| {
             let exchanged = whole * exchange.map_or(0.0, |exchange| exchange[p]);
-            let capacity = barrier.as_ref().map_or(1.0, |barrier| barrier.capacity[p]);
+            let pace = pace.get(p).copied().unwrap_or(1.0);
+            let capacity = pace * barrier.as_ref().map_or(1.0, |barrier| barrier.capacity[p]);
             // Nothing changes what solids hold, and where walls leave no room.
-            let is_free = capacity < HELD && self.volume[p] > 0.0;
+            let is_free = capacity < pace * HELD && self.volume[p] > 0.0;
             self.mass[p] = if is_free { capacity * self.volume[p] / dt + exchanged } else { HELD };
             self.rates[p] = whole * source.map_or(0.0, |source| source[p]);
             let out: f64 =
                 (0..3).map(|a| self.high.component(a)[p] - self.high.component(a)[p - strides[a]]).sum();
             // ∂(ψ φ)/∂t = ψ Δφ/Δt + φ ∂ψ/∂t.
-            let growth = if capacity < HELD { capacity * (self.volume[p] - old_volume[p]) / dt } else { 0.0 };
+            let growth = if is_free { capacity * (self.volume[p] - old_volume[p]) / dt } else { 0.0 };
             self.change[p] = self.rates[p] - out - (exchanged + growth) * value[p];
         });
         for linear in &self.linear {
@@ -269,7 +322,7 @@ impl Work {
             barrier.set_carried(&self.high);
         }
         if is_bounded {
-            self.set_low(scalar, barrier.as_deref(), old_volume, carrier, transport);
+            self.set_low(scalar, barrier.as_deref(), (old_volume, pace), carrier, transport);
             passed -= limit(self, (scalar, barrier.as_deref_mut()), carrier, transport);
         }
         scalar.entered += passed * dt;
@@ -302,6 +355,10 @@ impl Work {
             if linear.reacts {
                 scalar.reacted[linear.solid as usize] -= amount;
                 scalar.produced += amount;
+                // What reacts in cells that are held comes from outside.
+                if barrier.as_ref().is_some_and(|barrier| !barrier.is_free(linear.cell)) {
+                    scalar.entered -= amount;
+                }
             } else {
                 scalar.gained[linear.solid as usize] += amount;
                 scalar.entered += amount;
@@ -382,7 +439,7 @@ impl Work {
         &mut self,
         scalar: &Scalar,
         barrier: Option<&Barrier>,
-        old_volume: &[f64],
+        (old_volume, pace): (&[f64], &[f64]),
         carrier: &mut CarrierFlow<'_>,
         transport: &dyn Transport,
     ) {
@@ -391,7 +448,8 @@ impl Work {
         let value = scalar.value.data();
         let low = self.low.data_mut();
         for p in own_cells(layout) {
-            let capacity = barrier.map_or(1.0, |barrier| barrier.capacity[p]);
+            let pace = pace.get(p).copied().unwrap_or(1.0);
+            let capacity = pace * barrier.map_or(1.0, |barrier| barrier.capacity[p]);
             low[p] = match self.mass[p] < HELD {
                 true => capacity * old_volume[p] / carrier.dt * value[p] + self.rates[p],
                 false => HELD * value[p],

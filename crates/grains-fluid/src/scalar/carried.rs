@@ -77,6 +77,26 @@ impl Flow {
         if self.march == March::Time { self.carry_scalars(dt, transport) } else { Ok(()) }
     }
 
+    /// Lets the scalars settle in a flow that stays as it is, each cell at its own pace, from a step `dt` (s) on; collective.
+    ///
+    /// # Errors
+    /// Steps that empty cells.
+    pub fn settle_scalars_from(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        let Some(scalars) = &mut self.scalars else { return Ok(()) };
+        let carrier = CarrierFlow {
+            grid: &self.setup.grid,
+            local: &self.local,
+            halo: &mut self.halo,
+            velocity: &self.state.velocity,
+            immersed: self.immersed.as_ref(),
+            open: None,
+            time: self.state.time,
+            dt,
+        };
+        let step = self.state.step;
+        scalars.settle_at_own_pace(carrier, transport).map_err(|parts| StepError::Scalars { step, parts })
+    }
+
     /// Carries the scalars by the velocity at the end of a step; collective.
     fn carry_scalars(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
         let Some(scalars) = &mut self.scalars else { return Ok(()) };

@@ -115,6 +115,8 @@ pub struct Scalars {
     pub last_dt: f64,
     /// Where solids lie among the cells, if there are any.
     pub solids: Option<SolidCells>,
+    /// Step over that of each cell (-), of scalars that are to settle and do not march in time; empty if they do.
+    pace: Vec<f64>,
     work: Work,
 }
 
@@ -155,6 +157,7 @@ impl Scalars {
             volume: zeros(),
             last_dt: 0.0,
             solids: None,
+            pace: Vec::new(),
             work: Work {
                 flux: Faces::new(layout),
                 geometry: Faces::new(layout),
@@ -215,6 +218,18 @@ impl Scalars {
             responses[tie.solid as usize] += depth * passed * volume / (passed + volume);
         }
         responses
+    }
+
+    /// Σ C φ over the own cells by which what is kept is accounted for (unit m³): that content, by the pace of each cell where scalars
+    /// settle.
+    pub fn kept(&self, number: usize) -> f64 {
+        if self.pace.is_empty() {
+            return self.content(number);
+        }
+        let value = &self.all[number].value;
+        advance::own_cells(value.layout())
+            .map(|p| self.pace[p] * self.capacity(number, p) * value.data()[p])
+            .sum()
     }
 
     /// What solids hold of scalar `number` that diffuses in them, each on this rank (unit m³).

@@ -116,6 +116,8 @@ pub struct SolidConditions {
     pub bodies: SolidCondition,
     /// Those of walls, by their numbers.
     pub walls: Vec<SolidCondition>,
+    /// Value of all fluid and of the surfaces of bodies in which the scalar diffuses, if it is given: there is no film.
+    pub no_film: Option<f64>,
 }
 
 impl SolidCondition {

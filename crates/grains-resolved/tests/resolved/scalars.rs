@@ -32,7 +32,7 @@ fn scalar(
         diffusivity,
         scheme: Scheme::Central,
         boundaries: ScalarBoundaries { faces: [0, 1, 2, 3, 4, 5].map(face), patches: Vec::new() },
-        solids: SolidConditions { bodies, walls: Vec::new() },
+        solids: SolidConditions { bodies, ..SolidConditions::default() },
         buoyancy: None,
     }
 }
@@ -195,6 +195,36 @@ fn a_reaction_in_a_sphere_takes_what_diffuses_to_it_in_second_order() {
         }
         assert!(found[1] < 0.02, "{found:?}");
         assert!(order(found[0], found[1], 2.0) > 1.8, "{ratio} {thiele}: {found:?}");
+    }
+}
+
+/// Closed forms of Thiele's modulus V/A √(k/D).
+#[test]
+fn without_a_film_the_effectiveness_is_that_of_the_closed_forms() {
+    let radius = 0.4;
+    let sphere = |m: f64| (1.0 / (3.0 * m).tanh() - 1.0 / (3.0 * m)) / m;
+    for thiele in [0.2, 1.0, 3.0_f64] {
+        let mut found = Vec::new();
+        for n in [20, 40] {
+            let rate = (3.0 * thiele / radius).powi(2);
+            let reaction = Some(SolidReaction { rate, order: 1.0 });
+            let interior = Interior { capacity: 0.7, diffusivity: 1.0, reaction };
+            let mut setup = scalar(1.0, |_, _| 2.0, SolidCondition::Interior(interior));
+            setup.solids.no_film = Some(2.0);
+            let mut scene = still(n, (&Shape::sphere(radius).unwrap(), CENTER.into()), setup, |_| 2.0);
+            let dt = 4.0 / (n * n) as f64;
+            settle(&mut scene, dt, 1e-7);
+            let [_, reacted] = rates(&mut scene, dt);
+            let volume = 4.0 / 3.0 * PI * radius.powi(3);
+            let error = reacted / (rate * 0.7 * 2.0 * volume) / sphere(thiele) - 1.0;
+            let scalars = scene.flow.scalars.as_ref().unwrap();
+            let lost = scalars.content(0) - scalars.all[0].entered - scalars.all[0].produced;
+            assert!(lost.abs() < 1e-12, "{lost}");
+            println!("{thiele} {n}: {error:.2e}");
+            found.push(error.abs());
+        }
+        // 16 cells across.
+        assert!(found[1] < if thiele < 2.0 { 0.01 } else { 0.03 }, "{thiele}: {found:?}");
     }
 }
 

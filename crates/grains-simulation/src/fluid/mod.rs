@@ -394,9 +394,13 @@ impl FluidPhase {
     /// Carries the scalars alone by a steady flow that was found.
     fn step_scalars(&mut self, dem: &mut Dem, dt: f64, transport: &MpiTransport) -> Result<(), RunError> {
         let begun = std::time::Instant::now();
-        let outcome = self.flow.step_scalars(dt, transport);
         let failed =
             |e: grains_fluid::StepError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
+        if self.steady.as_ref().is_some_and(Steady::has_no_step_of_scalars) {
+            let paced = self.flow.settle_scalars_from(dt, transport);
+            agreed(transport, paced.map_err(failed))?;
+        }
+        let outcome = self.flow.step_scalars(dt, transport);
         agreed(transport, outcome.map_err(failed))?;
         if let Some(resolved) = &mut self.resolved {
             resolved.after_scalars(dem, &mut self.flow, dt, transport);

@@ -282,7 +282,9 @@ impl FluidPhase {
         // Scalars that the state has not got begin now.
         let known = file.text(SCALARS).and_then(Accounts::parse).unwrap_or_default();
         let names = &self.scalar_names;
-        self.flow.begin_scalars(|number| known.of.iter().all(|account| account.name != names[number].field));
+        // Those that settle begin anew.
+        let settles = self.steady.is_some();
+        self.flow.begin_scalars(|number| settles || known.of.iter().all(|account| account.name != names[number].field));
         self.resume_on_walls(file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default());
         Ok(())
     }

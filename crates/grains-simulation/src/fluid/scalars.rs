@@ -138,6 +138,9 @@ fn solids(
     let mut solids = SolidConditions::default();
     if let Some(given) = scalar.particles.as_ref().filter(|_| fluid.resolved.is_some()) {
         solids.bodies = on_bodies(given, capacity).map_err(|(what, e)| (format!("particles.{what}"), e))?;
+        if let (Some(Expression::Number(value)), Some(_)) = (&given.value, given.inside) {
+            solids.no_film = Some(*value);
+        }
     }
     let walls = FluidWalls::new(case).map_err(|e| ("boundary".to_string(), e))?;
     for wall in walls.all() {
@@ -157,7 +160,7 @@ fn solids(
 
 /// What holds on resolved particles, of which a volume of fluid holds `capacity` per unit.
 fn on_bodies(given: &ParticleTransfer, capacity: f64) -> Result<SolidCondition, (&'static str, String)> {
-    if let Some(expression) = &given.value {
+    if let Some(expression) = given.value.as_ref().filter(|_| given.inside.is_none()) {
         return Ok(SolidCondition::Value(value(expression, 1.0).map_err(|e| ("value", e))?));
     }
     if let Some(expression) = &given.flux {
@@ -228,7 +231,7 @@ pub fn row(fluid: &CaseFluid, flow: &Flow, transport: &MpiTransport) -> Vec<f64>
         };
         let mut sums = [
             content,
-            content - scalar.entered - scalar.produced,
+            scalars.kept(number) - scalar.entered - scalar.produced,
             of_unit,
             part(&scalar.gained, true),
             part(&scalar.gained, false),

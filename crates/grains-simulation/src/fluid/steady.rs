@@ -70,6 +70,11 @@ impl Steady {
         self.unsettled.iter().all(|&x| x < self.given.tolerance)
     }
 
+    /// Whether the scalars still wait for their first step.
+    pub fn has_no_step_of_scalars(&self) -> bool {
+        self.known_scalars.iter().all(VecDeque::is_empty)
+    }
+
     /// Looks at what a step `dt` (s) of the scalars led to; collective.
     pub fn end_of_scalars(&mut self, flow: &Flow, dt: f64, transport: &MpiTransport) {
         let Some(scalars) = &flow.scalars else { return };

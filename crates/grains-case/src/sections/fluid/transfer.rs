@@ -128,7 +128,8 @@ pub struct ParticleTransfer {
     /// Law of the Nusselt or Sherwood number of particles smaller than the cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<TransferLaw>,
-    /// Value on the surface of resolved particles (K, mol/m³), a number or a formula in x, y, z, t.
+    /// Value on the surface of resolved particles (K, mol/m³), a number or a formula in x, y, z, t. With `inside` it is that of all
+    /// fluid too: there is no film.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<Expression>,
     /// Flux from resolved particles into the fluid (W/m², mol/(m² s)), a number or a formula in x, y, z, t.
@@ -259,7 +260,12 @@ fn check_resolved(
     ];
     let stated: Vec<&str> =
         ways.into_iter().filter(|(_, is_stated)| *is_stated).map(|(way, _)| way).collect();
-    if let [first, second, ..] = stated[..] {
+    if let (["value", "inside"], Some(Expression::Formula(_))) = (&stated[..], &transfer.value) {
+        return refuse(".value", "with `inside` a number, which all surfaces have; write one, or remove it");
+    }
+    if let [first, second, ..] = stated[..]
+        && stated != ["value", "inside"]
+    {
         let message = format!("excludes {first}; state what holds on the particles once");
         return refuse(&format!(".{second}"), &message);
     }

@@ -160,6 +160,11 @@ impl Builder<'_> {
         self.local.volume_at(place) * (1.0 - here.map(|cell| cell.share).sum::<f64>()).max(LEAST_OPEN)
     }
 
+    /// Whether the scalar changes in solids alone.
+    fn has_no_film(&self) -> bool {
+        self.setup.solids.no_film.is_some()
+    }
+
     fn set_capacities(&mut self) {
         let has_interiors = self.kinds.iter().any(|kind| matches!(kind, Kind::Interior(_)));
         if has_interiors {
@@ -167,6 +172,7 @@ impl Builder<'_> {
         }
         for place in 0..self.cells.holder.len() {
             match self.kind_at(place) {
+                None if self.has_no_film() => self.barrier.capacity[place] = HELD,
                 None => {}
                 Some(Kind::Held | Kind::Closed) => self.barrier.capacity[place] = HELD,
                 Some(Kind::Interior(interior)) => {
@@ -178,7 +184,8 @@ impl Builder<'_> {
         for group in self.cells.near_cells.chunk_by(|a, b| a.place == b.place) {
             let place = group[0].place as usize;
             let is_held = matches!(self.kind_at(place), Some(Kind::Held));
-            if is_held || self.cells.holder[place] == BEYOND || self.cells.is_averaged {
+            let is_point = self.cells.is_averaged || self.has_no_film();
+            if is_held || self.cells.holder[place] == BEYOND || is_point {
                 continue;
             }
             let (mut open, mut held) = (1.0_f64, 0.0);
@@ -222,7 +229,8 @@ impl Builder<'_> {
             while let Some(cell) = near.next_if(|cell| cell.place as usize <= place) {
                 let is_interior = matches!(self.kinds[cell.solid as usize], Kind::Interior(_));
                 is_near |= cell.solid + 1 == self.cells.holder[place];
-                if is_own && is_interior && cell.share > 0.0 && self.barrier.is_free(place) {
+                let counts = self.barrier.is_free(place) || self.has_no_film();
+                if is_own && is_interior && cell.share > 0.0 && counts {
                     let volume = cell.share * self.local.volume_at(place);
                     self.barrier.inside.push(Inside { cell: place, solid: cell.solid, volume });
                 }
@@ -287,9 +295,14 @@ impl Builder<'_> {
                 }
                 [below_is_free, _] => {
                     let (free, held) = if below_is_free { (cells[0], cells[1]) } else { (cells[1], cells[0]) };
-                    let Some(solid) = self.solid_of(held) else { return };
-                    let way = cut.map_or(0.5, |cut| 1.0 - cut.solid[usize::from(below_is_free)]);
-                    let is_held = self.kinds[solid as usize] == Kind::Held;
+                    // Without a film the surface is that of the solid in which the free cell lies.
+                    let of = if self.has_no_film() { free } else { held };
+                    let Some(solid) = self.solid_of(of) else { return };
+                    let way = match self.has_no_film() {
+                        true => cut.map_or(0.5, |cut| cut.solid[usize::from(!below_is_free)]),
+                        false => cut.map_or(0.5, |cut| 1.0 - cut.solid[usize::from(below_is_free)]),
+                    };
+                    let is_held = self.kinds[solid as usize] == Kind::Held || self.has_no_film();
                     let conductance = if is_held { self.diffusivity(free) * geometry / way } else { 0.0 };
                     let side = if below_is_free { 1.0 } else { -1.0 };
                     conductances.push((face as u32, 0.0));
@@ -324,6 +337,9 @@ impl Builder<'_> {
             true => 1.0,
             false => closed.min(1.0),
         };
+        if self.has_no_film() {
+            return Some((self.diffusivity(cells[0]) * geometry, None));
+        }
         if self.barrier.interior.is_empty() {
             return (closed > 0.0).then_some((fluid * geometry * (1.0 - closed), None));
         }

@@ -65,11 +65,16 @@ impl Barrier {
                     at[axis] += tie.side * tie.way * width;
                     at
                 };
-                tie.value = on_surface((setup, cells), of_solids, tie.solid, at, time);
+                let on_surface = || on_surface((setup, cells), of_solids, tie.solid, at, time);
+                tie.value = setup.solids.no_film.or_else(on_surface);
                 if tie.value.is_none() {
                     value[tie.held] = value[tie.free];
                 }
             }
+        }
+        if let Some(outside) = setup.solids.no_film {
+            let held = value.iter_mut().zip(&self.capacity).filter(|(_, capacity)| **capacity >= HELD);
+            held.for_each(|(value, _)| *value = outside);
         }
         for &(place, solid) in &self.held {
             let place = place as usize;
