@@ -66,7 +66,9 @@ impl FlowFile {
     ) -> Result<(), RunError> {
         for field in fields {
             if !self.0.fields().iter().any(|stored| stored == field) {
-                let message = format!("fluid.vtkhdf lacks `{field}`: add it to fluid.output.fields and run the case again");
+                let message = format!(
+                    "fluid.vtkhdf lacks `{field}`: add it to fluid.output.fields and run the case again"
+                );
                 return Err(RunError::case(message));
             }
             self.0.verify(step, field, transport.communicator())?;

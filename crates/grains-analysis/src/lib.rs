@@ -114,7 +114,9 @@ impl Analysis {
             Self::Friction(options) => &options.common,
             Self::Bed(options) => &options.common,
             Self::Ergun(options) => &options.common,
-            Self::Nusselt(options) | Self::Sherwood(options) | Self::Effectiveness(options) => &options.common,
+            Self::Nusselt(options) | Self::Sherwood(options) | Self::Effectiveness(options) => {
+                &options.common
+            }
         }
     }
 }

@@ -181,7 +181,16 @@ pub fn analyse(
     let mut beds = Table::new(
         what,
         "Means over all particles with the standard error of the mean and the spread; scalar mixed by the flow at both ends of the domain.",
-        &[("time", "s"), ("particles", "-"), ("mean", "-"), ("error", "-"), ("spread", "-"), ("sum", "SI"), ("first", "SI"), ("last", "SI")],
+        &[
+            ("time", "s"),
+            ("particles", "-"),
+            ("mean", "-"),
+            ("error", "-"),
+            ("spread", "-"),
+            ("sum", "SI"),
+            ("first", "SI"),
+            ("last", "SI"),
+        ],
     );
     let mut each = Table::new(
         &format!("{what}-particles"),
@@ -227,7 +236,8 @@ pub fn analyse(
                     rates[i] / (volume * reaction.rate * inside.powf(reaction.order))
                 }
                 _ => {
-                    let surface = given.as_ref().map_or_else(|| on_surfaces[i], |value| value.at(place.into(), time));
+                    let surface =
+                        given.as_ref().map_or_else(|| on_surfaces[i], |value| value.at(place.into(), time));
                     rates[i] * (6.0 * volume / area) / (area * conducts * (mixed - surface))
                 }
             };
@@ -247,7 +257,8 @@ pub fn analyse(
             seconds(time), scalar.name, mean, error, spread, rows.len(), ends[0], ends[1]
         ));
         beds.push(vec![time, count, mean, error, spread, total, ends[0], ends[1]]);
-        of_layers.push(Curve::line(seconds(time), layers.iter().map(|layer| [layer.middle, layer.cup]).collect()));
+        of_layers
+            .push(Curve::line(seconds(time), layers.iter().map(|layer| [layer.middle, layer.cup]).collect()));
         of_particles.push(Curve::line(seconds(time), {
             let mut points: Vec<[f64; 2]> = rows.iter().map(|row| [row[2], row[5]]).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));

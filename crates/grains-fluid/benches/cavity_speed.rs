@@ -5,7 +5,7 @@
 use grains_domain::SerialTransport;
 use grains_fluid::{
     Boundaries, Condition, Diffusion, Flow, FlowSetup, Grid, MixtureModel, Phase, ScalarBoundaries,
-    ScalarSetup, SolidConditions, Scheme, Side,
+    ScalarSetup, Scheme, Side, SolidConditions,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -71,12 +71,7 @@ impl Resolved {
 }
 
 /// Gives middles of a run to a wall.
-fn hold_run(
-    run: &WallRun,
-    wall: u32,
-    subgrid: &Subgrid,
-    builder: &mut SolidCellsBuilder,
-) {
+fn hold_run(run: &WallRun, wall: u32, subgrid: &Subgrid, builder: &mut SolidCellsBuilder) {
     let [first, j, k] = run.first;
     let near = NEAR * subgrid.spacing.max();
     let surface = &run.out.surface;

@@ -1,7 +1,7 @@
 //! Species that particles contain: which there are, their columns, and their amounts in a checkpoint and back.
 
-use crate::restart::{State, reals, words};
 use crate::fluid::interned;
+use crate::restart::{State, reals, words};
 use grains_case::{Case, Fluid, ParticleTransfer, Scalar};
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Species, SpeciesContent, SpeciesLedger};
@@ -19,12 +19,8 @@ pub fn all(case: &Case) -> Vec<Species> {
     let Some(fluid) = &case.fluid else { return Vec::new() };
     let of = |scalar: &Scalar| {
         let kept = scalar.particles.as_ref().and_then(ParticleTransfer::initial);
-        let kept = kept.map(|initial| Species {
-            name: scalar.name.clone(),
-            unit: "-",
-            initial,
-            is_told: false,
-        });
+        let kept =
+            kept.map(|initial| Species { name: scalar.name.clone(), unit: "-", initial, is_told: false });
         let told = told(fluid, scalar).into_iter().map(|(what, unit)| Species {
             name: format!("{}_{what}", scalar.name),
             unit,

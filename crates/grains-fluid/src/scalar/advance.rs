@@ -2,7 +2,7 @@
 
 use super::limiter::limit;
 use super::solids::{Barrier, HELD, Tie};
-use super::{BEYOND, Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
+use super::{Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
 use crate::metrics::Local;
 use crate::tridiagonal::Conduction;
 use crate::{Centre, Faces, Field, Grid, Halo, Immersed, Layout};
@@ -60,7 +60,11 @@ impl Scalars {
 
     /// Sets the volumes of fluid and the volume fluxes of a step; returns into how many it must be divided, so that no more is carried
     /// out of a cell than it has. Collective.
-    fn prepare(&mut self, carrier: &mut CarrierFlow<'_>, transport: &dyn Transport) -> Result<u32, f64> {
+    pub(super) fn prepare(
+        &mut self,
+        carrier: &mut CarrierFlow<'_>,
+        transport: &dyn Transport,
+    ) -> Result<u32, f64> {
         let local = carrier.local;
         let (layout, strides) = (local.layout, local.layout.strides());
         if let Some((_, void)) = carrier.open {
@@ -83,8 +87,10 @@ impl Scalars {
         work.add_beside(carrier, transport);
         let mut largest = [0.0_f64];
         let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
-        let capacities: Vec<&[f64]> =
-            bounded.filter_map(|scalar| scalar.barrier.as_ref()).map(|barrier| &barrier.capacity[..]).collect();
+        let capacities: Vec<&[f64]> = bounded
+            .filter_map(|scalar| scalar.barrier.as_ref())
+            .map(|barrier| &barrier.capacity[..])
+            .collect();
         for p in own_cells(layout) {
             let leaving: f64 = (0..3)
                 .map(|a| {
@@ -95,7 +101,8 @@ impl Scalars {
             if leaving > 0.0 {
                 let least = capacities.iter().map(|capacity| capacity[p]).fold(1.0, f64::min);
                 let least = least * self.pace.get(p).copied().unwrap_or(1.0);
-                largest[0] = largest[0].max(carrier.dt * leaving / (least * self.volume[p]).max(f64::MIN_POSITIVE));
+                largest[0] =
+                    largest[0].max(carrier.dt * leaving / (least * self.volume[p]).max(f64::MIN_POSITIVE));
             }
         }
         let is_limited = self.all.iter().any(|scalar| scalar.setup.scheme == Scheme::Bounded);
@@ -121,60 +128,10 @@ const MAX_FOURIER: f64 = 0.5;
 /// Largest number of parts for that reason: scalars that are uniform within a step need no more.
 const MAX_PARTS_BY_DIFFUSION: f64 = 64.0;
 
-/// Courant and Fourier number of a cell in its own step where scalars settle (-), and the least of all steps over its own.
-const PACE_BY_FLOW: f64 = 0.5;
-const PACE_BY_DIFFUSION: f64 = 0.4;
-const SLOWEST_PACE: f64 = 0.02;
-
 /// Largest number of parts of a step: at the Courant numbers of flows more are a sign of cells that hold next to no fluid.
 const MAX_PARTS: f64 = 1000.0;
 
 impl Scalars {
-    /// Lets each cell go at its own pace from here on, as scalars are to settle: by what leaves it and diffuses in a step `dt` (s).
-    pub(super) fn settle_at_own_pace(&mut self, mut carrier: CarrierFlow<'_>, transport: &dyn Transport) -> Result<(), f64> {
-        self.prepare(&mut carrier, transport)?;
-        let (local, dt) = (carrier.local, carrier.dt);
-        let (layout, strides) = (local.layout, local.layout.strides());
-        let of_solids = |scalar: &Scalar| match &scalar.setup.solids.bodies {
-            SolidCondition::Interior(interior) => interior.diffusivity,
-            _ => 0.0,
-        };
-        let largest = |solid: bool| {
-            let of = |scalar: &Scalar| if solid { of_solids(scalar) } else { scalar.setup.diffusivity };
-            self.all.iter().map(of).fold(0.0, f64::max)
-        };
-        let diffusivities = [largest(false), largest(true)];
-        let mut pace = vec![1.0; layout.len()];
-        for p in own_cells(layout) {
-            let flux = |a: usize| self.work.flux.component(a);
-            let leaving: f64 =
-                (0..3).map(|a| flux(a)[p].max(0.0) - flux(a)[p - strides[a]].min(0.0)).sum();
-            let open = self.all.iter().filter_map(|s| s.barrier.as_ref()).map(|b| b.capacity[p]);
-            let courant = dt * leaving / (open.fold(1.0, f64::min) * self.volume[p]);
-            let is_solid = self.solids.as_ref().is_some_and(|s| s.holder[p] != 0 && s.holder[p] != BEYOND);
-            // Beside a surface both diffuse.
-            let near = self.all.iter().filter_map(|s| s.barrier.as_ref()).any(|b| b.capacity[p] != 1.0);
-            let diffusivity = match (is_solid, near) {
-                (true, _) => diffusivities[1].max(if near { diffusivities[0] } else { 0.0 }),
-                (false, _) => diffusivities[0],
-            };
-            let narrowest = (0..3).filter(|&a| local.active[a]).map(|a| {
-                let e = p / strides[a] % layout.dims()[a];
-                local.axes[a].inverse_width[e]
-            });
-            let fourier = dt * diffusivity * narrowest.fold(0.0, f64::max).powi(2);
-            let share = (courant / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
-            pace[p] = share.clamp(SLOWEST_PACE, 1.0);
-        }
-        let before: Vec<f64> = (0..self.all.len()).map(|number| self.kept(number)).collect();
-        self.pace = pace;
-        for (number, before) in before.into_iter().enumerate() {
-            let now = self.kept(number);
-            self.all[number].entered += now - before;
-        }
-        Ok(())
-    }
-
     /// Largest Fourier numbers D Δt/Δx² of the bounded scalars along the axes, inside solids too.
     fn fourier_numbers(&self, local: &Local, dt: f64) -> [f64; 3] {
         let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
@@ -400,13 +357,7 @@ impl Work {
     }
 
     /// Fluxes of high order at the beginning of the step.
-    fn set_high(
-        &mut self,
-        scalar: &Scalar,
-        barrier: Option<&Barrier>,
-        [new, old]: [f64; 2],
-        local: &Local,
-    ) {
+    fn set_high(&mut self, scalar: &Scalar, barrier: Option<&Barrier>, [new, old]: [f64; 2], local: &Local) {
         let strides = local.layout.strides();
         let (value, previous) = (scalar.value.data(), scalar.previous.data());
         for axis in (0..3).filter(|&a| local.active[a]) {

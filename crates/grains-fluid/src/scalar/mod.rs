@@ -33,6 +33,7 @@ mod advance;
 mod carried;
 mod conditions;
 mod limiter;
+mod pace;
 mod setup;
 mod solids;
 

@@ -3,9 +3,9 @@
 use crate::common::{difference, joined, order, partition, piece, set};
 use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{
-    Axis, Boundaries, Buoyancy, Centre, Clearance, Condition, Field, Flow, FlowSetup, Grid, MixtureModel, Profile,
-    ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme,
-    SolidCondition, SolidConditions,
+    Axis, Boundaries, Buoyancy, Centre, Clearance, Condition, Field, Flow, FlowSetup, Grid, MixtureModel,
+    Profile, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue, Scheme, SolidCondition,
+    SolidConditions,
 };
 use grains_testing::on_ranks;
 use std::f64::consts::PI;
@@ -289,8 +289,7 @@ fn pipe(n: usize) -> Flow {
     let profile = move |at: [f64; 3], _: f64| [2.0 * (1.0 - square(at)).max(0.0), 0.0, 0.0];
     boundaries.faces[0] = Condition::Inlet { profile: Profile::Function(Arc::new(profile)) };
     boundaries.faces[1] = Condition::Outlet { pressure: 0.0 };
-    let setup =
-        FlowSetup { boundaries, mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, 0.1) };
+    let setup = FlowSetup { boundaries, mixture: Some(MixtureModel::A), ..FlowSetup::new(grid, 1.0, 0.1) };
     let mut flow = Flow::new(setup, &SERIAL).unwrap();
     let wall = move |at: [f64; 3]| {
         let r = 0.5 * square(at).sqrt().max(1e-9);

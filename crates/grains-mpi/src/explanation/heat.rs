@@ -153,7 +153,9 @@ pub fn of_resolved(
     let Some(inside) = &transfer.inside else { return };
     let capacity = scalar.capacity(fluid.density);
     let (within, ratio) = match inside.conductivity.zip(inside.volumetric_heat_capacity) {
-        Some((conductivity, of_volume)) => (conductivity / of_volume, conductivity / (capacity * diffusivity)),
+        Some((conductivity, of_volume)) => {
+            (conductivity / of_volume, conductivity / (capacity * diffusivity))
+        }
         None => {
             let within = inside.diffusivity.unwrap_or_default();
             (within, within * inside.partition.unwrap_or(1.0) / diffusivity)

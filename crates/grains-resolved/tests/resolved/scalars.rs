@@ -1,12 +1,13 @@
 //! Scalars about bodies and in them: exact solutions and orders, and what is kept.
 
-use crate::common::{CUBIC, Scene, body, order};
-use grains_domain::SerialTransport;
+use crate::common::{CUBIC, QUADRATIC, Scene, body, order};
+use grains_domain::{SerialTransport, Transport};
 use grains_fluid::{
-    Axis, FlowSetup, Grid, Interior, Scalar, ScalarBoundaries, ScalarCondition, ScalarSetup, ScalarValue,
-    Scheme, SolidCondition, SolidConditions, SolidReaction,
+    Axis, Drive, FlowSetup, Grid, Interior, Scalar, ScalarBoundaries, ScalarCondition, ScalarSetup,
+    ScalarValue, Scheme, SolidCondition, SolidConditions, SolidReaction,
 };
 use grains_geometry::{Shape, Vec3};
+use grains_testing::on_ranks;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -63,7 +64,8 @@ fn settle(scene: &mut Scene, dt: f64, tolerance: f64) {
     for step in 1..6000 {
         let before = only(scene).value.clone();
         scene.flow.step_scalars(dt, &SERIAL).unwrap();
-        let change = only(scene).value.own().zip(before.own()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let change =
+            only(scene).value.own().zip(before.own()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(change.is_finite(), "step {step}");
         if change < tolerance {
             return;
@@ -151,9 +153,8 @@ fn a_sphere_that_conducts_bends_a_gradient_in_second_order() {
             let mut scene = still(n, (&sphere, CENTER.into()), setup, |at| arm(at).dot(&along));
             let h = 2.0 / n as f64;
             settle(&mut scene, h * h / ratio.max(1.0), 1e-7);
-            let [_, mean] = errors(&scene, |at| {
-                (ratio > 0.0 || arm(at).norm() > radius).then(|| exact(at, 0.0))
-            });
+            let [_, mean] =
+                errors(&scene, |at| (ratio > 0.0 || arm(at).norm() > radius).then(|| exact(at, 0.0)));
             println!("{ratio} {n}: mean error {mean:.2e}");
             found.push(mean);
         }
@@ -293,5 +294,112 @@ fn about_a_disc_that_changes_its_size_heat_spreads_in_second_order() {
             found.push(sum[0] / sum[1]);
         }
         assert!(order(found[0], found[2], 4.0) > 1.8, "{growth}: {found:?}");
+    }
+}
+
+/// Bodies that lie at random in a periodic flow which drives the free ones; scalars of all conditions.
+fn among_bodies(shape: &Shape, moves: bool, ranks: [usize; 3], transport: &dyn Transport) -> Scene {
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [16; 3], [true; 3]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 0.05);
+    setup.drive[0] = Drive::MeanVelocity(0.4);
+    let mut bodies = [
+        body(1, Vec3::new(0.27, 0.31, 0.68)),
+        body(2, Vec3::new(0.71, 0.64, 0.33)),
+        body(3, Vec3::new(0.02, 0.93, 0.97)),
+    ];
+    for (k, body) in bodies.iter_mut().enumerate() {
+        let turn = grains_geometry::Rotation::from_euler_angles(0.4 + k as f64, 0.7, 1.9 * k as f64);
+        body.rotation = turn.to_rotation_matrix().into_inner();
+    }
+    let forcing = if moves { QUADRATIC } else { CUBIC };
+    let mut scene = Scene::new(&setup, ranks, (shape, &bodies), forcing, transport);
+    scene.flow.initialise(|[_, y, z]| [0.4 + 0.2 * (2.0 * PI * (y + z)).sin(), 0.1, 0.0], |_| 0.0, transport);
+    let interior =
+        Interior { capacity: 2.5, diffusivity: 0.3, reaction: Some(SolidReaction { rate: 2.0, order: 1.0 }) };
+    let conditions = match moves {
+        true => vec![SolidCondition::Value(ScalarValue::Uniform(1.0)), SolidCondition::OfSolid],
+        false => vec![
+            SolidCondition::Value(ScalarValue::Uniform(1.0)),
+            SolidCondition::default(),
+            SolidCondition::Interior(Interior { reaction: None, ..interior }),
+            SolidCondition::Interior(interior),
+        ],
+    };
+    for (k, condition) in conditions.into_iter().enumerate() {
+        // The last one is what is not uniform.
+        let is_uneven = moves == (k == 1) && (moves || k == 3);
+        let mut setup = scalar(0.02, |_, _| 0.0, condition);
+        setup.boundaries = ScalarBoundaries::default();
+        setup.scheme = Scheme::Bounded;
+        let value = move |[x, _, z]: [f64; 3]| {
+            if is_uneven { 1.0 + (2.0 * PI * (x - z)).sin() } else { 1.0 }
+        };
+        scene.flow.add_scalar(setup, value, transport);
+    }
+    place(&mut scene, transport);
+    scene.flow.begin_scalars(|_| true);
+    scene
+}
+
+fn place(scene: &mut Scene, transport: &dyn Transport) {
+    let count = scene.flow.scalars.as_ref().unwrap().all.len();
+    let values = vec![vec![0.5; scene.own.len()]; count];
+    scene.resolved.place_for_scalars((&scene.shapes, &[]), &values, &mut scene.flow, transport);
+}
+
+/// What is uniform stays so, what is not stays within its limits, and all of it is accounted for, past bodies of any shape that stay or
+/// move, on any ranks.
+#[test]
+fn scalars_keep_sums_and_limits_past_bodies_of_any_shape_on_any_ranks() {
+    let shapes = [
+        Shape::sphere(0.2).unwrap(),
+        Shape::cuboid(Vec3::new(0.3, 0.24, 0.36), 0.02).unwrap(),
+        Shape::cylinder(0.14, 0.34, 0.02).unwrap(),
+    ];
+    for (shape, moves) in shapes.iter().flat_map(|shape| [(shape, false), (shape, true)]) {
+        let mut wanted: Option<Vec<f64>> = None;
+        for ranks in [[1; 3], [2, 1, 2]] {
+            let found = on_ranks(ranks.iter().product(), |transport| {
+                let mut scene = among_bodies(shape, moves, ranks, &transport);
+                for _ in 0..12 {
+                    match moves {
+                        // Placed before the flow goes on: bodies and scalars are where they are in the step.
+                        true => {
+                            scene.own.iter_mut().for_each(|body| body.center += body.velocity * 0.01);
+                            scene.place(&transport);
+                            place(&mut scene, &transport);
+                            scene.own.iter_mut().for_each(|body| body.center -= body.velocity * 0.01);
+                            scene.move_freely((0.1, 4e-4, 2.0), Vec3::zeros(), 0.01, &transport);
+                        }
+                        false => scene.step(0.01, &transport),
+                    }
+                    let scalars = scene.flow.scalars.as_ref().unwrap();
+                    for (k, scalar) in scalars.all.iter().enumerate() {
+                        let mut lost = [scalars.content(k) - scalar.entered - scalar.produced];
+                        transport.sum(&mut lost);
+                        assert!(lost[0].abs() < 1e-12, "{k}: {lost:?}");
+                        let ([_, _], [low, high]) = scalars.sums(k);
+                        let is_uneven = k == if moves { 1 } else { 3 };
+                        let (least, most) =
+                            if is_uneven { (-1e-12, 2.0 + 1e-12) } else { (1.0 - 1e-9, 1.0 + 1e-9) };
+                        assert!(low >= least && high <= most, "{moves} {k}: {low} {high}");
+                    }
+                }
+                let scalars = scene.flow.scalars.as_ref().unwrap();
+                let mut sums: Vec<f64> = (0..scalars.all.len()).map(|k| scalars.content(k)).collect();
+                sums.extend(scalars.all.iter().map(|scalar| scalar.reacted.iter().sum::<f64>()));
+                transport.sum(&mut sums);
+                sums
+            });
+            let found = found.into_iter().next().unwrap();
+            match &wanted {
+                None => wanted = Some(found),
+                Some(wanted) => {
+                    for (a, b) in wanted.iter().zip(&found) {
+                        assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{wanted:?} {found:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -65,9 +65,8 @@ impl ResolvedBodies {
             let shapes = &dem.setup.catalogue.shapes[..];
             let there = self.bodies.on_walls.iter().map(|on_wall| on_wall.wall);
             let all = self.walls.all();
-            let numbers: Vec<usize> = there
-                .filter_map(|number| all.iter().position(|wall| wall.number as u64 == number))
-                .collect();
+            let numbers: Vec<usize> =
+                there.filter_map(|number| all.iter().position(|wall| wall.number as u64 == number)).collect();
             self.bodies.place_for_scalars((shapes, &numbers), &self.values(dem, flow), flow, transport);
         }
     }
@@ -97,7 +96,8 @@ impl ResolvedBodies {
                         let Some(thermal) = &dem.setup.thermal else { continue };
                         let capacity = thermal.capacity(&dem.particles.bodies[i]);
                         // A body lighter than what the fluid can give it in a step would swing about its temperature: the rest waits.
-                        let taken = if capacity.is_finite() { due / (inside / capacity).max(1.0) } else { 0.0 };
+                        let taken =
+                            if capacity.is_finite() { due / (inside / capacity).max(1.0) } else { 0.0 };
                         (told[0], told[1]) = (got / dt, if capacity.is_finite() { due - taken } else { 0.0 });
                         dem.particles.temperatures[i] += taken / capacity;
                         dem.heat_ledger.fluid += taken;

@@ -284,7 +284,9 @@ impl FluidPhase {
         let names = &self.scalar_names;
         // Those that settle begin anew.
         let settles = self.steady.is_some();
-        self.flow.begin_scalars(|number| settles || known.of.iter().all(|account| account.name != names[number].field));
+        self.flow.begin_scalars(|number| {
+            settles || known.of.iter().all(|account| account.name != names[number].field)
+        });
         self.resume_on_walls(file.text(ON_WALLS).and_then(walls::parse).unwrap_or_default());
         Ok(())
     }

@@ -129,11 +129,7 @@ fn boundaries(scalar: &CaseScalar, density: f64) -> Result<ScalarBoundaries, (us
 }
 
 /// Conditions on resolved particles and on walls, or the key of one with a fault.
-fn solids(
-    case: &Case,
-    fluid: &CaseFluid,
-    scalar: &CaseScalar,
-) -> Result<SolidConditions, (String, String)> {
+fn solids(case: &Case, fluid: &CaseFluid, scalar: &CaseScalar) -> Result<SolidConditions, (String, String)> {
     let capacity = scalar.capacity(fluid.density);
     let mut solids = SolidConditions::default();
     if let Some(given) = scalar.particles.as_ref().filter(|_| fluid.resolved.is_some()) {
@@ -145,8 +141,8 @@ fn solids(
     let walls = FluidWalls::new(case).map_err(|e| ("boundary".to_string(), e))?;
     for wall in walls.all() {
         let name = &case.walls[wall.number].name;
-        let of_wall = scalar.boundary.iter().enumerate().rev();
-        let given = of_wall.filter(|(_, boundary)| boundary.wall.as_ref() == Some(name)).next();
+        let mut of_wall = scalar.boundary.iter().enumerate().rev();
+        let given = of_wall.find(|(_, boundary)| boundary.wall.as_ref() == Some(name));
         let condition = match given {
             None => SolidCondition::default(),
             Some((i, boundary)) => {
@@ -185,10 +181,9 @@ fn on_wall(kind: &ScalarBoundaryKind, capacity: f64) -> Result<SolidCondition, S
         ScalarBoundaryKind::Insulated => SolidCondition::default(),
         ScalarBoundaryKind::Value { value: given } => SolidCondition::Value(value(given, 1.0)?),
         ScalarBoundaryKind::Flux { flux } => SolidCondition::Flux(value(flux, 1.0 / capacity)?),
-        ScalarBoundaryKind::Transfer { coefficient, ambient } => SolidCondition::Transfer {
-            coefficient: coefficient / capacity,
-            ambient: value(ambient, 1.0)?,
-        },
+        ScalarBoundaryKind::Transfer { coefficient, ambient } => {
+            SolidCondition::Transfer { coefficient: coefficient / capacity, ambient: value(ambient, 1.0)? }
+        }
     })
 }
 
@@ -212,7 +207,8 @@ pub fn columns(fluid: &CaseFluid) -> impl Iterator<Item = (String, &'static str)
         let [unit, content] = scalar.units();
         let units = [unit, unit, unit, content, content];
         let of_flow = if unit == "K" { "W" } else { "1/s" };
-        let of_solids = OF_SOLIDS.into_iter().filter(|_| fluid.resolved.is_some()).map(move |what| (what, of_flow));
+        let of_solids =
+            OF_SOLIDS.into_iter().filter(|_| fluid.resolved.is_some()).map(move |what| (what, of_flow));
         let columns = COLUMNS.into_iter().zip(units).chain(of_solids);
         columns.map(|(what, unit)| (format!("{}_{what}", scalar.name), unit))
     })

@@ -160,12 +160,7 @@ fn measured(
 }
 
 /// Mean of a scalar over its range (-), and the rates at which it reacts and comes from bodies and walls (unit m³/s).
-fn measured_scalar(
-    scalars: &Scalars,
-    number: usize,
-    dt: f64,
-    transport: &MpiTransport,
-) -> [Vec<f64>; 3] {
+fn measured_scalar(scalars: &Scalars, number: usize, dt: f64, transport: &MpiTransport) -> [Vec<f64>; 3] {
     let ([content, of_unit], [least, largest]) = scalars.sums(number);
     let scalar = &scalars.all[number];
     let bodies = scalars.solids.as_ref().map_or(0, |solids| solids.bodies).min(scalar.gained.len());

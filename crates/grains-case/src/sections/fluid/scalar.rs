@@ -169,10 +169,14 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, checker: &mut Checker)
     }
     let mut refuse = |key: &str, message: &str| checker.error(key, message.into());
     if fluid.resolved.as_ref().is_some_and(|resolved| resolved.method == ResolvedMethod::Multiplier) {
-        refuse("fluid.resolved.method", "scalars know direct forcing only; take \"direct\", or remove [[fluid.scalar]]");
+        refuse(
+            "fluid.resolved.method",
+            "scalars know direct forcing only; take \"direct\", or remove [[fluid.scalar]]",
+        );
     }
     if fluid.steady.is_some() && fluid.scalar.iter().any(|scalar| scalar.buoyancy.is_some()) {
-        let message = "a steady flow is found before the scalars, which move it; remove it, or their buoyancy";
+        let message =
+            "a steady flow is found before the scalars, which move it; remove it, or their buoyancy";
         refuse("fluid.steady", message);
     }
 }
@@ -233,7 +237,8 @@ fn check_boundary(
             return checker.error(&format!("{path}.wall"), "excludes face; state one of the two".into());
         }
         (None, None) => {
-            let message = "missing: where the condition holds; state face, or wall with the name of one in the fluid";
+            let message =
+                "missing: where the condition holds; state face, or wall with the name of one in the fluid";
             return checker.error(&format!("{path}.face"), message.into());
         }
     };
@@ -261,7 +266,11 @@ fn check_wall(
 ) {
     let Some((_, moves)) = context.fluid_walls.iter().find(|(name, _)| name == wall) else {
         let names: Vec<String> = context.fluid_walls.iter().map(|(name, _)| format!("{name:?}")).collect();
-        let known = if names.is_empty() { "there are none".into() } else { format!("there are {}", names.join(", ")) };
+        let known = if names.is_empty() {
+            "there are none".into()
+        } else {
+            format!("there are {}", names.join(", "))
+        };
         let message = format!("no wall that bounds the fluid has this name; {known}");
         return checker.error(&format!("{path}.wall"), message);
     };
@@ -283,7 +292,11 @@ fn check_inlets(scalar: &Scalar, path: &str, fluid: &Fluid, checker: &mut Checke
         |kind: &BoundaryKind| kind.imposes_flow() || matches!(kind, BoundaryKind::PressureInlet { .. });
     for (i, inlet) in fluid.boundary.iter().enumerate().filter(|(_, boundary)| enters(&boundary.kind)) {
         let is_value = |kind: &ScalarBoundaryKind| matches!(kind, ScalarBoundaryKind::Value { .. });
-        if !scalar.boundary.iter().any(|boundary| boundary.face == Some(inlet.face) && is_value(&boundary.kind)) {
+        if !scalar
+            .boundary
+            .iter()
+            .any(|boundary| boundary.face == Some(inlet.face) && is_value(&boundary.kind))
+        {
             let message = format!(
                 "fluid comes in by fluid.boundary[{i}], and what it carries is not stated; add \
                  [[fluid.scalar.boundary]] with face = \"{}\", kind = \"value\" and a value",

@@ -175,7 +175,8 @@ pub(super) fn check(
     }
     let mut refuse = |key: &str, message: String| checker.error(&format!("{path}{key}"), message);
     if fluid.coupling.is_none() {
-        let message = "without effect: the fluid does not see the particles; add [fluid.coupling] or [fluid.resolved]";
+        let message =
+            "without effect: the fluid does not see the particles; add [fluid.coupling] or [fluid.resolved]";
         return refuse("", message.into());
     }
     let of_resolved = [
@@ -189,10 +190,14 @@ pub(super) fn check(
         return refuse(&format!(".{key}"), message.into());
     }
     if transfer.law.is_none() {
-        return refuse(".law", "missing: how particles smaller than the cells exchange; \"gunn\" suits beds".into());
+        return refuse(
+            ".law",
+            "missing: how particles smaller than the cells exchange; \"gunn\" suits beds".into(),
+        );
     }
     if transfer.reaction.is_some_and(|reaction| reaction.order != 1.0) {
-        let message = "particles smaller than the cells react in first order only; take 1, or [fluid.resolved]";
+        let message =
+            "particles smaller than the cells react in first order only; take 1, or [fluid.resolved]";
         return refuse(".reaction.order", message.into());
     }
     let ways = [
@@ -270,10 +275,16 @@ fn check_resolved(
         return refuse(&format!(".{second}"), &message);
     }
     if stated.is_empty() && transfer.reaction.is_none() {
-        return refuse("", "states nothing; add value, flux, uniform or inside, or remove it: particles then are insulated");
+        return refuse(
+            "",
+            "states nothing; add value, flux, uniform or inside, or remove it: particles then are insulated",
+        );
     }
     if transfer.uniform && !is_temperature {
-        return refuse(".uniform", "only temperatures are kept by particles; state value, flux or inside for a concentration");
+        return refuse(
+            ".uniform",
+            "only temperatures are kept by particles; state value, flux or inside for a concentration",
+        );
     }
     if transfer.uniform && !context.has_heat {
         return refuse(".uniform", "particles have no temperature; add [heat] with that at the start (K)");
@@ -281,18 +292,26 @@ fn check_resolved(
     let is_still = context.particles_are_fixed;
     if (transfer.flux.is_some() || transfer.inside.is_some()) && !is_still {
         let key = if transfer.flux.is_some() { ".flux" } else { ".inside" };
-        return refuse(key, "only for particles that stay where they are; take motion = \"fixed\", or state value or uniform");
+        return refuse(
+            key,
+            "only for particles that stay where they are; take motion = \"fixed\", or state value or uniform",
+        );
     }
     if let Some(inside) = &transfer.inside {
         let of_heat = [
             ("conductivity", inside.conductivity.is_some()),
             ("volumetric_heat_capacity", inside.volumetric_heat_capacity.is_some()),
         ];
-        let of_mass = [("diffusivity", inside.diffusivity.is_some()), ("partition", inside.partition.is_some())];
-        let (needed, others) = if is_temperature { (&of_heat[..], &of_mass[..]) } else { (&of_mass[..1], &of_heat[..]) };
+        let of_mass =
+            [("diffusivity", inside.diffusivity.is_some()), ("partition", inside.partition.is_some())];
+        let (needed, others) =
+            if is_temperature { (&of_heat[..], &of_mass[..]) } else { (&of_mass[..1], &of_heat[..]) };
         if let Some((key, _)) = needed.iter().find(|(_, is_stated)| !is_stated) {
             let what = if is_temperature { "a temperature" } else { "a concentration" };
-            return refuse(&format!(".inside.{key}"), &format!("missing: {what} diffuses inside by it; state it"));
+            return refuse(
+                &format!(".inside.{key}"),
+                &format!("missing: {what} diffuses inside by it; state it"),
+            );
         }
         if let Some((key, _)) = others.iter().find(|(_, is_stated)| *is_stated) {
             let of = if is_temperature { "concentrations" } else { "temperatures" };
@@ -304,13 +323,19 @@ fn check_resolved(
         return refuse(".reaction", "a temperature does not react; state that of a concentration");
     }
     if transfer.inside.is_none() {
-        return refuse(".reaction", "reacts inside particles; state how it comes there: inside = { diffusivity = ... }");
+        return refuse(
+            ".reaction",
+            "reacts inside particles; state how it comes there: inside = { diffusivity = ... }",
+        );
     }
     if reaction.diffusivity.is_some() {
-        return refuse(".reaction.diffusivity", "of resolved particles it is inside.diffusivity; move it there");
+        return refuse(
+            ".reaction.diffusivity",
+            "of resolved particles it is inside.diffusivity; move it there",
+        );
     }
     if reaction.heat != 0.0 {
-        return refuse(".reaction.heat", "resolved particles take no heat of reactions yet; remove it");
+        refuse(".reaction.heat", "resolved particles take no heat of reactions yet; remove it");
     }
 }
 

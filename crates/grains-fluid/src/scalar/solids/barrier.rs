@@ -294,7 +294,8 @@ impl Builder<'_> {
                     jumps.extend(jump);
                 }
                 [below_is_free, _] => {
-                    let (free, held) = if below_is_free { (cells[0], cells[1]) } else { (cells[1], cells[0]) };
+                    let (free, held) =
+                        if below_is_free { (cells[0], cells[1]) } else { (cells[1], cells[0]) };
                     // Without a film the surface is that of the solid in which the free cell lies.
                     let of = if self.has_no_film() { free } else { held };
                     let Some(solid) = self.solid_of(of) else { return };
@@ -307,7 +308,18 @@ impl Builder<'_> {
                     let side = if below_is_free { 1.0 } else { -1.0 };
                     conductances.push((face as u32, 0.0));
                     let volume = self.open_volume(free);
-                    ties.push(Tie { face, free, held, side, solid, conductance, volume, way, value: None, carried: 0.0 });
+                    ties.push(Tie {
+                        face,
+                        free,
+                        held,
+                        side,
+                        solid,
+                        conductance,
+                        volume,
+                        way,
+                        value: None,
+                        carried: 0.0,
+                    });
                 }
             }
         });
@@ -347,7 +359,8 @@ impl Builder<'_> {
         // Shares of the way, and of the face, in interiors.
         let way = if solids[0] == solids[1] { None } else { cut.map(|cut| cut.solid) };
         // Of several the one that takes most of the face: not the first, as numbers of solids differ from rank to rank.
-        let of_interiors = about.iter().filter(|near| matches!(self.kinds[near.solid as usize], Kind::Interior(_)));
+        let of_interiors =
+            about.iter().filter(|near| matches!(self.kinds[near.solid as usize], Kind::Interior(_)));
         let order = |near: &&NearFace| (near.share, near.normal);
         let inner = of_interiors.max_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal));
         let diffusivities = cells.map(|p| self.diffusivity(p));
@@ -374,9 +387,7 @@ impl Builder<'_> {
         let tangential = match (way, solids) {
             (Some([below, above]), _) => {
                 let theta = 1.0 - if solids[0] > 0 { below } else { above };
-                -straight
-                    * (fluid - inside)
-                    * (theta * (1.0 - open) / fluid - (1.0 - theta) * open / inside)
+                -straight * (fluid - inside) * (theta * (1.0 - open) / fluid - (1.0 - theta) * open / inside)
             }
             (None, [0, 0]) => -(1.0 - open) * (fluid - inside),
             (None, _) => open * (fluid - inside),
@@ -432,15 +443,17 @@ impl Builder<'_> {
         };
         for cell in &self.cells.near_cells {
             let place = cell.place as usize;
-            if !passes(cell.solid as usize) || !is_own(self.local.layout, place) || !self.barrier.is_free(place) {
+            if !passes(cell.solid as usize)
+                || !is_own(self.local.layout, place)
+                || !self.barrier.is_free(place)
+            {
                 continue;
             }
             let mut square = 0.0;
             let volume = self.local.volume_at(place);
             for axis in (0..3).filter(|&a| self.local.active[a]) {
                 let area = volume / self.local.axes[axis].width[self.entry(place, axis)];
-                let missing =
-                    share(axis, place, cell.solid) - share(axis, place - strides[axis], cell.solid);
+                let missing = share(axis, place, cell.solid) - share(axis, place - strides[axis], cell.solid);
                 square += (area * missing).powi(2);
             }
             if square > 0.0 {

@@ -3,8 +3,8 @@
 use super::super::Scalars;
 use super::super::advance::own_cells;
 use super::barrier::Barrier;
-use super::cells::{BEYOND, SolidCells};
 use super::build::{SolidCellsBuilder, SurfacePoint};
+use super::cells::{BEYOND, SolidCells};
 use super::step::middle;
 use crate::metrics::Local;
 use crate::{Enclosure, Flow, Grid};
@@ -94,13 +94,7 @@ fn widest(local: &Local, axis: usize) -> f64 {
 
 impl Scalars {
     /// The barrier of a scalar, and its values where cells changed sides, at a time (s).
-    fn place(
-        &mut self,
-        number: usize,
-        cells: &SolidCells,
-        (grid, local): (&Grid, &Local),
-        time: f64,
-    ) {
+    fn place(&mut self, number: usize, cells: &SolidCells, (grid, local): (&Grid, &Local), time: f64) {
         let (scalar, volume) = (&mut self.all[number], &self.volume);
         let mut barrier = Barrier::new(cells, &scalar.setup, local);
         let old = scalar.barrier.take();

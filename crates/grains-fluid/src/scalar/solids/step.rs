@@ -61,7 +61,8 @@ impl Barrier {
             for tie in ties {
                 let at = || {
                     let mut at = middle(grid, local, tie.free);
-                    let width = 1.0 / local.axes[axis].inverse_distance[tie.face / strides[axis] % dims[axis]];
+                    let width =
+                        1.0 / local.axes[axis].inverse_distance[tie.face / strides[axis] % dims[axis]];
                     at[axis] += tie.side * tie.way * width;
                     at
                 };
