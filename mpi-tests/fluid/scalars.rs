@@ -266,3 +266,74 @@ fn analysed(results: &Path, what: &str, options: &[&str]) -> f64 {
     let mean = head.iter().position(|name| *name == "mean").unwrap();
     rows.next_back().unwrap().split(',').nth(mean).unwrap().parse().unwrap()
 }
+
+/// An averaged flow among walls: a funnel whose wall is hot and a ring in it that turns and gives off a dye; beads take heat up.
+#[test]
+fn walls_of_averaged_flows_give_what_fluid_and_beads_get() {
+    let home = folder("fluid_hot_funnel");
+    let mut text = replaced(&case("funnel.toml"), "[0.04, 0.0095]]", "[0.04, 0.0095]]\nfluid = \"inside\"");
+    text = replaced(&text, "[-0.001, 0.006]]\n", "[-0.001, 0.006]]\nfluid = \"outside\"\n");
+    text = replaced(&text, "density = 2500\n", "density = 2500\nheat_capacity = 100\nconductivity = 1\n");
+    text = replaced(&text, "end = 0.05", "end = 0.004");
+    let fluid = r#"[fluid]
+density = 1.2
+viscosity = 1.8e-5
+cells = [14, 15, 22]
+coupling = { drag = "beetstra", kernel = { kind = "smooth" } }
+
+[[fluid.boundary]]
+face = "+z"
+kind = "outlet"
+
+[[fluid.boundary]]
+face = "-z"
+kind = "outlet"
+
+[[fluid.scalar]]
+name = "temperature"
+kind = "temperature"
+conductivity = 0.0255
+heat_capacity = 1005
+initial = 300
+particles = { law = "gunn" }
+
+[[fluid.scalar.boundary]]
+wall = "funnel"
+kind = "value"
+value = 350
+
+[[fluid.scalar]]
+name = "dye"
+kind = "concentration"
+diffusivity = 2e-5
+initial = 0
+
+[[fluid.scalar.boundary]]
+wall = "ring"
+kind = "value"
+value = 1
+
+[heat]
+temperature = 300
+
+[output]"#;
+    let text = replaced(&text, "[output]", fluid);
+    let one = series(&results_of(&home, "1", 1, &text));
+    let column = |name: &str| one.column(name);
+    let last = |name: &str| *column(name).last().unwrap();
+    for name in ["temperature", "dye"] {
+        let (lost, content) = (column(&format!("{name}_unaccounted")), last(&format!("{name}_content")));
+        assert!(lost.iter().all(|x| x.abs() < 1e-11 * content), "{name}: {lost:?} of {content}");
+    }
+    assert!(last("temperature_mean") > 300.2 && last("temperature_max") < 350.0 + 1e-9);
+    assert!(column("temperature_min").iter().all(|t| *t > 300.0 - 1e-9));
+    assert!(last("dye_mean") > 3e-4 && last("dye_max") < 1.0 + 1e-9 && last("dye_min") > -1e-12);
+    assert!(last("particle_heat_from_fluid") > 0.0);
+    for (label, ranks) in [("2", 2), ("4", 4)] {
+        let other = series(&results_of(&home, label, ranks, &text));
+        for name in ["temperature_mean", "dye_mean", "particle_heat_from_fluid"] {
+            // Beads that bounce make more of what the pressure solver leaves undone.
+            assert_close(&column(name), &other.column(name), 1e-5, name);
+        }
+    }
+}
