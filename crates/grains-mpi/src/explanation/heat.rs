@@ -129,8 +129,8 @@ pub fn of_transfer(
     }
 }
 
-/// Cells across the layer in which a reaction takes place, below which its rate is off by a tenth and more (-).
-const THIN_LAYER: f64 = 1.5;
+/// Cells across the layer in which a reaction takes place, below which its rate is off by a twentieth and more (-).
+const THIN_LAYER: f64 = 0.5;
 
 /// Prints what resolved particles exchange with a scalar of the fluid, with cells of a width (m).
 pub fn of_resolved(
@@ -179,7 +179,7 @@ pub fn of_resolved(
     let [(small, of_small), (large, of_large)] = diameters.map(of);
     let cells = (within / reaction.rate).sqrt() / width;
     let warning = match cells < THIN_LAYER {
-        true => "; warning: fewer than 1.5 do not show how it falls, take narrower cells",
+        true => "; warning: with fewer than 0.5 its rate is off by 5 % and more, take narrower cells",
         false => "",
     };
     say!(
