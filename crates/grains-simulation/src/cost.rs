@@ -80,7 +80,8 @@ impl Cost {
             + particles * MEMORY[other]
             + bonds as f64 * BOND[0]
             + at_once
-            + fluid::check::bytes_in_memory(case, ranks);
+            + fluid::check::bytes_in_memory(case, ranks)
+            + fluid::check::bytes_at_surfaces(case, catalogue, insertions);
         Self { memory, snapshots, checkpoints, disk }
     }
 }

@@ -3,6 +3,7 @@
 use super::super::advance::for_faces;
 use super::cells::{BEYOND, CutFace, NearCell, NearFace, SolidCells, share_in_front};
 use crate::metrics::Local;
+use std::collections::HashMap;
 
 /// Least share of a way between two middles that is left on either side of a surface (-).
 const LEAST: f64 = 1e-3;
@@ -106,8 +107,8 @@ impl SolidCellsBuilder {
     fn continue_outwards(&mut self, local: &Local) {
         let (dims, strides) = (local.layout.dims(), local.layout.strides());
         let steps = |a: usize| if local.active[a] { -1..=1 } else { 0..=0 };
-        // Square of the way along the plane, and the point.
-        let mut found: Vec<(f64, SurfacePoint)> = Vec::new();
+        // By cell and solid: square of the way along the plane, and the point; of equal ways that of the lower place counts.
+        let mut found: HashMap<(usize, u32), (f64, SurfacePoint)> = HashMap::new();
         for point in self.points.iter().filter(|point| point.distance <= 0.0) {
             let at = [0, 1, 2].map(|a| point.place / strides[a] % dims[a]);
             for dz in steps(2) {
@@ -132,16 +133,16 @@ impl SolidCellsBuilder {
                         if distance <= 0.0 {
                             continue;
                         }
-                        found.push((square - along * along, SurfacePoint { place, distance, ..*point }));
+                        let new = (square - along * along, SurfacePoint { place, distance, ..*point });
+                        let best = found.entry((place, point.solid)).or_insert(new);
+                        if new.0 < best.0 {
+                            *best = new;
+                        }
                     }
                 }
             }
         }
-        found.sort_unstable_by(|(s, p), (t, q)| {
-            (p.place, p.solid).cmp(&(q.place, q.solid)).then(s.total_cmp(t))
-        });
-        found.dedup_by_key(|(_, point)| (point.place, point.solid));
-        self.points.extend(found.into_iter().map(|(_, point)| point));
+        self.points.extend(found.into_values().map(|(_, point)| point));
         self.points.sort_unstable_by_key(|point| (point.place, point.solid));
     }
 

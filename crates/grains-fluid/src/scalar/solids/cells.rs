@@ -61,6 +61,15 @@ pub struct SolidCells {
     pub count: usize,
 }
 
+impl SolidCells {
+    /// Frees what only conditions are made of.
+    pub(super) fn forget_cuts(&mut self) {
+        self.cut = Default::default();
+        self.near_cells = Vec::new();
+        self.near_faces = Default::default();
+    }
+}
+
 /// Share of a cell of widths `w` (m) in front of a plane at a distance `d` (m) behind its middle, of unit normal `n`: of that
 /// which n·x > −d.
 ///

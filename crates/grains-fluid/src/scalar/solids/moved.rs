@@ -32,22 +32,20 @@ impl Flow {
         transport: &dyn Transport,
     ) {
         let Some(scalars) = &mut self.scalars else { return };
-        let cells = builder.finish(&self.local);
-        let is_new = scalars.solids.as_ref() != Some(&cells);
+        let mut cells = builder.finish(&self.local);
         for (scalar, of_solids) in scalars.all.iter_mut().zip(of_solids) {
             scalar.of_solids = of_solids;
             scalar.gained = vec![0.0; cells.count];
             scalar.reacted = vec![0.0; cells.count];
             scalar.gained_over = 0.0;
         }
-        if is_new {
-            for number in 0..scalars.all.len() {
-                scalars.place(number, &cells, (&self.setup.grid, &self.local), self.state.time);
-            }
-            for scalar in &mut scalars.all {
-                self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
-            }
+        for number in 0..scalars.all.len() {
+            scalars.place(number, &cells, (&self.setup.grid, &self.local), self.state.time);
         }
+        for scalar in &mut scalars.all {
+            self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+        }
+        cells.forget_cuts();
         scalars.solids = Some(cells);
     }
 }

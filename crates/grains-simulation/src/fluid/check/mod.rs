@@ -13,7 +13,7 @@ use crate::cost;
 use crate::insertion::Insertions;
 use crate::timestep;
 use grains_case::{Case, Coupling, Fluid, FluidField, PressureMethod, TimeStep};
-use grains_dem::Catalogue;
+use grains_dem::{Catalogue, Kind};
 pub use kinds::{ParticlesInFluid, SettlingMotion};
 use kinds::{SETTLED, kinds};
 pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
@@ -37,6 +37,9 @@ const BYTES: [[f64; 2]; 10] = [
 
 /// Bytes per cell of the halos and the grid of each scalar.
 const BYTES_OF_SCALAR: f64 = 16.0;
+
+/// Bytes of each scalar about resolved particles: per cell, and per square of a cell's width on their surfaces.
+const BYTES_AT_SURFACES: [f64; 2] = [26.0, 800.0];
 
 /// Bytes per cell and step that a search for a steady flow combines, and what it does without: the terms of the last step, and the
 /// room for files, which are written when the steps are freed.
@@ -150,7 +153,7 @@ pub fn report(
     Ok(Some(FluidReport {
         cells: fluid.cells,
         widths: [0, 1, 2].map(|a| fluid.cell_widths(&case.domain, a)),
-        memory: bytes_in_memory(case, 1),
+        memory: bytes_in_memory(case, 1) + bytes_at_surfaces(case, catalogue, insertions),
         step,
         coupling: coupling.transpose()?,
         resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
@@ -276,6 +279,21 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
     bytes.map(|([of_stored, of_cell], _)| stored * of_stored + cells * of_cell).sum::<f64>()
         + of_steady
         + of_scalars
+}
+
+/// What scalars take about particles that the grid resolves (bytes): on their surfaces and in them.
+pub fn bytes_at_surfaces(case: &Case, catalogue: &Catalogue, insertions: &Insertions) -> f64 {
+    let Some(fluid) = case.fluid.as_ref().filter(|fluid| fluid.resolved.is_some()) else { return 0.0 };
+    if fluid.scalar.is_empty() {
+        return 0.0;
+    }
+    let cells = fluid.cells.iter().map(|&n| n as f64).product::<f64>();
+    let extents = case.domain.extents();
+    let cell = extents.iter().product::<f64>() / cells;
+    let area = |kind: Kind, scale: f64| catalogue.shape(kind).area() * scale * scale;
+    let squares = insertions.sum(case, catalogue, area) / cell.powf(2.0 / 3.0);
+    let [of_cell, of_square] = BYTES_AT_SURFACES;
+    fluid.scalar.len() as f64 * (of_cell * cells + of_square * squares)
 }
 
 /// The longest step of the fluid; between particles at a void fraction the same flow is faster.
