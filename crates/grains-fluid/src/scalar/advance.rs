@@ -2,7 +2,7 @@
 
 use super::limiter::limit;
 use super::solids::{Barrier, HELD, Tie};
-use super::{Scalar, Scalars, Scheme, SolidCells, SolidCondition, Work};
+use super::{Scalar, Scalars, Scheme, SolidCells, Work};
 use crate::metrics::Local;
 use crate::tridiagonal::Conduction;
 use crate::{Centre, Faces, Field, Grid, Halo, Immersed, Layout};
@@ -130,24 +130,6 @@ const MAX_PARTS_BY_DIFFUSION: f64 = 64.0;
 
 /// Largest number of parts of a step: at the Courant numbers of flows more are a sign of cells that hold next to no fluid.
 const MAX_PARTS: f64 = 1000.0;
-
-impl Scalars {
-    /// Largest Fourier numbers D Δt/Δx² of the bounded scalars along the axes, inside solids too.
-    fn fourier_numbers(&self, local: &Local, dt: f64) -> [f64; 3] {
-        let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
-        let inside = |scalar: &Scalar| match &scalar.setup.solids.bodies {
-            SolidCondition::Interior(interior) => interior.diffusivity,
-            _ => 0.0,
-        };
-        let diffusivity = bounded.map(|s| s.setup.diffusivity.max(inside(s))).fold(0.0, f64::max);
-        [0, 1, 2].map(|a| {
-            let h = local.layout.halo;
-            let own = &local.axes[a].inverse_width[h..h + local.layout.cells[a]];
-            let inverse = own.iter().copied().fold(0.0, f64::max);
-            if local.active[a] { diffusivity * dt * inverse * inverse } else { 0.0 }
-        })
-    }
-}
 
 impl Work {
     /// Corrects the volume fluxes for what flows beside the velocity where bodies are: nothing by extrapolated velocities, and what

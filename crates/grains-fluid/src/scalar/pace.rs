@@ -1,8 +1,11 @@
+//! How long steps of scalars may be.
+//!
 //! Scalars that are to settle in a flow that stays as it is: each cell goes by its own step, as long as what leaves it and diffuses
 //! through it allow, so that slow corners and solids do not wait for the fastest jet. What settles does not depend on it.
 
 use super::advance::{CarrierFlow, own_cells};
-use super::{BEYOND, Scalar, Scalars, SolidCondition};
+use super::{BEYOND, Scalar, Scalars, Scheme, SolidCondition};
+use crate::metrics::Local;
 use grains_domain::Transport;
 
 /// Courant and Fourier number of a cell in its own step where scalars settle (-), and the least of all steps over its own.
@@ -11,6 +14,22 @@ const PACE_BY_DIFFUSION: f64 = 0.4;
 const SLOWEST_PACE: f64 = 0.02;
 
 impl Scalars {
+    /// Largest Fourier numbers D Δt/Δx² of the bounded scalars along the axes, inside solids too.
+    pub(super) fn fourier_numbers(&self, local: &Local, dt: f64) -> [f64; 3] {
+        let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
+        let inside = |scalar: &Scalar| match &scalar.setup.solids.bodies {
+            SolidCondition::Interior(interior) => interior.diffusivity,
+            _ => 0.0,
+        };
+        let diffusivity = bounded.map(|s| s.setup.diffusivity.max(inside(s))).fold(0.0, f64::max);
+        [0, 1, 2].map(|a| {
+            let h = local.layout.halo;
+            let own = &local.axes[a].inverse_width[h..h + local.layout.cells[a]];
+            let inverse = own.iter().copied().fold(0.0, f64::max);
+            if local.active[a] { diffusivity * dt * inverse * inverse } else { 0.0 }
+        })
+    }
+
     /// Lets each cell go at its own pace from here on, as scalars are to settle: by what leaves it and diffuses in a step `dt` (s).
     pub(super) fn settle_at_own_pace(
         &mut self,

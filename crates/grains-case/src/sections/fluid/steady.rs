@@ -50,6 +50,12 @@ pub(super) fn check(fluid: &Fluid, context: &Context<'_>, inserts: &[Insert], ch
     } else if context.has_particles && !inserts.iter().all(Insert::is_fixed) {
         refuse("particles move, so that no flow past them is steady; remove it, or take motion = \"fixed\"");
     }
+    if context.has_particles && context.has_heat {
+        refuse(
+            "particles change their temperatures in time, so that nothing is steady; remove it, or [heat], and state a value or flux of the \
+             particles",
+        );
+    }
     if context.walls_move {
         refuse("walls of the fluid move, so that no flow is steady; remove it, or the motion of the walls");
     }
