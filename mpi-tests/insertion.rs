@@ -166,6 +166,75 @@ fn what_is_wrong_in_a_share_of_a_file_is_told_by_its_line() {
     }
 }
 
+/// Spheres that stay where they are meet nobody later, but find room like all others, also where they lie on a periodic face.
+#[test]
+fn fixed_spheres_at_random_do_not_overlap() {
+    let home = folder("insertion_fixed");
+    let text = r#"[domain]
+lower = [0, 0, 0]
+upper = [4, 3, 3]
+periodic = [true, true, false]
+
+[time]
+end = 0.001
+dt = 0.001
+
+[[material]]
+name = "solid"
+density = 1000
+
+[[shape]]
+name = "ball"
+kind = "sphere"
+radius = 0.5
+
+[[insert]]
+name = "bed"
+particles = [{ shape = "ball", material = "solid", scale = { kind = "uniform", min = 0.6, max = 1 } }]
+count = 24
+motion = "fixed"
+place = { kind = "window", window = { kind = "box", lower = [0, 0, 0.5], upper = [4, 3, 2.5] }, attempts = 100000 }
+
+[fluid]
+density = 1
+viscosity = 1
+cells = [16, 12, 12]
+resolved = { motion = "fixed" }
+
+[output]
+directory = "results"
+"#;
+    let mut known = None;
+    for ranks in [1, 2] {
+        let own = home.join(ranks.to_string());
+        fs::create_dir_all(&own).unwrap();
+        run_case(ranks, &own, text, &[]).succeeded();
+        let file = hdf5::File::open(own.join("results/particles.vtkhdf")).unwrap();
+        let read = |name: &str| file.dataset(&format!("VTKHDF/{name}")).unwrap().read_raw::<f64>().unwrap();
+        let (points, radii) = (read("Points"), read("PointData/radius"));
+        let balls: Vec<([f64; 3], f64)> = points
+            .chunks_exact(3)
+            .zip(&radii)
+            .take(24)
+            .map(|(at, radius)| ([at[0], at[1], at[2]], *radius))
+            .collect();
+        for (k, (a, r)) in balls.iter().enumerate() {
+            for (b, s) in &balls[..k] {
+                let apart = |i: usize| {
+                    let d = (a[i] - b[i]).abs();
+                    if i < 2 { d.min([4.0, 3.0][i] - d) } else { d }
+                };
+                let distance = (0..3).map(|i| apart(i).powi(2)).sum::<f64>().sqrt();
+                assert!(distance > r + s - 1e-9, "{a:?} {b:?} are {distance} apart");
+            }
+        }
+        let mut sorted: Vec<[u64; 3]> = balls.iter().map(|(at, _)| at.map(f64::to_bits)).collect();
+        sorted.sort_unstable();
+        let first = known.get_or_insert_with(|| sorted.clone());
+        assert_eq!(*first, sorted, "on {ranks} ranks");
+    }
+}
+
 #[test]
 fn a_point_feeds_particles_one_by_one_as_soon_as_there_is_room() {
     let home = folder("insertion_point");

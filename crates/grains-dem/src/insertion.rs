@@ -71,7 +71,7 @@ impl NewParticle {
     }
 
     /// Radius of the bounding sphere (m).
-    fn radius(&self, catalogue: &Catalogue) -> f64 {
+    pub fn radius(&self, catalogue: &Catalogue) -> f64 {
         catalogue.shape(self.kind).bounding_radius * self.scale
     }
 
@@ -127,9 +127,11 @@ pub struct Occupancy {
 }
 
 impl Occupancy {
-    /// Particles owned by this rank that could touch one placed between two corners (m).
-    pub fn near(dem: &Dem, lower: &Vec3, upper: &Vec3) -> Self {
-        let largest_radius = dem.setup.largest_radius;
+    /// Particles owned by this rank that could touch one placed between two corners (m), of a radius (m) up to `largest`.
+    pub fn near(dem: &Dem, [lower, upper]: [&Vec3; 2], largest: f64) -> Self {
+        // Particles that stay where they are have no width to the search for contacts.
+        let owned = &dem.particles.bodies[..dem.particles.owned];
+        let largest_radius = owned.iter().map(|body| body.radius).fold(largest, f64::max);
         let width = 2.0 * largest_radius;
         let mut occupancy =
             Self { cells: HashMap::new(), members: Default::default(), largest_radius, held: Vec::new() };
@@ -203,10 +205,6 @@ impl Occupancy {
     pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
         let global = &dem.setup.global;
         let mut found: Option<(u64, f64)> = None;
-        // Particles that are fixed meet nobody, and have no width here.
-        if self.largest_radius == 0.0 {
-            return None;
-        }
         let (catalogue, radius) = (&dem.setup.catalogue, new.radius(&dem.setup.catalogue));
         let range = radius + self.largest_radius;
         for code in 0..27 {

@@ -245,7 +245,10 @@ impl Block {
             return Ok(done);
         }
         let (lower, upper) = bounds(window);
-        let mut occupancy = Occupancy::near(dem, &lower, &upper);
+        let coming = done..if dem.setup.largest_radius > 0.0 { done } else { until };
+        let radius = |k: u64| self.particle(self.first_id + k, case, seed, dem).radius(&dem.setup.catalogue);
+        let largest = coming.map(radius).fold(dem.setup.largest_radius, f64::max);
+        let mut occupancy = Occupancy::near(dem, [&lower, &upper], largest);
         while done < until {
             let new = self.particle(self.first_id + done, case, seed, dem);
             match place_in_window(new, window, attempts, seed, &occupancy, dem, transport) {
