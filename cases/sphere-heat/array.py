@@ -52,13 +52,16 @@ def main():
     sweep.run_all([(case(*p, s, folder(*p, s)), folder(*p, s)) for p in points for s in seeds], options.jobs)
     print(f"{'cells':>5} {'void':>5} {'Re':>4} {'Nu':>14}   {'Sun':>6} {'Deen':>6}")
     for point in points:
+        # Of each array: heat of the spheres over the sum of their differences of temperature; d = 1.
         found, solid = [], []
         for seed in seeds:
             where = folder(*point, seed)
             if (where / "done").exists():
                 sweep.analyse("nusselt", where, "--axis", "x")
                 rows = sweep.table(where / "analysis/nusselt-particles.csv")
-                found += [float(row["number"]) for row in rows if ENDS[0] <= float(row["position"]) <= ENDS[1]]
+                counted = [row for row in rows if ENDS[0] <= float(row["position"]) <= ENDS[1]]
+                heat = -sum(float(row["rate"]) for row in counted)
+                found.append(heat * point[2] / 1000 / math.pi / sum(301 - float(row["mixed"]) for row in counted))
                 solid.append(sum(within(float(row["position"])) for row in rows) / (16 * (ENDS[1] - ENDS[0])))
         if found:
             mean = sum(found) / len(found)

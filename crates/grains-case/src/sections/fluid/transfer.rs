@@ -104,7 +104,7 @@ impl Evaporation {
 pub struct Inside {
     /// Effective diffusivity of a concentration in the particle (m²/s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-14, 1e-3]))]
+    #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-14, 1]))]
     pub diffusivity: Option<f64>,
     /// Partition coefficient K (-): concentration inside over that outside at the surface; 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]

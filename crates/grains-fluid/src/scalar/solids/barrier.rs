@@ -14,7 +14,7 @@
 
 use super::super::advance::{for_faces, is_own};
 use super::super::{Interior, ScalarSetup, SolidCondition};
-use super::cells::{BEYOND, CutFace, NearFace, SolidCells};
+use super::cells::{BEYOND, CutFace, NearFace, SolidCells, share_in_front};
 use super::jump::Jump;
 use crate::metrics::Local;
 use std::cmp::Ordering;
@@ -24,6 +24,8 @@ pub(in super::super) const HELD: f64 = 1e200;
 
 /// Least share of a cell that it is open to fluid where any of it is (-): next to nothing would be emptied in no time.
 const LEAST_OPEN: f64 = 0.05;
+/// Step by which the area of a plane in a cell is found, over the width of the cell (-).
+const STEP: f64 = 1e-3;
 /// Share below which it is closed (-).
 const NONE_OPEN: f64 = 1e-4;
 
@@ -425,41 +427,46 @@ impl Builder<'_> {
         if is_there { other } else { cell }
     }
 
-    /// Pieces of the surfaces of closed solids: what is missing of the faces of a cell on one side is there as surface.
+    /// Pieces of the surfaces of closed solids: the part of each tangent plane in its cell, which is how fast the share of that grows with
+    /// the distance.
     fn find_surfaces(&mut self) {
-        let strides = self.local.layout.strides();
-        let solids = &self.setup.solids;
+        let layout = self.local.layout;
+        let (strides, dims) = (layout.strides(), layout.dims());
         let passes = |number: usize| {
-            let condition = solids.of(number, self.cells.bodies);
+            let condition = self.setup.solids.of(number, self.cells.bodies);
             !condition.is_insulated() && self.kinds[number] == Kind::Closed
         };
-        let share = |axis: usize, face: usize, solid: u32| {
-            let faces = &self.cells.near_faces[axis];
-            let first = faces.partition_point(|near| (near.place as usize) < face);
-            let found = faces[first..].iter().take_while(|near| near.place as usize == face);
-            let of_solid = found.filter(|near| near.solid == solid).map(|near| near.share).next();
-            let is_deep = [face, face + strides[axis]].iter().all(|&p| self.cells.holder[p] == solid + 1);
-            of_solid.unwrap_or(if is_deep { 1.0 } else { 0.0 })
-        };
-        for cell in &self.cells.near_cells {
+        let mut surfaces = Vec::new();
+        for cell in self.cells.near_cells.iter().filter(|cell| passes(cell.solid as usize)) {
             let place = cell.place as usize;
-            if !passes(cell.solid as usize)
-                || !is_own(self.local.layout, place)
-                || !self.barrier.is_free(place)
-            {
+            let widths = [0, 1, 2].map(|a| match self.local.active[a] {
+                true => self.local.axes[a].width[place / strides[a] % dims[a]],
+                false => 0.0,
+            });
+            let step = STEP * widths.iter().copied().fold(0.0, f64::max);
+            let [more, less] =
+                [step, -step].map(|d| share_in_front(cell.distance + d, &cell.normal, &widths));
+            let area = self.local.volume_at(place) * (more - less) / (2.0 * step);
+            let mut add = |to: usize, area: f64, distance: f64| {
+                if area > 0.0 && is_own(layout, to) && self.barrier.is_free(to) {
+                    surfaces.push(Surface { cell: to, solid: cell.solid, area, distance });
+                }
+            };
+            if cell.distance >= 0.0 {
+                add(place, area, cell.distance);
                 continue;
             }
-            let mut square = 0.0;
-            let volume = self.local.volume_at(place);
-            for axis in (0..3).filter(|&a| self.local.active[a]) {
-                let area = volume / self.local.axes[axis].width[self.entry(place, axis)];
-                let missing = share(axis, place, cell.solid) - share(axis, place - strides[axis], cell.solid);
-                square += (area * missing).powi(2);
-            }
-            if square > 0.0 {
-                let (area, distance) = (square.sqrt(), cell.distance);
-                self.barrier.surfaces.push(Surface { cell: place, solid: cell.solid, area, distance });
+            // What lies in a cell that is solid for the most part comes into those in front of it.
+            let sizes = [0, 1, 2].map(|a| (cell.normal[a] * widths[a]).abs());
+            let sum: f64 = sizes.iter().sum();
+            for a in (0..3).filter(|&a| sizes[a] > 0.0) {
+                let (e, is_up) = (place / strides[a] % dims[a], cell.normal[a] > 0.0);
+                if (is_up && e + 1 < dims[a]) || (!is_up && e > 0) {
+                    let to = if is_up { place + strides[a] } else { place - strides[a] };
+                    add(to, area * sizes[a] / sum, cell.distance + sizes[a]);
+                }
             }
         }
+        self.barrier.surfaces = surfaces;
     }
 }
