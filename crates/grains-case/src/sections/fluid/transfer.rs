@@ -135,7 +135,7 @@ pub struct ParticleTransfer {
     /// Flux from resolved particles into the fluid (W/m², mol/(m² s)), a number or a formula in x, y, z, t.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flux: Option<Expression>,
-    /// Whether each resolved particle has one temperature, that of [heat].
+    /// Whether each resolved particle has one temperature, that of `[heat]`.
     #[serde(default, skip_serializing_if = "is_false")]
     pub uniform: bool,
     /// Diffusion inside resolved particles, which do not move.
