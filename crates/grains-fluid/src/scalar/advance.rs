@@ -1,7 +1,7 @@
 //! A step of all scalars.
 
 use super::limiter::limit;
-use super::solids::{Barrier, HELD, Tie};
+use super::solids::{Barrier, FIXED, Tie};
 use super::{Scalar, Scalars, Scheme, SolidCells, Work};
 use crate::metrics::Local;
 use crate::tridiagonal::Conduction;
@@ -99,10 +99,10 @@ impl Scalars {
                 })
                 .sum();
             if leaving > 0.0 {
-                let least = capacities.iter().map(|capacity| capacity[p]).fold(1.0, f64::min);
-                let least = least * self.pace.get(p).copied().unwrap_or(1.0);
+                let smallest = capacities.iter().map(|capacity| capacity[p]).fold(1.0, f64::min);
+                let smallest = smallest * self.pace.get(p).copied().unwrap_or(1.0);
                 largest[0] =
-                    largest[0].max(carrier.dt * leaving / (least * self.volume[p]).max(f64::MIN_POSITIVE));
+                    largest[0].max(carrier.dt * leaving / (smallest * self.volume[p]).max(f64::MIN_POSITIVE));
             }
         }
         let is_limited = self.all.iter().any(|scalar| scalar.setup.scheme == Scheme::Bounded);
@@ -210,8 +210,8 @@ impl Work {
             let pace = pace.get(p).copied().unwrap_or(1.0);
             let capacity = pace * barrier.as_ref().map_or(1.0, |barrier| barrier.capacity[p]);
             // Nothing changes what solids hold, and where walls leave no room.
-            let is_free = capacity < pace * HELD && self.volume[p] > 0.0;
-            self.mass[p] = if is_free { capacity * self.volume[p] / dt + exchanged } else { HELD };
+            let is_free = capacity < pace * FIXED && self.volume[p] > 0.0;
+            self.mass[p] = if is_free { capacity * self.volume[p] / dt + exchanged } else { FIXED };
             self.rates[p] = whole * source.map_or(0.0, |source| source[p]);
             let out: f64 =
                 (0..3).map(|a| self.high.component(a)[p] - self.high.component(a)[p - strides[a]]).sum();
@@ -281,7 +281,7 @@ impl Work {
             });
             scalar.produced += produced * dt;
             // What cells exchange that walls hold comes from these.
-            for &(place, solid) in barrier.iter().flat_map(|barrier| &barrier.held) {
+            for &(place, solid) in barrier.iter().flat_map(|barrier| &barrier.fixed) {
                 let p = place as usize;
                 let exchanged = exchange.map_or(0.0, |exchange| exchange[p]) * new[p];
                 let amount = local.volume_at(p) * (source.map_or(0.0, |source| source[p]) - exchanged) * dt;
@@ -294,7 +294,7 @@ impl Work {
             if linear.reacts {
                 scalar.reacted[linear.solid as usize] -= amount;
                 scalar.produced += amount;
-                // What reacts in cells that are held comes from outside.
+                // What reacts in cells that are fixed comes from outside.
                 if barrier.as_ref().is_some_and(|barrier| !barrier.is_free(linear.cell)) {
                     scalar.entered -= amount;
                 }
@@ -383,9 +383,9 @@ impl Work {
         for p in own_cells(layout) {
             let pace = pace.get(p).copied().unwrap_or(1.0);
             let capacity = pace * barrier.map_or(1.0, |barrier| barrier.capacity[p]);
-            low[p] = match self.mass[p] < HELD {
+            low[p] = match self.mass[p] < FIXED {
                 true => capacity * old_volume[p] / carrier.dt * value[p] + self.rates[p],
-                false => HELD * value[p],
+                false => FIXED * value[p],
             };
         }
         for axis in (0..3).filter(|&a| local.active[a]) {

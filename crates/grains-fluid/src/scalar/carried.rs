@@ -82,19 +82,7 @@ impl Flow {
     /// # Errors
     /// Steps that empty cells.
     pub fn settle_scalars_from(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
-        let Some(scalars) = &mut self.scalars else { return Ok(()) };
-        let carrier = CarrierFlow {
-            grid: &self.setup.grid,
-            local: &self.local,
-            halo: &mut self.halo,
-            velocity: &self.state.velocity,
-            immersed: self.immersed.as_ref(),
-            open: None,
-            time: self.state.time,
-            dt,
-        };
-        let step = self.state.step;
-        scalars.settle_at_own_pace(carrier, transport).map_err(|parts| StepError::Scalars { step, parts })
+        self.with_carrier(dt, |scalars, carrier| scalars.settle_at_own_pace(carrier, transport))
     }
 
     /// Carries the scalars by the velocity at the end of a step; collective.
@@ -108,19 +96,28 @@ impl Flow {
             }
             scalar.gained_over = dt;
         }
-        let open = self.mixture.as_ref().map(|mixture| (mixture.open_faces(), &mixture.previous));
+        self.with_carrier(dt, |scalars, carrier| scalars.advance(carrier, transport))
+    }
+
+    /// Hands the scalars to a job with the flow that carries them over a step `dt` (s).
+    fn with_carrier(
+        &mut self,
+        dt: f64,
+        job: impl FnOnce(&mut Scalars, CarrierFlow<'_>) -> Result<(), f64>,
+    ) -> Result<(), StepError> {
+        let Some(scalars) = &mut self.scalars else { return Ok(()) };
         let carrier = CarrierFlow {
             grid: &self.setup.grid,
             local: &self.local,
             halo: &mut self.halo,
             velocity: &self.state.velocity,
             immersed: self.immersed.as_ref(),
-            open,
+            open: self.mixture.as_ref().map(|mixture| (mixture.open_faces(), &mixture.previous)),
             time: self.state.time,
             dt,
         };
         let step = self.state.step;
-        scalars.advance(carrier, transport).map_err(|parts| StepError::Scalars { step, parts })
+        job(scalars, carrier).map_err(|parts| StepError::Scalars { step, parts })
     }
 
     /// Carries the scalars alone for a step `dt` (s) by a flow that stays as it is; collective.

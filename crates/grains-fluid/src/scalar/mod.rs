@@ -185,7 +185,7 @@ impl Scalars {
         }
     }
 
-    /// Σ C φ, Σ C over the own cells of scalar `number` (unit m³, m³), with what each holds per unit, C = ψ V in the fluid; and least and
+    /// Σ C φ, Σ C over the own cells of scalar `number` (unit m³, m³), with what each holds per unit, C = ψ V in the fluid; and smallest and
     /// largest value.
     pub fn sums(&self, number: usize) -> ([f64; 2], [f64; 2]) {
         let value = &self.all[number].value;

@@ -8,7 +8,7 @@ use super::{BEYOND, Scalar, Scalars, Scheme, SolidCondition};
 use crate::metrics::Local;
 use grains_domain::Transport;
 
-/// Courant and Fourier number of a cell in its own step where scalars settle (-), and the least of all steps over its own.
+/// Courant and Fourier number of a cell in its own step where scalars settle (-), and the smallest share of a cell in the longest step.
 const PACE_BY_FLOW: f64 = 0.5;
 const PACE_BY_DIFFUSION: f64 = 0.4;
 const SLOWEST_PACE: f64 = 0.02;
@@ -49,6 +49,7 @@ impl Scalars {
         };
         let diffusivities = [largest(false), largest(true)];
         let mut pace = vec![1.0; layout.len()];
+        let mut fastest = [0.0_f64];
         for p in own_cells(layout) {
             let flux = |a: usize| self.work.flux.component(a);
             let leaving: f64 = (0..3).map(|a| flux(a)[p].max(0.0) - flux(a)[p - strides[a]].min(0.0)).sum();
@@ -66,9 +67,13 @@ impl Scalars {
                 local.axes[a].inverse_width[e]
             });
             let fourier = dt * diffusivity * narrowest.fold(0.0, f64::max).powi(2);
-            let share = (courant / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
-            pace[p] = share.clamp(SLOWEST_PACE, 1.0);
+            fastest[0] = fastest[0].max(courant / PACE_BY_FLOW);
+            pace[p] = (courant / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
         }
+        // Of the longest step, in which the fastest cell is at its limit: this one may be shorter.
+        transport.max(&mut fastest);
+        let longest = if fastest[0] > 0.0 { 1.0 / fastest[0] } else { 1.0 };
+        own_cells(layout).for_each(|p| pace[p] = (longest * pace[p]).clamp(SLOWEST_PACE, 1.0));
         let before: Vec<f64> = (0..self.all.len()).map(|number| self.kept(number)).collect();
         self.pace = pace;
         for (number, before) in before.into_iter().enumerate() {

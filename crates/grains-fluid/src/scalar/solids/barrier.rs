@@ -3,7 +3,7 @@
 //! Middles of cells are where the scalar lies. Three kinds of solids differ:
 //!
 //! ```text
-//! held      a value on the surface: cells whose middle is inside have it, and through the faces next to them
+//! fixed      a value on the surface: cells whose middle is inside have it, and through the faces next to them
 //!           D (φ_s − φ)/(θ Δx) passes, θ Δx the distance of the surface along the axis (Gibou et al. 2002)
 //! closed    a flux through the surface: faces pass what is open of their areas, cells hold what is open of their volumes
 //!           (Papac et al. 2010)
@@ -20,10 +20,10 @@ use crate::metrics::Local;
 use std::cmp::Ordering;
 
 /// Mass of a cell whose value no step changes, over that of others.
-pub(in super::super) const HELD: f64 = 1e200;
+pub(in super::super) const FIXED: f64 = 1e200;
 
-/// Least share of a cell that it is open to fluid where any of it is (-): next to nothing would be emptied in no time.
-const LEAST_OPEN: f64 = 0.05;
+/// Smallest share of a cell that it is open to fluid where any of it is (-): next to nothing would be emptied in no time.
+const MIN_OPEN: f64 = 0.05;
 /// Step by which the area of a plane in a cell is found, over the width of the cell (-).
 const STEP: f64 = 1e-3;
 /// Share below which it is closed (-).
@@ -35,8 +35,8 @@ pub(in super::super) struct Tie {
     /// Places of the face, of the cell that changes and of the other.
     pub face: usize,
     pub free: usize,
-    pub held: usize,
-    /// +1 where the held cell lies above, else −1.
+    pub fixed: usize,
+    /// +1 where the fixed cell lies above, else −1.
     pub side: f64,
     /// Number of the solid.
     pub solid: u32,
@@ -73,14 +73,14 @@ pub(in super::super) struct Inside {
 
 /// What a scalar meets.
 pub(in super::super) struct Barrier {
-    /// What a cell holds per unit of the scalar and of its volume of fluid (-); [`HELD`] where nothing changes it.
+    /// What a cell holds per unit of the scalar and of its volume of fluid (-); [`FIXED`] where nothing changes it.
     pub capacity: Vec<f64>,
     /// Conductance of faces that differs from that of the fluid alone (m³/s), per axis; in averaged flows over that (-).
     pub conductance: [Vec<(u32, f64)>; 3],
     pub is_averaged: bool,
     pub ties: [Vec<Tie>; 3],
-    /// Places of own cells that are held, with their solids.
-    pub held: Vec<(u32, u32)>,
+    /// Places of own cells that are fixed, with their solids.
+    pub fixed: Vec<(u32, u32)>,
     pub surfaces: Vec<Surface>,
     pub inside: Vec<Inside>,
     pub jumps: [Vec<Jump>; 3],
@@ -91,7 +91,7 @@ pub(in super::super) struct Barrier {
 /// What a solid is to a scalar.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
-    Held,
+    Fixed,
     Closed,
     Interior(Interior),
 }
@@ -108,7 +108,7 @@ impl Barrier {
     /// That of a scalar.
     pub fn new(cells: &SolidCells, setup: &ScalarSetup, local: &Local) -> Self {
         let kind = |number: usize| match setup.solids.of(number, cells.bodies) {
-            SolidCondition::Value(_) | SolidCondition::OfSolid => Kind::Held,
+            SolidCondition::Value(_) | SolidCondition::OfSolid => Kind::Fixed,
             SolidCondition::Flux(_) | SolidCondition::Transfer { .. } => Kind::Closed,
             SolidCondition::Interior(interior) => Kind::Interior(*interior),
         };
@@ -118,7 +118,7 @@ impl Barrier {
             conductance: Default::default(),
             is_averaged: cells.is_averaged,
             ties: Default::default(),
-            held: Vec::new(),
+            fixed: Vec::new(),
             surfaces: Vec::new(),
             inside: Vec::new(),
             jumps: Default::default(),
@@ -135,7 +135,7 @@ impl Barrier {
 
     /// Whether a step changes the scalar in a cell.
     pub fn is_free(&self, place: usize) -> bool {
-        self.capacity[place] < HELD
+        self.capacity[place] < FIXED
     }
 }
 
@@ -159,7 +159,7 @@ impl Builder<'_> {
         let near = &self.cells.near_cells;
         let first = near.partition_point(|cell| (cell.place as usize) < place);
         let here = near[first..].iter().take_while(|cell| cell.place as usize == place);
-        self.local.volume_at(place) * (1.0 - here.map(|cell| cell.share).sum::<f64>()).max(LEAST_OPEN)
+        self.local.volume_at(place) * (1.0 - here.map(|cell| cell.share).sum::<f64>()).max(MIN_OPEN)
     }
 
     /// Whether the scalar changes in solids alone.
@@ -174,9 +174,9 @@ impl Builder<'_> {
         }
         for place in 0..self.cells.holder.len() {
             match self.kind_at(place) {
-                None if self.has_no_film() => self.barrier.capacity[place] = HELD,
+                None if self.has_no_film() => self.barrier.capacity[place] = FIXED,
                 None => {}
-                Some(Kind::Held | Kind::Closed) => self.barrier.capacity[place] = HELD,
+                Some(Kind::Fixed | Kind::Closed) => self.barrier.capacity[place] = FIXED,
                 Some(Kind::Interior(interior)) => {
                     self.barrier.capacity[place] = interior.capacity;
                     self.barrier.interior[place] = self.cells.holder[place];
@@ -185,27 +185,27 @@ impl Builder<'_> {
         }
         for group in self.cells.near_cells.chunk_by(|a, b| a.place == b.place) {
             let place = group[0].place as usize;
-            let is_held = matches!(self.kind_at(place), Some(Kind::Held));
+            let is_fixed = matches!(self.kind_at(place), Some(Kind::Fixed));
             let is_point = self.cells.is_averaged || self.has_no_film();
-            if is_held || self.cells.holder[place] == BEYOND || is_point {
+            if is_fixed || self.cells.holder[place] == BEYOND || is_point {
                 continue;
             }
-            let (mut open, mut held) = (1.0_f64, 0.0);
+            let (mut open, mut inner) = (1.0_f64, 0.0);
             for cell in group {
                 match self.kinds[cell.solid as usize] {
-                    Kind::Held => {}
+                    Kind::Fixed => {}
                     Kind::Closed => open -= cell.share,
                     Kind::Interior(interior) => {
                         open -= cell.share;
-                        held += cell.share * interior.capacity;
+                        inner += cell.share * interior.capacity;
                     }
                 }
             }
-            let capacity = held + open.max(0.0);
+            let capacity = inner + open.max(0.0);
             self.barrier.capacity[place] = match capacity {
-                x if held > 0.0 => x,
-                x if x < NONE_OPEN => HELD,
-                x => x.max(LEAST_OPEN),
+                x if inner > 0.0 => x,
+                x if x < NONE_OPEN => FIXED,
+                x => x.max(MIN_OPEN),
             };
         }
         for place in 0..self.cells.holder.len() {
@@ -213,8 +213,8 @@ impl Builder<'_> {
                 continue;
             }
             let holder = self.cells.holder[place];
-            if matches!(self.kind_at(place), Some(Kind::Held)) {
-                self.barrier.held.push((place as u32, holder - 1));
+            if matches!(self.kind_at(place), Some(Kind::Fixed)) {
+                self.barrier.fixed.push((place as u32, holder - 1));
             }
         }
         if has_interiors {
@@ -283,10 +283,10 @@ impl Builder<'_> {
                 [false, false] => conductances.push((face as u32, 0.0)),
                 [true, true] if self.cells.is_averaged => {
                     // Middles are points: beside a surface with a value all of a face conducts.
-                    let held = about.iter().filter(|near| self.kinds[near.solid as usize] == Kind::Held);
-                    let open = 1.0 - held.map(|near| near.share).sum::<f64>();
+                    let fixed = about.iter().filter(|near| self.kinds[near.solid as usize] == Kind::Fixed);
+                    let open = 1.0 - fixed.map(|near| near.share).sum::<f64>();
                     if open < 1.0 {
-                        conductances.push((face as u32, 1.0 / open.max(LEAST_OPEN)));
+                        conductances.push((face as u32, 1.0 / open.max(MIN_OPEN)));
                     }
                 }
                 [true, true] => {
@@ -296,24 +296,24 @@ impl Builder<'_> {
                     jumps.extend(jump);
                 }
                 [below_is_free, _] => {
-                    let (free, held) =
+                    let (free, fixed) =
                         if below_is_free { (cells[0], cells[1]) } else { (cells[1], cells[0]) };
                     // Without a film the surface is that of the solid in which the free cell lies.
-                    let of = if self.has_no_film() { free } else { held };
+                    let of = if self.has_no_film() { free } else { fixed };
                     let Some(solid) = self.solid_of(of) else { return };
                     let way = match self.has_no_film() {
                         true => cut.map_or(0.5, |cut| cut.solid[usize::from(!below_is_free)]),
                         false => cut.map_or(0.5, |cut| 1.0 - cut.solid[usize::from(below_is_free)]),
                     };
-                    let is_held = self.kinds[solid as usize] == Kind::Held || self.has_no_film();
-                    let conductance = if is_held { self.diffusivity(free) * geometry / way } else { 0.0 };
+                    let is_fixed = self.kinds[solid as usize] == Kind::Fixed || self.has_no_film();
+                    let conductance = if is_fixed { self.diffusivity(free) * geometry / way } else { 0.0 };
                     let side = if below_is_free { 1.0 } else { -1.0 };
                     conductances.push((face as u32, 0.0));
                     let volume = self.open_volume(free);
                     ties.push(Tie {
                         face,
                         free,
-                        held,
+                        fixed,
                         side,
                         solid,
                         conductance,

@@ -5,8 +5,8 @@ use super::cells::{BEYOND, CutFace, NearCell, NearFace, SolidCells, share_in_fro
 use crate::metrics::Local;
 use std::collections::HashMap;
 
-/// Least share of a way between two middles that is left on either side of a surface (-).
-const LEAST: f64 = 1e-3;
+/// Smallest share of a way between two middles that is left on either side of a surface (-).
+const MIN_SHARE: f64 = 1e-3;
 
 /// A cell's middle and the surface of a solid near it.
 #[derive(Clone, Copy, Debug)]
@@ -166,7 +166,7 @@ impl SolidCellsBuilder {
                     _ if of_plane > 0.0 && of_plane < 1.0 => of_plane,
                     _ => 0.5,
                 };
-                share.clamp(LEAST, 1.0 - LEAST)
+                share.clamp(MIN_SHARE, 1.0 - MIN_SHARE)
             };
             let mut solid =
                 [share(below, place, place + stride, 1.0), share(above, place + stride, place, -1.0)];

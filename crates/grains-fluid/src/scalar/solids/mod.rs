@@ -10,5 +10,5 @@ mod step;
 pub use build::{SolidCellsBuilder, SurfacePoint};
 pub use cells::{BEYOND, CutFace, NearCell, NearFace, SolidCells, share_in_front};
 
-pub(super) use barrier::{Barrier, HELD, Tie};
+pub(super) use barrier::{Barrier, FIXED, Tie};
 pub(super) use step::Linear;

@@ -2,7 +2,7 @@
 
 use super::super::advance::is_own;
 use super::super::{ScalarSetup, ScalarValue, SolidCondition};
-use super::barrier::{Barrier, HELD, Inside, Surface, Tie};
+use super::barrier::{Barrier, FIXED, Inside, Surface, Tie};
 use super::cells::SolidCells;
 use crate::metrics::Local;
 use crate::{Centre, Faces, Field, Grid};
@@ -28,7 +28,7 @@ pub(super) fn middle(grid: &Grid, local: &Local, place: usize) -> [f64; 3] {
     })
 }
 
-/// The value on a held solid's surface, at a point and a time (s); none of others.
+/// The value on a fixed solid's surface, at a point and a time (s); none of others.
 fn on_surface(
     (setup, cells): (&ScalarSetup, &SolidCells),
     of_solids: &[f64],
@@ -45,7 +45,7 @@ fn on_surface(
 }
 
 impl Barrier {
-    /// Sets the values on surfaces at a time (s), of cells that are held too.
+    /// Sets the values on surfaces at a time (s), of cells that are fixed too.
     pub fn evaluate(
         &mut self,
         (setup, cells): (&ScalarSetup, &SolidCells),
@@ -69,19 +69,19 @@ impl Barrier {
                 let on_surface = || on_surface((setup, cells), of_solids, tie.solid, at, time);
                 tie.value = setup.solids.no_film.or_else(on_surface);
                 if tie.value.is_none() {
-                    value[tie.held] = value[tie.free];
+                    value[tie.fixed] = value[tie.free];
                 }
             }
         }
         if let Some(outside) = setup.solids.no_film {
-            let held = value.iter_mut().zip(&self.capacity).filter(|(_, capacity)| **capacity >= HELD);
-            held.for_each(|(value, _)| *value = outside);
+            let fixed = value.iter_mut().zip(&self.capacity).filter(|(_, capacity)| **capacity >= FIXED);
+            fixed.for_each(|(value, _)| *value = outside);
         }
-        for &(place, solid) in &self.held {
+        for &(place, solid) in &self.fixed {
             let place = place as usize;
             let at = || middle(grid, local, place);
-            if let Some(held) = on_surface((setup, cells), of_solids, solid, at, time) {
-                value[place] = held;
+            if let Some(fixed) = on_surface((setup, cells), of_solids, solid, at, time) {
+                value[place] = fixed;
             }
         }
     }
@@ -127,7 +127,7 @@ impl Barrier {
             // k (K φ)ⁿ = [k Kⁿ φ₀ⁿ⁻¹] φ; what is next to nothing does not react faster than a step takes.
             let here = (interior.capacity * value[cell]).max(f64::MIN_POSITIVE);
             let factor = reaction.rate * here.powf(reaction.order - 1.0) * interior.capacity;
-            let coefficient = volume * factor.min(HELD.sqrt());
+            let coefficient = volume * factor.min(FIXED.sqrt());
             out.push(Linear { cell, solid, coefficient, rate: 0.0, reacts: true });
         }
     }
