@@ -216,7 +216,7 @@ fn fixed_and_driven_particles_among_free_ones() {
     assert_eq!((series.column("inserted")[0], *series.column("inserted").last().unwrap()), (88.0, 92.0));
 }
 
-/// A case whose particles have temperatures, with gas, radiation and a warm wall.
+/// A case whose particles have temperatures, with gas, radiation, a warm and a heated wall.
 fn warmed(text: &str) -> String {
     let text = replaced(
         text,
@@ -226,6 +226,7 @@ fn warmed(text: &str) -> String {
     let of_material = "heat_capacity = 20\nconductivity = 5\nemissivity = 0.7\nheat_source = 2\n";
     let of_stone = "youngs_modulus = 5e10\npoissons_ratio = 0.25\n";
     let text = replaced(&text, "density = 2500\n", &format!("density = 2500\n{of_material}{of_stone}"));
+    let text = replaced(&text, "point = [0, 0, 0.085]\n", "point = [0, 0, 0.085]\nheating = 2e-3\n");
     replaced(&text, "point = [0, 0, 0.005]\n", "point = [0, 0, 0.005]\ntemperature = 600\n")
 }
 

@@ -12,6 +12,19 @@ import sweep
 
 MODULI = (0.1, 0.3, 1.0, 3.0, 10.0, 20.0)
 LOBES = 'kind = "lobes"\nlobes = {}\ndiameter = 1\nlength = 1\narea_fraction = {}'
+# A hollow cylinder, bored to half its diameter: a ring of hulls.
+SECTORS, BORE = 24, 0.5
+
+
+def sectors():
+    """The hulls of a hollow cylinder as long as wide; corners lie where the polygon has the section of the circle."""
+    turn = 2 * math.pi / SECTORS
+    stretch = math.sqrt(turn / math.sin(turn))
+    corner = lambda r, k, z: [r * stretch * math.cos(k * turn), r * stretch * math.sin(k * turn), z]
+    hull = lambda k: [corner(r, k + e, z) for r in (0.5 * BORE, 0.5) for e in (0, 1) for z in (-0.5, 0.5)]
+    return ", ".join(f'{{ kind = "hull", vertices = {hull(k)} }}' for k in range(SECTORS))
+
+
 # Keys of the shape, and whether it is a section of something endless.
 SHAPES = {
     "slab": ('kind = "box"\nedges = [1, SPAN, 1]', 1),
@@ -20,6 +33,7 @@ SHAPES = {
     "short cylinder": ('kind = "cylinder"\nradius = 0.5\nheight = 1', 3),
     "trilobe": (LOBES.format(3, 0.69), 3),
     "quadralobe": (LOBES.format(4, 0.74), 3),
+    "hollow cylinder": (f'kind = "glued"\nparts = [{sectors()}]', 3),
 }
 
 
@@ -47,6 +61,9 @@ def volume_and_area(shape):
         return math.pi / 6, math.pi
     if shape == "short cylinder":
         return math.pi / 4, 1.5 * math.pi
+    if shape == "hollow cylinder":
+        section = math.pi / 4 * (1 - BORE**2)
+        return section, 2 * section + math.pi * (1 + BORE)
     # Lobes of one unit: section and outline of circles of radius r about the corners of a polygon, and of that polygon.
     lobes, fraction = {"trilobe": (3, 0.69), "quadralobe": (4, 0.74)}[shape]
     section = fraction * math.pi / 4

@@ -113,6 +113,6 @@ pub use stress::{Stress, StressSums};
 pub use totals::Totals;
 pub use verlet::Skin;
 pub use walls::{
-    Loading, Motion, MotionTable, OpenTube, Surface, Travel, Wall, WallLoad, WallPlace, WallState, Wear,
-    WornElement, WornWall,
+    Loading, Motion, MotionTable, OpenTube, Surface, Travel, Wall, WallHeat, WallLoad, WallPlace, WallState,
+    Wear, WornElement, WornWall,
 };

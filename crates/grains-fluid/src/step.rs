@@ -10,7 +10,7 @@ use crate::momentum::{
 };
 use crate::projection::{Correction, ForceRow, add_divergence, divergence};
 use crate::scalar::add_buoyancy;
-use crate::{Advection, Centre, Field, SolveError, StepError};
+use crate::{Advection, Centre, Field, SolveError, SolveReport, StepError};
 use grains_domain::Transport;
 
 /// What a net source may be of the fluxes through the faces and still pass for rounding.
@@ -54,6 +54,22 @@ impl Flow {
         self.add_increments();
         self.clock.book(Phase::Diffusion);
         self.keep_means(before, dt, transport);
+        let solve = self.project(dt, transport)?;
+        self.carry_along(dt, transport)?;
+        self.clock.book(Phase::Scalars);
+        if let Some(mixture) = &mut self.mixture {
+            mixture.finish();
+        }
+        self.keep_volumes();
+        self.state.time += dt;
+        self.state.step += 1;
+        self.state.last_dt = dt;
+        Ok(StepReport { dt, solve })
+    }
+
+    /// Makes the fluxes through the faces free of sources, with those by way of bodies; collective.
+    pub(crate) fn project(&mut self, dt: f64, transport: &dyn Transport) -> Result<SolveReport, StepError> {
+        let step = self.state.step;
         // What fluid passes, fluid must bring: none goes through bodies, whatever the extrapolated velocities inside.
         self.add_extrapolated(-1.0);
         self.exchange_velocity(1, transport);
@@ -67,16 +83,7 @@ impl Flow {
         })?;
         self.clock.book(Phase::Pressure);
         self.correct(dt, transport)?;
-        self.carry_along(dt, transport)?;
-        self.clock.book(Phase::Scalars);
-        if let Some(mixture) = &mut self.mixture {
-            mixture.finish();
-        }
-        self.keep_volumes();
-        self.state.time += dt;
-        self.state.step += 1;
-        self.state.last_dt = dt;
-        Ok(StepReport { dt, solve })
+        Ok(solve)
     }
 
     /// Adams–Bashforth weights of the new and the old explicit terms; in pseudo-time those of Euler.

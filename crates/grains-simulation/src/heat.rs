@@ -5,12 +5,15 @@ use crate::restart::{State, reals, words};
 use grains_case::{Case, Contact, Material};
 use grains_comm::MpiTransport;
 use grains_contact::{Conduction, Elastic, GasLens, effective_modulus};
-use grains_dem::{Catalogue, Dem, Heat, HeatLedger, Thermal};
+use grains_dem::{Catalogue, Dem, Heat, HeatLedger, Thermal, Wall, WallHeat};
 use grains_domain::Transport;
 use grains_output::CheckpointFile;
 
 /// Text of a checkpoint: the ledger (J), then the heat from each wall (W).
 const LEDGER: &str = "heat";
+
+/// The same: the temperature of each wall (K).
+const OF_WALLS: &str = "wall_temperatures";
 
 /// What the temperatures of the particles of a case depend on, if they have one.
 pub fn thermal(case: &Case, catalogue: &Catalogue) -> Option<Thermal> {
@@ -125,8 +128,11 @@ pub fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
         return Vec::new();
     }
     let fixed = FIXED.iter().map(|&(name, unit)| (format!("particle_{name}"), unit));
-    let warm = dem.setup.walls.iter().filter(|wall| wall.temperature.is_some());
-    fixed.chain(warm.map(|wall| (format!("{}_heat_flow", wall.name), "W"))).collect()
+    let of_walls = dem.setup.walls.iter().flat_map(|wall| {
+        let flow = wall.heat.map(|_| (format!("{}_heat_flow", wall.name), "W"));
+        flow.into_iter().chain(is_heated(wall).then(|| (format!("{}_temperature", wall.name), "K")))
+    });
+    fixed.chain(of_walls).collect()
 }
 
 /// Values of these columns; collective.
@@ -137,9 +143,17 @@ pub fn row(dem: &Dem, transport: &MpiTransport) -> Vec<f64> {
     row.extend(ledger);
     row.push(heat.unaccounted());
     let flows = dem.wall_heat(transport);
-    let warm = dem.setup.walls.iter().zip(flows).filter(|(wall, _)| wall.temperature.is_some());
-    row.extend(warm.map(|(_, flow)| flow));
+    let walls = dem.setup.walls.iter().zip(flows).zip(dem.wall_temperatures());
+    row.extend(walls.flat_map(|((wall, flow), &temperature)| {
+        let flow = wall.heat.map(|_| flow);
+        flow.into_iter().chain(is_heated(wall).then_some(temperature))
+    }));
     row
+}
+
+/// Whether a wall has a given heat, from which its temperature follows.
+fn is_heated(wall: &Wall) -> bool {
+    matches!(wall.heat, Some(WallHeat::Power(_)))
 }
 
 /// Adds the ledger to a checkpoint, if particles have temperatures.
@@ -149,7 +163,13 @@ pub fn save(dem: &Dem, (_, texts): &mut State, transport: &MpiTransport) {
         transport.sum(&mut sums);
         let flows = dem.wall_heat(transport);
         texts.push((LEDGER.into(), words(&[&sums[..], &flows].concat())));
+        texts.push((OF_WALLS.into(), words(dem.wall_temperatures())));
     }
+}
+
+/// Temperature of each wall of a checkpoint (K), NaN where none is known.
+pub fn wall_temperatures(file: &CheckpointFile) -> Vec<f64> {
+    file.text(OF_WALLS).and_then(reals).unwrap_or_default()
 }
 
 /// The ledger of a checkpoint, and the heat from each of its walls (W); none if its particles had no temperatures.

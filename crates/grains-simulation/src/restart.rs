@@ -267,6 +267,10 @@ fn restore_ledger(
         for (number, flow) in numbered.filter_map(|(old, flow)| Some((numbering.wall(old as u16)?, flow))) {
             dem.wall_heat[usize::from(number)] = flow;
         }
+        let numbered = heat::wall_temperatures(file).into_iter().enumerate();
+        for (number, kelvin) in numbered.filter_map(|(old, t)| Some((numbering.wall(old as u16)?, t))) {
+            dem.set_wall_temperature(usize::from(number), kelvin);
+        }
     }
     dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
     let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();

@@ -18,7 +18,7 @@ use grains_comm::{Job, MpiTransport, cartesian};
 use grains_contact::{ImpulseScheme, Sharing};
 use grains_dem::{
     Catalogue, CollisionModel, ContactTable, Dem, DemSetup, ExchangeStrategy, FaceContact, FlowPlane,
-    HardModel, Loading, Motion, MotionTable, Shear, Skin, StepParameters, Wall, Wear,
+    HardModel, Loading, Motion, MotionTable, Shear, Skin, StepParameters, Wall, WallHeat, Wear,
 };
 use grains_domain::{Balance, GlobalBox, choose_ranks};
 use grains_geometry::Vec3;
@@ -386,7 +386,7 @@ fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
             from: wall.from,
             until: wall.until,
             spans,
-            temperature: wall.temperature,
+            heat: wall.temperature.map(WallHeat::Temperature).or(wall.heating.map(WallHeat::Power)),
             wear: wall.wear.map(|wear| Wear { coefficient: wear.coefficient, hardness: wear.hardness }),
         });
     }

@@ -76,7 +76,7 @@ impl Scene {
             until: f64::INFINITY,
             spans: [false; 3],
             wear: None,
-            temperature: None,
+            heat: None,
         };
         let setup = DemSetup {
             global: GlobalBox::new([0.0; 3], [2.0 * half; 3], [false; 3]),

@@ -73,11 +73,11 @@ pub(crate) fn check(
 ) {
     let Some(heat) = heat else {
         let of_inserts = inserts.iter().position(|insert| insert.temperature.is_some());
-        let of_walls = walls.iter().position(|wall| wall.temperature.is_some());
-        let stated = of_inserts
+        let of_walls = walls.iter().enumerate().find_map(|(k, wall)| Some((k, stated(wall)?)));
+        let key = of_inserts
             .map(|k| format!("insert[{k}].temperature"))
-            .or(of_walls.map(|k| format!("wall[{k}].temperature")));
-        if let Some(key) = stated {
+            .or(of_walls.map(|(k, key)| format!("wall[{k}].{key}")));
+        if let Some(key) = key {
             let message =
                 "without effect: particles have no temperature; add [heat] with their temperature (K)";
             checker.error(&key, message.into());
@@ -99,13 +99,24 @@ pub(crate) fn check(
             checker.warn(&path("emissivity"), "without effect: there is no [heat.radiation]".into());
         }
     }
-    for (k, wall) in walls.iter().enumerate().filter(|(_, wall)| wall.temperature.is_some()) {
+    for (k, wall) in walls.iter().enumerate() {
+        let Some(key) = stated(wall) else { continue };
+        if wall.temperature.is_some() && wall.heating.is_some() {
+            let message = "the temperature follows from the heat; give temperature (K) or heating (W)";
+            checker.error(&format!("wall[{k}].heating"), message.into());
+        }
         if materials.get(wall.material).is_some_and(|material| material.conductivity.is_none()) {
             let message = format!(
                 "heat passes into particles through contacts, and material \"{}\" has no conductivity; add conductivity (W/(m K)) to that [[material]]",
                 materials[wall.material].name
             );
-            checker.error(&format!("wall[{k}].temperature"), message);
+            checker.error(&format!("wall[{k}].{key}"), message);
         }
     }
+}
+
+/// The key by which heat passes between a wall and particles.
+fn stated(wall: &Wall) -> Option<&'static str> {
+    let of_temperature = wall.temperature.map(|_| "temperature");
+    of_temperature.or(wall.heating.map(|_| "heating"))
 }

@@ -210,6 +210,9 @@ pub struct Wall<Name = usize> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0, "x-plausible" = [2, 4000]))]
     pub temperature: Option<f64>,
+    /// Heat (W) that the wall gives to the particles that touch it, at the one temperature at which it does; this or `temperature`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heating: Option<f64>,
     /// The side on which the fluid is, which the wall bounds; without it the wall is for particles alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<FluidSide>,
@@ -221,7 +224,19 @@ pub struct Wall<Name = usize> {
 impl<Name> Wall<Name> {
     /// The same wall with its material named otherwise.
     pub(crate) fn rename<Other>(self, name: impl FnOnce(Name) -> Other) -> Wall<Other> {
-        let Self { name: label, material, from, until, kind, motion, wear, temperature, fluid, slip } = self;
+        let Self {
+            name: label,
+            material,
+            from,
+            until,
+            kind,
+            motion,
+            wear,
+            temperature,
+            heating,
+            fluid,
+            slip,
+        } = self;
         Wall {
             name: label,
             material: name(material),
@@ -231,6 +246,7 @@ impl<Name> Wall<Name> {
             motion,
             wear,
             temperature,
+            heating,
             fluid,
             slip,
         }

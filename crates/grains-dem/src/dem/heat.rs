@@ -17,9 +17,9 @@ impl Dem {
     }
 
     /// Adds the heat that flows through contacts, gaps and from walls at the present positions.
-    pub(super) fn conduct(&mut self, statistics: &mut PassStatistics) {
+    pub(super) fn conduct(&mut self, statistics: &mut PassStatistics, transport: &impl Transport) {
         let time = self.time();
-        let Self { particles, neighbours, setup, states, wall_heat, touching, .. } = self;
+        let Self { particles, neighbours, setup, states, wall_heat, heated_walls, touching, .. } = self;
         let Some(thermal) = setup.thermal.as_ref().filter(|thermal| self.step.is_multiple_of(thermal.every))
         else {
             return;
@@ -29,7 +29,8 @@ impl Dem {
         let reach = thermal.reach(setup.largest_radius).max(setup.catalogue.contacts.reach());
         let scene = setup.wall_scene(states, time);
         let (catalogue, dt) = (&setup.catalogue, setup.parameters.dt);
-        let mut pass = HeatPass { thermal, catalogue, dt, of_walls: wall_heat };
+        heated_walls.clear();
+        let mut pass = HeatPass { thermal, catalogue, dt, of_walls: wall_heat, heated: heated_walls };
         let VerletLists { spheres, sphere_laws, walls, bonds, resting, .. } = neighbours;
         pass.between_spheres(particles, spheres, sphere_laws, reach);
         pass.along_bonds(particles, &bonds.bonds, &setup.bonds);
@@ -40,6 +41,17 @@ impl Dem {
         if let Err(error) = done {
             statistics.error = statistics.error.take().or(Some(error));
         }
+        heated_walls.warm(particles, (&setup.walls, thermal), wall_heat, transport);
+    }
+
+    /// Temperature (K) of each heated wall; NaN of those that nothing touches, and of other walls.
+    pub fn wall_temperatures(&self) -> &[f64] {
+        &self.heated_walls.temperatures
+    }
+
+    /// Sets the temperature (K) of a heated wall: that of a checkpoint.
+    pub fn set_wall_temperature(&mut self, wall: usize, temperature: f64) {
+        self.heated_walls.temperatures[wall] = temperature;
     }
 
     /// Changes temperatures by the heat that flows until it is evaluated again.

@@ -45,7 +45,7 @@ impl Dem {
         self.add_bond_forces(With::Clones);
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
-        self.conduct(&mut statistics);
+        self.conduct(&mut statistics, transport);
         self.sum_stress();
         self.particles.settle_films();
         self.clock.charge(Phase::Walls);

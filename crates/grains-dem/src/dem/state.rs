@@ -12,7 +12,7 @@ use crate::exchange::Exchange;
 use crate::films::LiquidLedger;
 use crate::flow_planes::{Crossings, sides};
 use crate::hard::Collisions;
-use crate::heat::{HeatLedger, TouchingParts};
+use crate::heat::{HeatLedger, HeatedWalls, TouchingParts};
 use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
 use crate::shear::SlidingImages;
@@ -59,6 +59,8 @@ pub struct Dem {
     pub species_ledgers: Vec<SpeciesLedger>,
     /// Heat from each wall into this rank's particles (W).
     pub wall_heat: Vec<f64>,
+    /// Walls of a given heat, and what touches them.
+    pub(crate) heated_walls: HeatedWalls,
     /// Particles with cargo that came and went, until they are taken.
     pub passages: Passages,
     /// Time by phase.
@@ -130,6 +132,7 @@ impl Dem {
             heat_ledger: HeatLedger::default(),
             species_ledgers: vec![SpeciesLedger::default(); setup.species.len()],
             wall_heat: vec![0.0; setup.walls.len()],
+            heated_walls: HeatedWalls::new(setup.walls.len()),
             passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],

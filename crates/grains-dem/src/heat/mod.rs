@@ -4,10 +4,12 @@
 //! are, and what one gets the other loses. The temperature travels to clones with their position.
 
 mod flows;
+mod heated_walls;
 mod ledger;
 mod pass;
 
 pub(crate) use flows::HeatFlow;
+pub(crate) use heated_walls::HeatedWalls;
 pub use ledger::{Heat, HeatLedger, Sum};
 pub(crate) use pass::{HeatPass, TouchingParts};
 
@@ -15,6 +17,7 @@ use crate::catalogue::Catalogue;
 use crate::particles::Body;
 use grains_contact::{Conduction, GasLens};
 use grains_domain::Quantum;
+use heated_walls::TwoQuanta;
 
 /// Stefan-Boltzmann constant σ (W/(m² K⁴)).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
@@ -40,6 +43,9 @@ pub struct Thermal {
     /// Temperature (K) of the surroundings with which particles exchange radiation.
     pub surroundings: Option<f64>,
     quantum: Quantum,
+    /// For sums over all contacts with a wall.
+    of_conductances: TwoQuanta,
+    of_flows: TwoQuanta,
 }
 
 /// Temperature (K) up to which flows of heat are summed exactly.
@@ -59,6 +65,8 @@ impl Thermal {
             every: 1,
             surroundings,
             quantum: Quantum::for_sums_below(1.0),
+            of_conductances: TwoQuanta::for_terms_below(1.0),
+            of_flows: TwoQuanta::for_terms_below(1.0),
         }
     }
 
@@ -90,7 +98,10 @@ impl Thermal {
             lens.conductance(0.0, [largest_radius; 2], 0.0, 0.0).max(lens.conductivity * largest_radius)
         });
         let conductance = conductivity * largest_radius + of_lens;
-        self.quantum = Quantum::for_sums_below((400.0 * conductance * HOTTEST).max(f64::MIN_POSITIVE * 1e30));
+        let of_hundred = (400.0 * conductance).max(f64::MIN_POSITIVE * 1e30);
+        self.quantum = Quantum::for_sums_below(of_hundred * HOTTEST);
+        self.of_conductances = TwoQuanta::for_terms_below(of_hundred);
+        self.of_flows = TwoQuanta::for_terms_below(of_hundred * HOTTEST);
     }
 
     /// Heat capacity m c (J/K) of a body.

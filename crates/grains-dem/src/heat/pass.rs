@@ -1,5 +1,6 @@
 //! One pass over contacts and gaps for the heat that flows through them.
 
+use super::HeatedWalls;
 use super::Thermal;
 use super::flows::{between, from_wall};
 use crate::bonds::{BondKind, ListedBond};
@@ -10,7 +11,7 @@ use crate::error::StepError;
 use crate::non_spherical;
 use crate::particles::Particles;
 use crate::verlet::RestingPairs;
-use crate::walls::{self, Wall, WallList, WallScene, not_found};
+use crate::walls::{self, WallHeat, WallList, WallScene, not_found};
 use grains_contact::{Approach, patch_radius};
 use grains_geometry::ContactPatch;
 
@@ -66,8 +67,10 @@ pub(crate) struct HeatPass<'a> {
     pub(crate) catalogue: &'a Catalogue,
     /// Time step (s).
     pub(crate) dt: f64,
-    /// Heat from each wall (W).
+    /// Heat from each wall of a given temperature (W).
     pub(crate) of_walls: &'a mut [f64],
+    /// Contacts with walls of a given heat, which come later.
+    pub(crate) heated: &'a mut HeatedWalls,
 }
 
 impl HeatPass<'_> {
@@ -179,16 +182,13 @@ impl HeatPass<'_> {
                     between(particles, [i, j as usize], conductance, self.thermal);
                 }
                 Other::Wall(wall) => {
-                    let &Wall { material, temperature: Some(temperature), .. } =
-                        &scene.walls[usize::from(wall)]
-                    else {
-                        continue;
-                    };
+                    let met = &scene.walls[usize::from(wall)];
+                    let Some(heat) = met.heat else { continue };
                     let radius = self.catalogue.part_radius(body);
                     let place = (touch.overlap, radius);
-                    let [conductance, _] = self.contact([own, material], place, touch.memory, touch.moments);
-                    self.of_walls[usize::from(wall)] +=
-                        from_wall(particles, i, (temperature, conductance), self.thermal);
+                    let [conductance, _] =
+                        self.contact([own, met.material], place, touch.memory, touch.moments);
+                    self.at_wall(particles, i, (wall, heat), conductance);
                 }
             }
         }
@@ -210,7 +210,7 @@ impl HeatPass<'_> {
         non_spherical::meet(particles, &mut resting.part_pairs, self.catalogue, |pair, contact, patch| {
             touching.push(TouchingParts::of_particles([pair.a, pair.b], (contact.overlap, patch), 0.0));
         })?;
-        let has_heat = scene.walls.iter().any(|wall| wall.temperature.is_some());
+        let has_heat = scene.walls.iter().any(|wall| wall.heat.is_some());
         if has_heat && particles.has_orientations() {
             walls::meet(particles, &mut resting.walls, scene, self.catalogue, |found| {
                 let body = &particles.bodies[found.pair.particle as usize];
@@ -224,7 +224,26 @@ impl HeatPass<'_> {
         self.at_walls(particles, &resting.walls, scene, reach)
     }
 
-    /// Lets heat flow between spheres and walls of a given temperature.
+    /// Lets heat flow from a wall into an owned particle through a conductance (W/K); that of walls of a given heat is noted for later.
+    #[inline(always)]
+    fn at_wall(
+        &mut self,
+        particles: &mut Particles,
+        i: usize,
+        (wall, heat): (u16, WallHeat),
+        conductance: f64,
+    ) {
+        match heat {
+            WallHeat::Temperature(temperature) => {
+                self.of_walls[usize::from(wall)] +=
+                    from_wall(particles, i, (temperature, conductance), self.thermal);
+            }
+            WallHeat::Power(_) if conductance > 0.0 => self.heated.note(wall, i, conductance),
+            WallHeat::Power(_) => {}
+        }
+    }
+
+    /// Lets heat flow between spheres and walls.
     ///
     /// # Errors
     /// A distance that could not be found.
@@ -237,7 +256,7 @@ impl HeatPass<'_> {
     ) -> Result<(), StepError> {
         for (k, pair) in list.pairs.iter().enumerate() {
             let (wall, state) = (&scene.walls[usize::from(pair.wall)], &scene.states[usize::from(pair.wall)]);
-            let (Some(temperature), true) = (wall.temperature, wall.exists_at(scene.time)) else { continue };
+            let (Some(heat), true) = (wall.heat, wall.exists_at(scene.time)) else { continue };
             let (i, body) = (pair.particle as usize, &particles.bodies[pair.particle as usize]);
             if !self.catalogue.shape(body.kind).is_sphere() {
                 continue;
@@ -253,8 +272,7 @@ impl HeatPass<'_> {
             let radii = [body.radius, f64::INFINITY];
             let conductance = self.of_spheres(materials, met.overlap - reach, radii, memory);
             if conductance > 0.0 {
-                self.of_walls[usize::from(pair.wall)] +=
-                    from_wall(particles, i, (temperature, conductance), self.thermal);
+                self.at_wall(particles, i, (pair.wall, heat), conductance);
             }
         }
         Ok(())

@@ -111,7 +111,7 @@ fn add_body(
         group.for_each(|k| forget(&mut list.pairs[k], list.laws.get_mut(k)));
         return Ok(());
     }
-    if let (Some(touching), Some(_)) = (&mut pass.touching, approach.wall.temperature) {
+    if let (Some(touching), Some(_)) = (&mut pass.touching, approach.wall.heat) {
         let found = list.touching.iter().zip(group.clone());
         let touches = found.filter_map(|(contact, k)| {
             let (contact, pair) = (contact.as_ref()?, &list.pairs[k]);

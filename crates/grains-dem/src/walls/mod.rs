@@ -26,6 +26,6 @@ pub(crate) use pairs::{WallPair, WallScene};
 pub use surface::Surface;
 pub use table::MotionTable;
 pub(crate) use wall::WallSums;
-pub use wall::{Wall, WallLoad};
+pub use wall::{Wall, WallHeat, WallLoad};
 pub(crate) use wear::SlidingSums;
 pub use wear::{Wear, WornElement, WornWall};

@@ -25,10 +25,19 @@ pub struct Wall {
     ///
     /// Along these it is met at the wrapped position; it should extend beyond the box by a radius.
     pub spans: [bool; 3],
-    /// Temperature (K), where heat passes between the wall and particles.
-    pub temperature: Option<f64>,
+    /// What heat passes between the wall and particles, if any does.
+    pub heat: Option<WallHeat>,
     /// How it wears, if that is asked for.
     pub wear: Option<Wear>,
+}
+
+/// What a wall says of the heat between it and the particles that touch it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallHeat {
+    /// Its temperature (K).
+    Temperature(f64),
+    /// The heat (W) that it gives to all particles that touch it, at the one temperature at which it does.
+    Power(f64),
 }
 
 impl Wall {

@@ -250,7 +250,7 @@ pub fn wall(name: &str, surface: Surface, motion: Motion) -> Wall {
         until: f64::INFINITY,
         spans: [false; 3],
         wear: None,
-        temperature: None,
+        heat: None,
     }
 }
 

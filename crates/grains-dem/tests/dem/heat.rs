@@ -6,7 +6,7 @@ use crate::common::{
 use grains_contact::{Conduction, ContactLaw, GasLens, Hertz, Tangential};
 use grains_dem::{
     Dem, DemSetup, ExchangeStrategy, HeatLedger, Kind, Motion, NewParticle, PrescribedMotion, Skin, Surface,
-    Thermal,
+    Thermal, WallHeat,
 };
 use grains_domain::{SerialTransport, Transport};
 use grains_geometry::{Rotation, Shape, Vec3};
@@ -25,7 +25,10 @@ fn warm(setup: &mut DemSetup, lens: Option<GasLens>, surroundings: Option<f64>) 
     setup.thermal = Some(thermal);
 }
 
-/// Hot and cold particles of many sizes and shapes, some of prescribed motion, between walls of which one is warm; they fall out at
+/// Heat (W) of the side wall of the crowd.
+const HEATING: f64 = 0.02;
+
+/// Hot and cold particles of many sizes and shapes, some of prescribed motion, between a warm and a heated wall; they fall out at
 /// one side.
 fn crowd(shapes: Vec<Shape>) -> Scene {
     let kinds = shapes.len() as u16;
@@ -47,7 +50,8 @@ fn crowd(shapes: Vec<Shape>) -> Scene {
     };
     let side = Surface::Plane { point: Vec3::new(0.0, 0.0175, 0.0), normal: -Vec3::y() };
     setup.walls = vec![wall("floor", floor, shaking), wall("side", side, Motion::Fixed)];
-    setup.walls[0].temperature = Some(400.0);
+    setup.walls[0].heat = Some(WallHeat::Temperature(400.0));
+    setup.walls[1].heat = Some(WallHeat::Power(HEATING));
     let mut particles = lattice([0.0, 0.0, 0.0022], [0.018, 0.0172, 0.0122], 2.5e-3, kinds, 4.0);
     let mut random = Random(17);
     for particle in &mut particles {
@@ -106,6 +110,9 @@ fn after(scene: &Scene, ranks: [usize; 3], from: Option<&(Stopped, [f64; 6])>, u
         };
         let worst = run(&mut dem, &transport, until);
         assert!(worst < 1e-13, "{worst:e} of the heat is unaccounted for");
+        let heated = dem.wall_heat(&transport)[1];
+        // To the quanta of the flows.
+        assert!(heated == 0.0 || (heated / HEATING - 1.0).abs() < 1e-6, "{heated}");
         state_of(&dem)
     }))
 }
@@ -207,7 +214,8 @@ fn two_spheres_in_contact_follow_the_closed_form() {
     );
 }
 
-/// Ten spheres in a row between a cold and a hot wall get temperatures on a straight line.
+/// Ten spheres in a row between a cold and a hot wall get temperatures on a straight line, and the same if the hot wall is given the
+/// heat that it needs for it, from which its temperature follows.
 #[test]
 fn a_row_between_two_walls_is_linear_in_its_steady_state() {
     let (radius, spacing, first) = (1e-3, 1.98e-3, 1e-4);
@@ -225,13 +233,24 @@ fn a_row_between_two_walls_is_linear_in_its_steady_state() {
     let [cold, hot] = [plane(first, 1.0), plane(first + 10.0 * spacing, -1.0)];
     scene.setup.walls = vec![wall("cold", cold, Motion::Fixed), wall("hot", hot, Motion::Fixed)];
     for (wall, temperature) in scene.setup.walls.iter_mut().zip([273.15, 323.15]) {
-        wall.temperature = Some(temperature);
+        wall.heat = Some(WallHeat::Temperature(temperature));
     }
     // Contacts of spheres and of a sphere with a wall are as wide, so that all eleven conduct alike, but for the quanta of positions.
-    for (k, found) in temperatures(&scene, 3000).into_iter().enumerate() {
-        let exact = 273.15 + 50.0 * (k as f64 + 1.0) / 11.0;
-        assert!((found - exact).abs() < 1e-7, "sphere {k}: {found} instead of {exact}");
-    }
+    let check = |scene: &Scene| {
+        for (k, found) in temperatures(scene, 10_000).into_iter().enumerate() {
+            let exact = 273.15 + 50.0 * (k as f64 + 1.0) / 11.0;
+            assert!((found - exact).abs() < 1e-6, "sphere {k}: {found} instead of {exact}");
+        }
+    };
+    check(&scene);
+    let power = 20.0 * 2.0 * (0.5 * radius * 2e-5).sqrt() * 50.0 / 11.0;
+    scene.setup.walls[1].heat = Some(WallHeat::Power(power));
+    check(&scene);
+    let mut dem = scene.start([1; 3], 0);
+    (0..10_000).for_each(|_| dem.step(&SerialTransport).unwrap());
+    assert!((dem.wall_temperatures()[1] - 323.15).abs() < 1e-6, "{:?}", dem.wall_temperatures());
+    let [cold, hot] = [0, 1].map(|k| dem.wall_heat(&SerialTransport)[k]);
+    assert!((hot / power - 1.0).abs() < 1e-8 && (cold / power + 1.0).abs() < 1e-8, "{cold} {hot} {power}");
 }
 
 /// A cube on a cube, touching in a patch, conducts as the circle of the area of their faces; lying askew as that of what they share.

@@ -37,7 +37,8 @@ impl Scalars {
         mut carrier: CarrierFlow<'_>,
         transport: &dyn Transport,
     ) -> Result<(), f64> {
-        let parts = self.prepare(&mut carrier, transport)?;
+        self.set_fluxes(&mut carrier, transport);
+        let parts = self.parts(&carrier, transport)?;
         let (begin, dt) = (carrier.time, carrier.dt / f64::from(parts));
         for part in 0..parts {
             (carrier.time, carrier.dt) = (begin + f64::from(part) * dt, dt);
@@ -58,15 +59,9 @@ impl Scalars {
         Ok(())
     }
 
-    /// Sets the volumes of fluid and the volume fluxes of a step; returns into how many it must be divided, so that no more is carried
-    /// out of a cell than it has. Collective.
-    pub(super) fn prepare(
-        &mut self,
-        carrier: &mut CarrierFlow<'_>,
-        transport: &dyn Transport,
-    ) -> Result<u32, f64> {
+    /// Sets the volumes of fluid and the volume fluxes of a step; collective.
+    pub(super) fn set_fluxes(&mut self, carrier: &mut CarrierFlow<'_>, transport: &dyn Transport) {
         let local = carrier.local;
-        let (layout, strides) = (local.layout, local.layout.strides());
         if let Some((_, void)) = carrier.open {
             self.take_volumes(local, void);
         }
@@ -85,6 +80,15 @@ impl Scalars {
             });
         }
         work.add_beside(carrier, transport);
+    }
+
+    /// Into how many parts a step must be divided, so that no more is carried out of a cell than it has; collective.
+    ///
+    /// # Errors
+    /// That number, if it is too large.
+    fn parts(&self, carrier: &CarrierFlow<'_>, transport: &dyn Transport) -> Result<u32, f64> {
+        let (local, work) = (carrier.local, &self.work);
+        let (layout, strides) = (local.layout, local.layout.strides());
         let mut largest = [0.0_f64];
         let bounded = self.all.iter().filter(|scalar| scalar.setup.scheme == Scheme::Bounded);
         let capacities: Vec<&[f64]> = bounded

@@ -79,9 +79,15 @@ impl Flow {
 
     /// Lets the scalars settle in a flow that stays as it is, each cell at its own pace, from a step `dt` (s) on; collective.
     ///
+    /// Velocities that bodies were given after the last step leave sources in cells beside them, which are taken out first: a source of
+    /// a thousandth of what flows changes 300 K by 0.3 K.
+    ///
     /// # Errors
-    /// Steps that empty cells.
+    /// Pressures that were not found, and steps that empty cells.
     pub fn settle_scalars_from(&mut self, dt: f64, transport: &dyn Transport) -> Result<(), StepError> {
+        if self.immersed.is_some() {
+            self.project(dt, transport)?;
+        }
         self.with_carrier(dt, |scalars, carrier| scalars.settle_at_own_pace(carrier, transport))
     }
 

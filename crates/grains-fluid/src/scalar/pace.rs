@@ -36,7 +36,7 @@ impl Scalars {
         mut carrier: CarrierFlow<'_>,
         transport: &dyn Transport,
     ) -> Result<(), f64> {
-        self.prepare(&mut carrier, transport)?;
+        self.set_fluxes(&mut carrier, transport);
         let (local, dt) = (carrier.local, carrier.dt);
         let (layout, strides) = (local.layout, local.layout.strides());
         let of_solids = |scalar: &Scalar| match &scalar.setup.solids.bodies {
@@ -54,7 +54,8 @@ impl Scalars {
             let flux = |a: usize| self.work.flux.component(a);
             let leaving: f64 = (0..3).map(|a| flux(a)[p].max(0.0) - flux(a)[p - strides[a]].min(0.0)).sum();
             let open = self.all.iter().filter_map(|s| s.barrier.as_ref()).map(|b| b.capacity[p]);
-            let courant = dt * leaving / (open.fold(1.0, f64::min) * self.volume[p]);
+            let courant = dt * leaving / self.volume[p];
+            let share = open.fold(1.0, f64::min);
             let is_solid = self.solids.as_ref().is_some_and(|s| s.holder[p] != 0 && s.holder[p] != BEYOND);
             // Beside a surface both diffuse.
             let near = self.all.iter().filter_map(|s| s.barrier.as_ref()).any(|b| b.capacity[p] != 1.0);
@@ -68,12 +69,13 @@ impl Scalars {
             });
             let fourier = dt * diffusivity * narrowest.fold(0.0, f64::max).powi(2);
             fastest[0] = fastest[0].max(courant / PACE_BY_FLOW);
-            pace[p] = (courant / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
+            // A cell of which solids leave a small share goes slower than all others.
+            pace[p] = (courant / share / PACE_BY_FLOW).max(fourier / PACE_BY_DIFFUSION);
         }
         // Of the longest step, in which the fastest cell is at its limit: this one may be shorter.
         transport.max(&mut fastest);
         let longest = if fastest[0] > 0.0 { 1.0 / fastest[0] } else { 1.0 };
-        own_cells(layout).for_each(|p| pace[p] = (longest * pace[p]).clamp(SLOWEST_PACE, 1.0));
+        own_cells(layout).for_each(|p| pace[p] = (longest * pace[p]).max(SLOWEST_PACE));
         let before: Vec<f64> = (0..self.all.len()).map(|number| self.kept(number)).collect();
         self.pace = pace;
         for (number, before) in before.into_iter().enumerate() {

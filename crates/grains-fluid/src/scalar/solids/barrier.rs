@@ -203,8 +203,7 @@ impl Builder<'_> {
             }
             let capacity = inner + open.max(0.0);
             self.barrier.capacity[place] = match capacity {
-                x if inner > 0.0 => x,
-                x if x < NONE_OPEN => FIXED,
+                x if inner <= 0.0 && x < NONE_OPEN => FIXED,
                 x => x.max(MIN_OPEN),
             };
         }
