@@ -8,11 +8,14 @@ macro_rules! say {
     }};
 }
 
+mod answers;
 mod bench;
 mod explanation;
 mod messages;
 mod progress;
+mod templates;
 
+use answers::Question;
 use clap::{Parser, Subcommand};
 use grains_analysis::{Analysis, analyse};
 use grains_comm::{Job, MpiTransport};
@@ -46,13 +49,8 @@ enum Command {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
         ranks: Option<u32>,
     },
-    /// Print the JSON schema of case files.
-    Schema,
-    /// Run every contact law against its closed forms and print found and exact values.
-    Verify {
-        /// Only rows whose law contains this, such as `jkr`.
-        law: Option<String>,
-    },
+    #[command(flatten)]
+    Question(Question),
     /// Analyse the stored states of a run: tables and pictures.
     Analyse {
         /// What to find out.
@@ -142,22 +140,6 @@ fn exit_code(kind: ErrorKind) -> i32 {
     }
 }
 
-/// Prints the rows of laws whose name contains `law` against their closed forms.
-fn verify(law: &str) -> Result<(), RunError> {
-    let rows = grains_verification::all().into_iter().filter(|row| row.law.contains(law)).collect::<Vec<_>>();
-    if rows.is_empty() {
-        return Err(RunError::case(format!("no law is called `{law}`; `grains-mpi verify` lists them all")));
-    }
-    say!("{}", grains_verification::heading());
-    rows.iter().for_each(|row| say!("{row}"));
-    match rows.iter().filter(|row| !row.is_right()).count() {
-        0 => Ok(()),
-        wrong => {
-            Err(RunError::unphysical(format!("{wrong} of {} rows are farther off than allowed", rows.len())))
-        }
-    }
-}
-
 /// Whether no launcher has given this process another rank than 0; what all ranks say is said once.
 fn is_first_launched() -> bool {
     ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"]
@@ -170,15 +152,9 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
     let is_first = job.transport().rank() == 0;
     let program = format!("grains-mpi {VERSION}");
     match command {
-        Command::Schema => {
+        Command::Question(question) => {
             if is_first {
-                say!("{:#}", grains_case::schema());
-            }
-            Ok(())
-        }
-        Command::Verify { law } => {
-            if is_first {
-                verify(law.as_deref().unwrap_or_default())
+                question.answer()
             } else {
                 Ok(())
             }

@@ -1,0 +1,59 @@
+//! Cases to begin with, which `grains-mpi new` writes.
+
+use grains_simulation::RunError;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+
+/// A commented case, whose first line says what it is.
+struct Template {
+    name: &'static str,
+    text: &'static str,
+}
+
+const TEMPLATES: [Template; 4] = [
+    Template { name: "silo", text: include_str!("../templates/silo.toml") },
+    Template { name: "drum", text: include_str!("../templates/drum.toml") },
+    Template { name: "bed", text: include_str!("../templates/bed.toml") },
+    Template { name: "reactor", text: include_str!("../templates/reactor.toml") },
+];
+
+impl Template {
+    fn summary(&self) -> &str {
+        self.text.lines().next().unwrap_or_default().trim_start_matches("# ")
+    }
+}
+
+/// Names of all templates.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    TEMPLATES.iter().map(|template| template.name)
+}
+
+/// Prints the templates, and how to begin with one.
+pub fn list() {
+    let width = names().map(str::len).max().unwrap_or(0);
+    TEMPLATES.iter().for_each(|template| say!("{:width$}  {}", template.name, template.summary()));
+    say!("\n`grains-mpi new silo` writes silo.toml, a case of your own.");
+}
+
+/// Writes the case called `name` to a file that must not be there, `NAME.toml` if `to` says nothing, and prints what comes next.
+///
+/// # Errors
+/// A file that is there, or that cannot be written.
+pub fn write(name: &str, to: Option<PathBuf>) -> Result<(), RunError> {
+    let Some(template) = TEMPLATES.iter().find(|template| template.name == name) else {
+        return Err(RunError::case(format!("`{name}` is no example; `grains-mpi examples` lists them")));
+    };
+    let path = to.unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    let shown = path.display();
+    let failed = |e: std::io::Error| match e.kind() {
+        ErrorKind::AlreadyExists => RunError::files(format!("{shown} is there already; give another name")),
+        _ => RunError::files(format!("cannot write {shown}: {e}")),
+    };
+    let mut file = OpenOptions::new().write(true).create_new(true).open(&path).map_err(failed)?;
+    file.write_all(template.text.as_bytes()).map_err(failed)?;
+    say!("{shown}: {}\n\nNext:", template.summary());
+    say!("  grains-mpi check {shown}            # explains the case");
+    say!("  mpirun -n 2 grains-mpi {shown}      # runs it on two ranks");
+    Ok(())
+}
