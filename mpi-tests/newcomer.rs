@@ -5,22 +5,34 @@
 mod common;
 
 use common::results::series;
-use common::{folder, replaced, run};
+use common::{ENVIRONMENT, Output, folder, replaced, run, signal, start};
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+/// What the program says, without mpirun, in a folder.
+fn ask(home: &Path, arguments: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_grains-mpi");
+    let output = Command::new(program).args(arguments).current_dir(home).envs(ENVIRONMENT).output().unwrap();
+    let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    Output { code: output.status.code(), stdout, stderr }
+}
 
 /// Every example that is listed can be written once, passes the check without a remark, and runs.
 #[test]
 fn every_example_is_a_case_of_ones_own_that_runs() {
     let home = folder("newcomer");
-    let listed = run(2, &home, &["examples"]).succeeded().stdout;
+    let listed = ask(&home, &["examples"]).succeeded().stdout;
     let names: Vec<&str> =
         listed.lines().take_while(|line| !line.is_empty()).map(|l| l.split(' ').next().unwrap()).collect();
     assert_eq!(names, ["silo", "drum", "bed", "reactor"], "{listed}");
     for name in names {
         let file = format!("{name}.toml");
-        let told = run(1, &home, &["new", name]).succeeded().stdout;
+        let told = ask(&home, &["new", name]).succeeded().stdout;
         assert!(told.contains(&format!("grains-mpi check {file}")), "{told}");
-        let again = run(1, &home, &["new", name]);
+        let again = ask(&home, &["new", name]);
         assert_eq!(again.only_error(4), format!("{file} is there already; give another name"));
         let checked = run(1, &home, &["check", &file]).succeeded();
         assert_eq!(checked.stderr, "", "{name}");
@@ -35,7 +47,7 @@ fn every_example_is_a_case_of_ones_own_that_runs() {
         run(2, &home, &[&short]).succeeded();
         assert!(series(&home.join("results").join(name)).column("time").len() > 1, "{name}");
     }
-    let message = run(1, &home, &["new", "sillo"]);
+    let message = ask(&home, &["new", "sillo"]);
     assert!(message.code == Some(2) && message.stderr.contains("silo"), "{}", message.text());
 }
 
@@ -43,9 +55,7 @@ fn every_example_is_a_case_of_ones_own_that_runs() {
 #[test]
 fn completion_and_manual_page_name_every_command() {
     let home = folder("newcomer_commands");
-    // mpirun offers a terminal, on which help is bold.
-    let help = run(1, &home, &["--help"]).succeeded().stdout;
-    let help = ["\u{1b}[0m", "\u{1b}[1m", "\u{1b}[4m"].iter().fold(help, |text, code| text.replace(code, ""));
+    let help = ask(&home, &["--help"]).succeeded().stdout;
     let commands: Vec<&str> = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"))
@@ -57,9 +67,91 @@ fn completion_and_manual_page_name_every_command() {
     for arguments in
         [&["completions", "bash"][..], &["completions", "zsh"], &["completions", "fish"], &["man"]]
     {
-        let text = run(1, &home, arguments).succeeded().stdout;
+        let text = ask(&home, arguments).succeeded().stdout;
         for command in commands.iter().filter(|command| **command != "help") {
             assert!(text.contains(command), "{arguments:?} do not name {command}");
         }
     }
+}
+
+/// A run tells from elsewhere how far it is, leaves when it is asked to, and goes on from there.
+#[test]
+fn a_run_is_watched_and_stopped_from_elsewhere() {
+    let home = folder("newcomer_control");
+    ask(&home, &["new", "silo"]).succeeded();
+    let asked = |what: &str| ask(&home, &[what, "results/silo"]);
+    assert!(asked("stop").only_error(4).starts_with("no run writes to results/silo"));
+    assert!(asked("status").only_error(4).starts_with("results/silo/status.json: "));
+    let text = fs::read_to_string(home.join("silo.toml")).unwrap();
+    fs::write(home.join("silo.toml"), replaced(&text, "end = 4 ", "end = 400 ")).unwrap();
+    let mut running = start(2, &home, &["silo.toml"], 0);
+    running.wait_until("told anything", || home.join("results/silo/status.json").exists());
+    let told = asked("status").succeeded().stdout;
+    assert!(
+        told.starts_with("results/silo: running\nstep ") && told.contains("of 400 s, 1500 particles"),
+        "{told}"
+    );
+    assert!(asked("stop").succeeded().stdout.contains("asked to"));
+    let ended = running.wait().succeeded();
+    assert!(ended.stdout.contains("continue with --restart latest"), "{}", ended.text());
+    assert!(asked("status").stdout.starts_with("results/silo: stopped"));
+    // What was asked of one run is not asked of the next; a run that is killed is no longer said to run.
+    fs::write(home.join("results/silo/.stop"), "").unwrap();
+    let mut running = start(2, &home, &["silo.toml", "--restart", "latest"], 0);
+    running.wait_until("told anything", || asked("status").stdout.contains(": running"));
+    signal("KILL", &running.ranks());
+    assert_ne!(running.wait().code, Some(0));
+    assert!(asked("status").stdout.starts_with("results/silo: ended without a word"));
+}
+
+/// The script that SLURM gets runs the case, passes its signal on, submits itself while the run is not done, and goes on from the
+/// checkpoint; SLURM is played by two commands.
+#[test]
+fn a_slurm_script_goes_on_until_the_run_has_ended() {
+    let home = folder("newcomer_slurm");
+    ask(&home, &["new", "silo"]).succeeded();
+    let text = fs::read_to_string(home.join("silo.toml")).unwrap();
+    fs::write(home.join("silo.toml"), replaced(&text, "end = 4 ", "end = 0.3 ")).unwrap();
+    let made = ["slurm", "silo.toml", "--ranks", "2", "--minutes", "60", "--sbatch", "account=grains"];
+    ask(&home, &made).succeeded();
+    let script = fs::read_to_string(home.join("silo.sbatch")).unwrap();
+    assert!(
+        script.contains("#SBATCH --ntasks=2\n") && script.contains("#SBATCH --account=grains\n"),
+        "{script}"
+    );
+    assert!(script.contains("--max-walltime 3240"), "{script}");
+    let commands = home.join("commands");
+    fs::create_dir_all(&commands).unwrap();
+    let program = env!("CARGO_BIN_EXE_grains-mpi");
+    let played = [
+        // As SLURM does, srun passes the signal on to all ranks.
+        ("srun", format!("shift\nexec mpirun --allow-run-as-root --oversubscribe -n 2 {program} \"$@\"")),
+        ("sbatch", "echo \"$@\" >>submitted".to_string()),
+    ];
+    for (name, does) in played {
+        let path = commands.join(name);
+        fs::write(&path, format!("#!/bin/bash\n{does}\n")).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let path = format!("{}:{}", commands.display(), std::env::var("PATH").unwrap());
+    let job = || {
+        let mut bash = Command::new("bash");
+        bash.arg("silo.sbatch").current_dir(&home).env("PATH", &path).envs(ENVIRONMENT);
+        bash.stdout(fs::File::create(home.join("job.log")).unwrap()).spawn().unwrap()
+    };
+    let mut first = job();
+    while !home.join("results/silo/status.json").exists() {
+        assert!(first.try_wait().unwrap().is_none(), "{}", fs::read_to_string(home.join("job.log")).unwrap());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    signal("USR1", &[first.id()]);
+    assert!(first.wait().unwrap().success());
+    let submitted = || fs::read_to_string(home.join("submitted")).unwrap_or_default();
+    assert_eq!(submitted(), "silo.sbatch\n", "{}", fs::read_to_string(home.join("job.log")).unwrap());
+    assert!(job().wait().unwrap().success());
+    assert_eq!(submitted(), "silo.sbatch\n");
+    let times = series(&home.join("results/silo"));
+    let times = times.column("time");
+    assert!(times[0] == 0.0 && times.windows(2).all(|w| w[1] > w[0]), "{times:?}");
+    assert!((times[times.len() - 1] - 0.3).abs() < 1e-4, "{times:?}");
 }

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: u64 = 150;
 
 /// What Open MPI needs to run as root, in containers, and with more ranks than cores.
-const ENVIRONMENT: [(&str, &str); 6] = [
+pub const ENVIRONMENT: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),

@@ -1,6 +1,7 @@
 //! Commands that concern no run: one rank answers.
 
-use crate::{Cli, templates};
+use crate::slurm::{self, JobSize};
+use crate::{Cli, control, templates};
 use clap::builder::PossibleValuesParser;
 use clap::{CommandFactory, Subcommand};
 use grains_simulation::RunError;
@@ -18,6 +19,26 @@ pub enum Question {
         /// Where to write it; EXAMPLE.toml by default.
         #[arg(value_name = "FILE")]
         to: Option<PathBuf>,
+    },
+    /// Say how far a run is that was started elsewhere.
+    Status {
+        /// Its directory of results.
+        run: PathBuf,
+    },
+    /// Ask a run to write a checkpoint and leave.
+    Stop {
+        /// Its directory of results.
+        run: PathBuf,
+    },
+    /// Write a SLURM script that runs a case, job by job, until it has ended.
+    Slurm {
+        /// Case file (TOML).
+        case: PathBuf,
+        /// Where to write it; the case's name with `.sbatch` by default.
+        #[arg(value_name = "FILE")]
+        to: Option<PathBuf>,
+        #[command(flatten)]
+        size: JobSize,
     },
     /// Print the JSON schema of case files.
     Schema,
@@ -45,6 +66,9 @@ impl Question {
         match self {
             Self::Examples => templates::list(),
             Self::New { example, to } => templates::write(example, to.clone())?,
+            Self::Status { run } => control::status(run)?,
+            Self::Stop { run } => control::stop(run)?,
+            Self::Slurm { case, to, size } => slurm::write(case, to.clone(), size)?,
             Self::Schema => say!("{:#}", grains_case::schema()),
             Self::Verify { law } => verify(law.as_deref().unwrap_or_default())?,
             Self::Completions { shell } => {

@@ -10,9 +10,11 @@ macro_rules! say {
 
 mod answers;
 mod bench;
+mod control;
 mod explanation;
 mod messages;
 mod progress;
+mod slurm;
 mod templates;
 
 use answers::Question;
@@ -32,11 +34,20 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("GRAINS_
 #[command(version = VERSION, about, args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<AnyCommand>,
     #[command(flatten)]
     run: Option<RunArguments>,
 }
 
+#[derive(Subcommand)]
+enum AnyCommand {
+    #[command(flatten)]
+    Job(Command),
+    #[command(flatten)]
+    Question(Question),
+}
+
+/// What all ranks do together.
 #[derive(Subcommand)]
 enum Command {
     /// Run a case (the same as giving the case alone).
@@ -49,8 +60,6 @@ enum Command {
         #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
         ranks: Option<u32>,
     },
-    #[command(flatten)]
-    Question(Question),
     /// Analyse the stored states of a run: tables and pictures.
     Analyse {
         /// What to find out.
@@ -109,6 +118,11 @@ fn main() {
         std::process::exit(answer.exit_code());
     });
     messages::install();
+    let command = match cli.command {
+        Some(AnyCommand::Question(question)) => answer(&question),
+        Some(AnyCommand::Job(command)) => Some(command),
+        None => cli.run.map(Command::Run),
+    };
     let job = match start() {
         Ok(job) => job,
         Err(error) => {
@@ -116,7 +130,7 @@ fn main() {
             std::process::exit(exit_code(error.kind));
         }
     };
-    let outcome = match cli.command.or(cli.run.map(Command::Run)) {
+    let outcome = match command {
         Some(command) => execute(command, &job),
         None => Err(RunError::case("no case file given; try `grains-mpi --help`")),
     };
@@ -129,6 +143,19 @@ fn main() {
     drop(job);
     // mpirun kills the job at the first exit code that is not 0, and may lose what other ranks said.
     std::process::exit(if is_first { code } else { 0 });
+}
+
+/// Answers a question on one rank, without MPI, and ends the program.
+fn answer(question: &Question) -> ! {
+    let outcome = if is_first_launched() { question.answer() } else { Ok(()) };
+    let code = outcome.map_or_else(
+        |error| {
+            eprintln!("error: {error}");
+            exit_code(error.kind)
+        },
+        |()| 0,
+    );
+    std::process::exit(code)
 }
 
 /// Exit code of an error; a panic, which is a bug, has 101.
@@ -152,13 +179,6 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
     let is_first = job.transport().rank() == 0;
     let program = format!("grains-mpi {VERSION}");
     match command {
-        Command::Question(question) => {
-            if is_first {
-                question.answer()
-            } else {
-                Ok(())
-            }
-        }
         Command::Check { case, ranks } => {
             let case = load(&case, job)?;
             if is_first {

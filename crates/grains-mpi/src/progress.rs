@@ -1,5 +1,6 @@
 //! What the terminal shows of a run: lines of progress, and a summary.
 
+use crate::control::Control;
 use grains_analysis::Findings;
 use grains_case::Case;
 use grains_domain::Transport;
@@ -18,8 +19,13 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
     let is_first = simulation.transport().rank() == 0;
     let case = simulation.case().clone();
     let (mut told, mut last) = (None, Instant::now());
+    let mut control = is_first.then(|| Control::new(&case.output.directory));
     let status = loop {
         if interrupted.load(Ordering::Relaxed) || simulation.seconds() > walltime {
+            simulation.stop();
+        }
+        let is_looking = control.as_mut().is_some_and(Control::is_due);
+        if is_looking && control.as_ref().is_some_and(Control::is_stop_asked) {
             simulation.stop();
         }
         let status = simulation.step()?;
@@ -27,6 +33,11 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
         if let Some(progress) = simulation.progress().filter(|p| is_first && is_due && told != Some(p.step)) {
             say!("{}", line(progress, &simulation));
             (told, last) = (Some(progress.step), Instant::now());
+        }
+        if let Some(control) = control.as_mut().filter(|_| is_looking || status != Status::Running)
+            && let Some(progress) = simulation.progress()
+        {
+            control.tell(word(status), progress, (case.time.end, rate(progress, &simulation)));
         }
         if status != Status::Running {
             break status;
@@ -43,12 +54,26 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
     Ok(())
 }
 
+/// The state of a run in a word.
+fn word(status: Status) -> &'static str {
+    match status {
+        Status::Running => "running",
+        Status::Stopped => "stopped, to be continued with --restart latest",
+        Status::Finished => "finished",
+    }
+}
+
+/// Steps per second up to the last row of the series.
+fn rate(progress: &Progress, simulation: &Simulation) -> f64 {
+    let done = progress.step.saturating_sub(simulation.steps() - simulation.steps_done());
+    done as f64 / simulation.seconds()
+}
+
 /// A line of progress.
 fn line(progress: &Progress, simulation: &Simulation) -> String {
     let Progress { step, time, end, totals, fluid } = progress;
-    let done = step.saturating_sub(simulation.steps() - simulation.steps_done());
-    let rate = done as f64 / simulation.seconds();
-    let left = if done > 0 { duration((end - step) as f64 / rate) } else { "-".into() };
+    let rate = rate(progress, simulation);
+    let left = if rate > 0.0 { duration((end - step) as f64 / rate) } else { "-".into() };
     let (count, of_particles) = match fluid {
         Some(FluidProgress { step, is_alone: true, .. }) => (step, String::new()),
         _ => {

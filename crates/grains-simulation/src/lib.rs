@@ -84,6 +84,7 @@ pub use fluid::FluidProgress;
 pub use grains_case::Case;
 pub use grains_comm::{Job, abort};
 pub use grains_dem::{Loading, Motion};
+pub use lock::is_written_to;
 pub use simulation::{Options, Simulation, Status};
 pub use summary::{FluidSummary, PhaseTime, Progress, Summary};
 pub use system::catalogue;

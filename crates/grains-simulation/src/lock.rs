@@ -83,6 +83,12 @@ impl DirectoryLock {
     }
 }
 
+/// Whether a run writes to a directory of results at present.
+pub fn is_written_to(directory: &Path) -> bool {
+    let file = File::open(directory.join(LOCK));
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,7 +109,9 @@ mod tests {
             refused.contains("another run (process ") && refused.contains("output.directory"),
             "{refused}"
         );
+        assert!(is_written_to(&directory));
         drop(first);
+        assert!(!is_written_to(&directory) && !is_written_to(&directory.join("none")));
         // The file is still there, as after a crash; the lock is not.
         assert!(directory.join(LOCK).exists());
         DirectoryLock::take(&directory).unwrap();
