@@ -56,6 +56,7 @@ fn every_example_is_a_case_of_ones_own_that_runs() {
 fn completion_and_manual_page_name_every_command() {
     let home = folder("newcomer_commands");
     let help = ask(&home, &["--help"]).succeeded().stdout;
+    assert!(help.starts_with("Granular and particulate flow"), "{help}");
     let commands: Vec<&str> = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"))

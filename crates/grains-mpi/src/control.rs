@@ -102,7 +102,7 @@ pub fn status(directory: &Path) -> Result<(), RunError> {
         String::new()
     };
     say!(
-        "{}: {state}\nstep {:.0}, t = {} of {} s, {:.0} particles, {:.1} steps/s{left}; told {} ago",
+        "{}: {state}\nstep {:.0}, t = {:.6} of {} s, {:.0} particles, {:.1} steps/s{left}; told {} ago",
         directory.display(),
         number("step"),
         number("time_s"),

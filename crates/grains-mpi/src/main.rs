@@ -30,8 +30,11 @@ use std::sync::atomic::AtomicBool;
 /// Version and git hash of the program, as every file it writes names them.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("GRAINS_GIT_HASH"), ")");
 
+/// What the program is, in a line.
+const ABOUT: &str = "Granular and particulate flow on many processors: mpirun -n 2 grains-mpi case.toml";
+
 #[derive(Parser)]
-#[command(version = VERSION, about, args_conflicts_with_subcommands = true)]
+#[command(version = VERSION, about = ABOUT, args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(subcommand)]
     command: Option<AnyCommand>,
@@ -47,7 +50,7 @@ enum AnyCommand {
     Question(Question),
 }
 
-/// What all ranks do together.
+// What all ranks do together. Words for documentation would take the place of those of the program.
 #[derive(Subcommand)]
 enum Command {
     /// Run a case (the same as giving the case alone).
