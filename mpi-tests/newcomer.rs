@@ -89,15 +89,18 @@ fn a_run_is_watched_and_stopped_from_elsewhere() {
     running.wait_until("told anything", || home.join("results/silo/status.json").exists());
     let told = asked("status").succeeded().stdout;
     assert!(
-        told.starts_with("results/silo: running\nstep ") && told.contains("of 400 s, 1500 particles"),
+        told.starts_with("results/silo: running\nt = ") && told.contains("of 400 s, 1500 particles"),
         "{told}"
     );
     assert!(asked("stop").succeeded().stdout.contains("asked to"));
     let ended = running.wait().succeeded();
     assert!(ended.stdout.contains("continue with --restart latest"), "{}", ended.text());
-    assert!(asked("status").stdout.starts_with("results/silo: stopped"));
+    assert!(asked("status").stdout.starts_with("results/silo: stopped by request"));
     // What was asked of one run is not asked of the next; a run that is killed is no longer said to run.
     fs::write(home.join("results/silo/.stop"), "").unwrap();
+    // Without a series too.
+    let text = fs::read_to_string(home.join("silo.toml")).unwrap();
+    fs::write(home.join("silo.toml"), replaced(&text, "series = 0.01 ", "series = 0 ")).unwrap();
     let mut running = start(2, &home, &["silo.toml", "--restart", "latest"], 0);
     running.wait_until("told anything", || asked("status").stdout.contains(": running"));
     signal("KILL", &running.ranks());
@@ -112,7 +115,7 @@ fn a_slurm_script_goes_on_until_the_run_has_ended() {
     let home = folder("newcomer_slurm");
     ask(&home, &["new", "silo"]).succeeded();
     let text = fs::read_to_string(home.join("silo.toml")).unwrap();
-    fs::write(home.join("silo.toml"), replaced(&text, "end = 4 ", "end = 0.3 ")).unwrap();
+    fs::write(home.join("silo.toml"), replaced(&text, "end = 4 ", "end = 0.6 ")).unwrap();
     let made = ["slurm", "silo.toml", "--ranks", "2", "--minutes", "60", "--sbatch", "account=grains"];
     ask(&home, &made).succeeded();
     let script = fs::read_to_string(home.join("silo.sbatch")).unwrap();
@@ -149,10 +152,23 @@ fn a_slurm_script_goes_on_until_the_run_has_ended() {
     assert!(first.wait().unwrap().success());
     let submitted = || fs::read_to_string(home.join("submitted")).unwrap_or_default();
     assert_eq!(submitted(), "silo.sbatch\n", "{}", fs::read_to_string(home.join("job.log")).unwrap());
+    // Who asks a run to stop does not want a next job.
+    let mut second = job();
+    while !ask(&home, &["status", "results/silo"]).stdout.contains(": running") {
+        assert!(
+            second.try_wait().unwrap().is_none(),
+            "{}",
+            fs::read_to_string(home.join("job.log")).unwrap()
+        );
+    }
+    ask(&home, &["stop", "results/silo"]).succeeded();
+    assert!(second.wait().unwrap().success());
+    assert!(ask(&home, &["status", "results/silo"]).stdout.contains("stopped by request"));
+    assert_eq!(submitted(), "silo.sbatch\n");
     assert!(job().wait().unwrap().success());
     assert_eq!(submitted(), "silo.sbatch\n");
     let times = series(&home.join("results/silo"));
     let times = times.column("time");
     assert!(times[0] == 0.0 && times.windows(2).all(|w| w[1] > w[0]), "{times:?}");
-    assert!((times[times.len() - 1] - 0.3).abs() < 1e-4, "{times:?}");
+    assert!((times[times.len() - 1] - 0.6).abs() < 1e-4, "{times:?}");
 }

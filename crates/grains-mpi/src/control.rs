@@ -1,6 +1,6 @@
 //! How a run is watched and stopped from another terminal: `status.json` beside its results, and a file that asks it to stop.
 
-use grains_simulation::{Progress, RunError, duration, is_written_to};
+use grains_simulation::{RunError, Simulation, Status, duration, is_written_to};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,18 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub struct Control {
     directory: PathBuf,
     looked: Instant,
+    /// Time (s) at which the run began or went on.
+    begin: f64,
     has_failed: bool,
 }
 
 impl Control {
-    /// That of a run that writes to a directory; what an earlier run was asked is forgotten.
-    pub fn new(directory: &Path) -> Self {
+    /// That of a run that begins; what an earlier one was asked is forgotten.
+    pub fn new(simulation: &Simulation) -> Self {
+        let directory = simulation.case().output.directory.clone();
+        // There is none but after a run that was killed before it looked.
         let _ = fs::remove_file(directory.join(STOP));
-        Self { directory: directory.to_path_buf(), looked: Instant::now(), has_failed: false }
+        Self { directory, looked: Instant::now(), begin: simulation.time(), has_failed: false }
     }
 
     /// Whether it is time to look again.
@@ -43,20 +47,27 @@ impl Control {
         fs::remove_file(self.directory.join(STOP)).is_ok()
     }
 
-    /// Tells the state of a run in a word and how far it is on its way to its end (s), at so many steps per second; a file that cannot
-    /// be written is warned of once.
-    pub fn tell(&mut self, state: &str, progress: &Progress, (end, rate): (f64, f64)) {
-        let left = (progress.end.saturating_sub(progress.step)) as f64 / rate;
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
+    /// Writes how far a run is, its state, and what stopped it; a file that cannot be written is warned of once.
+    pub fn tell(&mut self, simulation: &Simulation, state: Status, stopped_by: Option<&str>) {
+        let (time, end, seconds) = (simulation.time(), simulation.case().time.end, simulation.seconds());
+        let speed = (time - self.begin) / seconds;
+        let state = match state {
+            Status::Running => "running",
+            Status::Stopped => "stopped",
+            Status::Finished => "finished",
+        };
+        // JSON has no infinity: what is not known is null.
         let status = json!({
             "state": state,
-            "step": progress.step,
-            "time_s": progress.time,
+            "stopped_by": stopped_by,
+            "step": simulation.steps(),
+            "time_s": time,
             "end_s": end,
-            "particles": progress.totals.particles,
-            "steps_per_second": rate,
-            "seconds_left": left,
-            "unix_time": now,
+            "particles": simulation.progress().map(|progress| progress.totals.particles),
+            "steps_per_second": simulation.steps_done() as f64 / seconds,
+            "simulated_seconds_per_second": speed,
+            "seconds_left": (end - time) / speed,
+            "unix_time": now(),
         });
         let (path, part) = (self.directory.join(STATUS), self.directory.join(".status.json"));
         let written = fs::write(&part, format!("{status:#}\n")).and_then(|()| fs::rename(&part, &path));
@@ -91,27 +102,32 @@ fn told(directory: &Path) -> Result<Value, RunError> {
 pub fn status(directory: &Path) -> Result<(), RunError> {
     let status = told(directory)?;
     let number = |key: &str| status[key].as_f64().unwrap_or(f64::NAN);
-    let state = match (status["state"].as_str().unwrap_or("unknown"), is_written_to(directory)) {
-        ("running", false) => "ended without a word: killed, or ended by an error; see its log",
-        (state, _) => state,
+    let by = status["stopped_by"].as_str().unwrap_or("unknown");
+    let (state, left) = match (status["state"].as_str().unwrap_or("unknown"), is_written_to(directory)) {
+        ("running", false) => {
+            ("ended without a word: killed, or ended by an error; see its log".into(), None)
+        }
+        ("running", true) => ("running".into(), status["seconds_left"].as_f64()),
+        ("stopped", _) => (format!("stopped by {by}, to be continued with --restart latest"), None),
+        (state, _) => (state.to_string(), None),
     };
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
-    let left = if state == "running" {
-        format!(", left {}", duration(number("seconds_left")))
-    } else {
-        String::new()
-    };
+    let particles =
+        status["particles"].as_u64().map_or(String::new(), |count| format!(", {count} particles"));
     say!(
-        "{}: {state}\nstep {:.0}, t = {:.6} of {} s, {:.0} particles, {:.1} steps/s{left}; told {} ago",
+        "{}: {state}\nt = {:.6} of {} s{particles}, {:.3e} s per second{}; told {} ago",
         directory.display(),
-        number("step"),
         number("time_s"),
         number("end_s"),
-        number("particles"),
-        number("steps_per_second"),
-        duration((now - number("unix_time")).max(0.0))
+        number("simulated_seconds_per_second"),
+        left.map_or(String::new(), |left| format!(", left {}", duration(left))),
+        duration((now() - number("unix_time")).max(0.0))
     );
     Ok(())
+}
+
+/// Seconds since 1970.
+fn now() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
 /// Asks a run to write a checkpoint and leave.

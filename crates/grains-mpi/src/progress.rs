@@ -19,14 +19,19 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
     let is_first = simulation.transport().rank() == 0;
     let case = simulation.case().clone();
     let (mut told, mut last) = (None, Instant::now());
-    let mut control = is_first.then(|| Control::new(&case.output.directory));
+    let mut control = is_first.then(|| Control::new(&simulation));
+    let mut stopped_by = None;
     let status = loop {
-        if interrupted.load(Ordering::Relaxed) || simulation.seconds() > walltime {
-            simulation.stop();
-        }
         let is_looking = control.as_mut().is_some_and(Control::is_due);
-        if is_looking && control.as_ref().is_some_and(Control::is_stop_asked) {
+        let is_asked = is_looking && control.as_ref().is_some_and(Control::is_stop_asked);
+        let reasons = [
+            (is_asked, "request"),
+            (interrupted.load(Ordering::Relaxed), "signal"),
+            (simulation.seconds() > walltime, "walltime"),
+        ];
+        if let Some((_, reason)) = reasons.into_iter().find(|(holds, _)| *holds) {
             simulation.stop();
+            stopped_by = stopped_by.or(Some(reason));
         }
         let status = simulation.step()?;
         let is_due = told.is_none() || status != Status::Running || last.elapsed().as_secs_f64() > INTERVAL;
@@ -34,10 +39,10 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
             say!("{}", line(progress, &simulation));
             (told, last) = (Some(progress.step), Instant::now());
         }
-        if let Some(control) = control.as_mut().filter(|_| is_looking || status != Status::Running)
-            && let Some(progress) = simulation.progress()
-        {
-            control.tell(word(status), progress, (case.time.end, rate(progress, &simulation)));
+        if let Some(control) = control.as_mut().filter(|_| is_looking || status != Status::Running) {
+            // Another rank may have got the signal.
+            let reason = (status == Status::Stopped).then_some(stopped_by.unwrap_or("signal"));
+            control.tell(&simulation, status, reason);
         }
         if status != Status::Running {
             break status;
@@ -54,26 +59,12 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
     Ok(())
 }
 
-/// The state of a run in a word.
-fn word(status: Status) -> &'static str {
-    match status {
-        Status::Running => "running",
-        Status::Stopped => "stopped, to be continued with --restart latest",
-        Status::Finished => "finished",
-    }
-}
-
-/// Steps per second up to the last row of the series.
-fn rate(progress: &Progress, simulation: &Simulation) -> f64 {
-    let done = progress.step.saturating_sub(simulation.steps() - simulation.steps_done());
-    done as f64 / simulation.seconds()
-}
-
 /// A line of progress.
 fn line(progress: &Progress, simulation: &Simulation) -> String {
     let Progress { step, time, end, totals, fluid } = progress;
-    let rate = rate(progress, simulation);
-    let left = if rate > 0.0 { duration((end - step) as f64 / rate) } else { "-".into() };
+    let done = step.saturating_sub(simulation.steps() - simulation.steps_done());
+    let rate = done as f64 / simulation.seconds();
+    let left = if done > 0 { duration((end - step) as f64 / rate) } else { "-".into() };
     let (count, of_particles) = match fluid {
         Some(FluidProgress { step, is_alone: true, .. }) => (step, String::new()),
         _ => {

@@ -63,7 +63,7 @@ fn script_of(case: &Path, read: &Case, script: &Path, size: &JobSize) -> String 
 #SBATCH --output=%x-%j.log
 #SBATCH --signal=B:USR1@60
 {further}# Runs {case} from its last checkpoint, if there is one. The run leaves with a checkpoint before the time is up, and this
-# script submits itself again until the run has ended. Submit it from the directory in which it was written.
+# script submits itself again until the run has ended, or `grains-mpi stop` is asked. Submit it from the directory in which it was written.
 set -euo pipefail
 export OMP_NUM_THREADS=1
 results={results}
@@ -79,7 +79,7 @@ while kill -0 "$job" 2>/dev/null; do
     wait "$job" || true
 done
 wait "$job"
-if grep -q '"state": "stopped' "$results/status.json"; then
+if grep -q '"stopped_by": "\(signal\|walltime\)"' "$results/status.json"; then
     sbatch {script}
 fi
 "#
