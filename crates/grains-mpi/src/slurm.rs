@@ -5,7 +5,7 @@ use grains_simulation::RunError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Seconds before the end of a job at which its run leaves by itself, a tenth of its time at most.
+/// Seconds before the end of a job at which its run leaves by itself; a tenth of its time if that is less.
 const MARGIN: u64 = 600;
 
 /// What a job may take.
