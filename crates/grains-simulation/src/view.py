@@ -36,19 +36,22 @@ def range_of(arrays, name):
     return 0.0, largest if largest > 0 else 1.0
 
 
-def colour(display, field, limits, title, place):
+def colour(display, field, limits, title):
     """Colours by the magnitude of a field, with a bar, by limits that follow the state shown."""
     association, name = field
     # The velocity of cells has another scale than that of points.
     is_own = association == "CELLS"
     pv.ColorBy(display, (association, name, "Magnitude"), separate=is_own)
     table = pv.GetColorTransferFunction(name, display, separate=is_own)
-    table.ApplyPreset("Viridis (matplotlib)", True)
+    # Pale and blue for what lies behind the particles.
+    table.ApplyPreset("Blues" if is_own else "Viridis (matplotlib)", True)
     table.RescaleTransferFunction(*limits)
     table.AutomaticRescaleRangeMode = "Clamp and update every timestep"
     bar = pv.GetScalarBar(table, view)
     bar.Title, bar.ComponentTitle = title, ""
-    bar.WindowLocation = place
+    bar.WindowLocation = "Upper Right Corner" if is_own else "Lower Right Corner"
+    # Zero as 0.0, not 0.0e+00; versions differ in how formats are written.
+    bar.RangeLabelFormat = re.sub(r"\.\de", ".2g", bar.RangeLabelFormat)
     display.SetScalarBarVisibility(view, True)
 
 
@@ -91,7 +94,9 @@ if "particles" in sources:
     limits = range_of(data, field)
     for path in sorted(glob.glob(os.path.join(here, "shapes", "*.vtp"))):
         shape = int(os.path.splitext(os.path.basename(path))[0])
-        chosen = pv.Threshold(Input=particles, Scalars=["POINTS", "shape"], LowerThreshold=shape, UpperThreshold=shape)
+        chosen = pv.Threshold(Input=particles, Scalars=["POINTS", "shape"])
+        # Given above, a 0 would count as not given, and all particles be chosen.
+        chosen.LowerThreshold = chosen.UpperThreshold = shape
         display = pv.Show(chosen, view)
         display.SetRepresentationType("3D Glyphs")
         display.GlyphType = "Pipeline Connection"
@@ -101,7 +106,7 @@ if "particles" in sources:
         display.Scaling, display.ScaleMode, display.SelectScaleArray = 1, "Magnitude", "scale"
         # ParaView guesses a factor from the bounds, which would be the size of a particle of 1 m.
         display.ScaleFactor = 1.0
-        colour(display, ("POINTS", field), limits, title, "Lower Right Corner")
+        colour(display, ("POINTS", field), limits, title)
 
 if "walls" in sources:
     display = pv.Show(sources["walls"], view)
@@ -115,9 +120,11 @@ if "fluid" in sources:
     names = [plane.CellData.GetArray(k).Name for k in range(plane.CellData.GetNumberOfArrays())]
     field = next((name for name in ("fluid_velocity", "velocity") if name in names), names[0] if names else None)
     display = pv.Show(plane, view)
+    # Without light, so that the colours are those of the bar.
+    display.Ambient, display.Diffuse = 1.0, 0.0
     if field:
         title = "speed of fluid (m/s)" if "velocity" in field else field
-        colour(display, ("CELLS", field), range_of(plane.CellData, field), title, "Lower Left Corner")
+        colour(display, ("CELLS", field), range_of(plane.CellData, field), title)
 
 box = pv.Box(XLength=size[0], YLength=size[1], ZLength=size[2], Center=middle)
 display = pv.Show(box, view)
