@@ -1,6 +1,6 @@
 //! Arrays that grow along their first dimension, a step at a time.
 
-use crate::metadata::text;
+use crate::metadata::{text, utf8};
 use hdf5::dataset::FillTime;
 use hdf5::types::{FixedAscii, VarLenUnicode};
 use hdf5::{Dataset, Extent, File, Group, H5Type, SimpleExtents};
@@ -87,6 +87,12 @@ pub(crate) fn resize(dataset: &Dataset, rows: usize) -> hdf5::Result<()> {
 /// What HDF5 says.
 pub(crate) fn unit(dataset: &Dataset, unit: &str) -> hdf5::Result<()> {
     dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&text(unit)?)
+}
+
+/// The unit of a dataset of a file, if there is one.
+pub(crate) fn unit_of(file: &File, dataset: &str) -> Option<String> {
+    let unit = file.dataset(dataset).ok()?.attr("unit").ok()?.read_scalar::<VarLenUnicode>().ok()?;
+    utf8(unit.as_bytes()).ok()
 }
 
 /// Single precision of values.

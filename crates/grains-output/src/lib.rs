@@ -31,6 +31,7 @@ mod polydata;
 mod series;
 mod shapes;
 mod snapshots;
+mod surfaces;
 mod temporal;
 mod xdmf;
 
@@ -45,5 +46,6 @@ pub use grid::{GridBlock, GridFile, GridGeometry, GridSnapshotFile};
 pub use metadata::{Metadata, utc_now};
 pub use polydata::{PolyDataFile, Step};
 pub use series::{Series, write_table};
-pub use shapes::write_shape;
+pub use shapes::{ShapeSurface, read_shape, write_shape};
 pub use snapshots::SnapshotFile;
+pub use surfaces::{SurfaceFile, Triangles};

@@ -4,6 +4,7 @@ use crate::arrays::{Cells, Place, places};
 use crate::collective::read_rows;
 use crate::digests::{Digested, Stored};
 use crate::error::{FileError, agree};
+use crate::growing::unit_of;
 use crate::metadata::{Metadata, read_metadata};
 use hdf5::{Dataset, File};
 use mpi::collective::SystemOperation;
@@ -21,7 +22,8 @@ const UNREADABLE: &str = "cannot be read as snapshots of particles";
 
 /// A file of particle snapshots, open for reading; all calls are collective unless they say otherwise.
 pub struct SnapshotFile {
-    communicator: SimpleCommunicator,
+    /// None if this process reads without MPI.
+    communicator: Option<SimpleCommunicator>,
     /// Share k of n of the particles is this rank's.
     share: (usize, usize),
     path: PathBuf,
@@ -50,21 +52,29 @@ impl SnapshotFile {
     /// # Errors
     /// A file that is missing, damaged, or no file of particles.
     pub fn open(path: &Path, communicator: &SimpleCommunicator) -> Result<Self, FileError> {
-        let found = std::fs::File::open(path)
-            .map_err(|e| FileError::new(path, e))
-            .and_then(|_| Contents::of(path).map_err(|e| refuse(path, &e)));
-        let Contents { file, fields, metadata, steps, digests } = agree(communicator, found)?;
+        let contents = agree(communicator, Contents::open(path))?;
         let communicator = communicator.duplicate();
         let share = (communicator.rank() as usize, communicator.size() as usize);
-        Ok(Self { communicator, share, path: path.to_path_buf(), file, fields, metadata, steps, digests })
+        Ok(Self::new(path, Some(communicator), share, contents))
     }
 
-    /// Opens a file for this rank alone, which reads share `k` of `n` of the particles; nothing is collective then.
+    /// Opens a file for this process alone, which reads share `k` of `n` of the particles; nothing is collective then, and MPI need
+    /// not run.
     ///
     /// # Errors
     /// As for [`SnapshotFile::open`].
     pub fn open_share(path: &Path, share: (usize, usize)) -> Result<Self, FileError> {
-        Ok(Self { share, ..Self::open(path, &SimpleCommunicator::self_comm())? })
+        Ok(Self::new(path, None, share, Contents::open(path)?))
+    }
+
+    fn new(
+        path: &Path,
+        communicator: Option<SimpleCommunicator>,
+        share: (usize, usize),
+        contents: Contents,
+    ) -> Self {
+        let Contents { file, fields, metadata, steps, digests } = contents;
+        Self { communicator, share, path: path.to_path_buf(), file, fields, metadata, steps, digests }
     }
 
     /// Times of the snapshots (s), rising; not collective.
@@ -72,9 +82,19 @@ impl SnapshotFile {
         self.steps.iter().map(|place| place.time).collect()
     }
 
+    /// Numbers of particles of the snapshots, over all ranks; not collective.
+    pub fn counts(&self) -> Vec<usize> {
+        self.steps.iter().map(|place| place.points).collect()
+    }
+
     /// Names of the fields stored with every snapshot; not collective.
     pub fn fields(&self) -> &[String] {
         &self.fields
+    }
+
+    /// Unit of a field, if the file says it; not collective.
+    pub fn unit(&self, field: &str) -> Option<String> {
+        unit_of(&self.file, &format!("VTKHDF/{}/{field}", Cells::Vertices.data()))
     }
 
     /// A text of the metadata, such as `case`; not collective.
@@ -123,9 +143,16 @@ impl SnapshotFile {
             };
             Ok((values, own))
         })();
-        let (values, own) = agree(&self.communicator, read.map_err(|e| refuse(&self.path, &e)))?;
-        let mut found = 0_u64;
-        self.communicator.all_reduce_into(&own, &mut found, SystemOperation::sum());
+        let read = read.map_err(|e| refuse(&self.path, &e));
+        let (values, found) = match &self.communicator {
+            None => read?,
+            Some(communicator) => {
+                let (values, own) = agree(communicator, read)?;
+                let mut found = 0_u64;
+                communicator.all_reduce_into(&own, &mut found, SystemOperation::sum());
+                (values, found)
+            }
+        };
         let array = name.rsplit('/').next().unwrap_or(name);
         match &self.digests {
             // Of shares read without the others the first verifies all.
@@ -139,7 +166,7 @@ impl SnapshotFile {
 
     /// Whether all shares are read at once.
     fn reads_with_others(&self) -> bool {
-        self.communicator.size() as usize == self.share.1
+        self.communicator.as_ref().map_or(1, |communicator| communicator.size() as usize) == self.share.1
     }
 
     /// Checksum of an array of a step, read by this rank alone.
@@ -160,6 +187,13 @@ impl SnapshotFile {
 }
 
 impl Contents {
+    /// What a file holds, for this process alone.
+    fn open(path: &Path) -> Result<Self, FileError> {
+        std::fs::File::open(path)
+            .map_err(|e| FileError::new(path, e))
+            .and_then(|_| Self::of(path).map_err(|e| refuse(path, &e)))
+    }
+
     fn of(path: &Path) -> hdf5::Result<Self> {
         let file = File::open(path)?;
         let fields = file.group(&format!("VTKHDF/{}", Cells::Vertices.data()))?.member_names()?;

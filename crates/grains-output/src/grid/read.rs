@@ -5,6 +5,7 @@ use super::arrays::{DATA, digest_of_step, read_nodes, read_times};
 use crate::collective::read_part;
 use crate::digests::{Digested, Stored};
 use crate::error::{FileError, agree};
+use crate::growing::unit_of;
 use crate::metadata::read_metadata;
 use hdf5::File;
 use mpi::collective::SystemOperation;
@@ -32,10 +33,17 @@ impl GridSnapshotFile {
     /// # Errors
     /// A file that is missing, damaged, or no file of cells.
     pub fn open(path: &Path, communicator: &SimpleCommunicator) -> Result<Self, FileError> {
-        let found = std::fs::File::open(path)
+        agree(communicator, Self::open_alone(path))
+    }
+
+    /// Opens a file for this process alone; MPI need not run.
+    ///
+    /// # Errors
+    /// As for [`GridSnapshotFile::open`].
+    pub fn open_alone(path: &Path) -> Result<Self, FileError> {
+        std::fs::File::open(path)
             .map_err(|e| FileError::new(path, e))
-            .and_then(|_| Self::of(path).map_err(|e| refuse(path, &e)));
-        agree(communicator, found)
+            .and_then(|_| Self::of(path).map_err(|e| refuse(path, &e)))
     }
 
     fn of(path: &Path) -> hdf5::Result<Self> {
@@ -87,6 +95,11 @@ impl GridSnapshotFile {
     /// Names of the fields stored with every step.
     pub fn fields(&self) -> &[String] {
         &self.fields
+    }
+
+    /// Unit of a field, if the file says it.
+    pub fn unit(&self, field: &str) -> Option<String> {
+        unit_of(&self.file, &format!("VTKHDF/{DATA}/{field}"))
     }
 
     /// Coordinates (m) of the nodes along x, y, z, one more than cells.
