@@ -19,7 +19,7 @@ fn load(name: &str) -> Case {
     Case::load(folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-const GOOD: [&str; 25] = [
+const GOOD: [&str; 28] = [
     "catalyst.toml",
     "warm_bodies.toml",
     "warm.toml",
@@ -45,6 +45,9 @@ const GOOD: [&str; 25] = [
     "suspension.toml",
     "pipe.toml",
     "wet.toml",
+    "gates.toml",
+    "plates.toml",
+    "smagorinsky.toml",
 ];
 
 #[test]

@@ -31,11 +31,11 @@ pub struct Contact<Name = usize> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e3, 1e12]))]
     pub effective_shear_modulus: Option<f64>,
-    /// How many times softer than the materials the contact is made (-), for longer time steps: it divides both moduli.
+    /// How many times softer than the materials the contact is made (-), for longer time steps: it divides both moduli; 1 by default.
     #[serde(default = "super::one", skip_serializing_if = "super::is_one")]
     #[schemars(extend("minimum" = 1, "x-plausible" = [1, 1e5]))]
     pub softening: f64,
-    /// Work of adhesion w (J/m²) of Dmt and Jkr; by default 2 √(γ1 γ2) of the surface energies of the materials.
+    /// Work of adhesion w (J/m²) of "dmt" and "jkr"; by default 2 √(γ1 γ2) of the surface energies of the materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "x-plausible" = [1e-6, 10]))]
     pub work_of_adhesion: Option<f64>,

@@ -17,7 +17,7 @@ pub enum TimeStep {
     Seconds(#[schemars(extend("exclusiveMinimum" = 0))] f64),
 }
 
-/// The section as written: the impact speed that is absent follows from the falls that are possible.
+/// Duration of the run and its time step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Time")]

@@ -138,7 +138,7 @@ pub enum WallKind {
         /// Corners (m).
         #[schemars(length(min = 3))]
         vertices: Vec<[f64; 3]>,
-        /// Polygons as lists of indices into `vertices`, from 0, going round.
+        /// Polygons as lists of indices (-) into `vertices`, from 0, going round.
         #[schemars(schema_with = "polygon_list")]
         faces: Vec<Vec<u64>>,
     },

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod drag;
+mod drag_law_of_the_manual;
 mod exchange;
 mod kernels;
 mod shapes;
