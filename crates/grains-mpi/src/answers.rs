@@ -1,7 +1,7 @@
 //! Commands that concern no run: one rank answers.
 
 use crate::slurm::{self, JobSize};
-use crate::{Cli, control, templates};
+use crate::{Cli, control, pages, templates};
 use clap::builder::PossibleValuesParser;
 use clap::{CommandFactory, Subcommand};
 use grains_simulation::RunError;
@@ -29,6 +29,19 @@ pub enum Question {
     Stop {
         /// Its directory of results.
         run: PathBuf,
+    },
+    /// Write `report.html` into a directory of results: a page about the run.
+    Report {
+        /// The directory of results.
+        run: PathBuf,
+    },
+    /// Show the page of a run while it goes on, to browsers of this machine.
+    Watch {
+        /// Its directory of results.
+        run: PathBuf,
+        /// Port of the loopback interface; 0 takes a free one.
+        #[arg(long, default_value_t = 0)]
+        port: u16,
     },
     /// Write a SLURM script that runs a case, job by job, until it has ended.
     Slurm {
@@ -68,6 +81,8 @@ impl Question {
             Self::New { example, to } => templates::write(example, to.clone())?,
             Self::Status { run } => control::status(run)?,
             Self::Stop { run } => control::stop(run)?,
+            Self::Report { run } => pages::report(run)?,
+            Self::Watch { run, port } => pages::watch(run, *port)?,
             Self::Slurm { case, to, size } => slurm::write(case, to.clone(), size)?,
             Self::Schema => say!("{:#}", grains_case::schema()),
             Self::Verify { law } => verify(law.as_deref().unwrap_or_default())?,

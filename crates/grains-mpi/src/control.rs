@@ -1,13 +1,11 @@
 //! How a run is watched and stopped from another terminal: `status.json` beside its results, and a file that asks it to stop.
 
+use grains_report::STATUS;
 use grains_simulation::{RunError, Simulation, Status, duration, is_written_to};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// What a run tells of itself.
-const STATUS: &str = "status.json";
 
 /// Asks a run to write a checkpoint and leave.
 const STOP: &str = ".stop";
@@ -130,16 +128,25 @@ fn now() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
+/// Asks a run to write a checkpoint and leave, and says so.
+///
+/// # Errors
+/// As for [`ask_to_stop`].
+pub fn stop(directory: &Path) -> Result<(), RunError> {
+    ask_to_stop(directory)?;
+    let shown = directory.display();
+    say!("{shown}: asked to write a checkpoint and leave; `grains-mpi status {shown}` says when it has");
+    Ok(())
+}
+
 /// Asks a run to write a checkpoint and leave.
 ///
 /// # Errors
 /// A directory to which no run writes, or that cannot be written to.
-pub fn stop(directory: &Path) -> Result<(), RunError> {
+pub fn ask_to_stop(directory: &Path) -> Result<(), RunError> {
     let shown = directory.display();
     if !is_written_to(directory) {
         return Err(RunError::files(format!("no run writes to {shown}: there is nothing to stop")));
     }
-    fs::write(directory.join(STOP), "").map_err(|error| RunError::files(format!("{shown}: {error}")))?;
-    say!("{shown}: asked to write a checkpoint and leave; `grains-mpi status {shown}` says when it has");
-    Ok(())
+    fs::write(directory.join(STOP), "").map_err(|error| RunError::files(format!("{shown}: {error}")))
 }

@@ -13,7 +13,9 @@ mod bench;
 mod control;
 mod explanation;
 mod messages;
+mod pages;
 mod progress;
+mod record;
 mod slurm;
 mod templates;
 
@@ -23,6 +25,8 @@ use grains_analysis::{Analysis, analyse};
 use grains_comm::{Job, MpiTransport};
 use grains_domain::Transport;
 use grains_simulation::{ErrorKind, Options, RunError, Simulation, check, load, start};
+use progress::Limits;
+use record::{Beginning, Record};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -133,11 +137,12 @@ fn main() {
             std::process::exit(exit_code(error.kind));
         }
     };
+    let mut record = None;
     let outcome = match command {
-        Some(command) => execute(command, &job),
+        Some(command) => execute(command, &job, &mut record),
         None => Err(RunError::case("no case file given; try `grains-mpi --help`")),
     };
-    let code = report(job.transport(), outcome);
+    let code = report(job.transport(), outcome, record);
     if code == exit_code(ErrorKind::Files) {
         // HDF5 would try again to write what it could not, and might wait for ever.
         grains_comm::abort(code);
@@ -178,7 +183,8 @@ fn is_first_launched() -> bool {
         .is_none_or(|rank| rank == "0")
 }
 
-fn execute(command: Command, job: &Job) -> Result<(), RunError> {
+/// Does what a command says; a run leaves its record on rank 0.
+fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(), RunError> {
     let is_first = job.transport().rank() == 0;
     let program = format!("grains-mpi {VERSION}");
     match command {
@@ -204,8 +210,8 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
             let options = Options { restart, program, writes_files: false, ..Options::default() };
             bench::time(Simulation::new(&case, job, options)?, [warm, steps, segments])
         }
-        Command::Run(RunArguments { case, restart, max_walltime, petsc }) => {
-            let case = load(&case, job)?;
+        Command::Run(RunArguments { case: file, restart, max_walltime, petsc }) => {
+            let case = load(&file, job)?;
             let interrupted = Arc::new(AtomicBool::new(false));
             for signal in
                 [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1]
@@ -213,15 +219,18 @@ fn execute(command: Command, job: &Job) -> Result<(), RunError> {
                 signal_hook::flag::register(signal, interrupted.clone())
                     .map_err(|e| RunError::files(e.to_string()))?;
             }
-            let options = Options { restart, program, petsc, writes_files: true };
+            let options =
+                Options { restart: restart.clone(), program: program.clone(), petsc, writes_files: true };
             let simulation = Simulation::new(&case, job, options)?;
-            progress::run(simulation, &interrupted, max_walltime.unwrap_or(f64::INFINITY))
+            let beginning = Beginning { file: &file, program: &program, restart: restart.as_deref() };
+            let limits = Limits { interrupted, walltime: max_walltime.unwrap_or(f64::INFINITY) };
+            progress::run(simulation, &beginning, &limits, record)
         }
     }
 }
 
-/// Prints the error of the lowest rank that has one, and returns the exit code of all.
-fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
+/// Prints the error of the lowest rank that has one, completes the record of a run, and returns the exit code of all.
+fn report(transport: &MpiTransport, outcome: Result<(), RunError>, record: Option<Record>) -> i32 {
     let (code, message) = match outcome {
         Ok(()) => (0, String::new()),
         Err(error) => (exit_code(error.kind), error.message),
@@ -229,6 +238,7 @@ fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
     let mut codes = [f64::from(code)];
     transport.max(&mut codes);
     if codes[0] == 0.0 {
+        record.iter().filter(|record| record.is_shown()).for_each(pages::finish);
         return 0;
     }
     // Texts travel as numbers: this happens once, at the end.
@@ -238,7 +248,15 @@ fn report(transport: &MpiTransport, outcome: Result<(), RunError>) -> i32 {
     let received = transport.exchange_sparse(vec![(0, own)]);
     if transport.rank() == 0 {
         let text: Vec<u8> = received.iter().flat_map(|(_, text)| text).map(|&b| b as u8).collect();
-        eprintln!("error: {}", String::from_utf8_lossy(&text));
+        let text = String::from_utf8_lossy(&text);
+        eprintln!("error: {text}");
+        if let Some(mut record) = record {
+            record.fail(&text);
+            // What cannot be written cannot be read either.
+            if record.is_shown() && codes[0] != f64::from(exit_code(ErrorKind::Files)) {
+                pages::finish(&record);
+            }
+        }
     }
     // Nobody leaves before the message is out.
     transport.any(false);

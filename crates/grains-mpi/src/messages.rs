@@ -1,8 +1,15 @@
 //! Where the messages of the libraries go: what they tell to standard output, warnings to standard error.
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use std::sync::{Mutex, PoisonError};
 
 struct Terminal;
+
+/// Warnings so far, for the record of a run.
+static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Warnings that are kept: a run that warns at every step fills no memory.
+const KEPT: usize = 100;
 
 impl Log for Terminal {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
@@ -14,7 +21,10 @@ impl Log for Terminal {
             return;
         }
         match record.level() {
-            Level::Error | Level::Warn => eprintln!("warning: {}", record.args()),
+            Level::Error | Level::Warn => {
+                keep(record.args().to_string());
+                eprintln!("warning: {}", record.args());
+            }
             _ => say!("{}", record.args()),
         }
     }
@@ -27,4 +37,17 @@ pub fn install() {
     // The first one stays; there is no other.
     let _ = log::set_logger(&Terminal);
     log::set_max_level(LevelFilter::Info);
+}
+
+/// Keeps a warning for the record.
+pub fn keep(warning: String) {
+    let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    if warnings.len() < KEPT && !warnings.contains(&warning) {
+        warnings.push(warning);
+    }
+}
+
+/// The warnings so far.
+pub fn warnings() -> Vec<String> {
+    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }

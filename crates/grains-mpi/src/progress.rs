@@ -1,39 +1,62 @@
 //! What the terminal shows of a run: lines of progress, and a summary.
 
 use crate::control::Control;
+use crate::messages;
+use crate::record::{Beginning, Machine, Record};
 use grains_analysis::Findings;
 use grains_case::Case;
 use grains_domain::Transport;
 use grains_simulation::{FluidProgress, Progress, RunError, Simulation, Status, Summary, duration};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Seconds between lines: in a log file one every ten is enough; the CSV has them all.
 const INTERVAL: f64 = 10.0;
 
-/// Runs a simulation to its end, or until a signal or the walltime (s) stops it.
+/// What may stop a run before its end.
+pub struct Limits {
+    /// Set by a signal.
+    pub interrupted: Arc<AtomicBool>,
+    /// Wall-clock time (s).
+    pub walltime: f64,
+}
+
+/// Runs a simulation to its end, or until a signal or the walltime stops it; rank 0 keeps a record from the first step on.
 ///
 /// # Errors
 /// A state that can no longer be trusted, or a file that cannot be written.
-pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) -> Result<(), RunError> {
+pub fn run(
+    mut simulation: Simulation,
+    beginning: &Beginning<'_>,
+    Limits { interrupted, walltime }: &Limits,
+    record: &mut Option<Record>,
+) -> Result<(), RunError> {
     let is_first = simulation.transport().rank() == 0;
     let case = simulation.case().clone();
-    let (mut told, mut last) = (None, Instant::now());
+    let (mut told, mut last, mut is_new) = (None, Instant::now(), true);
     let mut control = is_first.then(|| Control::new(&simulation));
     let mut stopped_by = None;
+    let machine = Machine::of(simulation.transport());
     let status = loop {
         let is_looking = control.as_mut().is_some_and(Control::is_due);
         let is_asked = is_looking && control.as_ref().is_some_and(Control::is_stop_asked);
         let reasons = [
             (is_asked, "request"),
             (interrupted.load(Ordering::Relaxed), "signal"),
-            (simulation.seconds() > walltime, "walltime"),
+            (simulation.seconds() > *walltime, "walltime"),
         ];
         if let Some((_, reason)) = reasons.into_iter().find(|(holds, _)| *holds) {
             simulation.stop();
             stopped_by = stopped_by.or(Some(reason));
         }
         let status = simulation.step()?;
+        if is_new {
+            // Bonds are there from the first step on.
+            let prediction = simulation.prediction();
+            *record = is_first.then(|| Record::new(beginning, &simulation, &machine, &prediction));
+            is_new = false;
+        }
         let is_due = told.is_none() || status != Status::Running || last.elapsed().as_secs_f64() > INTERVAL;
         if let Some(progress) = simulation.progress().filter(|p| is_first && is_due && told != Some(p.step)) {
             say!("{}", line(progress, &simulation));
@@ -43,6 +66,7 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
             // Another rank may have got the signal.
             let reason = (status == Status::Stopped).then_some(stopped_by.unwrap_or("signal"));
             control.tell(&simulation, status, reason);
+            record.iter_mut().for_each(Record::renew);
         }
         if status != Status::Running {
             break status;
@@ -52,9 +76,12 @@ pub fn run(mut simulation: Simulation, interrupted: &AtomicBool, walltime: f64) 
         let (step, time) = (simulation.steps(), simulation.time());
         say!("stopped at step {step}, t = {time:.6} s: continue with --restart latest");
     }
+    let at = (simulation.steps(), simulation.time());
     let summary = simulation.close()?;
-    if is_first {
+    if let Some(record) = record {
         summarise(&summary, &case);
+        let reason = (status == Status::Stopped).then_some(stopped_by.unwrap_or("signal"));
+        record.end((&summary, &case), (status, reason), at);
     }
     Ok(())
 }
@@ -131,7 +158,7 @@ fn particles(summary: &Summary, case: &Case) {
         summary.moves
     );
     for (name, lacking) in &summary.missing {
-        say!("warning: {lacking} particles of insert `{name}` were not inserted: not yet due, or no room");
+        warn(format!("{lacking} particles of insert `{name}` were not inserted: not yet due, or no room"));
     }
     say!("lists rebuilt {} times in {steps} steps", summary.rebuilds);
     let is_hard = case.collisions.is_hard();
@@ -152,16 +179,22 @@ fn particles(summary: &Summary, case: &Case) {
         100.0 * limit
     );
     if summary.deep_penetrations > 0 {
-        say!(
-            "warning: {} deep penetrations, overlaps beyond the crust, took the slower penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
+        warn(format!(
+            "{} deep penetrations, overlaps beyond the crust, took the slower penetration routine: a thicker crust (shape.crust) or a smaller step would be faster",
             summary.deep_penetrations
-        );
+        ));
     }
     let (time, ranks) = (duration(summary.seconds), summary.ranks);
     if inside > 0 && steps > 0 {
         let each = 1e6 * summary.seconds / steps as f64 / inside as f64;
         say!("{time} on {ranks} rank(s): {each:.4} microseconds per particle and step");
     }
+}
+
+/// Prints a warning among the results, and keeps it.
+fn warn(text: String) {
+    say!("warning: {text}");
+    messages::keep(text);
 }
 
 /// Prints what an analysis found.

@@ -23,6 +23,8 @@ pub use heat::HeatReport;
 pub use particles::{CompositeReport, MeshReport, MotionTableReport, ParticleReport, ShapeReport};
 pub use sizes::SizeReport;
 
+pub(crate) use particles::{max_overlap, seconds_per_step};
+
 use crate::fluid;
 use crate::insertion::Insertions;
 use crate::plausibility;

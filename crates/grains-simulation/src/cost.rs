@@ -72,18 +72,31 @@ impl Cost {
         let disk = snapshots * (particles * particle_bytes(case) + of_walls + TEXT[1])
             + times(case, out.surfaces) * (surfaces + TEXT[1])
             + times(case, out.series) * columns * TEXT[0]
-            + checkpoints * (particles * CHECKPOINT[other] + bonds as f64 * BOND[1])
-            + fluid::check::bytes_on_disk(case);
+            + checkpoints * particles * CHECKPOINT[other]
+            + fluid::check::bytes_on_disk(case)
+            + page(case, snapshots * particles);
         // What is written at once is in memory at once, and more than half of it a second time.
         let at_once = 1.6 * surfaces / real * 8.0;
         let memory = PROCESS * ranks as f64
             + particles * MEMORY[other]
-            + bonds as f64 * BOND[0]
             + at_once
             + fluid::check::bytes_in_memory(case, ranks)
             + fluid::check::bytes_at_surfaces(case, catalogue, insertions);
-        Self { memory, snapshots, checkpoints, disk }
+        Self { memory, snapshots, checkpoints, disk }.with_bonds(bonds)
     }
+
+    /// That of a case whose particles have so many bonds more at the beginning.
+    pub fn with_bonds(self, bonds: u64) -> Self {
+        let [memory, disk] = BOND.map(|bytes| bonds as f64 * bytes);
+        Self { memory: self.memory + memory, disk: self.disk + self.checkpoints * disk, ..self }
+    }
+}
+
+/// Bytes of `report.html` of so many particles in all snapshots.
+fn page(case: &Case, particles: f64) -> f64 {
+    /// Without particles, of a particle in a snapshot, and at most.
+    const BYTES: [f64; 3] = [0.15e6, 10.0, 7e6];
+    if case.output.report { BYTES[0] + (BYTES[1] * particles).min(BYTES[2]) } else { 0.0 }
 }
 
 /// How often something is written with an interval (s), at the beginning too; 0 for never.

@@ -16,11 +16,13 @@ use crate::files::Files;
 use crate::fluid::{self, FluidPhase};
 use crate::insertion::Insertions;
 use crate::plausibility;
+use crate::prediction::Prediction;
 use crate::restart::{self, State};
 use crate::schedule::Schedule;
 use crate::summary::{Done, Progress, Summary};
 use crate::system::{self, System};
 use crate::views::{FluidView, ParticleView, WallView};
+use crate::wall_triangles::triangles_of;
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport};
 use grains_dem::{Dem, Failure, Motion, Phase};
@@ -79,6 +81,7 @@ pub struct Simulation {
     is_asked_to_stop: bool,
     status: Status,
     progress: Option<Progress>,
+    prediction: Prediction,
 }
 
 impl Simulation {
@@ -97,6 +100,8 @@ impl Simulation {
             step.warning.iter().chain(&warnings).for_each(|w| log::warn!("{w}"));
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
+        let walls = triangles_of(&dem, &dem.worn_volumes(&transport));
+        let prediction = Prediction::of(case, (&dem, &insertions), &step, &walls, transport.size());
         let Options { restart, writes_files, program, petsc } = options;
         let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
         let continued = match &restart {
@@ -130,6 +135,7 @@ impl Simulation {
             is_asked_to_stop: false,
             status: Status::Running,
             progress: None,
+            prediction,
         })
     }
 
@@ -475,6 +481,13 @@ impl Simulation {
     /// The last row of the time series, if there is one.
     pub fn progress(&self) -> Option<&Progress> {
         self.progress.as_ref()
+    }
+
+    /// What the whole case is expected to take, as `check` says it, with the bonds that there are now; collective.
+    pub fn prediction(&self) -> Prediction {
+        let mut ends = [self.dem.bonds_of_each().into_iter().map(u64::from).sum()];
+        self.transport.sum_counts(&mut ends);
+        self.prediction.with_bonds(ends[0] / 2)
     }
 
     /// Steps done since the simulation was built.

@@ -106,6 +106,9 @@ pub struct RawOutput {
     #[serde(default = "two")]
     #[schemars(extend("minimum" = 1))]
     pub keep_checkpoints: u64,
+    /// Whether the run ends with `report.html`, a page about it; true by default.
+    #[serde(default = "yes")]
+    pub report: bool,
 }
 
 fn all_fields() -> Vec<Field> {
@@ -114,6 +117,10 @@ fn all_fields() -> Vec<Field> {
 
 fn two() -> u64 {
     2
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// What is written, where and how often; a time of 0 means never.
@@ -137,6 +144,8 @@ pub struct Output {
     pub fields: Vec<Field>,
     /// Number of checkpoints kept (-).
     pub keep_checkpoints: u64,
+    /// Whether the run ends with a page about it.
+    pub report: bool,
 }
 
 impl Output {
@@ -152,6 +161,7 @@ impl Output {
             compress: self.compress,
             fields: self.fields.clone(),
             keep_checkpoints: self.keep_checkpoints,
+            report: self.report,
         }
     }
 }
@@ -172,6 +182,7 @@ impl RawOutput {
             compress: self.compress,
             fields: self.fields,
             keep_checkpoints: self.keep_checkpoints,
+            report: self.report,
         };
         let intervals = [
             ("particles", output.particles),

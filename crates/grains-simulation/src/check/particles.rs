@@ -8,7 +8,7 @@ use crate::system;
 use crate::timestep::{Encounter, TimeStepChoice, recommended_without_fines};
 use grains_case::{Case, Face, Insert};
 use grains_contact::Sharing;
-use grains_dem::{CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
+use grains_dem::{Catalogue, CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
 use grains_geometry::{DecompositionReport, MassReport, MassSource, Shape};
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
@@ -19,6 +19,17 @@ const NOTABLE_DIFFERENCE: f64 = 2e-3;
 
 /// Volume error of a decomposition that is worth a warning (-).
 const LARGE_ERROR: f64 = 0.05;
+
+/// Time per particle and step on one core (s).
+pub fn seconds_per_step(catalogue: &Catalogue) -> f64 {
+    COST[usize::from(!catalogue.all_spheres())]
+}
+
+/// Largest overlap at `time.impact_speed` over the radius (-), of soft contacts.
+pub fn max_overlap(step: &TimeStepChoice) -> f64 {
+    let overlap = |e: &Encounter| e.collision.max_overlap / e.radius;
+    step.encounters.iter().map(overlap).fold(0.0, f64::max)
+}
 
 /// The particles of a case, and what they meet.
 #[derive(Clone, Debug)]
@@ -82,12 +93,11 @@ impl ParticleReport {
         let is_mixed = !catalogue.all_spheres();
         let is_composite = is_mixed && catalogue.shapes.iter().any(|shape| shape.parts.len() > 1);
         let steps = case.time.end / step.dt;
-        let seconds_per_step = COST[usize::from(is_mixed)];
+        let seconds_per_step = seconds_per_step(catalogue);
         let open_faces = match case.inserts.iter().all(Insert::is_fixed) {
             true => Vec::new(),
             false => plausibility::bare_faces(case, &setup.walls),
         };
-        let overlap = |e: &Encounter| e.collision.max_overlap / e.radius;
         Ok(Self {
             count: insertions.total(),
             placed,
@@ -103,7 +113,7 @@ impl ParticleReport {
             interaction_range: setup.interaction_range(),
             collisions: setup.collisions,
             laws: LawReport::of_all(case, setup, insertions.kinds(), &step),
-            max_overlap: step.encounters.iter().map(overlap).fold(0.0, f64::max),
+            max_overlap: max_overlap(&step),
             step_without_fines: recommended_without_fines(case, catalogue, insertions.kinds()),
             weight_in_quanta: system::quanta_of_weight(case, setup, insertions.kinds()),
             steps,

@@ -193,7 +193,7 @@ fn coupled(
 }
 
 /// Minimum time (s) of the steps of the fluid on one core; none where particles smaller than its cells decide.
-fn min_seconds(case: &Case) -> Option<f64> {
+pub fn min_seconds(case: &Case) -> Option<f64> {
     /// Seconds per cell and step of a fluid alone, and of one with a fifth of it resolved bodies.
     const COST: [f64; 2] = [1.0e-7, 2.0e-7];
     /// What more of a fluid whose viscosity varies, by eddies and by a rheology.
