@@ -1,7 +1,7 @@
 //! Cases to begin with, which `grains-mpi new` writes.
 
 use grains_simulation::RunError;
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
@@ -29,6 +29,9 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     TEMPLATES.iter().map(|template| template.name)
 }
 
+/// The JSON schema beside a case, by which editors complete keys, explain them and mark mistakes.
+const SCHEMA: &str = "grains-mpi.schema.json";
+
 /// Prints the templates, and how to begin with one.
 pub fn list() {
     let width = names().map(str::len).max().unwrap_or(0);
@@ -36,7 +39,8 @@ pub fn list() {
     say!("\n`grains-mpi new silo` writes silo.toml, a case of your own.");
 }
 
-/// Writes the case called `name` to a file that must not be there, `NAME.toml` if `to` says nothing, and prints what comes next.
+/// Writes the case called `name` to a file that must not be there, `NAME.toml` if `to` says nothing, with the schema for editors beside
+/// it, and prints what comes next.
 ///
 /// # Errors
 /// A file that is there, or that cannot be written.
@@ -51,8 +55,12 @@ pub fn write(name: &str, to: Option<PathBuf>) -> Result<(), RunError> {
         _ => RunError::files(format!("cannot write {shown}: {e}")),
     };
     let mut file = OpenOptions::new().write(true).create_new(true).open(&path).map_err(failed)?;
-    file.write_all(template.text.as_bytes()).map_err(failed)?;
-    say!("{shown}: {}\n\nNext:", template.summary());
+    write!(file, "#:schema {SCHEMA}\n{}", template.text).map_err(failed)?;
+    let schema = path.with_file_name(SCHEMA);
+    fs::write(&schema, format!("{:#}\n", grains_case::schema()))
+        .map_err(|e| RunError::files(format!("cannot write {}: {e}", schema.display())))?;
+    say!("{shown}: {}", template.summary());
+    say!("{}: its keys, for editors\n\nNext:", schema.display());
     say!("  grains-mpi check {shown}            # explains the case");
     say!("  mpirun -n 2 grains-mpi {shown}      # runs it on two ranks");
     Ok(())
