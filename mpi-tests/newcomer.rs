@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+mod packages;
 
 use common::results::series;
 use common::{ENVIRONMENT, Output, folder, replaced, run, signal, start};
