@@ -133,10 +133,10 @@ fn a_flipped_bit_of_particles_is_noticed() {
         for (name, format) in [("plain", (Precision::F64, false)), ("short", (Precision::F32, true))] {
             let path = folder.join(format!("{name}.vtkhdf"));
             let mut file =
-                PolyDataFile::create(&path, &job.world(), &SPECS, false, format, &metadata()).unwrap();
+                PolyDataFile::create(&path, job.world(), &SPECS, false, format, &metadata()).unwrap();
             (0..3).for_each(|step| append(&mut file, step, 20, job));
             drop(file);
-            assert_damage_is_noticed(&path, |path| particles_of(path, &job.world()));
+            assert_damage_is_noticed(&path, |path| particles_of(path, job.world()));
         }
     });
 }
@@ -147,13 +147,13 @@ fn a_flipped_bit_of_cells_is_noticed() {
         let (path, grid) = (folder(job, "digests-cells").join("fluid.vtkhdf"), grid(job));
         let specs = [FieldSpec::real("pressure", "Pa", 1), FieldSpec::real("velocity", "m/s", 3)];
         let format = (Precision::F64, false);
-        let mut file = GridFile::create(&path, &job.world(), &grid, &specs, format, &metadata()).unwrap();
+        let mut file = GridFile::create(&path, job.world(), &grid, &specs, format, &metadata()).unwrap();
         for step in 0..2 {
             let values: Vec<f64> = (0..360).map(|k| value(step, k)).collect();
             file.append(step as f64, &[Data::Real(&values[..120]), Data::Real(&values)]).unwrap();
         }
         drop(file);
-        assert_damage_is_noticed(&path, |path| cells_of(path, &job.world(), &grid));
+        assert_damage_is_noticed(&path, |path| cells_of(path, job.world(), &grid));
     });
 }
 
@@ -199,7 +199,7 @@ fn the_thousandth_snapshot_costs_no_more_than_the_tenth() {
     on_ranks(&[1], "the_thousandth_snapshot_costs_no_more_than_the_tenth", |job| {
         let path = folder(job, "digests-growth").join("particles.vtkhdf");
         let format = (Precision::F64, false);
-        let mut file = PolyDataFile::create(&path, &job.world(), &SPECS, false, format, &metadata()).unwrap();
+        let mut file = PolyDataFile::create(&path, job.world(), &SPECS, false, format, &metadata()).unwrap();
         let count = std::env::var("SNAPSHOTS").map_or(4000, |text| text.parse().unwrap());
         let mut marks = Vec::new();
         for step in 0..count {

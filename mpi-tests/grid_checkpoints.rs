@@ -32,7 +32,7 @@ fn grids(job: &Job) -> Vec<GridArray> {
 fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("grid-checkpoints");
     on_ranks(&RANKS, "arrays_on_grids_are_read_by_any_block_on_other_ranks", |job| {
-        let world = &job.world();
+        let world = job.world();
         if job.size() == 1 {
             let _ = fs::remove_dir_all(&folder);
             fs::create_dir_all(&folder).unwrap();
@@ -87,7 +87,7 @@ fn arrays_on_grids_are_read_by_any_block_on_other_ranks() {
 fn damaged_and_missing_arrays_on_grids_are_found() {
     on_ranks(&[1, 3], "damaged_and_missing_arrays_on_grids_are_found", |job| {
         let folder = folder(job, "damaged-grids");
-        let world = &job.world();
+        let world = job.world();
         let refusal = |path: &Path| CheckpointFile::read(path, world).err().unwrap().to_string();
         let good = write_checkpoint(&folder, 1, world, &[], grids(job), &Metadata::new()).unwrap();
         assert!(CheckpointFile::read(&good, world).is_ok());

@@ -147,7 +147,7 @@ fn assert_image(path: &Path, nodes: &[f64], precision: Precision, tolerance: f64
 
 /// What is read back: each rank a block that others wrote.
 fn assert_read_back(job: &Job, path: &Path, grid: &GridGeometry, tolerance: f64) {
-    let file = GridSnapshotFile::open(path, &job.world()).unwrap();
+    let file = GridSnapshotFile::open(path, job.world()).unwrap();
     assert_eq!((file.times(), file.nodes()), (&[0.0, 0.5, 1.0][..], &grid.nodes));
     assert!(["pressure", "velocity", "count"].iter().all(|name| file.fields().contains(&name.to_string())));
     let all = grid.cells();
@@ -192,7 +192,7 @@ fn unequal_cells_are_a_rectilinear_grid() {
         let path = folder(job, "rectilinear").join("fluid.vtkhdf");
         let grid = stretched(job, DEEP);
         let format = (Precision::F64, false);
-        let mut file = GridFile::create(&path, &job.world(), &grid, &SPECS, format, &metadata(job)).unwrap();
+        let mut file = GridFile::create(&path, job.world(), &grid, &SPECS, format, &metadata(job)).unwrap();
         (0..2).for_each(|step| append(&mut file, &grid, step));
         drop(file);
         job.world().barrier();
@@ -232,7 +232,7 @@ fn a_file_is_continued_on_other_ranks_and_replaces_what_came_after() {
     let short = (Precision::F32, true);
     on_ranks(&RANKS, test, |job| {
         let grid = stretched(job, DEEP);
-        let world = &job.world();
+        let world = job.world();
         let mut file = if job.size() == 1 {
             GridFile::create(&path, world, &grid, &SPECS, short, &metadata(job)).unwrap()
         } else {
@@ -280,7 +280,7 @@ fn a_file_is_continued_on_other_ranks_and_replaces_what_came_after() {
 fn blocks_and_fields_that_do_not_fit_are_refused() {
     on_ranks(&[1, 3], "blocks_and_fields_that_do_not_fit_are_refused", |job| {
         let path = folder(job, "unfit").join("fluid.vtkhdf");
-        let (world, format) = (&job.world(), (Precision::F64, false));
+        let (world, format) = (job.world(), (Precision::F64, false));
         let good = uniform(job, DEEP);
         let create = |grid: &GridGeometry, specs: &[FieldSpec]| {
             GridFile::create(&path, world, grid, specs, format, &metadata(job))

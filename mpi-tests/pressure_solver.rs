@@ -160,8 +160,8 @@ fn options_reach_petsc_and_mistakes_are_reported() {
                     -pressure_ksp_converged_reason";
         let options = Options::parse(text).unwrap().with_command_line(line);
         {
-            let petsc = Petsc::start(&job.world(), &options).unwrap();
-            let again = Petsc::start(&job.world(), &options).err().unwrap();
+            let petsc = Petsc::start(job.world(), &options).unwrap();
+            let again = Petsc::start(job.world(), &options).err().unwrap();
             assert_eq!(again, PetscError::AlreadyStarted);
             let (mut solver, fields) = small(&petsc, job, &prefixed).unwrap();
             solver.set_up().unwrap();

@@ -216,7 +216,7 @@ pub fn part(whole: &[f64], cells: [usize; 3], block: Block) -> Vec<f64> {
 
 /// PETSc on all ranks of a job.
 pub fn petsc(job: &Job, options: &str) -> Petsc {
-    Petsc::start(&job.world(), &Options::parse(options).unwrap()).unwrap()
+    Petsc::start(job.world(), &Options::parse(options).unwrap()).unwrap()
 }
 
 /// A multigrid solver for a problem, with its coefficients set.
@@ -236,7 +236,7 @@ pub fn largest(job: &Job, value: f64) -> f64 {
     use grains_comm::MpiTransport;
     use grains_domain::Transport;
     let mut values = [value];
-    MpiTransport::new(job.world()).max(&mut values);
+    MpiTransport::new(job.world().duplicate()).max(&mut values);
     values[0]
 }
 

@@ -10,16 +10,19 @@ pub use transport::MpiTransport;
 
 use mpi::environment::Universe;
 use mpi::topology::{Color, SimpleCommunicator};
-use mpi::traits::Communicator;
+use mpi::traits::{Communicator, FromRaw};
+use std::mem::ManuallyDrop;
 
 /// Exit code of a job in which some rank panicked: a bug.
 const PANIC: i32 = 101;
 
-/// The MPI job: initialised once per process, finalised when dropped.
+/// The MPI job: initialised once per process and finalised when dropped, or one that others have initialised.
 pub struct Job {
     /// Among all ranks; freed before MPI ends.
     transport: MpiTransport,
-    universe: Universe,
+    world: SimpleCommunicator,
+    /// Ends MPI when dropped, if this job has begun it.
+    _universe: Option<Universe>,
 }
 
 impl Job {
@@ -29,6 +32,29 @@ impl Job {
     /// A program started without mpirun is a job of one rank. Errors if MPI was already initialised.
     pub fn start(is_caught: fn() -> bool) -> Result<Self, String> {
         let universe = mpi::initialize().ok_or("MPI is already initialised in this process")?;
+        let world = universe.world();
+        Ok(Self::among(world, Some(universe), is_caught))
+    }
+
+    /// The job of a communicator of MPI that others have initialised and will finalise; as for [`Job::start`].
+    ///
+    /// # Safety
+    /// `communicator` is the address of an `MPI_Comm` that is valid while the job is.
+    #[allow(unsafe_code)]
+    pub unsafe fn join(communicator: usize, is_caught: fn() -> bool) -> Self {
+        // SAFETY: as the caller says.
+        let world = unsafe {
+            let handle = *(communicator as *const mpi::ffi::MPI_Comm);
+            match handle == mpi::ffi::RSMPI_COMM_WORLD {
+                true => SimpleCommunicator::world(),
+                // Whoever has made it frees it.
+                false => ManuallyDrop::new(SimpleCommunicator::from_raw(handle)).duplicate(),
+            }
+        };
+        Self::among(world, None, is_caught)
+    }
+
+    fn among(world: SimpleCommunicator, universe: Option<Universe>, is_caught: fn() -> bool) -> Self {
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info| {
             if is_caught() {
@@ -37,8 +63,7 @@ impl Job {
             report(info);
             abort(PANIC);
         }));
-        let transport = MpiTransport::new(universe.world().duplicate());
-        Ok(Self { transport, universe })
+        Self { transport: MpiTransport::new(world.duplicate()), world, _universe: universe }
     }
 
     /// Messages among all ranks.
@@ -47,8 +72,8 @@ impl Job {
     }
 
     /// All ranks.
-    pub fn world(&self) -> SimpleCommunicator {
-        self.universe.world()
+    pub fn world(&self) -> &SimpleCommunicator {
+        &self.world
     }
 
     /// Number of ranks.

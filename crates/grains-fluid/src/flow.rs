@@ -13,8 +13,8 @@ use crate::pressure::{ConjugateGradients, FastSolver, PressureProblem, PressureS
 use crate::scalar::Scalars;
 use crate::viscosity::{ViscosityField, ViscosityLaw};
 use crate::{
-    Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, SetupError,
-    StepError,
+    Boundaries, CellPartition, Centre, Condition, Faces, Field, Grid, Halo, Layout, Location, Profile,
+    SetupError, StepError,
 };
 use grains_domain::Transport;
 
@@ -378,6 +378,26 @@ impl Flow {
             mixture.move_walls(Openings::new(&self.setup.grid, &self.local, walls), false);
             self.fill_openings(transport);
             self.place_enclosure(walls, transport);
+        }
+    }
+
+    /// Lets in otherwise from the next step on, through an inlet of a number: 0 to 5 those of the faces, in the order of
+    /// [`BoxFace::all`](crate::BoxFace::all), then those of the patches. Nothing happens if it is no inlet; collective.
+    pub fn set_inlet(&mut self, number: usize, profile: Profile, transport: &dyn Transport) {
+        let boundaries = &mut self.setup.boundaries;
+        let condition = match number.checked_sub(6) {
+            Some(k) => boundaries.patches.get_mut(k).map(|patch| &mut patch.condition),
+            None => boundaries.faces.get_mut(number),
+        };
+        if let Some(Condition::Inlet { profile: old }) = condition {
+            *old = profile;
+            // A step evaluates what may change in time, and takes the change as one over the step.
+            let face = boundaries.face_of(number);
+            self.boundary_data
+                .iter_mut()
+                .filter(|data| data.face == face)
+                .for_each(|data| data.is_unsteady = true);
+            self.weigh_inlets(transport);
         }
     }
 

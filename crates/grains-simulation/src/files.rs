@@ -142,12 +142,7 @@ fn values_of(field: &str, dem: &Dem, (neighbours, walls): &(Vec<u32>, Vec<u32>))
         "temperature" => reals(&|i| particles.temperatures[i]),
         "film" => reals(&|i| particles.films[i].volume()),
         "liquid" => Values::Real(dem.liquid_of_each().into_iter().map(|[_, liquid]| liquid).collect()),
-        "orientation_wxyz" => {
-            // Of the shape as the case gives it, as insertions take it.
-            let to_user = |i: usize| dem.setup.catalogue.shape(body(i).kind).user_to_body.0.inverse();
-            let turns = owned.clone().map(|i| (particles.record(i).orientation * to_user(i)).into_inner());
-            Values::Real(turns.flat_map(|q| [q.w, q.i, q.j, q.k]).collect())
-        }
+        "orientation_wxyz" => Values::Real(owned.flat_map(|i| dem.orientation_in_case(i)).collect()),
         of_species => {
             let mut all = dem.setup.species.iter();
             match all.position(|species| species::field_name(species) == of_species) {

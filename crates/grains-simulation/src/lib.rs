@@ -60,6 +60,7 @@ mod insertion;
 mod law_report;
 mod laws;
 mod liquid;
+mod loan;
 mod lock;
 mod plausibility;
 mod prediction;
@@ -70,6 +71,7 @@ mod shapes;
 mod simulation;
 mod sizes;
 mod species;
+mod steering;
 mod summary;
 mod system;
 mod timestep;
@@ -85,15 +87,27 @@ pub use fluid::FluidProgress;
 pub use grains_case::Case;
 pub use grains_comm::{Job, abort};
 pub use grains_dem::{Loading, Motion};
+pub use loan::{FluidLoan, Loan};
 pub use lock::is_written_to;
 pub use prediction::Prediction;
 pub use simulation::{Options, Simulation, Status};
+pub use steering::Inflow;
 pub use summary::{FluidSummary, PhaseTime, Progress, Summary};
 pub use system::catalogue;
 pub use views::{FluidView, ParticleView, WallView};
 
 use grains_domain::Transport;
 use std::path::Path;
+
+/// Joins MPI that others have started: the job of a communicator; as for [`start`].
+///
+/// # Safety
+/// `communicator` is the address of an `MPI_Comm` that is valid while the job is.
+#[allow(unsafe_code)]
+pub unsafe fn join(communicator: usize) -> Job {
+    // SAFETY: as the caller says.
+    unsafe { Job::join(communicator, grains_geometry::catches_panics) }
+}
 
 /// Starts MPI, once in a process; a panic on any rank from here on ends all ranks instead of hanging them.
 ///

@@ -25,7 +25,7 @@ use crate::views::{FluidView, ParticleView, WallView};
 use crate::wall_triangles::triangles_of;
 use grains_case::Case;
 use grains_comm::{Job, MpiTransport};
-use grains_dem::{Dem, Failure, Motion, Phase};
+use grains_dem::{Dem, Failure, Phase};
 use grains_domain::Transport;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -63,17 +63,18 @@ pub enum Status {
 
 /// A simulation in progress on this rank; its methods are collective where they say so.
 pub struct Simulation {
-    case: Case,
-    dem: Dem,
+    pub(crate) case: Case,
+    pub(crate) dem: Dem,
     /// Freed after the messages `dem` has prepared.
-    transport: MpiTransport,
-    fluid: Option<FluidPhase>,
-    insertions: Insertions,
+    pub(crate) transport: MpiTransport,
+    pub(crate) fluid: Option<FluidPhase>,
+    pub(crate) insertions: Insertions,
     files: Option<Files>,
     schedule: Schedule,
     petsc: Vec<String>,
     begun: Instant,
     first_step: u64,
+    begin: f64,
     /// Whether what is due at the present step is inserted: a checkpoint holds what was inserted at its step.
     is_inserted: bool,
     /// Whether the fluid begins with this simulation.
@@ -117,7 +118,7 @@ impl Simulation {
             true => Schedule::new(case, dem.setup.parameters.dt, &dem.origin),
             false => Schedule::without_files(case, dem.setup.parameters.dt, &dem.origin),
         };
-        let first_step = dem.step;
+        let (first_step, begin) = (dem.step, dem.time());
         let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
             case: case.clone(),
@@ -130,6 +131,7 @@ impl Simulation {
             petsc,
             begun: Instant::now(),
             first_step,
+            begin,
             is_inserted: restart.is_some(),
             is_fluid_new,
             is_asked_to_stop: false,
@@ -137,6 +139,17 @@ impl Simulation {
             progress: None,
             prediction,
         })
+    }
+
+    /// Inserts what is due at the present step, which its next step would do: to look at the particles before that. Collective.
+    ///
+    /// # Errors
+    /// Particles that do not fit.
+    pub fn insert_due(&mut self) -> Result<(), RunError> {
+        match std::mem::replace(&mut self.is_inserted, true) {
+            true => Ok(()),
+            false => self.insert(),
+        }
     }
 
     /// One step, with what is to be written before it; collective.
@@ -183,11 +196,21 @@ impl Simulation {
     /// # Errors
     /// As for [`Simulation::step`].
     pub fn run_to(&mut self, time: f64) -> Result<Status, RunError> {
-        self.schedule.pause = self.dem.origin.step_at(time, self.dem.setup.parameters.dt);
-        while self.dem.step < self.schedule.pause && self.status == Status::Running {
+        self.pause_at(time);
+        while !self.is_paused() && self.status == Status::Running {
             self.step()?;
         }
         Ok(self.status)
+    }
+
+    /// Makes the step nearest to a time (s) one at which particles and fluid are at the same time.
+    pub fn pause_at(&mut self, time: f64) {
+        self.schedule.pause = self.dem.origin.step_at(time, self.dem.setup.parameters.dt);
+    }
+
+    /// Whether it has come to the step of [`Simulation::pause_at`].
+    pub fn is_paused(&self) -> bool {
+        self.dem.step >= self.schedule.pause
     }
 
     /// One step without looking at what is due: for timing; collective.
@@ -222,9 +245,8 @@ impl Simulation {
     /// Inserts, migrates, balances and evaluates the contacts: the loads of the present step. The state for a checkpoint is taken
     /// before the contacts, if it is asked for.
     fn assemble(&mut self, is_saved: bool) -> Result<Option<State>, RunError> {
-        if !std::mem::take(&mut self.is_inserted) {
-            self.insert()?;
-        }
+        self.insert_due()?;
+        self.is_inserted = false;
         // Until the contacts of this step nothing looks at clones.
         self.dem.start_refresh(&self.transport).map_err(|e| self.failed(e))?;
         if let Some(fluid) = &mut self.fluid {
@@ -397,23 +419,6 @@ impl Simulation {
         Ok(is_met)
     }
 
-    /// Moves a wall otherwise from now on; it goes on from where it is. A restart continues with the motion of the case.
-    ///
-    /// All ranks must do so together.
-    ///
-    /// # Errors
-    /// A name of no wall.
-    pub fn set_wall_motion(&mut self, wall: &str, motion: Motion) -> Result<(), RunError> {
-        let walls = &self.dem.setup.walls;
-        let Some(k) = walls.iter().position(|w| w.name == wall) else {
-            let names: Vec<&str> = walls.iter().map(|w| w.name.as_str()).collect();
-            let message = format!("no wall is called `{wall}`; there are {}", names.join(", "));
-            return Err(RunError::case(message));
-        };
-        self.dem.set_wall_motion(k, motion);
-        Ok(())
-    }
-
     /// The case.
     pub fn case(&self) -> &Case {
         &self.case
@@ -422,6 +427,11 @@ impl Simulation {
     /// Time of the present state (s).
     pub fn time(&self) -> f64 {
         self.dem.time()
+    }
+
+    /// Time at which the simulation began or was continued (s).
+    pub fn begin(&self) -> f64 {
+        self.begin
     }
 
     /// Steps of the particles so far, those before a restart included.

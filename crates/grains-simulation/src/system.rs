@@ -188,7 +188,7 @@ pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTranspor
         );
         return Err(RunError::case(case.about("domain.ranks", message)));
     }
-    Ok(MpiTransport::new(cartesian(&job.world(), setup.ranks, setup.global.periodic)))
+    Ok(MpiTransport::new(cartesian(job.world(), setup.ranks, setup.global.periodic)))
 }
 
 /// Shapes, densities and laws of a case.

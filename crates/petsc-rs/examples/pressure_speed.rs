@@ -25,7 +25,7 @@ fn run(job: &Job) -> Result<(), PetscError> {
     let cells: usize = arguments.get(1).and_then(|text| text.parse().ok()).unwrap_or(64);
     let is_algebraic = arguments.get(2).is_some_and(|word| word == "algebraic");
     let preconditioner = if is_algebraic { Preconditioner::Algebraic } else { Preconditioner::Multigrid };
-    let petsc = Petsc::start(&job.world(), &Options::default().with_command_line(arguments))?;
+    let petsc = Petsc::start(job.world(), &Options::default().with_command_line(arguments))?;
     let ranks = job.size();
     let along_z: Vec<usize> = (0..ranks).map(|r| cells * (r + 1) / ranks - cells * r / ranks).collect();
     let grid = Grid::new(&petsc, [&[cells], &[cells], &along_z], [false; 3])?;

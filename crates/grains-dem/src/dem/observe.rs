@@ -36,6 +36,13 @@ pub struct Touch {
 }
 
 impl Dem {
+    /// Quaternion (w, x, y, z) that turns the shape of an owned particle, as the case gives it and insertions take it, to the world.
+    pub fn orientation_in_case(&self, i: usize) -> [f64; 4] {
+        let to_user = self.setup.catalogue.shape(self.particles.bodies[i].kind).user_to_body.0.inverse();
+        let turn = (self.particles.record(i).orientation * to_user).into_inner();
+        [turn.w, turn.i, turn.j, turn.k]
+    }
+
     /// Sums over all ranks.
     pub fn totals(&self, transport: &impl Transport) -> Totals {
         let own = Totals::of(

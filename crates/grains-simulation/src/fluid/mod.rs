@@ -61,6 +61,7 @@ use resolved::ResolvedBodies;
 pub use resolved::lubrication;
 use scalars::ScalarNames;
 pub use scalars::interned;
+pub use setup::condition_number;
 use span::SpanRule;
 use std::cell::Cell;
 use steady::Steady;

@@ -157,6 +157,22 @@ fn boundaries(case: &Case, fluid: &CaseFluid, grid: &Grid) -> Result<Boundaries,
     Ok(boundaries)
 }
 
+/// Which of the conditions of [`boundaries`] a `[[fluid.boundary]]` is, as [`Boundaries`] counts them; none for one that others hide.
+pub fn condition_number(fluid: &CaseFluid, boundary: usize) -> Option<usize> {
+    let mut patches = 6;
+    for (k, face) in Face::ALL.into_iter().enumerate() {
+        let on_face = fluid.on_face(face);
+        if on_face.whole == Some(boundary) {
+            return Some(k);
+        }
+        if let Some(place) = on_face.patches.iter().position(|&p| p == boundary) {
+            return Some(patches + place);
+        }
+        patches += on_face.patches.len();
+    }
+    None
+}
+
 fn condition(kind: &BoundaryKind, density: f64) -> Result<Condition, String> {
     Ok(match kind {
         BoundaryKind::Wall { velocity } => Condition::Wall { velocity: *velocity },

@@ -150,6 +150,19 @@ impl Insertions {
         Ok(released)
     }
 
+    /// Changes the batches still to come of an insertion: particles per batch, time between them (s), and when the next is due (s).
+    ///
+    /// # Errors
+    /// A name of no insertion.
+    pub fn set_batches(&mut self, name: &str, batch: u64, interval: f64, next: f64) -> Result<(), String> {
+        let names = || self.blocks.iter().map(|b| b.insert.name.as_str()).collect::<Vec<_>>().join(", ");
+        let missing = format!("no insertion is called `{name}`; there are {}", names());
+        let block = self.blocks.iter_mut().find(|b| b.insert.name == name).ok_or(missing)?;
+        (block.insert.batch, block.insert.interval) = (Some(batch), interval);
+        (block.before, block.start) = (block.done, next);
+        Ok(())
+    }
+
     /// What prescribes the motion of particles; nothing has to where none of a case moves.
     pub fn prescribed_motions(&self, case: &Case) -> Vec<PrescribedMotion> {
         if case.holds_particles() {

@@ -93,7 +93,8 @@ impl BoundaryKind {
         }
     }
 
-    pub(super) fn is_parabolic(&self) -> bool {
+    /// Whether the velocity is a parabola across the inlet.
+    pub fn is_parabolic(&self) -> bool {
         matches!(
             self,
             BoundaryKind::ParabolicInlet { .. }
