@@ -17,8 +17,6 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub struct Control {
     directory: PathBuf,
     looked: Instant,
-    /// Time (s) at which the run began or went on.
-    begin: f64,
     has_failed: bool,
 }
 
@@ -28,7 +26,7 @@ impl Control {
         let directory = simulation.case().output.directory.clone();
         // There is none but after a run that was killed before it looked.
         let _ = fs::remove_file(directory.join(STOP));
-        Self { directory, looked: Instant::now(), begin: simulation.time(), has_failed: false }
+        Self { directory, looked: Instant::now(), has_failed: false }
     }
 
     /// Whether it is time to look again.
@@ -48,7 +46,7 @@ impl Control {
     /// Writes how far a run is, its state, and what stopped it; a file that cannot be written is warned of once.
     pub fn tell(&mut self, simulation: &Simulation, state: Status, stopped_by: Option<&str>) {
         let (time, end, seconds) = (simulation.time(), simulation.case().time.end, simulation.seconds());
-        let speed = (time - self.begin) / seconds;
+        let speed = (time - simulation.begin()) / seconds;
         let state = match state {
             Status::Running => "running",
             Status::Stopped => "stopped",

@@ -9,14 +9,17 @@ macro_rules! say {
 }
 
 mod answers;
+mod bar;
 mod bench;
 mod control;
 mod explanation;
+mod import;
 mod messages;
 mod pages;
 mod progress;
 mod record;
 mod slurm;
+mod sweep;
 mod templates;
 
 use answers::Question;
@@ -247,6 +250,7 @@ fn report(transport: &MpiTransport, outcome: Result<(), RunError>, record: Optio
     let own: Vec<f64> = message.bytes().filter(|_| is_own).map(f64::from).collect();
     let received = transport.exchange_sparse(vec![(0, own)]);
     if transport.rank() == 0 {
+        bar::clear();
         let text: Vec<u8> = received.iter().flat_map(|(_, text)| text).map(|&b| b as u8).collect();
         let text = String::from_utf8_lossy(&text);
         eprintln!("error: {text}");

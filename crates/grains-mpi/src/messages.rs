@@ -1,5 +1,6 @@
 //! Where the messages of the libraries go: what they tell to standard output, warnings to standard error.
 
+use crate::bar;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use std::sync::{Mutex, PoisonError};
 
@@ -20,6 +21,7 @@ impl Log for Terminal {
         if !self.enabled(record.metadata()) {
             return;
         }
+        bar::clear();
         match record.level() {
             Level::Error | Level::Warn => {
                 keep(record.args().to_string());

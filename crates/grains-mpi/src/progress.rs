@@ -1,5 +1,6 @@
 //! What the terminal shows of a run: lines of progress, and a summary.
 
+use crate::bar::{self, Bar};
 use crate::control::Control;
 use crate::messages;
 use crate::record::{Beginning, Machine, Record};
@@ -36,6 +37,7 @@ pub fn run(
     let case = simulation.case().clone();
     let (mut told, mut last, mut is_new) = (None, Instant::now(), true);
     let mut control = is_first.then(|| Control::new(&simulation));
+    let mut bar = is_first.then(Bar::on_terminal).flatten();
     let mut stopped_by = None;
     let machine = Machine::of(simulation.transport());
     let status = loop {
@@ -57,8 +59,14 @@ pub fn run(
             *record = is_first.then(|| Record::new(beginning, &simulation, &machine, &prediction));
             is_new = false;
         }
-        let is_due = told.is_none() || status != Status::Running || last.elapsed().as_secs_f64() > INTERVAL;
+        if let Some(bar) = bar.as_mut().filter(|bar| bar.is_due()) {
+            bar.draw(&simulation);
+        }
+        let is_due = bar.is_none() && told.is_none()
+            || status != Status::Running
+            || bar.is_none() && last.elapsed().as_secs_f64() > INTERVAL;
         if let Some(progress) = simulation.progress().filter(|p| is_first && is_due && told != Some(p.step)) {
+            bar::clear();
             say!("{}", line(progress, &simulation));
             (told, last) = (Some(progress.step), Instant::now());
         }
@@ -72,6 +80,7 @@ pub fn run(
             break status;
         }
     };
+    bar::clear();
     if is_first && status == Status::Stopped {
         let (step, time) = (simulation.steps(), simulation.time());
         say!("stopped at step {step}, t = {time:.6} s: continue with --restart latest");
