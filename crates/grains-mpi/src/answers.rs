@@ -1,5 +1,6 @@
 //! Commands that concern no run: one rank answers.
 
+use crate::import::{ImportArguments, import};
 use crate::slurm::{self, JobSize};
 use crate::{Cli, control, pages, templates};
 use clap::builder::PossibleValuesParser;
@@ -53,6 +54,8 @@ pub enum Question {
         #[command(flatten)]
         size: JobSize,
     },
+    /// Bring a case, particles and meshes over from LAMMPS or LIGGGHTS.
+    Import(ImportArguments),
     /// Print the JSON schema of case files.
     Schema,
     /// Run every contact law against its closed forms and print found and exact values.
@@ -84,6 +87,7 @@ impl Question {
             Self::Report { run } => pages::report(run)?,
             Self::Watch { run, port } => pages::watch(run, *port)?,
             Self::Slurm { case, to, size } => slurm::write(case, to.clone(), size)?,
+            Self::Import(arguments) => import(arguments)?,
             Self::Schema => say!("{:#}", grains_case::schema()),
             Self::Verify { law } => verify(law.as_deref().unwrap_or_default())?,
             Self::Completions { shell } => {
