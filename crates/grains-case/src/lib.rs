@@ -25,6 +25,7 @@ mod renamed;
 pub mod sections;
 mod source;
 mod structure;
+mod toml_file;
 mod values;
 mod vector;
 
@@ -34,7 +35,7 @@ pub use grains_resolved::{Extrapolation, Interpolation};
 
 pub use case::{Case, inline};
 pub use csv_share::CsvShare;
-pub use diagnostic::{CaseErrors, Diagnostic};
+pub use diagnostic::{CaseErrors, Diagnostic, closest};
 pub use particle_file::{FileTotals, ParticleColumns};
 pub use raw::RawCase;
 pub use renamed::with_names_of_today;
@@ -64,3 +65,4 @@ pub use sections::size_distribution::{Basis, SizeDistribution};
 pub use sections::time::{Time, TimeStep};
 pub use sections::wall::{FluidSide, Side, Wall, WallKind, Wear};
 pub use structure::schema;
+pub use toml_file::{read_toml, remark, schema_of};

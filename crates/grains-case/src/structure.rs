@@ -5,10 +5,12 @@
 
 use std::sync::OnceLock;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::check::Checker;
 use crate::diagnostic::{closest, unknown};
@@ -19,12 +21,17 @@ use crate::values;
 
 /// JSON schema (draft 2020-12) of the case file, generated from the types; for editors and manuals.
 pub fn schema() -> Json {
-    for_editors(schema_of_types())
+    schema_of::<RawCase>()
+}
+
+/// The schema of a type in the form that editors need.
+pub(crate) fn schema_of<T: JsonSchema>() -> Json {
+    for_editors(schema_of_types::<T>())
 }
 
 /// The schema as the types give it, with alternatives.
-fn schema_of_types() -> Json {
-    let mut schema = schemars::schema_for!(RawCase).to_value();
+pub(crate) fn schema_of_types<T: JsonSchema>() -> Json {
+    let mut schema = schemars::schema_for!(T).to_value();
     remove_null_defaults(&mut schema);
     schema
 }
@@ -48,7 +55,7 @@ fn remove_null_defaults(schema: &mut Json) {
 fn schema_for_reading(has_fluid: bool) -> &'static Json {
     static SCHEMAS: OnceLock<[Json; 2]> = OnceLock::new();
     let schemas = SCHEMAS.get_or_init(|| {
-        let with_fluid = schema_of_types();
+        let with_fluid = schema_of_types::<RawCase>();
         let mut without = with_fluid.clone();
         let keys = without["then"]["required"].as_array().cloned().unwrap_or_default();
         for key in keys.iter().filter_map(Json::as_str) {
@@ -65,11 +72,15 @@ fn schema_for_reading(has_fluid: bool) -> &'static Json {
 /// The case as written, or `None` if it is too broken to be looked at further; either way all remarks
 /// are left with the checker.
 pub(crate) fn read(checker: &mut Checker) -> Option<RawCase> {
+    read_as(schema_for_reading(checker.source.root().contains_key("fluid")), checker)
+}
+
+/// What the schema of a type says of the whole file; remarks are left with the checker.
+pub(crate) fn read_as<T: DeserializeOwned>(schema: &Json, checker: &mut Checker) -> Option<T> {
     let source = checker.source;
-    let schema = schema_for_reading(source.root().contains_key("fluid"));
     let mut reader = Reader { schema, checker };
     let tree = reader.read_table(&reader.layers_of(schema), source.root(), 0..0, "")?;
-    match RawCase::deserialize(tree) {
+    match T::deserialize(tree) {
         Ok(raw) => Some(raw),
         Err(error) => {
             // The schema comes from the same types, so this only happens where it says less than they do.
@@ -93,8 +104,10 @@ impl<'a> Layers<'a> {
         self.schemas.iter().find_map(|schema| schema.get(keyword))
     }
 
+    /// The schema of a key; of a table whose keys are names it is that of all of them.
     fn property(&self, key: &str) -> Option<&'a Json> {
-        self.schemas.iter().find_map(|schema| schema.get("properties")?.get(key))
+        let named = self.schemas.iter().find_map(|schema| schema.get("properties")?.get(key));
+        named.or_else(|| self.find("additionalProperties").filter(|schema| schema.is_object()))
     }
 
     /// Keys in the order of the schemas, own keys before those of a variant.
@@ -149,6 +162,9 @@ impl<'a> Reader<'a, '_, '_> {
         path: &str,
         doc: &str,
     ) -> Option<toml::Value> {
+        if schema.as_bool() == Some(true) {
+            return toml::Value::deserialize(ValueDeserializer::from(value.clone())).ok();
+        }
         let mut layers = self.layers_of(schema);
         let doc = values::summary(layers.find("description")).unwrap_or_else(|| doc.to_owned());
         let mut alternatives = self.alternatives(&layers);

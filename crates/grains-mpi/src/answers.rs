@@ -2,6 +2,7 @@
 
 use crate::import::{ImportArguments, import};
 use crate::slurm::{self, JobSize};
+use crate::sweep::{SweepArguments, sweep};
 use crate::{Cli, control, pages, templates};
 use clap::builder::PossibleValuesParser;
 use clap::{CommandFactory, Subcommand};
@@ -56,6 +57,8 @@ pub enum Question {
     },
     /// Bring a case, particles and meshes over from LAMMPS or LIGGGHTS.
     Import(ImportArguments),
+    /// Run a study: a case with lists or ranges of values, gathered in a table and a picture, or fitted to measured numbers.
+    Sweep(SweepArguments),
     /// Print the JSON schema of case files.
     Schema,
     /// Run every contact law against its closed forms and print found and exact values.
@@ -88,6 +91,7 @@ impl Question {
             Self::Watch { run, port } => pages::watch(run, *port)?,
             Self::Slurm { case, to, size } => slurm::write(case, to.clone(), size)?,
             Self::Import(arguments) => import(arguments)?,
+            Self::Sweep(arguments) => sweep(arguments)?,
             Self::Schema => say!("{:#}", grains_case::schema()),
             Self::Verify { law } => verify(law.as_deref().unwrap_or_default())?,
             Self::Completions { shell } => {
