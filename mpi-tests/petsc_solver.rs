@@ -31,7 +31,7 @@ fn partition(grid: &Grid, job: &Job) -> CellPartition {
     };
     let periodic = [0, 1, 2].map(|a| grid.axis(a).is_periodic());
     let global = GlobalBox::new(corner(false), corner(true), periodic);
-    let rank = MpiTransport::new(job.world().duplicate()).rank();
+    let rank = job.new_transport().rank();
     CellPartition::new(grid, &Decomposition::new(global, ranks, rank, 1e-9).unwrap()).unwrap()
 }
 
@@ -110,7 +110,7 @@ fn difference(a: impl Iterator<Item = f64>, b: impl Iterator<Item = f64>) -> f64
 
 /// Pressures of PETSc and of the fluid's own solver, and PETSc's iterations.
 fn both(setup: &FlowSetup, job: &Job, preconditioning: Preconditioning) -> (f64, f64, usize) {
-    let (problem, transport) = (setup.pressure_problem(), MpiTransport::new(job.world().duplicate()));
+    let (problem, transport) = (setup.pressure_problem(), job.new_transport());
     let (faces, rhs) = (coefficients(setup), rough(&setup.pressure_problem()));
     let mut own = ConjugateGradients::new(&problem, 1e-12, 500, &transport);
     let mut petsc =
@@ -147,8 +147,8 @@ fn the_fast_transform_preconditions_a_single_phase() {
         let grid = Grid::uniform([0.0; 3], [1.0; 3], [12, 10, 14], [false; 3]).unwrap();
         let boundaries = Boundaries::default().with(1, Side::High, lid);
         let setup = shared(FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.02) }, job);
-        let transport = MpiTransport::new(job.world().duplicate());
-        let fast = Preconditioning::FastTransform(Box::new(MpiTransport::new(job.world().duplicate())));
+        let transport = job.new_transport();
+        let fast = Preconditioning::FastTransform(Box::new(job.new_transport()));
         let problem = setup.pressure_problem();
         let settings = Settings { tolerance: 1e-10, ..Settings::default() };
         let solver = PetscSolver::new(&problem, job.world(), &Options::default(), &settings, fast).unwrap();
@@ -177,7 +177,7 @@ fn a_bed_flows_alike_with_both() {
         );
         let mixture = Some(MixtureModel::A);
         let setup = shared(FlowSetup { boundaries, mixture, ..FlowSetup::new(grid, 1.2, 1.8e-5) }, job);
-        let (problem, transport) = (setup.pressure_problem(), MpiTransport::new(job.world().duplicate()));
+        let (problem, transport) = (setup.pressure_problem(), job.new_transport());
         let petsc = PetscSolver::new(
             &problem,
             job.world(),
@@ -220,7 +220,7 @@ fn a_bed_flows_alike_with_both() {
 /// A solve with options of PETSc.
 fn with_options(job: &Job, text: &str) -> Result<usize, SolveError> {
     let setup = shared(setups().remove(0).1, job);
-    let (problem, transport) = (setup.pressure_problem(), MpiTransport::new(job.world().duplicate()));
+    let (problem, transport) = (setup.pressure_problem(), job.new_transport());
     let options = Options::parse(text).unwrap();
     let mut solver =
         PetscSolver::new(&problem, job.world(), &options, &Settings::default(), Preconditioning::Multigrid)?;

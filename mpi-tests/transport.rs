@@ -25,7 +25,7 @@ fn length(round: usize, from: usize, to: usize) -> usize {
 #[test]
 fn sparse_exchanges_in_a_row_do_not_mix() {
     on_ranks(&[1, 2, 5], "sparse_exchanges_in_a_row_do_not_mix", |job| {
-        let transport = MpiTransport::new(job.world().duplicate());
+        let transport = job.new_transport();
         let (own, size) = (transport.rank(), transport.size());
         let message = |round, from, to| -> Vec<f64> {
             (0..length(round, from, to)).map(|k| value(round, from, to, k)).collect()
@@ -51,7 +51,7 @@ fn sparse_exchanges_in_a_row_do_not_mix() {
 #[test]
 fn arrays_are_gathered_and_counts_add_up_in_rank_order() {
     on_ranks(&[1, 2, 5], "arrays_are_gathered_and_counts_add_up_in_rank_order", |job| {
-        let transport = MpiTransport::new(job.world().duplicate());
+        let transport = job.new_transport();
         let (own, size) = (transport.rank(), transport.size());
         let gathered = transport.gather(&vec![own as f64; own % 3]);
         assert_eq!(gathered, (0..size).flat_map(|rank| vec![rank as f64; rank % 3]).collect::<Vec<_>>());

@@ -236,7 +236,7 @@ pub fn largest(job: &Job, value: f64) -> f64 {
     use grains_comm::MpiTransport;
     use grains_domain::Transport;
     let mut values = [value];
-    MpiTransport::new(job.world().duplicate()).max(&mut values);
+    job.new_transport().max(&mut values);
     values[0]
 }
 

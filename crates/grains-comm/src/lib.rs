@@ -71,6 +71,11 @@ impl Job {
         &self.transport
     }
 
+    /// Messages among all ranks that no others can be taken for; collective.
+    pub fn new_transport(&self) -> MpiTransport {
+        MpiTransport::new(self.world.duplicate())
+    }
+
     /// All ranks.
     pub fn world(&self) -> &SimpleCommunicator {
         &self.world

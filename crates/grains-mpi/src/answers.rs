@@ -55,10 +55,10 @@ pub enum Question {
         #[command(flatten)]
         size: JobSize,
     },
-    /// Bring a case, particles and meshes over from LAMMPS or LIGGGHTS.
-    Import(ImportArguments),
     /// Run a study: a case with lists or ranges of values, gathered in a table and a picture, or fitted to measured numbers.
     Sweep(SweepArguments),
+    /// Bring a case, particles and meshes over from LAMMPS or LIGGGHTS.
+    Import(ImportArguments),
     /// Print the JSON schema of case files.
     Schema,
     /// Run every contact law against its closed forms and print found and exact values.
@@ -90,8 +90,8 @@ impl Question {
             Self::Report { run } => pages::report(run)?,
             Self::Watch { run, port } => pages::watch(run, *port)?,
             Self::Slurm { case, to, size } => slurm::write(case, to.clone(), size)?,
-            Self::Import(arguments) => import(arguments)?,
             Self::Sweep(arguments) => sweep(arguments)?,
+            Self::Import(arguments) => import(arguments)?,
             Self::Schema => say!("{:#}", grains_case::schema()),
             Self::Verify { law } => verify(law.as_deref().unwrap_or_default())?,
             Self::Completions { shell } => {

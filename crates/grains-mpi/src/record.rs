@@ -34,12 +34,7 @@ impl Machine {
             transport.exchange_sparse(vec![(0, own)]).into_iter().map(|(_, bytes)| text(bytes)).collect();
         hosts.sort();
         hosts.dedup();
-        Self {
-            processor: processor(),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
-            hosts,
-            ranks: transport.size(),
-        }
+        Self { processor: processor(), cores: cores(), hosts, ranks: transport.size() }
     }
 
     fn json(&self) -> Value {
@@ -52,6 +47,12 @@ fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or_else(|| std::env::consts::ARCH.to_string(), |(_, name)| name.trim().to_string())
+}
+
+/// Logical cores of the host, of which mpirun gives a rank but one.
+fn cores() -> usize {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    text.lines().filter(|line| line.starts_with("processor")).count()
 }
 
 /// How a run was begun.

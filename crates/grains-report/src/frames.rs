@@ -42,7 +42,7 @@ pub fn choose(particles: &[usize], most: usize) -> Choice {
 pub fn is_taken(id: u64, one_of: usize) -> bool {
     // The golden ratio spreads ids evenly over all numbers.
     let spread = id.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
-    one_of <= 1 || spread % one_of as u64 == 0
+    one_of <= 1 || spread.is_multiple_of(one_of as u64)
 }
 
 #[cfg(test)]

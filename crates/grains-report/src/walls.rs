@@ -97,9 +97,12 @@ pub fn nearest(times: &[f64], time: f64) -> Option<usize> {
     (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
+/// Points (m) and triangles of a wall.
+type WallTriangles = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
+
 /// Points and triangles of each wall.
-fn split(all: &Triangles, walls: &[i64]) -> Vec<(Vec<Vector3<f64>>, Vec<[u32; 3]>)> {
-    let mut parts: Vec<(Vec<Vector3<f64>>, Vec<[u32; 3]>)> = Vec::new();
+fn split(all: &Triangles, walls: &[i64]) -> Vec<WallTriangles> {
+    let mut parts: Vec<WallTriangles> = Vec::new();
     let mut place_of = vec![u32::MAX; all.points.len() / 3];
     for (corners, &wall) in all.corners.chunks_exact(3).zip(walls) {
         let wall = wall.clamp(0, 65_535) as usize;

@@ -69,7 +69,7 @@ impl Field {
     ];
 }
 
-/// The section as written: what is absent follows from the file name and the duration.
+/// What is written, where and how often.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Output")]

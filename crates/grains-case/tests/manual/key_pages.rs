@@ -2,7 +2,7 @@
 
 use crate::examples::{Place, examples};
 use crate::schema_tables::{Group, Key, Schema, Table, short};
-use crate::{files, must_be_current, shown};
+use crate::{files, must_be_current, shown, text_of};
 use serde_json::Value as Json;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -213,7 +213,7 @@ fn link(table: &Table) -> String {
 
 /// Text of a description as Markdown.
 fn prose(text: &str) -> String {
-    text.replace('\n', " ").replace('<', "&lt;").replace('*', "\\*")
+    text.replace("\n\n", " ").replace('\n', " ").replace('<', "&lt;").replace('*', "\\*")
 }
 
 /// The same in the cell of a table.
@@ -234,4 +234,50 @@ fn toml_of(value: &Json) -> String {
         Json::Number(_) => short(value),
         other => other.to_string(),
     }
+}
+
+const FORMER: [&str; 3] = ["fluid.courant", "fluid.longest_step", "fluid.coupling.least_void_fraction"];
+
+/// Keys that the manual names by their path, such as `fluid.coupling.drag`, are keys.
+#[test]
+fn keys_named_in_the_manual_exist() {
+    let tables = Schema::of_cases().tables();
+    let (mut wrong, mut looked_at) = (Vec::new(), 0);
+    for page in files("docs", ".md") {
+        let text = text_of(&page);
+        for code in text.split('`').skip(1).step_by(2) {
+            let words: Vec<&str> = code.split('.').collect();
+            let is_word =
+                |word: &&str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+            let is_section = tables.iter().any(|table| table.path == words[0]);
+            let is_file = words
+                .last()
+                .is_some_and(|last| ["md", "toml", "csv", "vtkhdf", "xdmf", "rs", "py"].contains(last));
+            // Names of earlier versions are told as such.
+            let is_former = FORMER.contains(&code);
+            if is_former
+                || words.len() < 2
+                || !words.iter().all(|word| is_word(&word))
+                || !is_section
+                || is_file
+            {
+                continue;
+            }
+            looked_at += 1;
+            if !leads_somewhere(&tables, "case", &words) {
+                wrong.push(format!("{}: {code}", shown(&page)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(looked_at > 30, "{looked_at} keys");
+}
+
+/// Whether words lead from a table to a key.
+fn leads_somewhere(tables: &[Table], name: &str, words: &[&str]) -> bool {
+    let Some((first, rest)) = words.split_first() else { return true };
+    let table = tables.iter().find(|table| table.name == name).expect("table");
+    let keys = table.groups.iter().flat_map(|group| &group.keys).filter(|key| key.name == *first);
+    keys.into_iter()
+        .any(|key| rest.is_empty() || key.tables.iter().any(|inner| leads_somewhere(tables, inner, rest)))
 }

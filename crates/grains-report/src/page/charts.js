@@ -204,7 +204,8 @@ class Chart {
     pen.beginPath();
     pen.rect(left, top - 2, right - left, bottom - top + 4);
     pen.clip();
-    for (const line of this.lines.filter((l) => l.isShown)) this.curve(pen, line, px, py);
+    // The first line is on top.
+    for (const line of this.lines.filter((l) => l.isShown).reverse()) this.curve(pen, line, px, py);
     if (this.pointer !== undefined) this.cursor(pen, px, py);
     pen.restore();
   }

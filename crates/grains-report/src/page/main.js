@@ -29,6 +29,7 @@ function showPlayer(scene, block, notes) {
   try {
     if (page.player) page.player.update(scene, block);
     else page.player = new Player(scene, block);
+    page.player.draw();
   } catch (error) {
     byId("no-view").hidden = false;
     byId("no-view").textContent = error.message;
@@ -100,7 +101,7 @@ async function begin() {
 window.addEventListener("error", (event) => note(event.error ?? event.message));
 window.addEventListener("unhandledrejection", (event) => note(event.reason));
 begin().then(
-  () => requestAnimationFrame(() => requestAnimationFrame(() => (document.body.dataset.state = "ready"))),
+  () => (document.body.dataset.state = "ready"),
   (error) => {
     note(error);
     document.body.dataset.state = "failed";

@@ -44,6 +44,7 @@ class Renderer {
       line: this.program(LINE_VERTEX, LINE_FRAGMENT),
       slice: this.program(SLICE_VERTEX, SLICE_FRAGMENT),
     };
+    this.ofScene = [];
     this.quad = this.buffer(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
     this.instances = ["positionA", "positionB", "values", "scale", "turnA", "turnB"].map(() => gl.createBuffer());
     this.colours = this.texture();
@@ -78,6 +79,7 @@ class Renderer {
     const made = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, made);
     gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    this.ofScene.push(made);
     return made;
   }
 
@@ -99,6 +101,10 @@ class Renderer {
   take(scene, block) {
     const { gl } = this;
     this.scene = scene;
+    // What an earlier scene of the same run took is given back.
+    this.ofScene.filter((buffer) => buffer !== this.quad).forEach((buffer) => gl.deleteBuffer(buffer));
+    this.ofScene = [];
+    gl.deleteTexture(this.volume ?? null);
     this.shapes = scene.shapes.map((shape) => {
       if (shape.radius !== null) return { radius: shape.radius };
       const [vertices, triangles] = [block.get(shape.vertices), block.get(shape.triangles)];
@@ -121,7 +127,6 @@ class Renderer {
       gl.bindTexture(gl.TEXTURE_3D, this.volume);
       for (const [name, value] of [["MIN_FILTER", "LINEAR"], ["MAG_FILTER", "LINEAR"], ["WRAP_S", "CLAMP_TO_EDGE"], ["WRAP_T", "CLAMP_TO_EDGE"], ["WRAP_R", "CLAMP_TO_EDGE"]]) gl.texParameteri(gl.TEXTURE_3D, gl[`TEXTURE_${name}`], gl[value]);
     }
-    this.drawn = null;
   }
 
   /** Takes the particles of two states between which is drawn. */

@@ -76,7 +76,8 @@ function judged(predicted, measured, factor) {
   if (!(predicted > 0) || !(measured > 0)) return ["", ""];
   const ratio = measured / predicted;
   const off = Math.max(ratio, 1 / ratio);
-  if (off <= factor) return ["as predicted", "good"];
+  if (off <= 1.1) return ["as predicted", "good"];
+  if (off <= factor) return [`${shown(off, 3)} times ${ratio > 1 ? "more" : "less"}`, "good"];
   return [`${shown(off, 2)} times ${ratio > 1 ? "more" : "less"}`, off > 2 * factor ? "bad" : "warn"];
 }
 
@@ -88,7 +89,7 @@ function predictions(part) {
     element("tr", {}, element("th", { scope: "row" }, name), element("td", { class: "number" }, a), element("td", { class: "number" }, b), element("td", { class: quality }, word));
   const body = [];
   // Predictions are of the whole case: a part of a run is no test of what adds up.
-  const isWhole = part.state === "finished" && part.from_step === 0;
+  const isWhole = part.state === "finished" && part.from_step === 0 && part.time_s > 0.995 * part.end_s;
   const upTo = isWhole ? 1 : null;
   if (said.time_step_s) body.push(line("time step", `${shown(said.time_step_s)} s`, `${shown(part.time_step_s ?? said.time_step_s)} s`, ["", ""]));
   if (said.steps && part.particles) body.push(line("steps", counted(said.steps), counted(part.steps), isWhole ? judged(said.steps, part.steps, 1.05) : ["", ""]));
@@ -102,7 +103,7 @@ function predictions(part) {
   }
   const heading = element("tr", {}, ...["", "check said", "came out", ""].map((name, k) => element("th", { class: k === 1 || k === 2 ? "number" : "" }, name)));
   const reason = said.time_step_reason ? element("p", { class: "note" }, `Time step: ${said.time_step_reason}.`) : null;
-  const whole = isWhole ? null : element("p", { class: "note" }, "What adds up over the whole case is not compared: this is a part of it.");
+  const whole = isWhole ? null : element("p", { class: "note" }, "Predictions are of the whole case up to its end; what adds up over time is not compared, as this is a part of it.");
   return panel("What check said, and what came of it", element("table", {}, heading, body), reason, whole);
 }
 
@@ -114,7 +115,7 @@ function phases(part) {
     const share = (100 * phase.mean) / total;
     const bar = element("div", { class: "bar", style: `width:${Math.min(100, share)}%` });
     const spread = phase.max > 0 ? `${shown(phase.min, 3)} to ${shown(phase.max, 3)} s` : "";
-    return element("tr", {}, element("th", { scope: "row" }, phase.name), element("td", { style: "width:34%" }, bar), element("td", { class: "number" }, `${shown(share, 3)} %`), element("td", { class: "number" }, spread));
+    return element("tr", {}, element("th", { scope: "row" }, phase.name), element("td", { class: "share" }, bar), element("td", { class: "number" }, `${shown(share, 3)} %`), element("td", { class: "number" }, spread));
   };
   return panel("Time by phase", element("table", {}, all.map(line)), element("p", { class: "note" }, "Share of the time on the clock; from the least to the most busy rank."));
 }
@@ -133,7 +134,7 @@ function showTables(description) {
     ["ranks", machine && `${machine.ranks} on ${machine.hosts.length === 1 ? machine.hosts[0] : `${machine.hosts.length} hosts: ${machine.hosts.join(", ")}`}`],
     ["cores of a host", machine?.cores],
     ["memory of the largest rank", part?.memory_bytes && bytes(part.memory_bytes.largest_rank)],
-    ["imbalance of the work", part?.imbalance && `${shown(part.imbalance, 3)} times the mean on the busiest rank`],
+    ["work of the busiest rank", part?.imbalance && `${shown(part.imbalance, 3)} times the mean`],
   ]);
   const history = parts.length < 2 ? null : panel("Parts of the run", element("table", {},
     element("tr", {}, ...["begun", "from step", "to step", "clock", "state"].map((name) => element("th", {}, name))),
