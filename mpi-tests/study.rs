@@ -16,7 +16,7 @@ case = "base.toml"
 
 [vary]
 friction = { key = "contact[*].friction", values = [0.1, 0.4] }
-restitution = { key = "contact[glass, glass].restitution", values = [0.6, 0.9] }
+restitution = { key = "contact[glass, wall].restitution", values = [0.6, 0.9] }
 
 [measure]
 energy = { column = "kinetic_translation", take = "mean", from = 0.1 }
@@ -157,9 +157,9 @@ fn a_wrong_study_is_told_before_anything_runs() {
     };
     refused("jobs = 2", "job = 2", &["wrong.toml:13:1: run.job: unknown key; did you mean `jobs`?"]);
     refused(
-        "contact[glass, glass]",
-        "contact[glas, glass]",
-        &["vary.restitution.key", "did you mean `glass, glass`?"],
+        "contact[glass, wall]",
+        "contact[glas, wall]",
+        &["vary.restitution.key", "did you mean `glass, wall`?"],
     );
     refused(
         "[0.1, 0.4]",
