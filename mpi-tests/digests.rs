@@ -164,16 +164,16 @@ fn checksums_do_not_depend_on_ranks_and_survive_a_restart() {
         let folder = folder(job, "digests-ranks");
         for (name, format) in [("plain", (Precision::F64, false)), ("short", (Precision::F32, true))] {
             let path = folder.join(format!("{name}.vtkhdf"));
-            let mut file = PolyDataFile::create(&path, &world, &SPECS, false, format, &metadata()).unwrap();
+            let mut file = PolyDataFile::create(&path, world, &SPECS, false, format, &metadata()).unwrap();
             (0..6).for_each(|step| append(&mut file, step, 17 * (step % 3), job));
             drop(file);
             // Steps 4 and 5 are forgotten; 3 is replaced, 4 comes again with other particles.
-            let mut file = PolyDataFile::resume(&path, &world, &SPECS, false, format.0, 0.3).unwrap();
+            let mut file = PolyDataFile::resume(&path, world, &SPECS, false, format.0, 0.3).unwrap();
             file.record_restart(&metadata()).unwrap();
             append(&mut file, 3, 9, job);
             append(&mut file, 4, 40, job);
             drop(file);
-            let found = particles_of(&path, &world).unwrap();
+            let found = particles_of(&path, world).unwrap();
             assert_eq!(found.len(), 3 + 2 * 5);
             // As shares that are read one after the other.
             for k in 0..3 {

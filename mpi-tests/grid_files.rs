@@ -172,7 +172,7 @@ fn equal_cells_are_image_data() {
             let path = folder.join(format!("{name}.vtkhdf"));
             let (world, grid) = (job.world(), uniform(job, FLAT));
             let format = (precision, compress);
-            let mut file = GridFile::create(&path, &world, &grid, &SPECS, format, &metadata(job)).unwrap();
+            let mut file = GridFile::create(&path, world, &grid, &SPECS, format, &metadata(job)).unwrap();
             (0..3).for_each(|step| append(&mut file, &grid, step));
             drop(file);
             world.barrier();

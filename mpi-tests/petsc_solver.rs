@@ -4,7 +4,7 @@
 
 mod ranks;
 
-use grains_comm::{Job, MpiTransport};
+use grains_comm::Job;
 use grains_domain::{Decomposition, GlobalBox, Transport};
 use grains_fluid::{
     Axis, Boundaries, BoxFace, CellPartition, Centre, Condition, ConjugateGradients, Faces, Field, Flow,

@@ -4,7 +4,6 @@
 
 mod ranks;
 
-use grains_comm::MpiTransport;
 use grains_domain::Transport;
 use ranks::on_ranks;
 

@@ -233,7 +233,6 @@ pub fn solver(
 
 /// The largest of a number over all ranks.
 pub fn largest(job: &Job, value: f64) -> f64 {
-    use grains_comm::MpiTransport;
     use grains_domain::Transport;
     let mut values = [value];
     job.new_transport().max(&mut values);

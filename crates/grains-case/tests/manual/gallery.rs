@@ -14,7 +14,7 @@ root of the repository. What each reproduces, in one table: [all results](../cas
 const THEMES: [(&str, &[&str]); 8] = [
     (
         "Flow of grains",
-        &["silo", "drum", "wet-drum", "dam-break", "angle-of-repose", "shear-flow", "million"],
+        &["silo", "drum", "wet-drum", "dam-break", "angle-of-repose", "shear-flow", "calibration", "million"],
     ),
     ("Packings", &["packing", "fixed-bed"]),
     (

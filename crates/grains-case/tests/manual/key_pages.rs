@@ -255,12 +255,7 @@ fn keys_named_in_the_manual_exist() {
                 .is_some_and(|last| ["md", "toml", "csv", "vtkhdf", "xdmf", "rs", "py"].contains(last));
             // Names of earlier versions are told as such.
             let is_former = FORMER.contains(&code);
-            if is_former
-                || words.len() < 2
-                || !words.iter().all(|word| is_word(&word))
-                || !is_section
-                || is_file
-            {
+            if is_former || words.len() < 2 || !words.iter().all(is_word) || !is_section || is_file {
                 continue;
             }
             looked_at += 1;
