@@ -182,7 +182,12 @@ impl Panel {
             let margin = if high > low { 0.06 * (high - low) } else { 0.5 * high.abs().max(1e-3) };
             low - margin..high + margin
         };
-        [along(0, &marks), along(1, &levels)]
+        let (across, mut up) = (along(0, &marks), along(1, &levels));
+        // Room for the legend, by the number of its lines.
+        let labels =
+            self.layers.iter().filter(|l| matches!(l, Layer::Bars { label, .. } if !label.is_empty()));
+        up.end += (up.end - up.start) * 0.14 * labels.count() as f64;
+        [across, up]
     }
 }
 
