@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All case files below a folder.
+/// All case files below a folder; studies have keys of their own.
 fn cases(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     for entry in fs::read_dir(folder).unwrap() {
@@ -20,7 +20,9 @@ fn cases(folder: &Path) -> Vec<PathBuf> {
         // Results hold resolved cases, which no one writes.
         if path.is_dir() && path.file_name().unwrap() != "results" {
             found.extend(cases(&path));
-        } else if path.extension().is_some_and(|end| end == "toml") {
+        } else if path.extension().is_some_and(|end| end == "toml")
+            && !path.to_string_lossy().ends_with("-study.toml")
+        {
             found.push(path);
         }
     }
