@@ -6,11 +6,11 @@ mod common;
 mod packages;
 
 use common::results::series;
-use common::{ENVIRONMENT, Output, folder, replaced, run, signal, start};
+use common::{ENVIRONMENT, Output, folder, replaced, run, signal, skipped, start};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// What the program says, without mpirun, in a folder.
@@ -50,6 +50,31 @@ fn every_example_is_a_case_of_ones_own_that_runs() {
     }
     let message = ask(&home, &["new", "sillo"]);
     assert!(message.code == Some(2) && message.stderr.contains("silo"), "{}", message.text());
+}
+
+/// A terminal shows one line, which is gone at the end; a file gets lines and no bar.
+#[test]
+fn a_terminal_shows_a_bar_and_a_file_does_not() {
+    let home = folder("newcomer_bar");
+    ask(&home, &["new", "silo"]).succeeded();
+    let text = fs::read_to_string(home.join("silo.toml")).unwrap();
+    let end = text.lines().find(|line| line.starts_with("end = ")).unwrap();
+    fs::write(home.join("silo.toml"), replaced(&text, end, "end = 0.01")).unwrap();
+    let command = format!("mpirun -n 2 '{}' silo.toml", env!("CARGO_BIN_EXE_grains-mpi"));
+    let mut terminal = Command::new("script");
+    terminal.args(["-qec", &command, "typescript"]).current_dir(&home).envs(ENVIRONMENT);
+    let Ok(output) = terminal.stdin(Stdio::null()).output() else {
+        return skipped("a_terminal_shows_a_bar_and_a_file_does_not", "no `script`");
+    };
+    assert!(output.status.success(), "{output:?}");
+    let shown = fs::read_to_string(home.join("typescript")).unwrap();
+    let drawn: Vec<&str> = shown.split('\r').filter(|part| part.contains('░')).collect();
+    assert!(!drawn.is_empty() && drawn.iter().all(|line| line.contains("of 0.01 s")), "{shown}");
+    // What comes after the last one begins by taking it away.
+    let (_, rest) = shown.rsplit_once('░').unwrap();
+    assert!(rest.contains("\r\u{1b}[K") && rest.contains("time by phase"), "{rest}");
+    let log = run(2, &home, &["silo.toml"]).succeeded().stdout;
+    assert!(!log.contains('░') && !log.contains('\r') && log.contains("step         0"), "{log}");
 }
 
 /// Shells and `man` learn all commands.

@@ -73,6 +73,14 @@ fn a_sheared_packing_stopped_at_every_step_loses_no_row_and_no_snapshot() {
 }
 
 #[test]
+fn a_packing_whose_stop_condition_is_met_is_at_its_end_after_restarts_too() {
+    let text = often("shear.toml", (9, 2));
+    let after = 3.5 * key(&text, "dt").parse::<f64>().unwrap();
+    let stop = format!("\n[stop]\nkinetic_energy_below = 1e9\nafter = {after:e}\n");
+    stopped_at_every_step("stop_condition", &(text + &stop), 1e-5);
+}
+
+#[test]
 fn a_lid_under_a_load_stopped_at_every_step_goes_on_from_where_it_is() {
     let moved = "{ kind = \"translation\", velocity = [-0.4, 0, -0.6], end = 0.095 }";
     let load = "{ kind = \"load\", axis = [0, 0, -1], force = 0.6, mass = 0.02, velocity = [0.2, 0.1, 0] }\nwear = { coefficient = 1e-4, hardness = 1e9 }";

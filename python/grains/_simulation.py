@@ -19,7 +19,7 @@ class Simulation:
 
     `comm`: communicator of mpi4py; without it the ranks of the mpirun that started Python, or this process alone.
     `restart`: checkpoint to continue, or "latest".
-    `writes_files`: whether it writes what the case's `[output]` says.
+    `writes_files`: whether it writes what the case's `[output]` says; without rows of the time series `[stop]` is not looked at.
     `petsc`: options for PETSc.
     """
 

@@ -13,11 +13,22 @@ import grains
 from conftest import BALLS
 
 BALLS["output"]["directory"] = sys.argv[2]
+BALLS["wall"].append({"name": "plate", "material": "glass", "kind": "plane", "point": [0, 0, 0.006],
+                      "normal": [0, 0, 1]})
+BALLS["insert"][0].update(batch=8, interval=0.5)
+
+
+def steer(simulation):
+    simulation.set_wall_motion("plate", {"kind": "translation", "velocity": [0.2, 0, 0.3]})
+    simulation.set_insertion("balls", batch=2, interval=0.002)
+
+
 with grains.Simulation(BALLS, comm=comm) as simulation:
     seen = []
+    simulation.at(0.003, steer)
     simulation.every(0.005, lambda s: seen.append(s.sum(float(len(s.particles)))))
     simulation.run()
-    assert seen == [16.0] * 5, seen
+    assert seen == [8.0, 12.0, 16.0, 16.0, 16.0], seen
     if comm is not None:
         assert simulation.size == comm.size and simulation.rank == comm.rank
     rank, last = simulation.rank, simulation.time

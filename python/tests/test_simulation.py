@@ -54,6 +54,16 @@ def test_arrays_outlive_steps_and_the_simulation(balls):
         before[0, 0] = 1.0
 
 
+def test_arrays_outlive_a_simulation_that_is_forgotten(balls):
+    position = grains.Simulation(balls, writes_files=False).particles.position
+    gc.collect()
+    others = [grains.Simulation(balls, writes_files=False) for _ in range(3)]
+    assert np.array_equal(position, others[0].particles.position)
+    del others
+    gc.collect()
+    assert np.all((position > 0) & (position < 0.08))
+
+
 def test_arrays_are_not_copies(balls):
     with grains.Simulation(balls, writes_files=False) as simulation:
         a, b = simulation.particles.position, simulation.particles.position

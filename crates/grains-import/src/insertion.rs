@@ -253,13 +253,10 @@ impl Script {
         };
         let back = -normal * depth;
         let corners = [lower, upper, lower + back, upper + back];
-        let end = |least: bool, axis: usize| {
-            let along = corners.iter().map(|c| c[axis]);
-            if least { along.fold(f64::INFINITY, f64::min) } else { along.fold(f64::NEG_INFINITY, f64::max) }
-        };
+        let along = |axis: usize| corners.iter().map(move |c| c[axis]);
         let block = RegionForm::Block {
-            lower: std::array::from_fn(|a| end(true, a)),
-            upper: std::array::from_fn(|a| end(false, a)),
+            lower: std::array::from_fn(|a| along(a).fold(f64::INFINITY, f64::min)),
+            upper: std::array::from_fn(|a| along(a).fold(f64::NEG_INFINITY, f64::max)),
         };
         let region = Region { form: block, is_inside: true, open: Vec::new(), moves: false };
         let batch = (rate * depth / speed).round().max(1.0);

@@ -221,8 +221,8 @@ impl InsertPlan {
             true => (time / self.interval - 1e-9).ceil().max(1.0) as u64,
             false => 1,
         };
-        let most = self.batch.saturating_mul(batches);
-        self.limit.map_or(most, |limit| limit.min(most)).max(1)
+        let possible = self.batch.saturating_mul(batches);
+        self.limit.map_or(possible, |limit| limit.min(possible)).max(1)
     }
 }
 

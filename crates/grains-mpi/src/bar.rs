@@ -35,10 +35,10 @@ impl Bar {
             ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"].iter().any(|name| std::env::var(name).is_ok());
         let process = if is_rank { parent_id().to_string() } else { "self".into() };
         let path = format!("/proc/{process}/fd/1");
-        // Only a terminal is opened: a pipe would be kept open with it.
+        // Only a terminal is opened: a pipe would be kept open with it, or be waited for.
         let target = std::fs::read_link(&path).ok()?;
         let is_device = target.starts_with("/dev/pts") || target.starts_with("/dev/tty");
-        let terminal = File::options().write(true).open(path).ok().filter(|_| is_device)?;
+        let terminal = is_device.then(|| File::options().write(true).open(path).ok()).flatten()?;
         terminal.is_terminal().then_some(Self { terminal, drawn: None })
     }
 

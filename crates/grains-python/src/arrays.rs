@@ -8,7 +8,7 @@ use grains_simulation::{Loan, Simulation};
 use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, ShapeBuilder};
 use numpy::{Element, PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What arrays hold on to: nothing, while the simulation owns the memory they show, and that memory afterwards.
 type Lease = Arc<Mutex<Option<Loan>>>;
@@ -28,9 +28,8 @@ impl Leases {
     pub fn release(&mut self, simulation: &mut Simulation) {
         if Arc::strong_count(&self.present) > 1 {
             let lease = std::mem::take(&mut self.present);
-            if let Ok(mut loan) = lease.lock() {
-                *loan = Some(simulation.give_memory_away());
-            }
+            // A lock that a panic has left is as good: the memory must not go while arrays show it.
+            *lease.lock().unwrap_or_else(PoisonError::into_inner) = Some(simulation.give_memory_away());
         }
     }
 
@@ -49,7 +48,7 @@ impl Leases {
         let Some(first) = all.first().filter(|_| count > 0 && count <= all.len()) else {
             return Ok(PyArray2::<f64>::zeros(py, [0, 3], false).into_any());
         };
-        let stride = size_of::<T>() / size_of::<f64>();
+        let stride = const { whole(size_of::<T>(), size_of::<f64>()) };
         // SAFETY: a vector of three numbers begins at what `of` finds in each of the first `count` structures, whose size is a
         // multiple of that of a number; `holder` keeps the memory, which nobody writes to while it does.
         #[allow(unsafe_code)]
@@ -71,7 +70,7 @@ impl Leases {
         let Some(first) = all.first().filter(|_| count > 0 && count <= all.len()) else {
             return Ok(PyArray1::<N>::zeros(py, [0], false).into_any());
         };
-        let stride = size_of::<T>() / size_of::<N>();
+        let stride = const { whole(size_of::<T>(), size_of::<N>()) };
         // SAFETY: as in `vectors`.
         #[allow(unsafe_code)]
         let array = unsafe {
@@ -102,6 +101,12 @@ impl Leases {
         };
         read_only(array.into_any())
     }
+}
+
+/// How often one size goes into another, of which it must be a whole part: else the program does not build.
+const fn whole(of: usize, part: usize) -> usize {
+    assert!(of.is_multiple_of(part));
+    of / part
 }
 
 /// An array that cannot be written to.

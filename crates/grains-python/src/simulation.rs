@@ -24,6 +24,13 @@ pub struct Simulation {
     step: (u64, f64),
 }
 
+impl Drop for Simulation {
+    /// Arrays may live longer than it.
+    fn drop(&mut self) {
+        self.abandon();
+    }
+}
+
 fn is_closed() -> PyErr {
     PyValueError::new_err("this simulation is closed; open its results with grains.open")
 }

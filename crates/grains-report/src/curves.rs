@@ -58,14 +58,14 @@ pub fn series(path: &Path, block: &mut Block) -> std::io::Result<Option<Table>> 
 /// A file that cannot be read.
 pub fn profiles(directory: &Path, block: &mut Block) -> std::io::Result<Vec<Table>> {
     /// More would fill pages.
-    const MOST: usize = 16;
+    const MAX: usize = 16;
     let mut names: Vec<String> = std::fs::read_dir(directory)?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter(|name| name.starts_with("profile-") && name.ends_with(".csv"))
         .collect();
     names.sort();
     let mut tables = Vec::new();
-    for file in names.into_iter().take(MOST) {
+    for file in names.into_iter().take(MAX) {
         let mut rows = Rows::read(&directory.join(&file))?;
         rows.keep_last_block();
         if rows.rows.len() > 1 {
@@ -108,7 +108,7 @@ impl Rows {
             last = None;
             found.rows.push(found.with_peaks(row, &peaks));
             peaks.fill(f64::NEG_INFINITY);
-            if found.rows.len() > 2 * found.most() {
+            if found.rows.len() > 2 * found.longest() {
                 every *= 2;
                 found.rows = std::mem::take(&mut found.rows).into_iter().step_by(2).collect();
             }
@@ -120,7 +120,7 @@ impl Rows {
     }
 
     /// Rows that a page holds.
-    fn most(&self) -> usize {
+    fn longest(&self) -> usize {
         (NUMBERS / self.names.len().max(1)).clamp(100, ROWS) / 2
     }
 

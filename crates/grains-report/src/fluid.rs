@@ -101,8 +101,8 @@ pub fn read(
 }
 
 /// Numbers of cells that are at most so many in all: the longest axis is halved as often as it takes.
-fn joined(mut cells: [usize; 3], most: usize) -> [usize; 3] {
-    while cells.iter().product::<usize>() > most.max(1) {
+fn joined(mut cells: [usize; 3], max: usize) -> [usize; 3] {
+    while cells.iter().product::<usize>() > max.max(1) {
         let longest = (0..3).max_by_key(|&a| cells[a]).unwrap_or(0);
         cells[longest] = cells[longest].div_ceil(2);
     }
@@ -136,14 +136,14 @@ fn means(
     let mut means = Vec::with_capacity(columns.len() * rows.len() * layers.len());
     let per_layer = all[0] * all[1];
     let ahead = (AT_ONCE / per_layer.max(1)).max(1);
-    let (mut first, mut held): (usize, Vec<f64>) = (0, Vec::new());
+    let (mut first, mut kept): (usize, Vec<f64>) = (0, Vec::new());
     for layer in layers {
         let (begin, end) = (layer[0], layer[layer.len() - 1] + 1);
-        if held.is_empty() || begin < first || end > first + held.len() / per_layer {
+        if kept.is_empty() || begin < first || end > first + kept.len() / per_layer {
             first = begin;
             let count = (end - begin).max(ahead).min(all[2] - begin);
             let part = GridBlock { all, first: [0, 0, first], own: [all[0], all[1], count] };
-            held = magnitudes(&file.block(step, &field.stored, &part)?, part.count());
+            kept = magnitudes(&file.block(step, &field.stored, &part)?, part.count());
         }
         for row in rows {
             for column in columns {
@@ -152,7 +152,7 @@ fn means(
                     .iter()
                     .flat_map(|z| row.iter().flat_map(move |y| column.iter().map(move |x| (z, y, x))))
                 {
-                    let value = held[((z - first) * all[1] + y) * all[0] + x];
+                    let value = kept[((z - first) * all[1] + y) * all[0] + x];
                     if value.is_finite() {
                         sum = [sum[0] + value, sum[1] + 1.0];
                     }

@@ -25,16 +25,16 @@ pub fn evenly(stored: usize, count: usize) -> Vec<usize> {
     }
 }
 
-/// Chooses among states with so many particles each, so that at most `most` of all states are taken.
-pub fn choose(particles: &[usize], most: usize) -> Choice {
+/// Chooses among states with so many particles each, so that at most `max` of all states are taken.
+pub fn choose(particles: &[usize], max: usize) -> Choice {
     let total = |states: &[usize]| states.iter().map(|&k| particles[k]).sum::<usize>();
     let stored = particles.len();
     let fits = |count: &usize, limit: usize| total(&evenly(stored, *count)) <= limit;
-    let least = FEW.min(stored);
-    let count = (least..=MANY.min(stored)).rev().find(|count| fits(count, most.min(ROWS))).unwrap_or(least);
+    let min = FEW.min(stored);
+    let count = (min..=MANY.min(stored)).rev().find(|count| fits(count, max.min(ROWS))).unwrap_or(min);
     let count = (2.min(stored)..=count).rev().find(|count| fits(count, ROWS)).unwrap_or(2.min(stored));
     let states = evenly(stored, count);
-    let one_of = total(&states).div_ceil(most.max(1)).max(1);
+    let one_of = total(&states).div_ceil(max.max(1)).max(1);
     Choice { states, one_of }
 }
 

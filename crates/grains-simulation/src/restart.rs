@@ -27,6 +27,8 @@ use toml::{Table, Value};
 pub const INPUTS: &str = "inputs";
 const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
+/// Text of a checkpoint at which the stop condition of the case has ended its run.
+pub const STOP_MET: &str = "stop_met";
 /// The offset of sliding images, and the sums for the stress since the last row.
 const SHEAR: &str = "shear";
 
@@ -128,6 +130,8 @@ pub struct Continued {
     pub is_own: bool,
     /// Whether the fluid is new: the checkpoint holds particles alone.
     pub is_fluid_new: bool,
+    /// Whether the checkpoint is the end of a run whose stop condition was met, and its case says the same but for its output.
+    pub is_at_end: bool,
 }
 
 /// Takes the state of a checkpoint: a file, or the newest valid one of a folder (`latest`: of the output directory).
@@ -193,7 +197,9 @@ pub fn restore(
     let mut history = file.text(HISTORY).unwrap_or("").to_string();
     told.iter().for_each(|change| history += &format!("from step {step}, t = {time:?} s: {change}\n"));
     let is_own = transport.any(is_first && lies_in(&file.path, &case.output.directory));
-    Ok(Continued { changes: told, history, is_own, is_fluid_new: fluid.is_some() && !has_fluid })
+    let is_same = changes.iter().all(|change| change.is_within(&["output"]));
+    let is_at_end = is_same && file.text(STOP_MET).is_some();
+    Ok(Continued { changes: told, history, is_own, is_fluid_new: fluid.is_some() && !has_fluid, is_at_end })
 }
 
 /// Gives this rank the particles of a checkpoint that lie in its subdomain; `ratio` is the time step over that of the

@@ -80,6 +80,8 @@ pub struct Simulation {
     /// Whether the fluid begins with this simulation.
     is_fluid_new: bool,
     is_asked_to_stop: bool,
+    /// Whether the stop condition of the case has been met.
+    is_stop_met: bool,
     status: Status,
     progress: Option<Progress>,
     prediction: Prediction,
@@ -114,11 +116,15 @@ impl Simulation {
         };
         let open = || Files::open(case, &program, &transport, continued.as_ref(), (&dem, &fluid));
         let files = writes_files.then(open).transpose()?;
-        let schedule = match writes_files {
+        let mut schedule = match writes_files {
             true => Schedule::new(case, dem.setup.parameters.dt, &dem.origin),
             false => Schedule::without_files(case, dem.setup.parameters.dt, &dem.origin),
         };
         let (first_step, begin) = (dem.step, dem.time());
+        let is_stop_met = continued.as_ref().is_some_and(|continued| continued.is_at_end);
+        if is_stop_met {
+            schedule.end = first_step;
+        }
         let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
             case: case.clone(),
@@ -135,6 +141,7 @@ impl Simulation {
             is_inserted: restart.is_some(),
             is_fluid_new,
             is_asked_to_stop: false,
+            is_stop_met,
             status: Status::Running,
             progress: None,
             prediction,
@@ -298,6 +305,7 @@ impl Simulation {
             log::info!("stop condition met at t = {:.6} s", self.dem.time());
         }
         // To the fluid a single step of the particles is too short.
+        self.is_stop_met = true;
         let step = self.dem.step;
         self.schedule.end = if self.fluid.is_some() { self.schedule.next(step) } else { step + 1 };
     }
@@ -340,7 +348,10 @@ impl Simulation {
     /// The granular state of a checkpoint, to be taken before the contacts of its step.
     fn state(&mut self) -> State {
         self.dem.clock.start();
-        let state = restart::state(&mut self.dem, &self.insertions, &self.transport);
+        let mut state = restart::state(&mut self.dem, &self.insertions, &self.transport);
+        if self.is_stop_met && self.dem.step >= self.schedule.end {
+            state.1.push((restart::STOP_MET.into(), "true".into()));
+        }
         self.dem.clock.charge(Phase::Output);
         state
     }

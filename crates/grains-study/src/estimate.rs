@@ -73,7 +73,7 @@ impl Estimate {
         share: f64,
     ) -> Result<Self, String> {
         let mut best = place.to_vec();
-        // The surfaces are those of the surroundings of the best values, which they move.
+        // The surfaces are those of the neighbourhood of the best values, which they move.
         for _ in 0..2 {
             best = Model::around(&best, all, targets, share)?.minima().swap_remove(0).0;
         }

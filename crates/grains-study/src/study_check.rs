@@ -178,18 +178,18 @@ fn check_fit(study: &Study) -> Result<(), StudyError> {
         );
         return Err(study.error("vary", message));
     }
-    let (least, repeats) = (crate::fit::initial_points(study), study.design.repeats);
-    if fit.max_runs < least * repeats {
+    let (initial, repeats) = (crate::fit::initial_points(study), study.design.repeats);
+    if fit.max_runs < initial * repeats {
         return Err(study.error(
             "fit.max_runs",
             format!(
-                "the search begins with {least} points of {repeats} run(s) each: must be at least {}",
-                least * repeats
+                "the search begins with {initial} points of {repeats} run(s) each: must be at least {}",
+                initial * repeats
             ),
         ));
     }
     let coefficients = crate::surface::coefficients(fitted);
-    if least < coefficients + 2 {
+    if initial < coefficients + 2 {
         return Err(study.error(
             "design.samples",
             format!(

@@ -203,7 +203,7 @@ impl Schema {
     }
 
     fn list(&self, schema: &Json) -> String {
-        let [least, most] = ["minItems", "maxItems"].map(|word| schema.get(word).and_then(Json::as_u64));
+        let [min, max] = ["minItems", "maxItems"].map(|word| schema.get(word).and_then(Json::as_u64));
         let inner = self.takes(&schema["items"]);
         let several = match inner.as_str() {
             "true or false" => "truth values".to_string(),
@@ -213,9 +213,9 @@ impl Schema {
             text if text.starts_with(|c: char| c.is_ascii_digit()) => format!("rows of {text}"),
             text => format!("{text}s"),
         };
-        match (least, most) {
-            (Some(least), Some(most)) if least == most => format!("{least} {several}"),
-            (Some(least), _) if least > 0 => format!("list of {several}, {least} or more"),
+        match (min, max) {
+            (Some(min), Some(max)) if min == max => format!("{min} {several}"),
+            (Some(min), _) if min > 0 => format!("list of {several}, {min} or more"),
             _ => format!("list of {several}"),
         }
     }
@@ -227,7 +227,7 @@ impl Schema {
         let format = |sign: &str, word: &str| bound(word).map(|bound| format!("{sign} {bound}"));
         let mut parts = Vec::new();
         match (bound("minimum"), bound("maximum")) {
-            (Some(least), Some(most)) => parts.push(format!("{least} to {most}")),
+            (Some(min), Some(max)) => parts.push(format!("{min} to {max}")),
             _ => parts.extend(
                 [
                     format(">", "exclusiveMinimum"),
@@ -240,12 +240,12 @@ impl Schema {
             ),
         }
         let mut range = parts.join(", ");
-        if let Some([least, most]) = schema.get("x-plausible").and_then(Json::as_array).map(Vec::as_slice) {
+        if let Some([min, max]) = schema.get("x-plausible").and_then(Json::as_array).map(Vec::as_slice) {
             range += &format!(
                 "{}usual {} to {}",
                 if range.is_empty() { "" } else { "; " },
-                short(least),
-                short(most)
+                short(min),
+                short(max)
             );
         }
         if schema.get("x-infinite").is_some() {

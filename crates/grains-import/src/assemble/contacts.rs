@@ -104,11 +104,11 @@ impl Assembly<'_> {
                     Elastic::Hertz { modulus, .. } => modulus,
                 })
             };
-            let [typical, least, most] =
+            let [typical, min, max] =
                 [stiffness(&bodies[0])?, stiffness(&bodies[1])?, stiffness(&bodies[2])?];
-            let range = match (most / least - 1.0).abs() < 1e-6 {
+            let range = match (max / min - 1.0).abs() < 1e-6 {
                 true => String::new(),
-                false => format!(", there from {} to {} N/m", shown(least), shown(most)),
+                false => format!(", there from {} to {} N/m", shown(min), shown(max)),
             };
             self.report.remark(format!(
                 "{} on {}: {rule}; here normal_stiffness is {} N/m for all of them{range}",

@@ -148,16 +148,16 @@ impl Assembly<'_> {
         }
         let end = self.end();
         let steps = self.scene.runs.iter().filter(|(steps, _)| *steps > 0).map(|(_, dt)| *dt);
-        let least = steps.clone().fold(f64::INFINITY, f64::min);
-        if steps.clone().any(|dt| dt != least) {
+        let min = steps.clone().fold(f64::INFINITY, f64::min);
+        if steps.clone().any(|dt| dt != min) {
             self.report.remark(format!(
                 "the timestep changes during the script: {} s, the smallest, holds all the time here",
-                shown(least)
+                shown(min)
             ));
         }
         let time = RawTime {
             end,
-            dt: if least.is_finite() { TimeStep::Seconds(least) } else { TimeStep::Auto },
+            dt: if min.is_finite() { TimeStep::Seconds(min) } else { TimeStep::Auto },
             steps_per_contact: 20.0,
             accept_coarse_dt: false,
             impact_speed: None,

@@ -28,9 +28,9 @@ impl Grain {
         let radius = mean(|b| b.radius);
         let by_radius = |a: &&(Body, f64), b: &&(Body, f64)| a.0.radius.total_cmp(&b.0.radius);
         let typical = Body { radius, mass: 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) * self.density };
-        let least = self.bodies.iter().min_by(by_radius).map_or(typical, |(b, _)| *b);
-        let most = self.bodies.iter().max_by(by_radius).map_or(typical, |(b, _)| *b);
-        [typical, least, most]
+        let min = self.bodies.iter().min_by(by_radius).map_or(typical, |(b, _)| *b);
+        let max = self.bodies.iter().max_by(by_radius).map_or(typical, |(b, _)| *b);
+        [typical, min, max]
     }
 }
 
@@ -82,10 +82,10 @@ impl Assembly<'_> {
         if grains.is_empty() {
             return Err("the script has no particles: no data, and no insertion that was translated".into());
         }
-        const MOST: usize = 64;
-        if grains.len() > MOST {
+        const MAX: usize = 64;
+        if grains.len() > MAX {
             return Err(format!(
-                "{} pairs of type and density, each of which is a material: more than {MOST}",
+                "{} pairs of type and density, each of which is a material: more than {MAX}",
                 grains.len()
             ));
         }

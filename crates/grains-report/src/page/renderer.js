@@ -201,7 +201,7 @@ class Renderer {
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.colours);
     const total = counts.reduce((sum, count, k) => sum + (this.shapes[k]?.levels ? count * this.shapes[k].levels[0].count / 3 : 0), 0);
-    const most = look.isMoving ? TRIANGLES.moving : TRIANGLES.rest;
+    const limit = look.isMoving ? TRIANGLES.moving : TRIANGLES.rest;
     let first = 0;
     counts.forEach((count, k) => {
       const shape = this.shapes[k] ?? { radius: 0 };
@@ -220,7 +220,7 @@ class Renderer {
       this.attribute(4, values, 2, gl.UNSIGNED_SHORT, true, first, true);
       this.attribute(5, scale, 1, gl.FLOAT, false, first, true);
       if (count > 0 && shape.levels) {
-        const share = (most * 3) / Math.max(total / (shape.levels[0].count / 3), 1);
+        const share = (limit * 3) / Math.max(total / (shape.levels[0].count / 3), 1);
         const level = shape.levels.find((l) => l.count <= share) ?? shape.levels.at(-1);
         level.buffer ??= this.buffer(smoothCorners(level.vertices, level.triangles));
         this.attribute(0, level.buffer, 3, gl.FLOAT, false, 0, false);
