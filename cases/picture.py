@@ -134,6 +134,7 @@ def main():
     parser.add_argument("run", nargs="+", help="RUN[@TIME][=LABEL]")
     parser.add_argument("--from", dest="direction", default="0.5,-1,0.35", help="direction towards the eye: x,y,z")
     parser.add_argument("--by", default="speed", help="colour: speed, height, or an array such as id or coordination")
+    parser.add_argument("--range", help="LOW,HIGH of the colours; 0 and nearly the largest by default")
     parser.add_argument("--surface", metavar="FIELD=VALUE", help="draw a surface of the fluid, not the bodies")
     parser.add_argument("--size", default="480,640", help="pixels of a panel")
     parser.add_argument("--columns", type=int, help="panels beside each other; all by default")
@@ -151,7 +152,7 @@ def main():
         panels = [(surface(run, time, field, float(value)), label) for run, time, label in shown]
         panels = [(actor, label or f"t = {time:.3g} s", box) for (actor, time, box), label in panels]
     else:
-        panels = coloured(shown, options.by)
+        panels = coloured(shown, options.by, [float(x) for x in options.range.split(",")] if options.range else None)
     boxes = np.array([box for *_, box in panels])
     bounds = np.where(np.arange(6) % 2 == 0, boxes.min(axis=0), boxes.max(axis=0))
     columns = options.columns or len(panels)
@@ -174,17 +175,19 @@ def main():
     writer.Write()
 
 
-def coloured(shown, by):
-    """Actors, labels and bounds of the bodies of runs at times, coloured on one scale."""
+def coloured(shown, by, ends):
+    """Actors, labels and bounds of the bodies of runs at times, coloured on one scale between two ends."""
     states = [(run, *state(run, time, by), label) for run, time, label in shown]
-    most = max(np.quantile(colour, 0.98) for *_, colour, _ in states if len(colour))
+    if ends is None:
+        most = max(np.quantile(colour, 0.98) for *_, colour, _ in states if len(colour))
+        ends = [0, max(most, 1e-9)]
     table = vtkLookupTable()
-    table.SetRange(0, max(most, 1e-9))
+    table.SetRange(*ends)
     table.SetNumberOfTableValues(256)
     for k in range(256):
         rgb = [np.interp(k / 255, np.linspace(0, 1, len(COLOURS)), c) for c in zip(*COLOURS)]
         table.SetTableValue(k, *rgb, 1)
-    print(f"{by} from 0 to {most:.3g}")
+    print(f"{by} from {ends[0]:.3g} to {ends[1]:.3g}")
     return [(bodies(run, data, table), label or f"t = {time:.3g} s", data.GetBounds()) for run, data, time, _, label in states]
 
 

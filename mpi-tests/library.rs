@@ -6,7 +6,7 @@ mod ranks;
 
 use grains_analysis::{Analysis, Common, Times, analyse, mixing, region::RegionOptions};
 use grains_domain::Transport;
-use grains_simulation::{Case, Job, Motion, Options, Simulation, Status};
+use grains_simulation::{Case, Inflow, Job, Motion, Options, Simulation, Status};
 use ranks::on_ranks;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +23,16 @@ fn folder(job: &Job, name: &str) -> PathBuf {
 
 /// A case of the tests with its results in a folder.
 fn case(name: &str, results: &Path) -> Case {
+    changed_case(name, results, &[])
+}
+
+/// A case of the tests with parts of its text replaced.
+fn changed_case(name: &str, results: &Path, changes: &[(&str, &str)]) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/cases").join(name);
-    let text = std::fs::read_to_string(&path).unwrap();
+    let text = changes.iter().fold(std::fs::read_to_string(&path).unwrap(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replace(old, new)
+    });
     let text = text.replace("directory = \"results\"", &format!("directory = {results:?}"));
     Case::parse(&text, name, path.parent().unwrap()).unwrap()
 }
@@ -129,6 +137,64 @@ fn a_wall_moves_otherwise_from_where_it_is() {
         let error = silo.set_wall_motion("plat", Motion::Fixed).unwrap_err();
         assert!(error.message.contains("no wall is called `plat`; there are silo"), "{error}");
     });
+}
+
+#[test]
+fn a_steered_inlet_stays_when_cells_change_hands_and_is_set_again_after_a_restart() {
+    on_ranks(
+        &[1, 3],
+        "a_steered_inlet_stays_when_cells_change_hands_and_is_set_again_after_a_restart",
+        |job| {
+            let bed = |results: &Path, options: Options| {
+                // Slabs whose borders move as the heap at one side spreads.
+                let ranks = format!("[domain]\nranks = [{}, 1, 1]\n", job.size());
+                let changes = [
+                    ("name = \"bed\"\nseed", "gravity = [30, 0, -9.81]\nseed"),
+                    ("upper = [0.0317, 0.008, 0.03]", "upper = [0.014, 0.008, 0.03]"),
+                    ("cells = [12, 4, 16]", "cells = [24, 4, 16]"),
+                    ("[domain]\n", &ranks),
+                ];
+                let case = changed_case("bed.toml", results, &changes);
+                Simulation::new(&case, job, options).unwrap()
+            };
+            let restarted = || Options { restart: Some("latest".into()), ..Options::default() };
+            let throttle =
+                |bed: &mut Simulation| bed.set_inflow(0, Inflow::Velocity([0.0, 0.0, 0.3])).unwrap();
+            // Velocities of the faces of the inlet on this rank (m/s).
+            let inflow = |bed: &Simulation| -> Vec<f64> {
+                let flow = bed.fluid().unwrap().flow;
+                let [nx, ny, _] = flow.layout().cells.map(|n| n as isize);
+                let places = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
+                places.map(|(i, j)| flow.state.velocity.z.at(i, j, -1)).collect()
+            };
+            let mut whole = bed(&folder(job, "steered"), Options::default());
+            whole.run_to(0.004).unwrap();
+            throttle(&mut whole);
+            let moves = whole.dem().report.moves;
+            whole.run_to(0.012).unwrap();
+            let results = folder(job, "steered-again");
+            let mut first = bed(&results, Options::default());
+            first.run_to(0.004).unwrap();
+            throttle(&mut first);
+            first.run_to(0.008).unwrap();
+            first.close().unwrap();
+            let mut second = bed(&results, restarted());
+            throttle(&mut second);
+            second.run_to(0.012).unwrap();
+            let (wanted, found) = (state(&whole), state(&second));
+            assert_eq!(wanted.len(), found.len());
+            for (a, b) in wanted.iter().zip(&found) {
+                let numbers = |row: &[u64; 7]| row.map(f64::from_bits);
+                let (a, b) = (numbers(a), numbers(b));
+                // The first step of the fluid after the restart is as long as the inflow of the case allows.
+                let is_near = |k: usize| (a[k] - b[k]).abs() < if k < 4 { 1e-6 } else { 1e-3 };
+                assert!((0..7).all(is_near), "{a:?} {b:?}");
+            }
+            whole.run_to(0.028).unwrap();
+            assert!(job.size() == 1 || whole.dem().report.moves > moves, "no border moved");
+            assert!(inflow(&whole).iter().all(|w| (w - 0.3).abs() < 1e-12), "{:?}", inflow(&whole));
+        },
+    );
 }
 
 #[test]

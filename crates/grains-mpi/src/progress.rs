@@ -145,7 +145,7 @@ fn summarise(summary: &Summary, case: &Case) {
             "fluid: {} steps, {:.1} iterations for the pressure each, {:.0} nanoseconds per cell and step",
             fluid.steps,
             fluid.iterations as f64 / steps,
-            1e9 * fluid.seconds * summary.ranks as f64 / steps / fluid.cells as f64
+            fluid.nanoseconds_per_cell_step(summary.ranks)
         );
     }
     if summary.fluid.is_some_and(|fluid| fluid.is_alone) {
@@ -194,8 +194,7 @@ fn particles(summary: &Summary, case: &Case) {
         ));
     }
     let (time, ranks) = (duration(summary.seconds), summary.ranks);
-    if inside > 0 && steps > 0 {
-        let each = 1e6 * summary.seconds / steps as f64 / inside as f64;
+    if let Some(each) = summary.microseconds_per_particle_step() {
         say!("{time} on {ranks} rank(s): {each:.4} microseconds per particle and step");
     }
 }

@@ -135,16 +135,12 @@ impl Record {
         let phases = summary.phases.iter();
         let phases: Vec<Value> =
             phases.map(|p| json!({ "name": p.name, "min": p.min, "mean": p.mean, "max": p.max })).collect();
-        let moved =
-            summary.inside > 0 && summary.steps > 0 && !summary.fluid.is_some_and(|fluid| fluid.is_alone);
-        let each = 1e6 * summary.seconds / summary.steps.max(1) as f64 / summary.inside.max(1) as f64;
         let fluid = summary.fluid.map(|fluid| {
-            let steps = fluid.steps.max(1) as f64;
             json!({
                 "cells": fluid.cells,
                 "steps": fluid.steps,
                 "iterations": fluid.iterations,
-                "nanoseconds_per_cell_step": 1e9 * fluid.seconds * summary.ranks as f64 / steps / fluid.cells as f64,
+                "nanoseconds_per_cell_step": fluid.nanoseconds_per_cell_step(summary.ranks),
             })
         });
         let particles = (!case.inserts.is_empty()).then(|| {
@@ -170,8 +166,8 @@ impl Record {
             "disk_bytes": bytes_of(&self.directory),
             "particles": particles,
             "fluid": fluid,
-            "imbalance": (summary.ranks > 1 && moved).then_some(summary.imbalance),
-            "microseconds_per_particle_step": moved.then_some(each),
+            "imbalance": (summary.ranks > 1 && summary.particle_steps > 0).then_some(summary.imbalance),
+            "microseconds_per_particle_step": summary.microseconds_per_particle_step(),
         })));
         self.write();
     }

@@ -7,6 +7,8 @@ use crate::heat;
 use crate::laws;
 use crate::lock::DirectoryLock;
 use crate::restart::{Continued, HISTORY, INPUTS, State};
+use crate::run_directory::{prepare_directory, write_side_files};
+use crate::series_columns::series_columns;
 use crate::species;
 use crate::wall_triangles::{triangles_of, wall_fields};
 use grains_case::{Case, Field, Precision as CasePrecision};
@@ -16,10 +18,10 @@ use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
     Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, abandon_later, agree,
-    from_rank, remove_old, utc_now, write_checkpoint, write_shape,
+    from_rank, remove_old, utc_now, write_checkpoint,
 };
 use grains_resolved::FlowLink;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Fields of a particle snapshot when none is left out.
 const PARTICLE_FIELDS: [FieldSpec; 18] = [
@@ -78,9 +80,6 @@ pub fn particle_fields(case: &Case) -> Vec<FieldSpec> {
 /// Fields of the triangles of particles.
 pub const SURFACE_FIELDS: [FieldSpec; 3] =
     [FieldSpec::integer("id"), FieldSpec::integer("shape"), FieldSpec::real("speed", "m/s", 1)];
-
-/// The case with every default spelt out; a directory that holds one holds a run.
-const RESOLVED_CASE: &str = "case.resolved.toml";
 
 /// Key numbers of a row of the time series.
 #[derive(Clone, Debug, PartialEq)]
@@ -464,7 +463,7 @@ fn open_series(
 ) -> Result<Series, FileError> {
     let path = opening.directory.join("series.csv");
     let (columns, units): (Vec<String>, Vec<&str>) =
-        columns(dem).into_iter().chain(fluid::columns(case)).unzip();
+        series_columns(dem).into_iter().chain(fluid::columns(case)).unzip();
     if opening.restart.is_some() && path.exists() {
         let mut series = Series::resume(&path, &columns, dem.step)?;
         let changes = continued.map_or(String::new(), |continued| continued.changes.join("\n"));
@@ -474,70 +473,6 @@ fn open_series(
     let mut comments = opening.metadata.clone();
     comments.push(("units".into(), units.join(",")));
     Series::create(&path, &columns, &comments)
-}
-
-/// Columns of the time series and their units.
-fn columns(dem: &Dem) -> Vec<(String, &'static str)> {
-    const FIXED: [(&str, &str); 19] = [
-        ("step", "-"),
-        ("time", "s"),
-        ("particles", "-"),
-        ("inserted", "-"),
-        ("left", "-"),
-        ("contacts", "-"),
-        ("wall_contacts", "-"),
-        ("kinetic_translation", "J"),
-        ("kinetic_rotation", "J"),
-        ("potential", "J"),
-        ("momentum_x", "kg m/s"),
-        ("momentum_y", "kg m/s"),
-        ("momentum_z", "kg m/s"),
-        ("angular_momentum_x", "kg m2/s"),
-        ("angular_momentum_y", "kg m2/s"),
-        ("angular_momentum_z", "kg m2/s"),
-        ("max_overlap", "-"),
-        ("max_speed", "m/s"),
-        ("deep_penetrations", "-"),
-    ];
-    const OF_PLANE: [(&str, &str); 2] = [("count", "-"), ("mass", "kg")];
-    const OF_WALL: [(&str, &str); 6] =
-        [("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m")];
-    const OF_LOADED_WALL: [(&str, &str); 2] = [("displacement", "m"), ("speed", "m/s")];
-    const OF_WORN_WALL: [(&str, &str); 2] = [("worn_volume", "m3"), ("sliding_power", "W")];
-    let mut columns: Vec<_> = FIXED.iter().map(|&(name, unit)| (name.to_string(), unit)).collect();
-    if !dem.setup.bonds.is_empty() {
-        columns.extend(["bonds", "broken_bonds"].map(|name| (name.to_string(), "-")));
-    }
-    if dem.particles.is_wet() {
-        columns.extend(["bridges", "broken_bridges"].map(|name| (name.to_string(), "-")));
-        let places = ["films", "bridges", "walls", "inserted", "left"];
-        columns.extend(places.map(|place| (format!("liquid_{place}"), "m3")));
-    }
-    for plane in &dem.setup.planes {
-        columns.extend(OF_PLANE.map(|(what, unit)| (format!("{}_{what}", plane.name), unit)));
-    }
-    for wall in &dem.setup.walls {
-        columns.extend(OF_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
-        if wall.motion.loading().is_some() {
-            columns.extend(OF_LOADED_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
-        }
-        if wall.wear.is_some() {
-            columns.extend(OF_WORN_WALL.map(|(what, unit)| (format!("{}_{what}", wall.name), unit)));
-        }
-    }
-    for motion in &dem.setup.prescribed {
-        columns.extend(OF_WALL.map(|(what, unit)| (format!("insert_{}_{what}", motion.name), unit)));
-    }
-    if dem.setup.shear.is_some() {
-        const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
-        for part in ["stress", "kinetic_stress"] {
-            columns.extend(COMPONENTS.map(|component| (format!("{part}_{component}"), "Pa")));
-        }
-        columns.push(("granular_temperature".to_string(), "m2/s2"));
-    }
-    columns.extend(heat::columns(dem));
-    columns.extend(species::columns(dem));
-    columns
 }
 
 fn metadata(
@@ -564,45 +499,4 @@ fn metadata(
     let lists = [(INPUTS, inputs), (HISTORY, history)].into_iter().filter(|(_, text)| !text.is_empty());
     metadata.extend(lists.map(|(name, text)| (name.to_string(), text)));
     Ok(metadata)
-}
-
-/// Makes the directory and takes it; results of an earlier run are moved aside, unless this run continues them.
-fn prepare_directory(directory: &Path, is_restart: bool) -> Result<DirectoryLock, FileError> {
-    let make = || {
-        std::fs::create_dir_all(directory.join("shapes")).map_err(|e| {
-            FileError::new(directory, format!("cannot be created: {e}; choose another output.directory"))
-        })
-    };
-    make()?;
-    let lock = DirectoryLock::take(directory)?;
-    if is_restart || !directory.join(RESOLVED_CASE).exists() {
-        return Ok(lock);
-    }
-    let free = (1..).map(|k| PathBuf::from(format!("{}.{k}", directory.display()))).find(|p| !p.exists());
-    let aside = free.unwrap_or_else(|| directory.with_extension("old"));
-    std::fs::rename(directory, &aside).map_err(|e| {
-        FileError::new(directory, format!("holds an earlier run that cannot be moved aside: {e}"))
-    })?;
-    log::info!("the earlier results in {} are now in {}", directory.display(), aside.display());
-    make()?;
-    // The earlier results stay locked until the new directory is.
-    DirectoryLock::take(directory)
-}
-
-/// The resolved case, the reference surfaces of the shapes, and a script that shows all in ParaView.
-fn write_side_files(case: &Case, program: &str, dem: &Dem, directory: &Path) -> Result<(), FileError> {
-    let write = |name: &str, text: &str| {
-        let path = directory.join(name);
-        std::fs::write(&path, text).map_err(|e| FileError::new(&path, format!("cannot be written: {e}")))
-    };
-    let dt = dem.setup.parameters.dt;
-    write(RESOLVED_CASE, &format!("# {program}; time step {dt:e} s\n{}", case.to_toml()))?;
-    write("view.py", include_str!("view.py"))?;
-    for (index, shape) in dem.setup.catalogue.shapes.iter().enumerate() {
-        // Turned as the case gives the shape, about its centre of mass.
-        let turned = |v: &Vec3| <[f64; 3]>::from(shape.user_to_body.0 * v);
-        let vertices: Vec<[f64; 3]> = shape.surface.vertices.iter().map(turned).collect();
-        write_shape(&directory.join(format!("shapes/{index}.vtp")), &vertices, &shape.surface.triangles)?;
-    }
-    Ok(())
 }

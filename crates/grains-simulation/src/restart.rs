@@ -6,13 +6,15 @@ use crate::fluid::FluidPhase;
 use crate::heat;
 use crate::insertion::Insertions;
 use crate::liquid;
+use crate::numbering::Numbering;
+use crate::restart_check::check_state;
 use crate::species;
 use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, Kind, Origin, ParticleRecord, StressSums,
-    Travel, WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
+    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, Origin, ParticleRecord, StressSums, Travel,
+    WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -21,7 +23,7 @@ use grains_resolved::FlowLink;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
-use toml::{Table, Value};
+use toml::Table;
 
 /// Texts of a checkpoint: its input files, the walls' places, and what restarts have changed.
 pub const INPUTS: &str = "inputs";
@@ -363,134 +365,6 @@ fn change_step(record: &mut ParticleRecord, dem: &Dem, ratio: f64) {
     };
     record.half_velocity = other_half_step(body.velocity, record.half_velocity, ratio);
     record.half_spin = other_half_step(spin, record.half_spin, ratio);
-}
-
-/// What the numbers of shapes, materials and walls in a checkpoint are in the case.
-struct Numbering {
-    shapes: Vec<Option<u16>>,
-    materials: Vec<Option<u16>>,
-    /// Walls of another form have none.
-    walls: Vec<Option<u16>>,
-    has_same_walls: bool,
-}
-
-impl Numbering {
-    fn new(before: &Table, now: &Table, changes: &[Change]) -> Self {
-        let of = |section: &str| -> Vec<Option<u16>> {
-            let names = changes::names(now, section);
-            let place = |name: &String| names.iter().position(|n| n == name).map(|k| k as u16);
-            changes::names(before, section).iter().map(place).collect()
-        };
-        // Neither when a wall is there, nor how it moves and wears, nor what it is of changes where particles touch it.
-        let is_formed_otherwise = |name: &str| {
-            let of_wall = |change: &&Change| change.is_within(&["wall", name]);
-            let other = ["motion", "from", "until", "material", "wear"];
-            changes.iter().filter(of_wall).any(|c| c.key.get(2).is_none_or(|key| !other.contains(&&**key)))
-        };
-        let names = changes::names(before, "wall");
-        let walls = of("wall").into_iter().zip(&names);
-        let walls: Vec<_> =
-            walls.map(|(number, name)| number.filter(|_| !is_formed_otherwise(name))).collect();
-        let has_same_walls = walls.iter().enumerate().all(|(k, number)| *number == Some(k as u16));
-        Self { shapes: of("shape"), materials: of("material"), walls, has_same_walls }
-    }
-
-    fn kind(&self, old: Kind) -> Option<Kind> {
-        let of = |list: &[Option<u16>], number: u16| list.get(usize::from(number)).copied().flatten();
-        Some(Kind { shape: of(&self.shapes, old.shape)?, material: of(&self.materials, old.material)? })
-    }
-
-    fn wall(&self, old: u16) -> Option<u16> {
-        self.walls.get(usize::from(old)).copied().flatten()
-    }
-
-    fn keeps_walls(&self) -> bool {
-        self.has_same_walls
-    }
-}
-
-/// Refuses bonds that have other places among all of the case than at the checkpoint.
-fn check_bonds(cases: [&Table; 2]) -> Result<(), String> {
-    let [old, new] = cases.map(|case| changes::names(case, "bond"));
-    if !new.starts_with(&old) {
-        return Err(format!(
-            "its particles are joined by the bonds {old:?}, and the case has {new:?}: keep these first, in their order"
-        ));
-    }
-    Ok(())
-}
-
-/// Refuses a state that has no meaning in the case.
-fn check_state(
-    file: &CheckpointFile,
-    dem: &Dem,
-    (before, now, changes): (&Table, &Table, &[Change]),
-    numbering: &Numbering,
-    insertions: &Insertions,
-    transport: &MpiTransport,
-) -> Result<(), String> {
-    let box_keys = [["domain", "lower"], ["domain", "upper"], ["domain", "periodic"]];
-    if let Some(change) = changes.iter().find(|c| box_keys.iter().any(|key| c.is_within(key))) {
-        return Err(format!(
-            "{change}: positions have a meaning in their box alone; insert the particles of a snapshot instead (insert.place = {{ kind = \"file\", path = \"....vtkhdf\" }})"
-        ));
-    }
-    let of_shear =
-        |c: &&Change| c.is_within(&["domain", "shear"]) && !c.is_within(&["domain", "shear", "rate"]);
-    if let Some(change) = changes.iter().find(of_shear) {
-        return Err(format!(
-            "{change}: the particles are where the images of that shear have brought them; change its rate alone"
-        ));
-    }
-    check_bonds([before, now])?;
-    let tables = [before, now].map(|case| case.get("fluid").and_then(Value::as_table));
-    if let [Some(old), Some(new)] = tables {
-        let grid =
-            changes.iter().find(|c| ["cells", "refinement"].iter().any(|k| c.is_within(&["fluid", k])));
-        let modes = ["coupling", "resolved"].iter().find(|k| old.contains_key(**k) != new.contains_key(**k));
-        let particles = [before, now].map(|case| changes::names(case, "insert").is_empty());
-        let other = grid.map(ToString::to_string).or(modes.map(|mode| format!("fluid.{mode} comes or goes")));
-        let other =
-            other.or((particles[0] != particles[1]).then(|| "particles come to a fluid alone, or go".into()));
-        if let Some(other) = other {
-            return Err(format!(
-                "{other}: the fields have a meaning on their grid alone; continue without [fluid] first, and from there with the new one"
-            ));
-        }
-    }
-    // Of each kind in the state the negative smallest and the largest radius (m).
-    let (shapes, materials) = (numbering.shapes.len(), numbering.materials.len());
-    let mut used = vec![[f64::NEG_INFINITY; 2]; shapes * materials];
-    for row in file.real("particle").map_err(|e| e.to_string())?.chunks_exact(ParticleRecord::LENGTH) {
-        let body = ParticleRecord::read(row).body;
-        let place = usize::from(body.kind.shape) * materials + usize::from(body.kind.material);
-        let entry = used.get_mut(place).ok_or("it holds particles of shapes that its case has not")?;
-        *entry = [entry[0].max(-body.radius), entry[1].max(body.radius)];
-    }
-    transport.max(used.as_flattened_mut());
-    let names = ["shape", "material"].map(|section| changes::names(before, section));
-    for (place, [smallest, largest]) in used.into_iter().enumerate().filter(|(_, [_, r])| r.is_finite()) {
-        let old = Kind { shape: (place / materials) as u16, material: (place % materials) as u16 };
-        let (shape, material) = (&names[0][usize::from(old.shape)], &names[1][usize::from(old.material)]);
-        // Particles that have come keep the film that they have.
-        let is_film = |change: &Change| change.is_within(&["material", material, "film"]);
-        let differs =
-            |section: &str, name: &str| changes.iter().find(|c| c.is_within(&[section, name]) && !is_film(c));
-        if let Some(change) = differs("shape", shape).or(differs("material", material)) {
-            return Err(format!(
-                "{change}: particles of it are there, and would not be what they were; give a new shape or material another name"
-            ));
-        }
-        let kind = numbering.kind(old).ok_or("a name of a shape or material is lost")?;
-        let unit = dem.setup.catalogue.shape(kind).bounding_radius;
-        let (smallest, largest) = (-smallest / unit, largest / unit);
-        if !insertions.covers(kind, smallest, largest) {
-            return Err(format!(
-                "particles of shape `{shape}` and material `{material}`, of scales {smallest:.6} to {largest:.6}, are there, and no [[insert]] of the case names them: keep the one that brought them; what an insertion of the same name has inserted does not come again"
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// Lets the images of a sheared box go on from where they were; the first rank takes the sums for the stress.

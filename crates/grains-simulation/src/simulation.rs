@@ -75,6 +75,8 @@ pub struct Simulation {
     begun: Instant,
     first_step: u64,
     begin: f64,
+    /// Particles of this rank, summed over the steps.
+    particle_steps: u64,
     /// Whether what is due at the present step is inserted: a checkpoint holds what was inserted at its step.
     is_inserted: bool,
     /// Whether the fluid begins with this simulation.
@@ -138,6 +140,7 @@ impl Simulation {
             begun: Instant::now(),
             first_step,
             begin,
+            particle_steps: 0,
             is_inserted: restart.is_some(),
             is_fluid_new,
             is_asked_to_stop: false,
@@ -243,9 +246,9 @@ impl Simulation {
             self.dem.interrupt = true;
             self.step()?;
         }
-        let Self { dem, fluid, insertions, .. } = &self;
-        let (seconds, steps) = (self.seconds(), self.steps_done());
-        let done = Done { dem, fluid: fluid.as_ref(), insertions, seconds, steps };
+        let Self { dem, fluid, insertions, particle_steps, .. } = &self;
+        let (seconds, steps, particle_steps) = (self.seconds(), self.steps_done(), *particle_steps);
+        let done = Done { dem, fluid: fluid.as_ref(), insertions, seconds, steps, particle_steps };
         Ok(Summary::of(&done, &self.transport))
     }
 
@@ -283,6 +286,7 @@ impl Simulation {
             }
         }
         self.dem.advance(&self.transport).map_err(|e| self.failed(e))?;
+        self.particle_steps += self.dem.particles.owned as u64;
         match &mut self.fluid {
             Some(fluid) => fluid.after_particle_step(&mut self.dem, &self.transport),
             None => Ok(()),

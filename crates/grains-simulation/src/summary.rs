@@ -60,6 +60,8 @@ pub struct Summary {
     pub seconds: f64,
     /// Steps of the particles.
     pub steps: u64,
+    /// Steps of the particles times how many were inside at each.
+    pub particle_steps: u64,
     /// Times by part of the step.
     pub phases: Vec<PhaseTime>,
     /// Memory at the peak (bytes): of all ranks, and of the largest.
@@ -99,9 +101,16 @@ pub(crate) struct Done<'a> {
     pub seconds: f64,
     /// Steps of the particles.
     pub steps: u64,
+    /// Particles of this rank, summed over the steps.
+    pub particle_steps: u64,
 }
 
 impl Summary {
+    /// Wall-clock time per particle and step (µs), if particles have moved.
+    pub fn microseconds_per_particle_step(&self) -> Option<f64> {
+        (self.particle_steps > 0).then(|| 1e6 * self.seconds / self.particle_steps as f64)
+    }
+
     /// That of a simulation; collective.
     pub(crate) fn of(done: &Done, transport: &MpiTransport) -> Self {
         let (dem, report) = (done.dem, &done.dem.report);
@@ -114,9 +123,10 @@ impl Summary {
             report.deep_penetrations,
             report.collisions,
             report.resting_collisions,
+            done.particle_steps,
         ];
         transport.sum_counts(&mut counts);
-        let [inside, work, inserted, left, deep_penetrations, collisions, resting] = counts;
+        let [inside, work, inserted, left, deep_penetrations, collisions, resting, particle_steps] = counts;
         let mut extremes = [own[0] as f64, -(own[0] as f64), report.worst_overlap, own[1] as f64];
         transport.max(&mut extremes);
         let ranks = transport.size();
@@ -124,6 +134,7 @@ impl Summary {
             ranks,
             seconds: done.seconds,
             steps: done.steps,
+            particle_steps,
             phases: phase_times(done, transport),
             memory: memory(transport),
             inserted,
@@ -143,6 +154,11 @@ impl Summary {
 }
 
 impl FluidSummary {
+    /// Time of the cores per cell and step of the fluid on a number of ranks (ns).
+    pub fn nanoseconds_per_cell_step(&self, ranks: usize) -> f64 {
+        1e9 * self.seconds * ranks as f64 / self.steps.max(1) as f64 / self.cells as f64
+    }
+
     fn of(fluid: &FluidPhase) -> Self {
         Self {
             steps: fluid.steps,

@@ -1,12 +1,13 @@
 //! Particles and fluid of one rank: what each tells the other in a step of the fluid.
 
+use super::kernel_grid::kernel_grid;
 use super::transfer::{Changed, Transfer};
+use super::volumes::{inverse_volumes, volumes};
 use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
-    Coupling, CouplingError, DragFields, DragLink, End, FluidFields, Grid as KernelGrid, GridAxis, Kernel,
-    Layout as Places, MomentumLedger, OpenShares, Site, Stencil, boundary_gradient, impulse_taken,
-    void_fractions,
+    Coupling, CouplingError, DragFields, DragLink, FluidFields, Grid as KernelGrid, MomentumLedger,
+    OpenShares, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Dem, Particles, Passages, Thermal};
 use grains_domain::Transport;
@@ -16,29 +17,6 @@ use grains_fluid::{
 };
 use grains_geometry::Vec3;
 use std::ops::Range;
-
-/// Width of the halo (cells) that a kernel needs on this grid, for particles of at most `diameter` (m) that may be
-/// `drift` (m) outside their rank's subdomain.
-///
-/// Subdomains end in cells, not between them: another half cell; and the kernel leaves out the lowest layer, whose lower
-/// faces no array holds.
-pub fn halo_width(kernel: &Kernel, diameter: f64, drift: f64, smallest_cells: [f64; 3]) -> usize {
-    let of_axis = |cell: f64| kernel.halo(diameter, drift + 0.5 * cell, cell) + 1;
-    smallest_cells.map(of_axis).into_iter().fold(2, usize::max)
-}
-
-/// Refuses a kernel that covers too many cells of a rank, for particles of at most `diameter` (m).
-///
-/// # Errors
-/// The kernel, with the cells it covers.
-pub fn check_kernel(
-    coupling: &Coupling,
-    (grid, partition, halo): (&Grid, &CellPartition, usize),
-    diameter: f64,
-) -> Result<(), CouplingError> {
-    let layout = Layout { cells: partition.cells(), halo };
-    coupling.kernel.check(&kernel_grid(grid, partition, layout)?.0.axes, diameter)
-}
 
 /// The exchange between the particles and the fluid of one rank.
 pub struct Exchange {
@@ -482,39 +460,6 @@ fn scaled(to: &mut [f64], from: &[f64], by: &[f64]) {
     to.iter_mut().zip(from).zip(by).for_each(|((t, f), b)| *t = f * b);
 }
 
-/// The cells of a rank as kernels see them: without what lies beyond a boundary of the domain, and without the lowest layer
-/// of the halo, so that face 0 of an axis is the upper face of a cell of the arrays.
-fn kernel_grid(
-    grid: &Grid,
-    partition: &CellPartition,
-    layout: Layout,
-) -> Result<(KernelGrid, [Range<usize>; 3]), CouplingError> {
-    let (h, first, strides) = (layout.halo, partition.first(), layout.strides());
-    let mut starts = [0; 3];
-    let mut axes = Vec::new();
-    for a in 0..3 {
-        let (axis, n) = (grid.axis(a), layout.cells[a]);
-        let ends =
-            partition.touches(a).map(|t| if t && !axis.is_periodic() { End::Boundary } else { End::Halo });
-        starts[a] = if ends[0] == End::Boundary { h } else { 1 };
-        let last = if ends[1] == End::Boundary { n + h } else { n + 2 * h };
-        let node = |place: usize| axis.node(first[a] as isize + place as isize - h as isize);
-        axes.push(GridAxis::new(a, (starts[a]..=last).map(node).collect(), ends)?);
-    }
-    let axes: [GridAxis; 3] = axes.try_into().unwrap_or_else(|_| unreachable!("three axes"));
-    let offset: usize = (0..3).map(|a| starts[a] * strides[a]).sum();
-    let stride = [strides[1], strides[2]];
-    let places = |offset| Places { offset, stride };
-    let own = std::array::from_fn(|a| h - starts[a]..h - starts[a] + layout.cells[a]);
-    let grid = KernelGrid {
-        axes,
-        cells: places(offset),
-        faces: std::array::from_fn(|a| places(offset - strides[a])),
-        open: None,
-    };
-    Ok((grid, own))
-}
-
 /// A face on a boundary of the domain.
 struct BoundaryFace {
     /// 0 for the lower boundary, 1 for the upper one.
@@ -542,42 +487,4 @@ fn boundary_faces(layout: Layout, axis: usize, ends: [bool; 2]) -> impl Iterator
             }
         })
     })
-}
-
-/// Volumes of the own cells (m³).
-fn volumes(grid: &Grid, partition: &CellPartition, layout: Layout) -> Field<Centre> {
-    let (mut volumes, first) = (Field::new(layout), partition.first());
-    for k in 0..layout.cells[2] {
-        for j in 0..layout.cells[1] {
-            for i in 0..layout.cells[0] {
-                let width = |a: usize| grid.axis(a).width(([i, j, k][a] + first[a]) as isize);
-                volumes.set(i as isize, j as isize, k as isize, width(0) * width(1) * width(2));
-            }
-        }
-    }
-    volumes
-}
-
-/// 1/V_f (1/m³) of the own faces: half of the cell on either side.
-fn inverse_volumes(grid: &Grid, partition: &CellPartition, layout: Layout) -> Faces {
-    let mut inverse = Faces::new(layout);
-    let first = partition.first();
-    for component in 0..3 {
-        for k in 0..layout.cells[2] {
-            for j in 0..layout.cells[1] {
-                let row = layout.row(j, k);
-                for i in 0..layout.cells[0] {
-                    let volume: f64 = (0..3)
-                        .map(|a| {
-                            let cell = ([i, j, k][a] + first[a]) as isize;
-                            let width = |c: isize| grid.axis(a).width(c);
-                            if a == component { 0.5 * (width(cell) + width(cell + 1)) } else { width(cell) }
-                        })
-                        .product();
-                    inverse.component_mut(component)[row + i] = 1.0 / volume;
-                }
-            }
-        }
-    }
-    inverse
 }
