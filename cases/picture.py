@@ -179,8 +179,8 @@ def coloured(shown, by, ends):
     """Actors, labels and bounds of the bodies of runs at times, coloured on one scale between two ends."""
     states = [(run, *state(run, time, by), label) for run, time, label in shown]
     if ends is None:
-        most = max(np.quantile(colour, 0.98) for *_, colour, _ in states if len(colour))
-        ends = [0, max(most, 1e-9)]
+        high = max(np.quantile(colour, 0.98) for *_, colour, _ in states if len(colour))
+        ends = [0, max(high, 1e-9)]
     table = vtkLookupTable()
     table.SetRange(*ends)
     table.SetNumberOfTableValues(256)

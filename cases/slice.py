@@ -14,7 +14,7 @@ import numpy as np
 
 
 def plane(run, time, field, axis, at):
-    """Nodes of the two axes of the plane (m), values of its cells, and the time (s)."""
+    """Nodes of the two axes of the plane (m), values of its cells, the time (s), and the names of the axes and the unit."""
     with h5py.File(run / "fluid.vtkhdf") as file:
         group = file["VTKHDF"]
         times = group["Steps/Values"][:]
@@ -25,16 +25,18 @@ def plane(run, time, field, axis, at):
         # Cells z, y, x.
         cut = [step, slice(None), slice(None), slice(None)]
         cut[3 - axis] = place
-        cells = group["CellData"]["velocity" if field in ("speed", "vorticity") else field][tuple(cut)]
+        stored = group["CellData"]["velocity" if field in ("speed", "vorticity") else field]
+        cells, unit = stored[tuple(cut)], stored.attrs["unit"]
         axes = [a for a in range(3) if a != axis]
     if field == "speed":
         cells = np.linalg.norm(cells, axis=-1)
     elif field == "vorticity":
         first, second = axes
         middle = [(nodes[a][1:] + nodes[a][:-1]) / 2 for a in axes]
+        unit = "1/s"
         sign = -1 if axis == 1 else 1
         cells = sign * (np.gradient(cells[..., second], middle[0], axis=1) - np.gradient(cells[..., first], middle[1], axis=0))
-    return [nodes[a] for a in axes], cells, float(times[step]), ["xyz"[a] for a in axes]
+    return [nodes[a] for a in axes], cells, float(times[step]), ["xyz"[a] for a in axes], unit
 
 
 def main():
@@ -42,7 +44,6 @@ def main():
     parser.add_argument("out", type=Path)
     parser.add_argument("run", nargs="+", help="RUN[@TIME][=LABEL]")
     parser.add_argument("--field", default="speed")
-    parser.add_argument("--unit", default="m/s")
     parser.add_argument("--normal", default="y", choices="xyz")
     parser.add_argument("--at", type=float, help="place of the plane (m)")
     parser.add_argument("--window", help="LOW,HIGH of the horizontal and LOW,HIGH of the vertical axis (m)")
@@ -58,9 +59,9 @@ def main():
         text, _, label = text.partition("=")
         run, _, time = text.partition("@")
         time = float(time) if time else None
-        nodes, cells, at, names = plane(Path(run), time, options.field, axis, options.at)
+        nodes, cells, at, names, unit = plane(Path(run), time, options.field, axis, options.at)
         try:
-            _, solid, _, _ = plane(Path(run), time, options.solid, axis, options.at)
+            _, solid, *_ = plane(Path(run), time, options.solid, axis, options.at)
             cells = np.where(solid < 0.5, np.nan, cells)
         except KeyError:
             pass
@@ -84,7 +85,7 @@ def main():
     for panel, (nodes, cells, label, names) in zip(axes.flat, shown):
         drawn = panel.pcolormesh(*nodes, cells, norm=norm, cmap=colours, rasterized=True)
         panel.set(aspect="equal", xlim=ends[:2], ylim=ends[2:], title=label, xlabel=f"{names[0]} (m)", ylabel=f"{names[1]} (m)")
-    figure.colorbar(drawn, ax=axes, label=f"{options.field.replace('_', ' ')} ({options.unit})", shrink=0.8)
+    figure.colorbar(drawn, ax=axes, label=f"{options.field.replace('_', ' ')} ({unit})", shrink=0.8)
     figure.savefig(options.out, dpi=110)
 
 

@@ -120,6 +120,25 @@ fn a_silo_in_pieces_is_that_in_one() {
 }
 
 #[test]
+fn the_summary_counts_the_particles_that_were_inside_at_each_step() {
+    on_ranks(&[1, 2, 3], "the_summary_counts_the_particles_that_were_inside_at_each_step", |job| {
+        let results = folder(job, "counted");
+        let mut silo = Simulation::new(&case("silo.toml", &results), job, Options::default()).unwrap();
+        let mut own = 0;
+        while silo.step().unwrap() == Status::Running {
+            own += silo.particles().count();
+        }
+        let counted = silo.sum(own as f64);
+        let summary = silo.close().unwrap();
+        // They leave, so that those at the end are no measure of it.
+        assert!(summary.left > 0);
+        assert_eq!(summary.particle_steps as f64, counted);
+        let seconds = summary.microseconds_per_particle_step().unwrap() * 1e-6 * counted;
+        assert!((seconds - summary.seconds).abs() < 1e-9 * summary.seconds);
+    });
+}
+
+#[test]
 fn a_wall_moves_otherwise_from_where_it_is() {
     on_ranks(&[2], "a_wall_moves_otherwise_from_where_it_is", |job| {
         let results = folder(job, "plate");
@@ -171,6 +190,8 @@ fn a_steered_inlet_stays_when_cells_change_hands_and_is_set_again_after_a_restar
             whole.run_to(0.004).unwrap();
             throttle(&mut whole);
             let moves = whole.dem().report.moves;
+            // A step of the fluid ends where the other run is stopped.
+            whole.run_to(0.008).unwrap();
             whole.run_to(0.012).unwrap();
             let results = folder(job, "steered-again");
             let mut first = bed(&results, Options::default());
@@ -186,7 +207,7 @@ fn a_steered_inlet_stays_when_cells_change_hands_and_is_set_again_after_a_restar
             for (a, b) in wanted.iter().zip(&found) {
                 let numbers = |row: &[u64; 7]| row.map(f64::from_bits);
                 let (a, b) = (numbers(a), numbers(b));
-                // The first step of the fluid after the restart is as long as the inflow of the case allows.
+                // Over the first step of the fluid after the restart the inflow goes from that of the case to that which is set.
                 let is_near = |k: usize| (a[k] - b[k]).abs() < if k < 4 { 1e-6 } else { 1e-3 };
                 assert!((0..7).all(is_near), "{a:?} {b:?}");
             }

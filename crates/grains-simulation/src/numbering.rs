@@ -6,7 +6,9 @@ use toml::Table;
 
 /// What the numbers of shapes, materials and walls in a checkpoint are in the case.
 pub struct Numbering {
+    /// By the number in the checkpoint; none where the case has no shape of that name.
     pub shapes: Vec<Option<u16>>,
+    /// The same of materials.
     pub materials: Vec<Option<u16>>,
     /// Walls of another form have none.
     walls: Vec<Option<u16>>,
@@ -14,6 +16,7 @@ pub struct Numbering {
 }
 
 impl Numbering {
+    /// That between two cases, whose walls differ by `changes`.
     pub fn new(before: &Table, now: &Table, changes: &[Change]) -> Self {
         let of = |section: &str| -> Vec<Option<u16>> {
             let names = changes::names(now, section);
@@ -34,15 +37,18 @@ impl Numbering {
         Self { shapes: of("shape"), materials: of("material"), walls, has_same_walls }
     }
 
+    /// The shape and material in the case of those in the checkpoint.
     pub fn kind(&self, old: Kind) -> Option<Kind> {
         let of = |list: &[Option<u16>], number: u16| list.get(usize::from(number)).copied().flatten();
         Some(Kind { shape: of(&self.shapes, old.shape)?, material: of(&self.materials, old.material)? })
     }
 
+    /// The wall in the case of one in the checkpoint.
     pub fn wall(&self, old: u16) -> Option<u16> {
         self.walls.get(usize::from(old)).copied().flatten()
     }
 
+    /// Whether all walls have their numbers and forms.
     pub fn keeps_walls(&self) -> bool {
         self.has_same_walls
     }
