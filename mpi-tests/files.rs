@@ -97,7 +97,7 @@ fn a_damaged_checkpoint_is_refused_by_name_and_the_previous_one_serves() {
     let end = home.join("end.h5");
     fs::copy(&saved[3], &end).unwrap();
     for (damage, newest, reason) in
-        [(flip_a_bit as fn(&Path), 3, "checksum of `state/particle`"), (truncate, 2, "truncated")]
+        [(flip_a_bit as fn(&Path), 3, "its checksum is wrong"), (truncate, 2, "truncated")]
     {
         damage(&saved[newest]);
         let name = saved[newest].file_name().unwrap().to_str().unwrap();

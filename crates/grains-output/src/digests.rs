@@ -8,7 +8,7 @@
 //! The checksum of an array is that of a checkpoint over the values as stored: ranks add up theirs. A file of a
 //! version that wrote none is read without.
 
-use crate::checkpoint::{checksum, checksum_of_text};
+use crate::checkpoint::{checksum, checksum_of_bytes};
 use crate::collective::{Participants, read_rows, write_rows};
 use crate::fields::{Data, Precision};
 use crate::growing::{STEPS_PER_CHUNK, grow, resize};
@@ -119,7 +119,7 @@ fn of_texts(metadata: &Metadata) -> u64 {
     let line = |(name, value): &(String, String)| format!("{name}\0{}\0", value.replace('\0', " "));
     let mut lines: Vec<String> = metadata.iter().map(line).collect();
     lines.sort();
-    checksum_of_text(lines.concat().as_bytes())
+    checksum_of_bytes(lines.concat().as_bytes())
 }
 
 /// Of real numbers as stored, from place `first` on.

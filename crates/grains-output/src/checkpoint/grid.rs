@@ -1,7 +1,7 @@
 //! Arrays on Cartesian grids in a checkpoint: ranks write blocks and may read others.
 
-use super::dataset::{FAILED, create};
-use super::{GRIDS, checksum, entry};
+use super::dataset::{FAILED, create_checked};
+use super::{GRIDS, checksum};
 use crate::collective::{Participants, read_part, write_part};
 use crate::error::{FileError, Shared};
 use crate::grid::GridBlock;
@@ -39,13 +39,6 @@ pub(super) struct StoredGrid {
     pub own: u64,
 }
 
-impl StoredGrid {
-    /// Line of the table of contents.
-    pub fn entry(&self) -> String {
-        entry(GRIDS, &self.name, "f64", &shape(self.all, self.width), self.expected)
-    }
-}
-
 /// Shape of the dataset of an array.
 fn shape([x, y, z]: [usize; 3], width: usize) -> Vec<usize> {
     [z, y, x].into_iter().chain((width > 1).then_some(width)).collect()
@@ -59,8 +52,8 @@ fn checksum_of_block(block: &GridBlock, width: usize, values: &[f64]) -> u64 {
     })
 }
 
-/// Writes an array; all ranks take part. Returns its line of the table of contents.
-pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> Result<String, FileError> {
+/// Writes an array; all ranks take part.
+pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> Result<(), FileError> {
     let GridArray { name, block, values, .. } = array;
     let (communicator, width) = (&shared.communicator, array.width.max(1));
     block.check(name, &shared.path, communicator)?;
@@ -74,11 +67,10 @@ pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> R
     let own = checksum_of_block(block, width, values);
     communicator.all_reduce_into(&own, &mut sum, SystemOperation::sum());
     let shape = shape(block.all, width);
-    let dataset = shared.written_or(FAILED, create::<f64>(group, name, &shape, sum))?;
+    let dataset = shared.written_or(FAILED, create_checked::<f64>(group, name, &shape, sum))?;
     shared.written_or(FAILED, unit(&dataset, array.unit))?;
     let who = Participants::writing(communicator.size(), false);
-    shared.written_or(FAILED, write_part(&dataset, &block.part(&[], width), values, who))?;
-    Ok(entry(GRIDS, name, "f64", &shape, sum))
+    shared.written_or(FAILED, write_part(&dataset, &block.part(&[], width), values, who))
 }
 
 /// Reads a rank's even share of an array for the checksum; only this rank takes part.

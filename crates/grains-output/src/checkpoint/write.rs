@@ -1,9 +1,10 @@
 //! Writing a checkpoint.
 
-use super::dataset::{FAILED, create};
+use super::dataset::{FAILED, create, create_checked};
 use super::folder::{abandon_later, file_name};
 use super::grid::write_grid;
-use super::{Array, FORMAT, GRIDS, GridArray, STATE, Values, checksum_of_text, contents_checksum, entry};
+use super::seal::{BLOCK, seal};
+use super::{Array, GRIDS, GridArray, STATE, Values};
 use crate::collective::{Participants, write_rows};
 use crate::error::{FileError, Shared};
 use crate::growing::unit;
@@ -33,7 +34,10 @@ pub fn write_checkpoint(
 ) -> Result<PathBuf, FileError> {
     let path = directory.join(file_name(step));
     let shared = Shared::new(&path.with_extension("h5.tmp"), communicator);
-    let written = shared.create_empty().and_then(|()| write(&shared, arrays, grids, metadata));
+    let written = shared
+        .create_empty()
+        .and_then(|()| write(&shared, arrays, grids, metadata))
+        .and_then(|()| seal(&shared));
     if written.is_err() && shared.is_first() {
         // What there is of it only fills the disk; cut first, as the open handle keeps its bytes alive.
         let _ = std::fs::OpenOptions::new().write(true).truncate(true).open(&shared.path);
@@ -67,7 +71,10 @@ fn write(
 ) -> Result<(), FileError> {
     shared.has_room()?;
     let raw = shared.communicator.as_raw();
-    let file = File::with_options().with_fapl(|p| p.mpio(raw, None).libver_v110()).create(&shared.path);
+    let file = File::with_options()
+        .with_fapl(|p| p.mpio(raw, None).libver_v110())
+        .with_fcpl(|p| p.userblock(BLOCK))
+        .create(&shared.path);
     let file = shared.written_or(FAILED, file)?;
     match fill(shared, &file, arrays, grids, metadata) {
         Ok(()) => shared.written_or(FAILED, file.close()),
@@ -88,12 +95,11 @@ fn fill(
 ) -> Result<(), FileError> {
     let texts = shared.written_or(FAILED, file.create_group(GROUP))?;
     let state = shared.written_or(FAILED, file.create_group(STATE))?;
-    let mut contents = Vec::new();
     for (name, value) in metadata {
-        contents.push(write_text(shared, &texts, name, value)?);
+        write_text(shared, &texts, name, value)?;
     }
     for array in arrays {
-        contents.push(write_array(shared, &state, array)?);
+        write_array(shared, &state, array)?;
     }
     let mut group = None;
     for array in grids {
@@ -101,28 +107,21 @@ fn fill(
             Some(group) => group,
             none => none.insert(shared.written_or(FAILED, file.create_group(GRIDS))?),
         };
-        contents.push(write_grid(shared, group, &array)?);
+        write_grid(shared, group, &array)?;
     }
-    let sealed =
-        file.new_attr::<i64>().create("format").and_then(|a| a.write_scalar(&FORMAT)).and_then(|()| {
-            file.new_attr::<u64>().create("contents")?.write_scalar(&contents_checksum(contents))
-        });
-    shared.written_or(FAILED, sealed)?;
     shared.has_room()?;
     shared.written_or(FAILED, file.flush())
 }
 
-fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<String, FileError> {
+fn write_text(shared: &Shared, group: &Group, name: &str, value: &str) -> Result<(), FileError> {
     let bytes = value.as_bytes();
-    let dataset = create::<u8>(group, name, &[bytes.len()], checksum_of_text(bytes));
-    let dataset = shared.written_or(FAILED, dataset)?;
+    let dataset = shared.written_or(FAILED, create::<u8>(group, name, &[bytes.len()]))?;
     let written =
         if shared.is_first() { write_rows(&dataset, 0, 1, bytes, Participants::ThisRank) } else { Ok(()) };
-    shared.written_or(FAILED, written)?;
-    Ok(entry(GROUP, name, "text", &[bytes.len(), 1], checksum_of_text(bytes)))
+    shared.written_or(FAILED, written)
 }
 
-fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, FileError> {
+fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<(), FileError> {
     let communicator = &shared.communicator;
     let width = array.width.max(1);
     let own = array.values.len() / width;
@@ -141,16 +140,15 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<String, 
     let shape = &[all as usize, width];
     let stored = if width == 1 { &shape[..1] } else { shape };
     let created = match &array.values {
-        Values::Real(_) => create::<f64>(group, array.name, stored, checksum),
-        Values::Integer(_) => create::<i64>(group, array.name, stored, checksum),
+        Values::Real(_) => create_checked::<f64>(group, array.name, stored, checksum),
+        Values::Integer(_) => create_checked::<i64>(group, array.name, stored, checksum),
     };
     let dataset = shared.written_or(FAILED, created)?;
     shared.written_or(FAILED, unit(&dataset, array.unit))?;
     let who = Participants::writing(communicator.size(), false);
-    let (kind, written) = match &array.values {
-        Values::Real(v) => ("f64", write_rows(&dataset, first, width, v, who)),
-        Values::Integer(v) => ("i64", write_rows(&dataset, first, width, v, who)),
+    let written = match &array.values {
+        Values::Real(v) => write_rows(&dataset, first, width, v, who),
+        Values::Integer(v) => write_rows(&dataset, first, width, v, who),
     };
-    shared.written_or(FAILED, written)?;
-    Ok(entry(STATE, array.name, kind, shape, checksum))
+    shared.written_or(FAILED, written)
 }
