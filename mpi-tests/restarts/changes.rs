@@ -5,7 +5,9 @@ use crate::common::results::{Series, assert_same_state, checkpoints, series, sna
 use crate::common::{Output, case, folder, replaced, run_case};
 use crate::stops::often;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 /// Runs a case into the folder `results` named in it.
 fn staged(ranks: usize, home: &Path, text: &str, from: &str) -> Output {
@@ -387,6 +389,38 @@ fn input_files_are_known_by_their_content_wherever_they_lie() {
     let output = staged(2, &there, &text(0.07), "latest");
     assert!(output.stdout.contains("insert.later.place.path"), "{}", output.text());
     assert_eq!(series(&there.join("results")).column("particles").last(), Some(&8.0));
+}
+
+#[test]
+fn results_name_the_case_and_the_files_they_are_of() {
+    let wall =
+        "[[wall]]\nname = \"floor\"\nmaterial = \"m\"\nkind = \"mesh\"\npath = \"floor.stl\"\n[output]\n";
+    let text = replaced(&falling(0.02, 1e-3), "[output]\n", wall);
+    let traced = |name: &str, ranks: usize, height: f64| {
+        let home = folder(&format!("restarts_origin_{name}"));
+        fs::write(home.join("floor.stl"), floor(height)).unwrap();
+        run_case(ranks, &home, &text, &[]).succeeded();
+        let record: serde_json::Value =
+            serde_json::from_slice(&fs::read(home.join("results/run.json")).unwrap()).unwrap();
+        let part = record["parts"][0].clone();
+        let file = hdf5::File::open(checkpoints(&home.join("results")).last().unwrap()).unwrap();
+        let text = |name: &str| {
+            let bytes = file.dataset(&format!("grains-mpi/{name}")).unwrap().read_raw::<u8>().unwrap();
+            String::from_utf8(bytes).unwrap()
+        };
+        assert_eq!(part["case_sha256"], text("case_sha256"));
+        // What the checkpoint names is what there is.
+        let mut check = Command::new("sha256sum").arg("-c").stdin(Stdio::piped()).spawn().unwrap();
+        check.stdin.take().unwrap().write_all(text("inputs").as_bytes()).unwrap();
+        assert!(check.wait().unwrap().success());
+        let [input] = &part["inputs"].as_array().unwrap()[..] else { panic!("one input") };
+        assert!(text("inputs").starts_with(input["sha256"].as_str().unwrap()));
+        (part["case_sha256"].as_str().unwrap().to_string(), input["sha256"].clone())
+    };
+    let first = traced("first", 2, 0.1);
+    assert_eq!(traced("elsewhere", 1, 0.1), first);
+    let other = traced("other", 2, 0.2);
+    assert!(other.0 != first.0 && other.1 != first.1);
 }
 
 #[test]

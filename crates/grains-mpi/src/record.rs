@@ -55,6 +55,12 @@ fn cores() -> usize {
     text.lines().filter(|line| line.starts_with("processor")).count()
 }
 
+/// The input files of a run, from the lines of `sha256sum`.
+fn inputs(lines: &str) -> Vec<Value> {
+    let files = lines.lines().filter_map(|line| line.split_once("  "));
+    files.map(|(sha256, path)| json!({ "path": path, "sha256": sha256 })).collect()
+}
+
 /// How a run was begun.
 pub struct Beginning<'a> {
     /// The case file.
@@ -95,6 +101,8 @@ impl Record {
             "state": "running",
             "program": beginning.program,
             "case_file": beginning.file,
+            "case_sha256": simulation.origin("case_sha256"),
+            "inputs": inputs(simulation.origin("inputs").unwrap_or_default()),
             "restart": beginning.restart,
             "begun": utc_now(),
             "from_step": simulation.steps() - simulation.steps_done(),

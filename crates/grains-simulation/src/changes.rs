@@ -2,7 +2,7 @@
 //!
 //! Cases are compared as trees of keys in which tables are known by their names, and input files by their content.
 
-use grains_output::checksum_of_bytes;
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
@@ -44,7 +44,24 @@ impl fmt::Display for Change {
 /// Keys under which cases name input files.
 const INPUT: &str = "path";
 
-/// A line with path and checksum of each input file of a case, as a checkpoint holds them.
+/// SHA-256 of a content, as `sha256sum` shows it.
+fn sha256(content: &[u8]) -> String {
+    Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of a case with its input files, wherever these and its results lie.
+///
+/// # Errors
+/// A text that is no case.
+pub fn identity(case: &str, inputs: &str) -> Result<String, String> {
+    let mut known = known(case, inputs)?;
+    if let Some(Value::Table(output)) = known.get_mut("output") {
+        output.remove("directory");
+    }
+    Ok(sha256(known.to_string().as_bytes()))
+}
+
+/// A line with SHA-256 and path of each input file of a case, as a checkpoint holds them and as `sha256sum -c` reads them.
 ///
 /// # Errors
 /// A file that cannot be read.
@@ -55,18 +72,18 @@ pub fn inputs(case: &str) -> Result<String, String> {
     paths.dedup();
     let line = |path: String| {
         let bytes = std::fs::read(Path::new(&path)).map_err(|e| format!("{path}: {e}"))?;
-        Ok(format!("{:016x} {path}\n", checksum_of_bytes(&bytes)))
+        Ok(format!("{}  {path}\n", sha256(&bytes)))
     };
     paths.into_iter().map(line).collect()
 }
 
-/// A case as a tree, its input files replaced by their checksums as of [`inputs`].
+/// A case as a tree, its input files replaced by their hashes as of [`inputs`].
 ///
 /// # Errors
 /// A text that is no case.
 pub fn known(case: &str, inputs: &str) -> Result<Table, String> {
     let sums: BTreeMap<&str, &str> =
-        inputs.lines().filter_map(|line| line.split_once(' ')).map(|(sum, path)| (path, sum)).collect();
+        inputs.lines().filter_map(|line| line.split_once("  ")).map(|(sum, path)| (path, sum)).collect();
     let mut root = Value::Table(tree(case)?);
     for_each_input(&mut root, &mut |path| {
         if let Some(sum) = sums.get(path.as_str()) {
@@ -160,7 +177,7 @@ fn compare(key: &mut Vec<String>, before: Option<&Value>, now: Option<&Value>, f
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{changes, inputs, known, names};
+    use super::{changes, identity, inputs, known, names};
 
     const CASE: &str = r#"
 [time]
@@ -217,6 +234,12 @@ density = 1.0
     }
 
     #[test]
+    fn hashes_are_those_of_sha256sum() {
+        let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+        assert_eq!(super::sha256(b""), empty);
+    }
+
+    #[test]
     fn inputs_are_known_by_content() {
         let folder = std::env::temp_dir().join(format!("grains-inputs-{}", std::process::id()));
         let case_of = |name: &str, text: &str| {
@@ -224,11 +247,15 @@ density = 1.0
             let path = folder.join(name).join("mesh.stl");
             std::fs::write(&path, text).unwrap();
             let case = format!("[[wall]]\nname = \"m\"\npath = {:?}\n", path.display().to_string());
-            known(&case, &inputs(&case).unwrap()).unwrap()
+            let inputs = inputs(&case).unwrap();
+            (known(&case, &inputs).unwrap(), identity(&case, &inputs).unwrap())
         };
-        let first = case_of("here", "solid");
-        assert_eq!(changes(&first, &case_of("there", "solid")), []);
-        let [change] = &changes(&first, &case_of("here", "solid!"))[..] else { panic!("one change") };
+        let (first, identity) = case_of("here", "solid");
+        let (elsewhere, same) = case_of("there", "solid");
+        assert_eq!((changes(&first, &elsewhere), &same), (vec![], &identity));
+        let (other, another) = case_of("here", "solid!");
+        assert_ne!(identity, another);
+        let [change] = &changes(&first, &other)[..] else { panic!("one change") };
         assert!(change.to_string().starts_with("wall.m.path = \"content "), "{change}");
         std::fs::remove_dir_all(&folder).unwrap();
     }

@@ -6,7 +6,7 @@ use crate::fluid::{self, FluidFiles, FluidPhase, Opening};
 use crate::heat;
 use crate::laws;
 use crate::lock::DirectoryLock;
-use crate::restart::{Continued, HISTORY, INPUTS, State};
+use crate::restart::{Continued, HISTORY, IDENTITY, INPUTS, State};
 use crate::run_directory::{prepare_directory, write_side_files};
 use crate::series_columns::series_columns;
 use crate::species;
@@ -407,6 +407,11 @@ impl Files {
         })
     }
 
+    /// What every file says of its origin.
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
     /// Writes a checkpoint and deletes old ones.
     ///
     /// The state of the particles was taken before the contacts of the step, that of the fluid is the present one.
@@ -492,9 +497,10 @@ fn metadata(
         ("ranks".into(), ranks.to_string()),
         ("begun".into(), begun),
         ("seed".into(), case.seed.to_string()),
-        ("case".into(), text),
+        ("case".into(), text.clone()),
     ];
     let inputs = from_rank(transport.communicator(), 0, &inputs);
+    metadata.push((IDENTITY.into(), changes::identity(&text, &inputs).map_err(RunError::case)?));
     let history = continued.map_or(String::new(), |continued| continued.history.clone());
     let lists = [(INPUTS, inputs), (HISTORY, history)].into_iter().filter(|(_, text)| !text.is_empty());
     metadata.extend(lists.map(|(name, text)| (name.to_string(), text)));

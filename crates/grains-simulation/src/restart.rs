@@ -27,6 +27,8 @@ use toml::Table;
 
 /// Texts of a checkpoint: its input files, the walls' places, and what restarts have changed.
 pub const INPUTS: &str = "inputs";
+/// Text of files: SHA-256 of the case with its input files.
+pub const IDENTITY: &str = "case_sha256";
 const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
 /// Text of a checkpoint at which the stop condition of the case has ended its run.

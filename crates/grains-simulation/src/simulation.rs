@@ -439,6 +439,13 @@ impl Simulation {
         &self.case
     }
 
+    /// What every file of this run says of its origin, by names: program, `case`, `case_sha256`, `inputs`, seed; nothing if none are
+    /// written.
+    pub fn origin(&self, name: &str) -> Option<&str> {
+        let mut texts = self.files.iter().flat_map(|files| files.metadata());
+        texts.find(|(own, _)| own == name).map(|(_, text)| text.as_str())
+    }
+
     /// Time of the present state (s).
     pub fn time(&self) -> f64 {
         self.dem.time()

@@ -127,6 +127,8 @@ function showTables(description) {
   const about = rows([
     ["program", part?.program],
     ["case file", part?.case_file],
+    ["case and inputs, SHA-256", part?.case_sha256],
+    ...(part?.inputs ?? []).map((file) => [`${file.path}, SHA-256`, file.sha256]),
     ["begun", part?.begun],
     ["ended", part?.ended],
     ["restarted from", part?.restart ? `${part.restart}, step ${counted(part.from_step)}` : null],
