@@ -3,6 +3,7 @@
 #![allow(dead_code)] // each test program uses its own part
 #![allow(clippy::unwrap_used)]
 
+pub mod files;
 pub mod results;
 
 use std::fs::{self, File};
@@ -100,11 +101,44 @@ pub fn replaced(text: &str, old: &str, new: &str) -> String {
     text.replace(old, new)
 }
 
+/// What is written of a case at every `every`th of its `steps` steps.
+pub fn often(name: &str, (steps, every): (u32, u32)) -> String {
+    let text = case(name);
+    let dt: f64 = key(&text, "dt").parse().unwrap();
+    let interval = format!("{:e}", dt * f64::from(every));
+    let end = format!("{:e}", dt * f64::from(steps));
+    let text = replaced(&text, &format!("\nend = {}\n", key(&text, "end")), &format!("\nend = {end}\n"));
+    // The checkpoints are those of stops alone.
+    let values = [("particles", &*interval), ("series", &interval), ("checkpoint", "1e3")];
+    let (before, output) = text.split_once("\n[output]\n").unwrap();
+    let output = values.iter().fold(format!("\n{output}"), |text, (name, value)| {
+        let old = format!("\n{name} = {}\n", key(&text, name));
+        replaced(&text, &old, &format!("\n{name} = {value}\n"))
+    });
+    format!("{before}\n[output]{output}")
+}
+
+/// Value of the first key of a name in a case.
+pub fn key(text: &str, name: &str) -> String {
+    let line = text.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
+    line.split_once(" = ").unwrap().1.to_string()
+}
+
 /// Starts the program on a number of ranks in a folder.
 ///
 /// When mpirun ends a job, because of a signal or an exit code other than 0, it waits `grace` (s) between
 /// SIGCONT, SIGTERM and SIGKILL to the ranks that are left, or have not been seen to leave; 1 by default.
 pub fn start(ranks: usize, folder: &Path, arguments: &[&str], grace: u32) -> Running {
+    start_with(ranks, folder, arguments, (grace, &[]))
+}
+
+/// The same with further variables of the environment.
+pub fn start_with(
+    ranks: usize,
+    folder: &Path,
+    arguments: &[&str],
+    (grace, environment): (u32, &[(&str, String)]),
+) -> Running {
     // A test that failed while it held the turn left nothing behind.
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let file = |name: &str| File::create(folder.join(name)).unwrap();
@@ -113,6 +147,7 @@ pub fn start(ranks: usize, folder: &Path, arguments: &[&str], grace: u32) -> Run
         .arg(env!("CARGO_BIN_EXE_grains-mpi"))
         .args(arguments)
         .envs(ENVIRONMENT)
+        .envs(environment.iter().map(|(name, value)| (name, value)))
         .env("OMPI_MCA_odls_base_sigkill_timeout", grace.to_string())
         .current_dir(folder)
         .process_group(0)
@@ -152,6 +187,11 @@ impl Running {
             assert!(!is_late && !has_ended, "never {what}:\n{}", self.output(None).text());
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+
+    /// Whether it has come to an end.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
     }
 
     /// Process of mpirun.

@@ -1,9 +1,8 @@
 //! Cases that change at a restart: walls, motions, steps, input files, a fluid.
 
-use super::{assert_same_rows, times};
+use crate::common::files::{assert_same_rows, times};
 use crate::common::results::{Series, assert_same_state, checkpoints, series, snapshots, state, step_of};
-use crate::common::{Output, case, folder, replaced, run_case};
-use crate::stops::often;
+use crate::common::{Output, case, folder, often, replaced, run_case};
 use std::fs;
 use std::io::Write;
 use std::path::Path;

@@ -1,33 +1,10 @@
 //! Runs that are stopped at every step, or killed.
 
-use super::assert_same_files;
+use crate::common::files::assert_same_files;
 use crate::common::results::{assert_same_state, checkpoints, last_step, series, step_of};
-use crate::common::{case, folder, replaced, run, run_case, signal, start};
+use crate::common::{folder, key, often, replaced, run, run_case, start};
 use std::fs;
 use std::path::Path;
-
-/// What is written of a case at every `every`th of its `steps` steps.
-pub fn often(name: &str, (steps, every): (u32, u32)) -> String {
-    let text = case(name);
-    let dt: f64 = key(&text, "dt").parse().unwrap();
-    let interval = format!("{:e}", dt * f64::from(every));
-    let end = format!("{:e}", dt * f64::from(steps));
-    let text = replaced(&text, &format!("\nend = {}\n", key(&text, "end")), &format!("\nend = {end}\n"));
-    // The checkpoints are those of stops alone.
-    let values = [("particles", &*interval), ("series", &interval), ("checkpoint", "1e3")];
-    let (before, output) = text.split_once("\n[output]\n").unwrap();
-    let output = values.iter().fold(format!("\n{output}"), |text, (name, value)| {
-        let old = format!("\n{name} = {}\n", key(&text, name));
-        replaced(&text, &old, &format!("\n{name} = {value}\n"))
-    });
-    format!("{before}\n[output]{output}")
-}
-
-/// Value of the first key of a name in a case.
-fn key(text: &str, name: &str) -> String {
-    let line = text.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();
-    line.split_once(" = ").unwrap().1.to_string()
-}
 
 /// Stops a run at each of its steps in turn, on other ranks each time, and compares its files with those of one that was not.
 fn stopped_at_every_step(name: &str, text: &str, share: f64) {
@@ -130,39 +107,6 @@ fn fixed_and_driven_bodies_stopped_at_every_step_lose_nothing() {
 fn a_duct_stopped_at_every_step_loses_no_row_snapshot_profile_or_sample() {
     let text = replaced(&often("duct.toml", (12, 1)), "mean_from = 0.1", "mean_from = 0.04");
     stopped_at_every_step("duct", &text, 1e-5);
-}
-
-/// Kills all ranks of a run `times` times, wherever it is, and continues it on others from the checkpoint before.
-fn killed(name: &str, text: &str, times: u64) {
-    let undisturbed = folder(&format!("restarts_{name}_alive"));
-    run_case(2, &undisturbed, text, &[]).succeeded();
-    let end = last_step(&undisturbed.join("results"));
-    let home = folder(&format!("restarts_{name}_killed"));
-    let results = home.join("results");
-    fs::write(home.join("case.toml"), text).unwrap();
-    let mut arguments = vec!["case.toml"];
-    for (kill, ranks) in (1..=times).zip([2, 3, 1].into_iter().cycle()) {
-        let mut running = start(ranks, &home, &arguments, 0);
-        let from = end * kill / (times + 1);
-        let has_come =
-            || results.exists() && last_step(&results) >= from && !checkpoints(&results).is_empty();
-        running.wait_until("far enough", has_come);
-        signal("KILL", &running.ranks());
-        assert_ne!(running.wait().code, Some(0));
-        arguments = vec!["case.toml", "--restart", "latest"];
-    }
-    run(2, &home, &arguments).succeeded();
-    assert_same_files(&undisturbed.join("results"), &results, 1e-5);
-}
-
-#[test]
-fn runs_that_are_killed_lose_and_double_nothing() {
-    for (name, steps, saved) in [("bed", 90, 7), ("duct", 120, 3), ("shear", 300, 10)] {
-        let text = often(&format!("{name}.toml"), (steps, 1));
-        let dt: f64 = key(&text, "dt").parse().unwrap();
-        let interval = format!("checkpoint = {:e}", dt * f64::from(saved));
-        killed(name, &replaced(&text, "checkpoint = 1e3", &interval), 2);
-    }
 }
 
 #[test]

@@ -1,11 +1,14 @@
 //! Errors of files, agreed upon by all ranks.
 
+use crate::parallel_file::ParallelFile;
 use mpi::collective::SystemOperation;
+use mpi::request::{Request, Scope};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use thiserror::Error;
 
 /// A file that cannot be written or read.
@@ -31,8 +34,17 @@ impl FileError {
     }
 }
 
+/// How long a rank with an error waits for the others.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Exit code of a job that a rank ends alone, because the others do not come to hear of its error.
+const FAILED: i32 = 4;
+
 /// Makes the outcome of all ranks an error if that of any is; rank 0 gets the text of the lowest rank that
 /// failed, so that one rank can report it.
+///
+/// Where HDF5 or MPI lets other ranks wait for what this one could not do, they do not come here. Then this one tells
+/// its error after a while, and ends the job.
 ///
 /// # Errors
 /// The error on rank 0, [`FileError::Elsewhere`] on the others.
@@ -40,7 +52,14 @@ pub fn agree<T>(communicator: &impl Communicator, outcome: Result<T, FileError>)
     let (rank, size) = (communicator.rank(), communicator.size());
     let mut lowest = size;
     let own = if outcome.is_err() { rank } else { size };
-    communicator.all_reduce_into(&own, &mut lowest, SystemOperation::min());
+    mpi::request::scope(|scope| {
+        let request =
+            communicator.immediate_all_reduce_into(scope, &own, &mut lowest, SystemOperation::min());
+        match &outcome {
+            Ok(_) => drop(request.wait()),
+            Err(error) => wait_for_others(request, communicator, error),
+        }
+    });
     if lowest == size {
         return outcome;
     }
@@ -53,6 +72,25 @@ pub fn agree<T>(communicator: &impl Communicator, outcome: Result<T, FileError>)
     }
     let [path, problem] = texts;
     Err(if rank == 0 { FileError::Here { path, problem } } else { FileError::Elsewhere })
+}
+
+fn wait_for_others<'a, D: ?Sized, S: Scope<'a>>(
+    mut request: Request<'a, D, S>,
+    communicator: &impl Communicator,
+    error: &FileError,
+) {
+    let begun = Instant::now();
+    loop {
+        request = match request.test() {
+            Ok(_) => return,
+            Err(request) => request,
+        };
+        if begun.elapsed() > PATIENCE {
+            eprintln!("error: {error}");
+            communicator.abort(FAILED);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
 }
 
 /// A text of one rank on all ranks.
@@ -106,10 +144,10 @@ impl Shared {
     /// The same, where `what` failed if it is an error. The operating system says better than HDF5 why.
     pub fn written_or<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
         let error = |error| {
-            let reason = unwritable(&self.path, Durability::Synced).unwrap_or_else(|| brief(&error));
+            let reason = unwritable(&self.path, Durability::Synced).unwrap_or_else(|| unexplained(&error));
             FileError::new(&self.path, format!("{what}: {reason}"))
         };
-        agree(&self.communicator, outcome.map_err(error))
+        ParallelFile::unless_lost(agree(&self.communicator, outcome.map_err(error)))
     }
 
     /// Refuses to begin a write on a disk that is full already: HDF5 hangs if it cannot write its own
@@ -124,7 +162,7 @@ impl Shared {
     /// Does something on rank 0 alone; its error is that of all.
     pub fn first(&self, work: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
         let outcome = if self.is_first() { work() } else { Ok(()) };
-        agree(&self.communicator, outcome)
+        ParallelFile::unless_lost(agree(&self.communicator, outcome))
     }
 
     /// Makes the file empty on rank 0: the operating system says better than HDF5 why it cannot be written.
@@ -192,6 +230,11 @@ fn unwritable(path: &Path, durability: Durability) -> Option<String> {
     });
     let _ = fs::remove_file(&probe);
     outcome.err().map(|error| format!("{error}; {}", remedy(path, &error)))
+}
+
+/// A failed write that works now: the disk was full for a moment, or its device fails.
+fn unexplained(error: &hdf5::Error) -> String {
+    format!("{}; look for a full disk, a quota or a failing device, then --restart latest", brief(error))
 }
 
 /// The innermost cause in HDF5's words, without the chain of its functions.

@@ -27,6 +27,7 @@ mod fields;
 mod grid;
 mod growing;
 mod metadata;
+mod parallel_file;
 mod polydata;
 mod series;
 mod shapes;

@@ -3,11 +3,12 @@
 use crate::digests::Digests;
 use crate::error::{FileError, Identity, Shared};
 use crate::metadata::{GROUP, Metadata, write_metadata};
+use crate::parallel_file::ParallelFile;
 use crate::xdmf::{Description, name_of};
 use hdf5::File;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
+use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::path::Path;
 
 const UNFIT: &str = "cannot be continued (move it aside, or run without --restart)";
@@ -63,7 +64,7 @@ struct Opened<A> {
     arrays: A,
     /// None in a file of a version without.
     digests: Option<Digests>,
-    file: File,
+    file: ParallelFile,
 }
 
 /// A growing file of snapshots; all calls are collective.
@@ -98,29 +99,17 @@ impl<L: Layout> Temporal<L> {
         let shared = Shared::new(path, communicator);
         shared.create_empty()?;
         shared.has_room()?;
-        let (raw, ranks) = (shared.communicator.as_raw(), shared.communicator.size());
-        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).create(path);
-        let file = shared.all("cannot be created", file)?;
-        let begun = (|| {
-            let arrays = shared.written(layout.create(&file, compress, ranks))?;
-            shared.written(layout.begin(&shared, &file))?;
-            shared.written(write_metadata(&file, GROUP, metadata))?;
-            let digests = Digests::create(&file, &layout.arrays(), metadata);
-            let digests = shared.written(digests)?;
-            shared.written(file.flush())?;
-            Ok((arrays, digests))
-        })();
-        match begun {
-            Ok((arrays, digests)) => {
-                let opened = Some(Opened { arrays, digests: Some(digests), file });
-                let identity = Identity::of(path);
-                Ok(Self { shared, layout, opened, identity, steps: Vec::new(), description: None })
-            }
-            Err(error) => {
-                std::mem::forget(file);
-                Err(error)
-            }
-        }
+        let ranks = shared.communicator.size();
+        let file = shared.all("cannot be created", ParallelFile::create(path, &shared.communicator))?;
+        let arrays = shared.written(layout.create(&file, compress, ranks))?;
+        shared.written(layout.begin(&shared, &file))?;
+        shared.written(write_metadata(&file, GROUP, metadata))?;
+        let digests = Digests::create(&file, &layout.arrays(), metadata);
+        let digests = shared.written(digests)?;
+        shared.written(file.flush())?;
+        let opened = Some(Opened { arrays, digests: Some(digests), file });
+        let identity = Identity::of(path);
+        Ok(Self { shared, layout, opened, identity, steps: Vec::new(), description: None })
     }
 
     /// Continues a file, forgetting every step after `time` (s).
@@ -178,8 +167,7 @@ impl<L: Layout> Temporal<L> {
         self.shared.has_room()?;
         let outcome = self.append_fitting(step);
         if outcome.is_err() {
-            // Closing would write again, fail on some ranks and leave the others waiting.
-            std::mem::forget(self.opened.take());
+            self.opened = None;
         }
         outcome
     }
@@ -239,8 +227,8 @@ impl<L: Layout> Temporal<L> {
             let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
             self.shared.all(UNFIT, outcome)?;
         }
-        let (raw, ranks) = (self.shared.communicator.as_raw(), self.shared.communicator.size());
-        let file = File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(&self.shared.path);
+        let ranks = self.shared.communicator.size();
+        let file = ParallelFile::open(&self.shared.path, &self.shared.communicator);
         let file = self.shared.all(UNFIT, file)?;
         let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
         let digests = self.shared.all(UNFIT, Digests::open(&file))?;

@@ -1,0 +1,111 @@
+//! Runs that are killed, run out of disk and are disturbed, and what they have lost then: nothing.
+//!
+//! `scripts/torture` repeats each attack as often as its long form says; the tests repeat it a few times.
+
+#![allow(clippy::unwrap_used)]
+#[path = "../common/mod.rs"]
+mod common;
+mod disks;
+mod disturbances;
+mod kills;
+
+use common::files::assert_same_files;
+use common::results::{assert_same_state, checkpoints};
+use common::{Output, folder, often, replaced, run, run_case};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How often an attack is repeated: a few times in the tests, more by `scripts/torture`.
+fn repeated(few: usize, many: usize) -> usize {
+    if std::env::var_os("GRAINS_TORTURE").is_some() { many } else { few }
+}
+
+/// Random numbers in [0, 1), the same in each run of the tests (SplitMix64, Steele, Lea & Flood 2014).
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 * (-53_f64).exp2()
+    }
+
+    /// One of a number of things.
+    fn of(&mut self, count: usize) -> usize {
+        (self.next() * count as f64) as usize
+    }
+}
+
+/// A run that nothing disturbs, against which disturbed ones are compared.
+struct Subject {
+    name: &'static str,
+    text: String,
+    home: PathBuf,
+    has_fluid: bool,
+}
+
+impl Subject {
+    /// A case until `steps`, written at every `every`th and saved at every `saved`th step; it is run.
+    fn new(attack: &str, name: &'static str, steps: u32, every: u32, saved: u32) -> Self {
+        let (file, edit) = match name {
+            "hard" => ("drum.toml", Some("[collisions]\nmodel = \"hard\"\nsweeps = 2\n\n")),
+            name => (&*format!("{name}.toml"), None),
+        };
+        let text = often(file, (steps, every));
+        let dt: f64 = common::key(&text, "dt").parse().unwrap();
+        let text = replaced(&text, "checkpoint = 1e3", &format!("checkpoint = {:e}", dt * f64::from(saved)));
+        let text = match edit {
+            Some(section) => text.replacen("[[material]]", &format!("{section}[[material]]"), 1),
+            None => text,
+        };
+        let home = folder(&format!("torture_{attack}_{name}_undisturbed"));
+        run_case(2, &home, &text, &[]).succeeded();
+        let has_fluid = text.contains("\n[fluid]\n");
+        Self { name, text, home, has_fluid }
+    }
+
+    /// A folder with the case alone.
+    fn begin(&self, attack: &str) -> PathBuf {
+        let home = folder(&format!("torture_{attack}_{}", self.name));
+        fs::write(home.join("case.toml"), &self.text).unwrap();
+        home
+    }
+
+    /// Continues a disturbed run to its end, from the beginning if nothing was saved.
+    fn continued(&self, ranks: usize, home: &Path) -> Output {
+        run(ranks, home, arguments(home)).succeeded()
+    }
+
+    /// Asserts that a disturbed run has the files and the state of the one that was not.
+    fn assert_nothing_lost(&self, home: &Path) {
+        let (wanted, found) = (self.home.join("results"), home.join("results"));
+        assert_same_files(&wanted, &found, 1e-5);
+        if !self.has_fluid {
+            assert_same_state(checkpoints(&wanted).last().unwrap(), checkpoints(&found).last().unwrap());
+        }
+    }
+}
+
+/// Arguments that continue the run of a folder, if it can be continued.
+fn arguments(home: &Path) -> &'static [&'static str] {
+    match checkpoints(&home.join("results")).is_empty() {
+        true => &["case.toml"],
+        false => &["case.toml", "--restart", "latest"],
+    }
+}
+
+/// Asserts that what a run has written so far can be read, and holds each step once.
+fn assert_readable(results: &Path) {
+    if results.join("series.csv").exists() {
+        let text = fs::read_to_string(results.join("series.csv")).unwrap();
+        // The last row may not be complete.
+        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        let steps = whole.lines().filter_map(|line| line.split(',').next()?.parse::<u64>().ok());
+        let steps: Vec<u64> = steps.collect();
+        assert!(steps.is_sorted_by(|a, b| a < b), "{}: {steps:?}", results.display());
+    }
+    for checkpoint in checkpoints(results) {
+        assert!(hdf5::File::open(&checkpoint).is_ok(), "{}", checkpoint.display());
+    }
+}
