@@ -94,7 +94,7 @@ fn fails_anywhere(name: &'static str, (steps, every, saved): (u32, u32, u32), fe
     for k in 0..count {
         // Evenly over the run, somewhere in each part.
         let room = (all as f64 * (k as f64 + draw.next()) / count as f64) as u64;
-        let ranks = [1 + draw.of(3), 1 + draw.of(3)];
+        let ranks = [subject.ranks(&mut draw), subject.ranks(&mut draw)];
         filled(&subject, room, ERRORS[k % ERRORS.len()], ranks);
     }
     println!("attack: {name} on a disk that fails | {count} of {all} bytes | one message each, nothing lost");

@@ -17,7 +17,7 @@ const VICTIMS: [&str; 3] = ["one rank", "all ranks", "mpirun"];
 fn one_life(subject: &Subject, home: &Path, span: f64, draw: &mut Draw) -> usize {
     let mut kills = 0;
     loop {
-        let mut running = start(1 + draw.of(3), home, arguments(home), 0);
+        let mut running = start(subject.ranks(draw), home, arguments(home), 0);
         let until = Instant::now() + Duration::from_secs_f64(span * draw.next());
         while Instant::now() < until && !running.has_ended() {
             std::thread::sleep(Duration::from_millis(2));
