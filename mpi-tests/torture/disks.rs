@@ -47,6 +47,7 @@ impl FaultyDisk {
             ("FAULT_SPARED", ".probe-".into()),
             ("FAULT_STATE", self.state.display().to_string()),
             ("FAULT_ERROR", self.error.to_string()),
+            ("GRAINS_WRITE_TIMEOUT", "4".into()),
             ("FAULT_SLOW", self.microseconds.to_string()),
         ]
     }

@@ -33,7 +33,7 @@ pub(crate) fn check_films(case: &Case, checker: &mut Checker) {
         let radius = case.shapes[component.shape].inscribed_radius().map(|r| r * component.scale.smallest());
         let (Some(film), Some(radius)) = (material.film, radius) else { continue };
         let volume = film.on_sphere(radius, material.density.unwrap_or(0.0));
-        let thickness = (radius.powi(3) + 0.75 / std::f64::consts::PI * volume).cbrt() - radius;
+        let thickness = libm::cbrt(radius.powi(3) + 0.75 / std::f64::consts::PI * volume) - radius;
         if thickness > radius && !refused.contains(&component.material) {
             refused.push(component.material);
             checker.error(

@@ -10,6 +10,8 @@
 //! type and value out of range at once, with file, line and remedy. What a schema cannot say (names,
 //! geometry, files) is checked afterwards, section by section. The core only ever meets a [`Case`].
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod case;
 mod check;
 mod csv_numbers;

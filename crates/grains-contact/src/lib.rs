@@ -15,6 +15,8 @@
 //! References: Rakotonirina 2016, ch. 3, eqs 3.17-3.27 ("thesis"); Wachs 2009, eqs 13-17; Srinivasan 2019,
 //! ch. 3 and app. A.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod attraction;
 mod bond;
 mod collision;

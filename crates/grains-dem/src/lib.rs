@@ -58,6 +58,8 @@
 //!
 //! References: Rakotonirina 2016 ("thesis"), ch. 3 and ch. 5; Wachs 2009; Srinivasan 2019, ch. 3.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod bonds;
 mod catalogue;
 mod clock;

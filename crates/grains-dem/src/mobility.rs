@@ -82,7 +82,7 @@ fn largest_on(shape: &Shape, number: usize, value: &dyn Fn(&Vec3, &Vec3) -> f64)
         let center = best.1;
         let mut is_better = false;
         for k in 0..8 {
-            let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
+            let (sin, cos) = libm::sincos(f64::from(k) * std::f64::consts::FRAC_PI_4);
             let found = try_normal((center + (first * cos + second * sin) * step).normalize());
             is_better |= found.0;
             best = found.1;
@@ -105,7 +105,7 @@ fn spiral(count: usize) -> impl Iterator<Item = Vec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |k| {
         let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
-        let (sin, cos) = (golden * k as f64).sin_cos();
+        let (sin, cos) = libm::sincos(golden * k as f64);
         let radius = (1.0 - z * z).sqrt();
         Vec3::new(radius * cos, radius * sin, z)
     })

@@ -14,7 +14,7 @@ use crate::particles::Body;
 use crate::rotation::frame;
 use crate::walls::Motion;
 use grains_domain::GlobalBox;
-use grains_geometry::{Mat3, Rotation, Vec3};
+use grains_geometry::{Mat3, Rotation, Vec3, rotation_vector};
 use std::ops::Range;
 
 /// What prescribes the motion of some particles.
@@ -95,7 +95,7 @@ impl Course {
         if let Some((turn, matrix)) = &self.turn {
             let arm = self.arm(&body.position, global);
             way += (matrix * arm - arm).map(|x| global.quantum.snap(x));
-            spin = turn.scaled_axis() / dt;
+            spin = rotation_vector(turn) / dt;
         }
         let position = body.position + way;
         let [velocity, angular_velocity] = self.velocities(&position, global);

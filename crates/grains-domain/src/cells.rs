@@ -50,7 +50,7 @@ impl CellGrid {
                 break;
             }
             // At least a hundredth wider, so that rounding to whole cells cannot stop it.
-            wide *= excess.powf(1.0 / divided as f64).max(1.01);
+            wide *= libm::pow(excess, 1.0 / divided as f64).max(1.01);
             own = fitting(wide);
         }
         let inverse_width: [f64; 3] = std::array::from_fn(|a| own[a] as f64 / (upper[a] - lower[a]));

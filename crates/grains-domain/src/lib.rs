@@ -7,6 +7,8 @@
 //! periodic image. The same rounding applied to forces makes their sums exact and so independent of
 //! their order: this is what makes a state the same on any number of ranks.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod balance;
 mod cells;
 mod decomposition;

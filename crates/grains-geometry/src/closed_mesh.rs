@@ -3,6 +3,7 @@
 use crate::gjk::nearest::on_triangle;
 use crate::mesh::ordered;
 use crate::solid::{SolidError, solid_mass};
+use crate::turn::angle_between;
 use crate::{Aabb, Bvh, SignedDistance, TriMesh, Vec3};
 use std::collections::BTreeMap;
 
@@ -45,7 +46,7 @@ impl ClosedMesh {
             for k in 0..3 {
                 let [next, last] = [(k + 1) % 3, (k + 2) % 3];
                 *at_edges.entry(ordered(ids[next], ids[last])).or_insert_with(Vec3::zeros) += faces[t];
-                let angle = (points[next] - points[k]).angle(&(points[last] - points[k]));
+                let angle = angle_between(&(points[next] - points[k]), &(points[last] - points[k]));
                 vertices[ids[k] as usize] += faces[t] * angle;
             }
         }

@@ -261,9 +261,9 @@ impl Core {
         let start = if distance > 0.0 { outward / distance } else { normal_to(axis) };
         let sideways = axis.cross(&start);
         let (radius, steps) = (self.radius(), 4);
-        let widest = if distance > radius { (radius / distance).asin() } else { std::f64::consts::PI };
+        let widest = if distance > radius { libm::asin(radius / distance) } else { std::f64::consts::PI };
         for k in -steps..=steps {
-            let (sin, cos) = (widest * f64::from(k) / f64::from(steps)).sin_cos();
+            let (sin, cos) = libm::sincos(widest * f64::from(k) / f64::from(steps));
             offer(self.climb_from_axis(start * cos + sideways * sin, away));
         }
         best.0

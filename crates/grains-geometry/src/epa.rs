@@ -8,7 +8,7 @@
 mod polytope;
 
 use crate::gjk::{Separation, distance, nearest_weights, smooth_penetration};
-use crate::{Core, GjkError, Placement, Rotation, Simplex, Vec3};
+use crate::{Core, GjkError, Placement, Simplex, Vec3, rotation_by};
 use polytope::{Face, Polytope, Start, start};
 
 /// How far, and which way, one core has to move to leave the other.
@@ -114,7 +114,7 @@ pub fn penetration(
     }
     let mut failure = None;
     for joggle in JOGGLES {
-        let turn = Rotation::from_scaled_axis(Vec3::new(1.0, 2.0, 3.0) * joggle).to_rotation_matrix();
+        let turn = rotation_by(&(Vec3::new(1.0, 2.0, 3.0) * joggle)).to_rotation_matrix();
         let turned = Placement { matrix: turn * placement.matrix, translation: placement.translation };
         let joggled = Difference { placement: if joggle > 0.0 { &turned } else { placement }, ..set };
         let vertices = match start(&joggled) {

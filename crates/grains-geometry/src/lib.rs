@@ -6,6 +6,8 @@
 //! have separate cores and the distance of the cores gives overlap, contact point and normal
 //! (eqs 3.14-3.16). No tolerance in this crate is absolute: bodies may measure a micrometre or a metre.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod area;
 pub mod bvh;
 mod closed_mesh;
@@ -35,6 +37,7 @@ mod shapes;
 mod solid;
 pub mod superellipsoid;
 pub mod surface;
+mod turn;
 
 /// Vector of three f64.
 pub type Vec3 = nalgebra::Vector3<f64>;
@@ -72,3 +75,4 @@ pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use superellipsoid::Superellipsoid;
 pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};
+pub use turn::{rotation_about, rotation_by, rotation_onto, rotation_vector};

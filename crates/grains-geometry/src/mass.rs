@@ -95,8 +95,8 @@ pub fn principal_axes(tensor: &Mat3) -> (Mat3, Vec3) {
                 continue;
             }
             let tau = (a[(q, q)] - a[(p, p)]) / (2.0 * a[(p, q)]);
-            let tangent = 1.0f64.copysign(tau) / (tau.abs() + tau.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
+            let tangent = 1.0f64.copysign(tau) / (tau.abs() + libm::hypot(tau, 1.0));
+            let cosine = 1.0 / libm::hypot(tangent, 1.0);
             let mut turn = Mat3::identity();
             turn[(p, p)] = cosine;
             turn[(q, q)] = cosine;
@@ -111,5 +111,5 @@ pub fn principal_axes(tensor: &Mat3) -> (Mat3, Vec3) {
 
 /// Diameter of the sphere of the given volume, `(6 V/π)^(1/3)` (m).
 pub fn sphere_equivalent_diameter(volume: f64) -> f64 {
-    (6.0 * volume / PI).cbrt()
+    libm::cbrt(6.0 * volume / PI)
 }

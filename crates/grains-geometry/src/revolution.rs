@@ -113,7 +113,7 @@ impl Revolution {
     pub fn mesh(&self, facets: u32) -> TriMesh {
         let angle = TAU / f64::from(facets);
         // Of a polygon with corners on a circle the area is smaller than the circle's.
-        let wider = (angle / angle.sin()).sqrt();
+        let wider = (angle / libm::sin(angle)).sqrt();
         let first = some_normal(&self.axis);
         let second = self.axis.cross(&first);
         let mut mesh = TriMesh::default();
@@ -129,7 +129,7 @@ impl Revolution {
                     return vec![start; facets as usize];
                 }
                 mesh.vertices.extend((0..facets).map(|k| {
-                    let (sin, cos) = (f64::from(k) * angle).sin_cos();
+                    let (sin, cos) = libm::sincos(f64::from(k) * angle);
                     center + (first * cos + second * sin) * (radius * wider)
                 }));
                 (start..start + facets).collect()
@@ -154,7 +154,7 @@ impl Revolution {
     /// Whether the normals (−r', z') of the profile z(s), r(s) point outward.
     fn is_outward(&self) -> bool {
         // Of the middle of the longest piece.
-        let length = |p: &[Point]| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]);
+        let length = |p: &[Point]| libm::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
         let longest = self.profile.windows(2).max_by(|a, b| length(a).total_cmp(&length(b)));
         longest.is_none_or(|piece| {
             let [a, b] = [piece[0], piece[1]];

@@ -108,8 +108,8 @@ impl WallMesh {
             mesh,
             side_tolerance: SIDE_TOLERANCE * diagonal,
             corner_tolerance: CORNER_TOLERANCE * diagonal,
-            smooth_sine: smooth_angle.sin(),
-            smooth_cosine: smooth_angle.cos(),
+            smooth_sine: libm::sin(smooth_angle),
+            smooth_cosine: libm::cos(smooth_angle),
         })
     }
 

@@ -1,6 +1,7 @@
 //! Errors of files, agreed upon by all ranks.
 
 use crate::parallel_file::ParallelFile;
+use crate::watch::FAILED;
 use mpi::collective::SystemOperation;
 use mpi::request::{Request, Scope};
 use mpi::topology::SimpleCommunicator;
@@ -36,9 +37,6 @@ impl FileError {
 
 /// How long a rank with an error waits for the others.
 const PATIENCE: Duration = Duration::from_secs(10);
-
-/// Exit code of a job that a rank ends alone, because the others do not come to hear of its error.
-const FAILED: i32 = 4;
 
 /// Makes the outcome of all ranks an error if that of any is; rank 0 gets the text of the lowest rank that
 /// failed, so that one rank can report it.
@@ -144,7 +142,7 @@ impl Shared {
     /// The same, where `what` failed if it is an error. The operating system says better than HDF5 why.
     pub fn written_or<T>(&self, what: &str, outcome: hdf5::Result<T>) -> Result<T, FileError> {
         let error = |error| {
-            let reason = unwritable(&self.path, Durability::Synced).unwrap_or_else(|| unexplained(&error));
+            let reason = unwritable_now(&self.path).unwrap_or_else(|| unexplained(&error));
             FileError::new(&self.path, format!("{what}: {reason}"))
         };
         ParallelFile::unless_lost(agree(&self.communicator, outcome.map_err(error)))
@@ -213,6 +211,11 @@ fn remedy(path: &Path, error: &std::io::Error) -> String {
         std::io::ErrorKind::StorageFull => "free space".into(),
         _ => "choose another output.directory".into(),
     }
+}
+
+/// What the operating system says to a write beside the file that must reach the disk, if it refuses it.
+pub(crate) fn unwritable_now(path: &Path) -> Option<String> {
+    unwritable(path, Durability::Synced)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -34,6 +34,7 @@ mod shapes;
 mod snapshots;
 mod surfaces;
 mod temporal;
+mod watch;
 mod xdmf;
 
 pub use checkpoint::{
@@ -45,6 +46,7 @@ pub use error::{FileError, agree, from_rank};
 pub use fields::{Data, FieldSpec, Kind, Precision};
 pub use grid::{GridBlock, GridFile, GridGeometry, GridSnapshotFile};
 pub use metadata::{Metadata, utc_now};
+pub use parallel_file::close_no_file;
 pub use polydata::{PolyDataFile, Step};
 pub use series::{Series, write_table};
 pub use shapes::{ShapeSurface, read_shape, write_shape};

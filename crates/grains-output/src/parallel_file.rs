@@ -33,10 +33,15 @@ impl ParallelFile {
     /// An outcome of a write that all ranks share; after an error no file is closed.
     pub fn unless_lost<T>(outcome: Result<T, FileError>) -> Result<T, FileError> {
         if outcome.is_err() {
-            IS_LOST.store(true, Ordering::Relaxed);
+            close_no_file();
         }
         outcome
     }
+}
+
+/// Lets open files be as they are from now on, as after a failed write.
+pub fn close_no_file() {
+    IS_LOST.store(true, Ordering::Relaxed);
 }
 
 impl Deref for ParallelFile {

@@ -4,6 +4,7 @@ use crate::digests::Digests;
 use crate::error::{FileError, Identity, Shared};
 use crate::metadata::{GROUP, Metadata, write_metadata};
 use crate::parallel_file::ParallelFile;
+use crate::watch::Watch;
 use crate::xdmf::{Description, name_of};
 use hdf5::File;
 use mpi::collective::SystemOperation;
@@ -99,6 +100,7 @@ impl<L: Layout> Temporal<L> {
         let shared = Shared::new(path, communicator);
         shared.create_empty()?;
         shared.has_room()?;
+        let _watch = Watch::over(&shared);
         let ranks = shared.communicator.size();
         let file = shared.all("cannot be created", ParallelFile::create(path, &shared.communicator))?;
         let arrays = shared.written(layout.create(&file, compress, ranks))?;
@@ -144,6 +146,7 @@ impl<L: Layout> Temporal<L> {
     /// A full disk.
     pub fn record_restart(&self, metadata: &Metadata) -> Result<(), FileError> {
         let file = &self.opened()?.file;
+        let _watch = Watch::over(&self.shared);
         let written = (|| {
             let before = file.group(GROUP)?.member_names()?.len();
             write_metadata(file, &format!("{GROUP}/restart-{}", before + 1), metadata)?;
@@ -165,6 +168,7 @@ impl<L: Layout> Temporal<L> {
         self.shared.agree(self.layout.fits(step))?;
         self.shared.first(|| Identity::require(self.identity, &self.shared.path))?;
         self.shared.has_room()?;
+        let _watch = Watch::over(&self.shared);
         let outcome = self.append_fitting(step);
         if outcome.is_err() {
             self.opened = None;

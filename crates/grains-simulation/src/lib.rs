@@ -44,6 +44,8 @@
 //!
 //! Messages go to [`log`], on one rank. An error on one rank is an error on all; ranks that did not meet it have no text.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod bonds;
 mod changes;
 pub mod check;

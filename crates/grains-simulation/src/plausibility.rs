@@ -91,7 +91,7 @@ fn empty_domain(s: &Setting) -> Vec<Remark> {
     }
     let edge = |[lower, upper]: [[f64; 3]; 2]| (0..3).map(|a| upper[a] - lower[a]).fold(0.0, f64::max);
     let regions = s.case.inserts.iter().filter_map(|insert| insert.place.extents());
-    let packed = (s.count() as f64).cbrt() * largest;
+    let packed = libm::cbrt(s.count() as f64) * largest;
     let bed = regions.map(edge).fold(packed, f64::max);
     let extents = s.domain().extents();
     let axis = (0..3).fold(0, |best, a| if extents[a] > extents[best] { a } else { best });

@@ -284,10 +284,10 @@ pub fn of_fluid(case: &Case) -> TimeStepChoice {
     let shortest = times.into_iter().flatten().filter(|&t| t > 0.0).fold(case.time.end, f64::min);
     // Halved, so that outputs stay whole numbers of ticks, until the fluid's longest step has many.
     let longest = case.fluid.as_ref().map_or(f64::INFINITY, |f| crate::fluid::max_dt(case, f).step);
-    let halvings = (MIN_PER_STEP * shortest / (TICKS * longest)).log2().ceil().max(0.0);
+    let halvings = libm::log2(MIN_PER_STEP * shortest / (TICKS * longest)).ceil().max(0.0);
     let (dt, reason) = match case.time.dt {
         TimeStep::Seconds(given) => (given, TimeStepReason::FluidStep),
-        TimeStep::Auto => (shortest / TICKS / halvings.exp2(), TimeStepReason::Tick),
+        TimeStep::Auto => (shortest / TICKS / libm::exp2(halvings), TimeStepReason::Tick),
     };
     TimeStepChoice { dt, recommended: dt, encounters: Vec::new(), bonds: Vec::new(), reason, warning: None }
 }
@@ -324,7 +324,7 @@ fn choose_for_impulses(case: &Case, encounters: Vec<Encounter>) -> Result<TimeSt
 
 /// A step with two leading digits: easier to read, and to repeat.
 fn rounded_down(dt: f64) -> f64 {
-    let unit = 10.0_f64.powf(dt.log10().floor() - 1.0);
+    let unit = libm::pow(10.0, libm::log10(dt).floor() - 1.0);
     format!("{:.1e}", (dt / unit).floor() * unit).parse().unwrap_or(dt)
 }
 

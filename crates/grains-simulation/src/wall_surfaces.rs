@@ -2,8 +2,9 @@
 
 use grains_case::{Side, WallKind};
 use grains_dem::{OpenTube, Surface};
-use grains_geometry::{Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh};
-use nalgebra::Rotation3;
+use grains_geometry::{
+    Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh, rotation_onto,
+};
 use std::sync::Arc;
 
 /// Corners of the box around a finite wall (m).
@@ -106,10 +107,9 @@ fn cylinder(
         if !is_finite {
             return Err("the outside of a cylinder needs a height; give `height`".into());
         }
-        let rotation = Rotation3::rotation_between(&Vec3::z(), &axis)
-            .unwrap_or_else(|| Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+        let rotation = rotation_onto(&axis).to_rotation_matrix();
         let core = Core::Cylinder { radius, half_height: half_length };
-        let bounding_radius = half_length.hypot(radius);
+        let bounding_radius = libm::hypot(half_length, radius);
         return Ok((
             vec![Surface::Solid { core, rotation: rotation.into_inner(), center, bounding_radius }],
             extents,

@@ -156,7 +156,7 @@ fn tube(center: &Vec3, axis: &Vec3, radius: f64, half_length: f64, global: &Glob
     let mut mesh = TriMesh::default();
     for k in 0..SIDES {
         let angle = TAU * f64::from(k) / f64::from(SIDES);
-        let rim = center + (u * angle.cos() + v * angle.sin()) * radius;
+        let rim = center + (u * libm::cos(angle) + v * libm::sin(angle)) * radius;
         mesh.vertices.extend([rim - axis * half, rim + axis * half]);
         let (a, b) = (2 * k, 2 * ((k + 1) % SIDES));
         mesh.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);

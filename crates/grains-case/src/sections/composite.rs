@@ -59,7 +59,7 @@ pub fn beam_size(
 ) -> (f64, f64) {
     let ratio = aspect_ratio.unwrap_or(BEAM_RATIO);
     let cubes = f64::from(beams) * (ratio - 1.0) + 1.0;
-    let from_volume = || equivalent_diameter.unwrap_or(f64::NAN) * (PI / 6.0 / cubes).cbrt();
+    let from_volume = || equivalent_diameter.unwrap_or(f64::NAN) * libm::cbrt(PI / 6.0 / cubes);
     let width = beam_width.unwrap_or_else(from_volume);
     (width, beam_length.unwrap_or(width * ratio))
 }

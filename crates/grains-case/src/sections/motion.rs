@@ -205,7 +205,7 @@ impl Motion {
             }
             Self::Rotation { angular_velocity, .. } => (angular_velocity.abs() * arm, "angular_velocity"),
             Self::Load { velocity, max_speed, .. } if max_speed.is_finite() => {
-                (norm(*velocity).hypot(*max_speed), "max_speed")
+                (libm::hypot(norm(*velocity), *max_speed), "max_speed")
             }
             Self::Load { velocity, .. } => (norm(*velocity), "velocity"),
             Self::Table { rows, .. } => {

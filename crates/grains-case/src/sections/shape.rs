@@ -435,7 +435,7 @@ fn nested_radius([a, b, c]: [f64; 3], [meridian, section]: [f64; 2], side: f64) 
         let at_end = if (c > d) == (side > 0.0) { c } else { d };
         let ratio = (c / at_end).min(d / at_end).min((at_end / c).min(at_end / d));
         let is_inside = s.is_finite() && s * side > 0.0;
-        if is_inside { at_end * (1.0 + ratio.powf(s.abs())).powf(1.0 / s) } else { at_end }
+        if is_inside { at_end * libm::pow(1.0 + libm::pow(ratio, s.abs()), 1.0 / s) } else { at_end }
     };
     extreme(extreme(a * a, b * b, section), c * c, meridian).sqrt()
 }

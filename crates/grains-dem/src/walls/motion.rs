@@ -2,8 +2,7 @@
 
 use super::loading::{Loading, Travel};
 use super::table::MotionTable;
-use grains_geometry::{Mat3, Rotation, Vec3};
-use nalgebra::{Rotation3, Unit};
+use grains_geometry::{Mat3, Rotation, Vec3, rotation_about};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -182,9 +181,10 @@ impl Motion {
             },
             Motion::Oscillation { amplitude, frequency, phase, start, end } => {
                 let angle = TAU * frequency * (time.min(end) - start).max(0.0) + phase;
-                let speed = if time >= start && time < end { TAU * frequency * angle.cos() } else { 0.0 };
+                let speed =
+                    if time >= start && time < end { TAU * frequency * libm::cos(angle) } else { 0.0 };
                 WallState {
-                    translation: amplitude * (angle.sin() - phase.sin()),
+                    translation: amplitude * (libm::sin(angle) - libm::sin(phase)),
                     velocity: amplitude * speed,
                     is_displaced: true,
                     ..rest
@@ -192,7 +192,7 @@ impl Motion {
             }
             Motion::Rotation { point, axis, rate, start, end } => {
                 let angle = rate * (time.min(end) - start).max(0.0);
-                let rotation = Rotation3::from_axis_angle(&Unit::new_normalize(axis), angle).into_inner();
+                let rotation = rotation_about(&axis.normalize(), angle).to_rotation_matrix().into_inner();
                 let turning = time >= start && time < end;
                 WallState {
                     rotation,
@@ -206,7 +206,7 @@ impl Motion {
             Motion::Table(ref table) => {
                 let [(displacement, angle), (velocity, rate)] = table.at(time);
                 let rotation =
-                    Rotation3::from_axis_angle(&Unit::new_normalize(table.axis), angle).into_inner();
+                    rotation_about(&table.axis.normalize(), angle).to_rotation_matrix().into_inner();
                 WallState {
                     rotation,
                     translation: table.point + displacement - rotation * table.point,
@@ -224,11 +224,11 @@ impl Motion {
         match *self {
             Motion::Rotation { axis, rate, start, end, .. } => {
                 let angle = rate * (time.min(end) - start).max(0.0);
-                Rotation::from_axis_angle(&Unit::new_normalize(axis), angle)
+                rotation_about(&axis.normalize(), angle)
             }
             Motion::Table(ref table) => {
                 let [(_, angle), _] = table.at(time);
-                Rotation::from_axis_angle(&Unit::new_normalize(table.axis), angle)
+                rotation_about(&table.axis.normalize(), angle)
             }
             Motion::Fixed | Motion::Translation { .. } | Motion::Oscillation { .. } | Motion::Loaded(_) => {
                 Rotation::identity()

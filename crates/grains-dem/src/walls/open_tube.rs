@@ -60,13 +60,13 @@ struct Rim {
 
 impl Rim {
     fn at(&self, angle: f64) -> Vec3 {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         self.center + (self.across[0] * cos + self.across[1] * sin) * self.radius
     }
 
     /// Unit tangent.
     fn along(&self, angle: f64) -> Vec3 {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         self.across[1] * cos - self.across[0] * sin
     }
 }
@@ -143,7 +143,7 @@ impl OpenTube {
             Piece::Arc(rim, arc) => {
                 let half = 0.5 * TAU / f64::from(ARCS);
                 let middle = rim.at(start_of(arc) + half);
-                let radius_of_arc = 2.0 * self.radius * (0.5 * half).sin();
+                let radius_of_arc = 2.0 * self.radius * libm::sin(0.5 * half);
                 from_rim(&rim, beside).max((center - middle).norm() - radius_of_arc)
             }
         }
@@ -245,7 +245,7 @@ impl OpenTube {
         let second = self.axis.cross(&first);
         let mut best: Option<SurfaceContact> = None;
         for start in 0..STARTS {
-            let (sin, cos) = (f64::from(start) * (TAU / f64::from(STARTS))).sin_cos();
+            let (sin, cos) = libm::sincos(f64::from(start) * (TAU / f64::from(STARTS)));
             let mut direction = first * cos + second * sin;
             let mut reached = (Vec3::zeros(), f64::NEG_INFINITY);
             for _ in 0..CLIMBS {

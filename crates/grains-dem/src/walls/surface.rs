@@ -67,7 +67,7 @@ impl Surface {
         match self {
             Surface::Mesh(mesh) => Some(mesh.mesh().extents().into()),
             Surface::Solid { center, bounding_radius, .. } => around(center, *bounding_radius),
-            Surface::OpenTube(tube) => around(&tube.center, tube.half_length.hypot(tube.radius)),
+            Surface::OpenTube(tube) => around(&tube.center, libm::hypot(tube.half_length, tube.radius)),
             Surface::Plane { .. } | Surface::Tube { .. } => None,
         }
     }

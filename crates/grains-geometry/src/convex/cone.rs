@@ -23,7 +23,7 @@ impl Cone {
 
     /// Length of the side over its height, √(1 + m²) (-).
     fn slant(&self) -> f64 {
-        1.0_f64.hypot(self.slope())
+        libm::hypot(1.0, self.slope())
     }
 
     /// Radius of the side at a height (m).
@@ -106,14 +106,14 @@ impl Convex for Cone {
     }
 
     fn radius(&self) -> f64 {
-        let [low, high] = [0, 1].map(|k| self.radii[k].hypot(self.heights[k]));
+        let [low, high] = [0, 1].map(|k| libm::hypot(self.radii[k], self.heights[k]));
         low.max(high)
     }
 
     fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
         let from = rotation.tr_mul(center);
         let off_axis = from.xy().norm();
-        let [low, high] = [0, 1].map(|k| (off_axis + self.radii[k]).hypot(from.z + self.heights[k]));
+        let [low, high] = [0, 1].map(|k| libm::hypot(off_axis + self.radii[k], from.z + self.heights[k]));
         low.max(high) + crust
     }
 
@@ -142,7 +142,7 @@ impl Convex for Cone {
             } else {
                 [edge[0] * t - off[0], edge[1] * t - off[1]]
             };
-            let distance = way[0].hypot(way[1]);
+            let distance = libm::hypot(way[0], way[1]);
             if distance < best.0 {
                 best = (distance, way);
             }
@@ -153,7 +153,7 @@ impl Convex for Cone {
 
     /// The end or the line of the side whose normal is nearest the direction.
     fn contact_feature(&self, direction: &Vec3, found: &mut Feature) -> Option<()> {
-        let radial = direction.x.hypot(direction.y);
+        let radial = libm::hypot(direction.x, direction.y);
         let side = (radial - self.slope() * direction.z) / self.slant();
         let end = usize::from(direction.z > 0.0);
         if self.radii[end] > 0.0 && direction.z.abs() > side {
@@ -169,7 +169,7 @@ impl Convex for Cone {
     fn contains(&self, crust: f64, point: &Vec3) -> bool {
         let body = self.grown(crust);
         let [low, high] = body.heights;
-        low <= point.z && point.z <= high && point.x.hypot(point.y) <= body.radius_at(point.z)
+        low <= point.z && point.z <= high && libm::hypot(point.x, point.y) <= body.radius_at(point.z)
     }
 
     fn extents(&self, crust: f64, rotation: &Mat3) -> (Vec3, Vec3) {

@@ -54,12 +54,12 @@ impl Convex for Cylinder {
     }
 
     fn radius(&self) -> f64 {
-        self.radius.hypot(self.half_height)
+        libm::hypot(self.radius, self.half_height)
     }
 
     fn largest_distance(&self, crust: f64, rotation: &Mat3, center: &Vec3) -> f64 {
         let from_axis = rotation.tr_mul(center).abs();
-        (from_axis.xy().norm() + self.radius).hypot(from_axis.z + self.half_height) + crust
+        libm::hypot(from_axis.xy().norm() + self.radius, from_axis.z + self.half_height) + crust
     }
 
     fn for_each_vertex(&self, _visit: impl FnMut(Vec3)) {}
@@ -85,7 +85,7 @@ impl Convex for Cylinder {
 
     #[inline]
     fn contains(&self, crust: f64, point: &Vec3) -> bool {
-        point.z.abs() <= self.half_height + crust && point.x.hypot(point.y) <= self.radius + crust
+        point.z.abs() <= self.half_height + crust && libm::hypot(point.x, point.y) <= self.radius + crust
     }
 
     fn extents(&self, crust: f64, rotation: &Mat3) -> (Vec3, Vec3) {

@@ -24,14 +24,14 @@ pub(crate) fn lattice(number: usize) -> impl Iterator<Item = [f64; 2]> {
 
 /// The square on the unit sphere, areas in proportion.
 pub(crate) fn on_sphere([u, v]: [f64; 2]) -> Vec3 {
-    let (z, (sine, cosine)) = (1.0 - 2.0 * u, (TAU * v).sin_cos());
+    let (z, (sine, cosine)) = (1.0 - 2.0 * u, libm::sincos(TAU * v));
     let ring = (1.0 - z * z).sqrt();
     Vec3::new(ring * cosine, ring * sine, z)
 }
 
 /// Point of the unit circle about z at a share of the turn.
 pub(crate) fn on_circle(v: f64) -> Vec3 {
-    Vec3::new((TAU * v).cos(), (TAU * v).sin(), 0.0)
+    Vec3::new(libm::cos(TAU * v), libm::sin(TAU * v), 0.0)
 }
 
 /// Elements of a frustum about z: radii at the heights of both ends (m), of which `number` points are about the share

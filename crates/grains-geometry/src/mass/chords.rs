@@ -7,7 +7,7 @@
 
 use super::chord::Solid;
 use super::{MassProperties, principal_axes};
-use crate::{Mat3, Part, Rotation, Vec3};
+use crate::{Mat3, Part, Vec3, rotation_about};
 use std::thread;
 
 /// Lines along either edge of the first grid.
@@ -33,7 +33,10 @@ impl MassProperties {
     ///
     /// The result does not depend on the number of threads. Without parts all is NaN.
     pub fn of_chords(parts: &[Part]) -> (Self, u32, f64) {
-        let turn = Rotation::from_euler_angles(TURN[0], TURN[1], TURN[2]);
+        let [roll, pitch, yaw] = TURN;
+        let turn = rotation_about(&Vec3::z(), yaw)
+            * rotation_about(&Vec3::y(), pitch)
+            * rotation_about(&Vec3::x(), roll);
         let matrix = turn.to_rotation_matrix().into_inner();
         let in_lines = |part: &Part| Part {
             center: matrix.tr_mul(&part.center),

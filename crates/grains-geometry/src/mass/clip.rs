@@ -121,7 +121,7 @@ fn cut_polygon(
 fn around(rim: &[Vec3], normal: &Vec3) -> Vec<Vec3> {
     let middle = rim.iter().sum::<Vec3>() / rim.len().max(1) as f64;
     let across = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
-    let angle = |x: &Vec3| normal.cross(&across).dot(&(x - middle)).atan2(across.dot(&(x - middle)));
+    let angle = |x: &Vec3| libm::atan2(normal.cross(&across).dot(&(x - middle)), across.dot(&(x - middle)));
     let mut ordered: Vec<Vec3> = rim.to_vec();
     ordered.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     ordered

@@ -51,7 +51,7 @@ impl Shape {
 
 /// Distances from the axis and heights from the lower to the upper pole (m).
 fn outline(radius: f64, half_length: f64) -> Vec<[f64; 2]> {
-    let on_cap = |k: u32| (FRAC_PI_2 * f64::from(k) / f64::from(CAP_STEPS)).sin_cos();
+    let on_cap = |k: u32| libm::sincos(FRAC_PI_2 * f64::from(k) / f64::from(CAP_STEPS));
     let lower = (0..=CAP_STEPS).map(on_cap).map(|(sin, cos)| [radius * sin, -half_length - radius * cos]);
     let upper =
         (0..=CAP_STEPS).rev().map(on_cap).map(|(sin, cos)| [radius * sin, half_length + radius * cos]);

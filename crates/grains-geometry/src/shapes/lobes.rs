@@ -2,7 +2,7 @@
 
 use crate::error::check_length;
 use crate::glued::{Component, glue};
-use crate::{MassProperties, MassSource, Rotation, Shape, ShapeError, Vec3};
+use crate::{MassProperties, MassSource, Shape, ShapeError, Vec3, rotation_about};
 use std::f64::consts::PI;
 
 /// Bisections of the offset that gives an area fraction: one for each digit of an f64.
@@ -47,7 +47,7 @@ impl Lobes {
 
     /// Offset at which neighbouring lobes just meet, c sin(π/n) = R − c (m).
     pub fn largest_offset(&self) -> f64 {
-        self.radius / (1.0 + self.half_angle().sin())
+        self.radius / (1.0 + libm::sin(self.half_angle()))
     }
 
     /// Cross-section over that of the circumscribed cylinder (-).
@@ -62,21 +62,21 @@ impl Lobes {
 
     /// Distance of the necks, where neighbouring lobes meet, from the axis (m).
     fn neck(&self) -> f64 {
-        let (sine, cosine) = self.half_angle().sin_cos();
+        let (sine, cosine) = libm::sincos(self.half_angle());
         let half_chord = self.lobe_radius().powi(2) - (self.offset * sine).powi(2);
         self.offset * cosine + half_chord.max(0.0).sqrt()
     }
 
     /// Angle φ at a lobe's centre from the outward direction to the neck.
     fn arc(&self) -> f64 {
-        let (sine, cosine) = self.half_angle().sin_cos();
-        (self.neck() * sine).atan2(self.neck() * cosine - self.offset)
+        let (sine, cosine) = libm::sincos(self.half_angle());
+        libm::atan2(self.neck() * sine, self.neck() * cosine - self.offset)
     }
 
     /// Area (m²): 2n times a triangle from axis, lobe centre and neck and a sector of the lobe,
     /// c y/2 + ρ² φ/2 with y the height of the neck over the lobe's axis and ρ the lobe's radius.
     fn area(&self) -> f64 {
-        let height = self.neck() * self.half_angle().sin();
+        let height = self.neck() * libm::sin(self.half_angle());
         f64::from(self.count) * (self.offset * height + self.lobe_radius().powi(2) * self.arc())
     }
 
@@ -84,10 +84,10 @@ impl Lobes {
     /// A (c² + p² + c·p)/6 and c² ρ² φ/2 + 2 c ρ³ sin φ/3 + ρ⁴ φ/4, with p the neck.
     fn polar_moment(&self) -> f64 {
         let (c, rho, p, phi) = (self.offset, self.lobe_radius(), self.neck(), self.arc());
-        let (sine, cosine) = self.half_angle().sin_cos();
+        let (sine, cosine) = libm::sincos(self.half_angle());
         let triangle = 0.5 * c * p * sine * (c * c + p * p + c * p * cosine) / 6.0;
         let sector = rho.powi(2) * phi / 2.0 * c * c
-            + 2.0 * c * rho.powi(3) * phi.sin() / 3.0
+            + 2.0 * c * rho.powi(3) * libm::sin(phi) / 3.0
             + rho.powi(4) * phi / 4.0;
         2.0 * f64::from(self.count) * (triangle + sector)
     }
@@ -116,7 +116,7 @@ impl Lobes {
             offset,
             lobe_radius: self.lobe_radius(),
             radius,
-            spacing: 2.0 * offset * self.half_angle().sin(),
+            spacing: 2.0 * offset * libm::sin(self.half_angle()),
             largest,
             lowest: Self { offset: largest, ..*self }.area_fraction(),
         })
@@ -142,7 +142,7 @@ impl Shape {
         check_length("length of lobes", length)?;
         let corner = |k: u32| {
             let angle = 2.0 * lobes.half_angle() * f64::from(k);
-            Vec3::new(lobes.offset * angle.cos(), lobes.offset * angle.sin(), 0.0)
+            Vec3::new(lobes.offset * libm::cos(angle), lobes.offset * libm::sin(angle), 0.0)
         };
         let cylinder = Shape::cylinder(lobes.lobe_radius(), length, crust_fraction)?.named("lobe");
         let mut components: Vec<Component> =
@@ -150,7 +150,7 @@ impl Shape {
         components.push(if lobes.count == 4 {
             // The box core costs less than its eight vertices.
             let edge = lobes.offset * 2f64.sqrt();
-            let quarter = Rotation::from_axis_angle(&Vec3::z_axis(), PI / 4.0);
+            let quarter = rotation_about(&Vec3::z(), PI / 4.0);
             let middle = Shape::cuboid(Vec3::new(edge, edge, length), crust_fraction)?;
             Component::new(middle.named("middle"), Vec3::zeros()).turned(quarter)
         } else {

@@ -120,7 +120,7 @@ fn face_of(vertices: &[Vec3], normal: Vec3, offset: f64) -> Option<Face> {
     let across = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize();
     let angle = |k: &u32| {
         let off = vertices[*k as usize] - middle;
-        normal.cross(&across).dot(&off).atan2(across.dot(&off))
+        libm::atan2(normal.cross(&across).dot(&off), across.dot(&off))
     };
     corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     Some(Face { vertices: corners, normal, offset })

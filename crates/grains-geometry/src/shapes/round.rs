@@ -57,7 +57,7 @@ impl Shape {
         let inscribed_radius = radius.min(height / 2.0);
         let crust = crust_thickness(crust_fraction, inscribed_radius)?;
         let core = Core::Cylinder { radius: radius - crust, half_height: height / 2.0 - crust };
-        let bounding = (radius - crust).hypot(height / 2.0 - crust) + crust;
+        let bounding = libm::hypot(radius - crust, height / 2.0 - crust) + crust;
         let part = centred_part(core, crust, Vec3::new(radius, radius, height / 2.0), bounding);
         let volume = PI * radius * radius * height;
         let transverse = volume * (3.0 * radius * radius + height * height) / 12.0;

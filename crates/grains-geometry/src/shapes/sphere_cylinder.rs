@@ -73,7 +73,7 @@ impl Shape {
             let z = if layers > 1 { rise * (f64::from(layer) / f64::from(layers - 1) - 0.5) } else { 0.0 };
             for (&count, ring) in arrangement.rings.iter().zip(arrangement.ring_radii(radius)) {
                 components.extend((0..count).map(|k| {
-                    let (sine, cosine) = (TAU * f64::from(k) / f64::from(count)).sin_cos();
+                    let (sine, cosine) = libm::sincos(TAU * f64::from(k) / f64::from(count));
                     Component::new(sphere.clone(), Vec3::new(ring * cosine, ring * sine, z))
                 }));
             }

@@ -37,7 +37,7 @@ pub(super) fn cylinder_surface(radius: f64, height: f64) -> TriMesh {
     let n = CYLINDER_SIDES;
     let ring = |z: f64| {
         (0..n).map(move |i| {
-            let (sine, cosine) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+            let (sine, cosine) = libm::sincos(TAU * f64::from(i) / f64::from(n));
             Vec3::new(radius * cosine, radius * sine, z)
         })
     };
@@ -57,7 +57,7 @@ pub(super) fn revolved(outline: &[[f64; 2]]) -> TriMesh {
     let [inner @ .., last] = &outline[1..] else { return TriMesh::default() };
     let ring = |&[radius, z]: &[f64; 2]| {
         (0..n).map(move |i| {
-            let (sine, cosine) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+            let (sine, cosine) = libm::sincos(TAU * f64::from(i) / f64::from(n));
             Vec3::new(radius * cosine, radius * sine, z)
         })
     };

@@ -9,6 +9,7 @@ use crate::collective::{Participants, write_rows};
 use crate::error::{FileError, Shared};
 use crate::growing::unit;
 use crate::metadata::{GROUP, Metadata};
+use crate::watch::Watch;
 use hdf5::{File, Group};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
@@ -34,6 +35,7 @@ pub fn write_checkpoint(
 ) -> Result<PathBuf, FileError> {
     let path = directory.join(file_name(step));
     let shared = Shared::new(&path.with_extension("h5.tmp"), communicator);
+    let watch = Watch::over(&shared);
     let written = shared
         .create_empty()
         .and_then(|()| write(&shared, arrays, grids, metadata))
@@ -43,6 +45,7 @@ pub fn write_checkpoint(
         let _ = std::fs::OpenOptions::new().write(true).truncate(true).open(&shared.path);
         let _ = std::fs::remove_file(&shared.path);
     }
+    drop(watch);
     written?;
     shared.first(|| {
         complete(&shared.path, &path, directory).map_err(|e| {

@@ -68,7 +68,7 @@ impl ResolvedBodies {
 
     /// Surface of the largest sphere about a particle of some kinds, in squares of a cell's width (-).
     pub fn largest_surface(&self, catalogue: &Catalogue, kinds: &[KindRange]) -> f64 {
-        let width = self.bodies.subgrid.cell_volume().cbrt();
+        let width = libm::cbrt(self.bodies.subgrid.cell_volume());
         let radius = |k: &KindRange| catalogue.shape(k.kind).bounding_radius * k.largest / width;
         4.0 * PI * kinds.iter().map(radius).fold(0.0, f64::max).powi(2)
     }

@@ -38,7 +38,7 @@ pub fn orientation(wanted: Option<Orientation>, draw: &mut Draw) -> Rotation {
             // Uniform over all rotations (Shoemake 1992).
             let (u, v, w) = (draw.next(), TAU * draw.next(), TAU * draw.next());
             let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
-            quaternion([a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos()])
+            quaternion([a * libm::sin(v), a * libm::cos(v), b * libm::sin(w), b * libm::cos(w)])
         }
     }
 }

@@ -70,7 +70,7 @@ fn point_in(window: &Window, draw: &mut Draw) -> Vec3 {
             let helper = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
             let (u, angle) = (draw.next().sqrt() * radius, TAU * draw.next());
             let first = normal.cross(&helper).normalize();
-            Vec3::from(*center) + (first * angle.cos() + normal.cross(&first) * angle.sin()) * u
+            Vec3::from(*center) + (first * libm::cos(angle) + normal.cross(&first) * libm::sin(angle)) * u
         }
         Window::Point { at } => Vec3::from(*at),
     }

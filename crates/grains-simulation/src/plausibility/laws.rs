@@ -70,8 +70,8 @@ pub(super) fn softened_adhesion(s: &Setting) -> Vec<Remark> {
     let remark = |(k, contact): (usize, &grains_case::Contact)| {
         let message = format!(
             "pull-off force and Bond number stay those of the materials, but the energy to part grows {:.1} times and bodies stick at speeds {:.1} times higher; scale work_of_adhesion by softening^(-2/5) to keep these instead",
-            contact.softening.powf(2.0 / 3.0),
-            contact.softening.cbrt()
+            libm::pow(contact.softening, 2.0 / 3.0),
+            libm::cbrt(contact.softening)
         );
         (format!("contact[{k}].softening"), message)
     };

@@ -93,7 +93,7 @@ impl Evaporation {
     /// Saturation concentration (kg/m³) of the vapour at a temperature (K).
     pub fn saturation(&self, temperature: f64) -> f64 {
         let exponent = self.latent_heat * self.molar_mass / GAS_CONSTANT;
-        let pressure = self.pressure * (exponent * (1.0 / self.boiling_point - 1.0 / temperature)).exp();
+        let pressure = self.pressure * libm::exp(exponent * (1.0 / self.boiling_point - 1.0 / temperature));
         pressure * self.molar_mass / (GAS_CONSTANT * temperature)
     }
 }

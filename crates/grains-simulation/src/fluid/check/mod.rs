@@ -254,7 +254,7 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
     let Some(fluid) = &case.fluid else { return 0.0 };
     let halo = 2.0 * super::plain_halo(fluid) as f64;
     // Shares are taken for cubes, whose halo is the smallest.
-    let cut = (ranks as f64).cbrt();
+    let cut = libm::cbrt(ranks as f64);
     let [stored, cells] =
         [cut * halo, 0.0].map(|more| fluid.cells.iter().map(|&n| n as f64 + more).product::<f64>());
     let has_particles = fluid.coupling.is_some() && !case.inserts.is_empty();
@@ -291,7 +291,7 @@ pub fn bytes_at_surfaces(case: &Case, catalogue: &Catalogue, insertions: &Insert
     let extents = case.domain.extents();
     let cell = extents.iter().product::<f64>() / cells;
     let area = |kind: Kind, scale: f64| catalogue.shape(kind).area() * scale * scale;
-    let squares = insertions.sum(case, catalogue, area) / cell.powf(2.0 / 3.0);
+    let squares = insertions.sum(case, catalogue, area) / libm::pow(cell, 2.0 / 3.0);
     let [of_cell, of_square] = BYTES_AT_SURFACES;
     fluid.scalar.len() as f64 * (of_cell * cells + of_square * squares)
 }

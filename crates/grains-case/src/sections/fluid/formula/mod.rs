@@ -148,19 +148,19 @@ const FUNCTIONS: [Function; 19] = [
     ("abs", f64::abs),
     ("sign", |x| if x == 0.0 { 0.0 } else { x.signum() }),
     ("sqrt", f64::sqrt),
-    ("cbrt", f64::cbrt),
-    ("exp", f64::exp),
-    ("ln", f64::ln),
-    ("log10", f64::log10),
-    ("sin", f64::sin),
-    ("cos", f64::cos),
-    ("tan", f64::tan),
-    ("asin", f64::asin),
-    ("acos", f64::acos),
-    ("atan", f64::atan),
-    ("sinh", f64::sinh),
-    ("cosh", f64::cosh),
-    ("tanh", f64::tanh),
+    ("cbrt", libm::cbrt),
+    ("exp", libm::exp),
+    ("ln", libm::log),
+    ("log10", libm::log10),
+    ("sin", libm::sin),
+    ("cos", libm::cos),
+    ("tan", libm::tan),
+    ("asin", libm::asin),
+    ("acos", libm::acos),
+    ("atan", libm::atan),
+    ("sinh", libm::sinh),
+    ("cosh", libm::cosh),
+    ("tanh", libm::tanh),
     ("floor", f64::floor),
     ("ceil", f64::ceil),
     ("step", |x| if x < 0.0 { 0.0 } else { 1.0 }),
@@ -169,7 +169,7 @@ const FUNCTIONS: [Function; 19] = [
 /// A function of two numbers with its name.
 type Function2 = (&'static str, fn(f64, f64) -> f64);
 
-const FUNCTIONS_OF_TWO: [Function2; 3] = [("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
+const FUNCTIONS_OF_TWO: [Function2; 3] = [("min", f64::min), ("max", f64::max), ("atan2", libm::atan2)];
 
 const CONSTANTS: [(&str, f64); 2] = [("pi", PI), ("e", E)];
 
@@ -189,7 +189,7 @@ impl MakeOperators<f64> for Operators {
             Operator::make_bin("*", binary(|a, b| a * b, 2, true)),
             Operator::make_bin("/", binary(|a, b| a / b, 3, false)),
             Operator::make_bin(SIGN, binary(|a, b| a * b, 4, false)),
-            Operator::make_bin("^", binary(f64::powf, 5, false)),
+            Operator::make_bin("^", binary(libm::pow, 5, false)),
         ];
         all.extend(FUNCTIONS.map(|(name, f)| Operator::make_unary(name, f)));
         all.extend(FUNCTIONS_OF_TWO.map(|(name, f)| Operator::make_bin(name, binary(f, 0, false))));
