@@ -62,3 +62,22 @@ fn arrays_are_gathered_and_counts_add_up_in_rank_order() {
         assert_eq!(transport.first_rank_with(false), None);
     });
 }
+
+#[test]
+fn a_message_of_more_than_two_gibibytes_arrives() {
+    // It takes 5 GB of memory: by `scripts/torture` alone.
+    if std::env::var_os("GRAINS_TORTURE").is_none() {
+        return;
+    }
+    on_ranks(&[2], "a_message_of_more_than_two_gibibytes_arrives", |job| {
+        let transport = job.new_transport();
+        let length = (1 << 28) + 12_345;
+        let message = || (0..length).map(|k| k as f64).collect::<Vec<_>>();
+        let sent = if transport.rank() == 0 { vec![(1, message())] } else { Vec::new() };
+        for (from, received) in transport.exchange_sparse(sent) {
+            assert_eq!((from, received.len()), (0, length));
+            assert!(received.iter().enumerate().all(|(k, &x)| x == k as f64));
+            println!("attack: a message of {} bytes | 1 | it arrives", 8 * length);
+        }
+    });
+}

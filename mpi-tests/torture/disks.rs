@@ -2,28 +2,13 @@
 
 use crate::common::results::checkpoints;
 use crate::common::start_with;
-use crate::{Draw, Subject, assert_readable, repeated};
+use crate::{Draw, Subject, assert_readable, preloaded, repeated};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
 
 /// A full disk, a quota that is used up, a device that fails (errno of Linux, and what the system says).
 const ERRORS: [(i32, &str); 3] =
     [(28, "No space left on device"), (122, "Disk quota exceeded"), (5, "Input/output error")];
-
-/// The library that makes writes fail, built once.
-fn library() -> &'static Path {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/torture/faulty_disk.c");
-        let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join("libfaulty_disk.so");
-        let mut compile = Command::new("cc");
-        compile.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC", "-o"]).arg(&library).arg(source);
-        assert!(compile.status().unwrap().success());
-        library
-    })
-}
 
 /// A disk with room for a number of bytes.
 struct FaultyDisk {
@@ -41,7 +26,7 @@ impl FaultyDisk {
 
     fn environment(&self) -> Vec<(&'static str, String)> {
         vec![
-            ("LD_PRELOAD", library().display().to_string()),
+            ("LD_PRELOAD", preloaded("faulty_disk")),
             ("FAULT_FOLDER", "/results/".into()),
             // What the program tries out before it writes: the disk fails after that.
             ("FAULT_SPARED", ".probe-".into()),

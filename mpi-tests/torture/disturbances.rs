@@ -1,8 +1,8 @@
 //! Runs that are halted for a while, and clocks that jump.
 
 use crate::common::results::last_step;
-use crate::common::{signal, start};
-use crate::{Draw, Subject, repeated};
+use crate::common::{signal, start, start_with};
+use crate::{Draw, Subject, preloaded, repeated};
 use std::time::Duration;
 
 #[test]
@@ -23,4 +23,14 @@ fn ranks_that_are_halted_for_a_while_change_nothing() {
     running.wait().succeeded();
     subject.assert_nothing_lost(&home);
     println!("attack: ranks halted | 3 times {pause} s | nothing changed");
+}
+
+#[test]
+fn a_clock_that_jumps_by_a_day_changes_nothing() {
+    let subject = Subject::new("clock", "shear", 400, 10, 100);
+    let home = subject.begin("clock");
+    let clock = [("LD_PRELOAD", preloaded("jumping_clock"))];
+    let output = start_with(2, &home, &["case.toml"], (0, &clock)).wait().succeeded();
+    assert!(!output.stderr.contains("warning"), "{}", output.text());
+    subject.assert_nothing_lost(&home);
 }

@@ -7,6 +7,7 @@
 mod common;
 mod disks;
 mod disturbances;
+mod endurance;
 mod kills;
 
 use common::files::assert_same_files;
@@ -14,10 +15,24 @@ use common::results::{assert_same_state, checkpoints};
 use common::{Output, folder, often, replaced, run, run_case};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// How often an attack is repeated: a few times in the tests, more by `scripts/torture`.
 fn repeated(few: usize, many: usize) -> usize {
     if std::env::var_os("GRAINS_TORTURE").is_some() { many } else { few }
+}
+
+/// Builds a library of this folder and returns its path, for `LD_PRELOAD`.
+fn preloaded(name: &str) -> String {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../mpi-tests/torture").join(name);
+    let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("lib{name}-{}.so", std::process::id()));
+    if !library.exists() {
+        let mut compile = Command::new("cc");
+        compile.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC", "-o"]);
+        let status = compile.arg(&library).arg(source.with_extension("c")).status();
+        assert!(status.is_ok_and(|status| status.success()), "{name} is built");
+    }
+    library.display().to_string()
 }
 
 /// Random numbers in [0, 1), the same in each run of the tests (SplitMix64, Steele, Lea & Flood 2014).
