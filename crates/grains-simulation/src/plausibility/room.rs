@@ -41,7 +41,7 @@ pub(super) fn crowded_batches(s: &Setting) -> Vec<Remark> {
             "{batch} particles take {:.0} % of the window and what they reach beyond it: the run ends when this batch comes; lower it, enlarge the window, or give place.retry (s) to wait for room",
             100.0 * share
         );
-        let key = if insert.batch.is_some() { "batch" } else { "count" };
+        let key = if insert.batch == insert.count { "count" } else { "batch" };
         (share > DENSEST).then(|| (format!("insert[{i}].{key}"), message))
     };
     s.case.inserts.iter().enumerate().filter(|(_, insert)| insert.start > 0.0).filter_map(remark).collect()
