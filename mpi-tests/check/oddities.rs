@@ -1,5 +1,8 @@
 //! Mistakes that are no errors: warned of once, by `check` and by the run.
 
+mod fluids;
+mod particles;
+
 use super::check;
 use crate::common::{Output, case, folder, replaced, run};
 use std::fs;
@@ -378,6 +381,25 @@ fn every_oddity_is_warned_of_once_by_check_and_by_the_run() {
         let is_right = matches!(&said[..], [one] if one.contains(&format!(" {key}")) && one.contains(words));
         if !is_right || ran.iter().filter(|line| said.contains(line)).count() != said.len() {
             wrong.push((what, said, ran));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// As above, by `check` alone, whose rules are those of a run.
+#[test]
+fn further_oddities_are_warned_of_with_key_consequence_and_remedy() {
+    let home = folder("check_further_oddities");
+    let mut wrong = Vec::new();
+    println!("| mistake | warning |\n|---|---|");
+    for (what, name, edits, key, words) in particles::ODDITIES.iter().chain(fluids::ODDITIES) {
+        let output = check(&home, &odd(name, edits), &[]).succeeded();
+        let said: Vec<&str> = output.stderr.lines().filter(|line| line.starts_with("warning: ")).collect();
+        println!("| {what} | {} |", said.join("<br>").replace('|', "\\|"));
+        if !matches!(&said[..], [one] if one.contains(&format!(" {key} = ")) || one.contains(&format!(" {key}:")))
+            || !said[0].contains(words)
+        {
+            wrong.push((what, output.stderr.clone()));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");

@@ -25,6 +25,7 @@ mod raw;
 mod reading;
 mod renamed;
 pub mod sections;
+mod slips;
 mod source;
 mod structure;
 mod toml_file;

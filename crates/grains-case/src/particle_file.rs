@@ -9,6 +9,7 @@ use crate::diagnostic::{CaseErrors, Diagnostic, unknown};
 use crate::fit::missing_contact;
 use crate::sections::insert::Insert;
 use crate::sections::shape::ShapeKind;
+use crate::slips::remedy_of_column;
 use crate::vector::norm;
 
 /// The columns a particle file may have, in any order; x, y and z are required.
@@ -332,7 +333,11 @@ impl<'a> Remarks<'a> {
 fn check_header(line: usize, header: &[&str], remarks: &mut Remarks) {
     for (i, name) in header.iter().enumerate() {
         if !COLUMNS.contains(name) {
-            remarks.add(line, name, None, unknown("column", name, &COLUMNS));
+            let message = match remedy_of_column(name, header) {
+                Some(remedy) => format!("unknown column; {remedy}"),
+                None => unknown("column", name, &COLUMNS),
+            };
+            remarks.add(line, name, None, message);
         } else if header[..i].contains(name) {
             remarks.add(line, name, None, "this column appears twice; remove one".into());
         }

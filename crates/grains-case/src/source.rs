@@ -6,6 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{CaseErrors, Diagnostic};
+use crate::slips::remedy_of_syntax;
 
 /// A parsed case file that can say where a key path stands.
 pub(crate) struct Source<'t> {
@@ -32,7 +33,8 @@ impl<'t> Source<'t> {
         }
         let remarks = errors.iter().map(|error| {
             let start = error.span().map_or(text.len(), |span| span.start);
-            let message = format!("not valid TOML: {}", error.message());
+            let remedy = remedy_of_syntax(source.line_at(start), error.message());
+            let message = format!("not valid TOML: {}{remedy}", error.message());
             source.remark(start, String::new(), None, message)
         });
         // The parser resumes after an error, but what follows on the same line is an echo.
@@ -63,6 +65,11 @@ impl<'t> Source<'t> {
     fn remark(&self, offset: usize, key: String, value: Option<String>, message: String) -> Diagnostic {
         let (line, column) = self.position(offset);
         Diagnostic { file: self.file.to_owned(), line, column, key, value, message }
+    }
+
+    /// The text of the line of a byte offset.
+    fn line_at(&self, offset: usize) -> &'t str {
+        self.text.lines().nth(self.position(offset).0 - 1).unwrap_or("")
     }
 
     /// Line and column (in characters) of a byte offset, both from 1.

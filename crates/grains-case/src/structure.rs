@@ -284,7 +284,8 @@ impl<'a> Reader<'a, '_, '_> {
                 is_complete &= path.contains('.');
             } else if !(layers.is_kind_unknown && is_foreign(layers, key.get_ref())) {
                 meant.extend(closest(key.get_ref(), layers.keys()));
-                let message = unknown_key(layers, key.get_ref(), table);
+                let place = self.place_of(&path, key.get_ref());
+                let message = unknown_key(layers, key.get_ref(), table) + &place;
                 self.error(&key.span(), &path, false, message);
                 // A section that goes unread would draw false complaints about what it defines.
                 is_complete &= path.contains('.');
@@ -301,6 +302,25 @@ impl<'a> Reader<'a, '_, '_> {
             }
         }
         is_complete.then_some(toml::Value::Table(tree))
+    }
+
+    /// Where a key belongs that stands in a wrong section, if in one place alone.
+    fn place_of(&self, path: &str, key: &str) -> String {
+        if path.matches('.').count() != 1 && path != key {
+            return String::new();
+        }
+        let sections = self.layers_of(self.schema);
+        if path != key && ["gravity", "name", "seed"].contains(&key) && sections.property(key).is_some() {
+            return format!("; `{key}` stands before the first section");
+        }
+        let holds = |name: &&str| {
+            let schema = sections.property(name).map(|schema| self.layers_of(schema));
+            schema.is_some_and(|layers| layers.schemas.iter().any(|s| has_property(s, key)))
+        };
+        match sections.keys().into_iter().filter(holds).collect::<Vec<_>>()[..] {
+            [section] => format!("; `{key}` is a key of [{section}]"),
+            _ => String::new(),
+        }
     }
 
     fn read_array(
@@ -362,6 +382,11 @@ fn explain(message: String, doc: &str) -> String {
 
 fn is_foreign(layers: &Layers<'_>, key: &str) -> bool {
     key == "kind" || layers.foreign.iter().any(|(other, _)| *other == key)
+}
+
+/// Whether a schema itself has a key.
+fn has_property(schema: &Json, key: &str) -> bool {
+    schema.get("properties").is_some_and(|properties| properties.get(key).is_some())
 }
 
 /// The message about a key that the chosen variant does not have.

@@ -1,8 +1,12 @@
 //! Values that may stand together and yet are seldom meant: each is named with its consequence and a remedy, by `check`
 //! and when a run begins.
 
+mod endings;
 mod flow;
+mod fluids;
+mod idle;
 mod laws;
+mod room;
 mod setting;
 mod sizes;
 mod walls;
@@ -45,6 +49,30 @@ const RULES: &[fn(&Setting) -> Vec<Remark>] = &[
     laws::odd_bridges,
     laws::films_without_effect,
     laws::restitution_without_effect,
+    idle::materials_of_nothing,
+    idle::shapes_of_nothing,
+    idle::heat_of_nothing,
+    idle::rolling_without_friction,
+    idle::steps_per_contact_beside_a_step,
+    idle::loose_vertices,
+    idle::doubled_walls,
+    idle::motions_of_gone_walls,
+    idle::phases_in_degrees,
+    endings::stop_without_condition,
+    endings::stop_never_looked_at,
+    endings::passed_already,
+    endings::energy_always_below,
+    endings::interval_below_step,
+    room::domain_too_full,
+    room::crowded_batches,
+    room::fast_spin,
+    room::wide_skin,
+    room::sweeping_planes,
+    fluids::odd_viscosity,
+    fluids::celsius_beside_kelvin,
+    fluids::idle_inlets,
+    fluids::few_cells,
+    fluids::rise_out,
     fine_step,
     many_steps,
 ];

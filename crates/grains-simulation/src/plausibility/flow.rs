@@ -5,7 +5,7 @@ use crate::fluid::fastest;
 use grains_case::{BoundaryKind, Case, Drive, Expression, Face, Fluid, Insert, Kernel, TimeStep};
 
 /// Conditions that hold somewhere on the boundary of the fluid, by their index in the case.
-fn conditions<'a>(case: &'a Case, fluid: &'a Fluid) -> Vec<usize> {
+pub(super) fn conditions<'a>(case: &'a Case, fluid: &'a Fluid) -> Vec<usize> {
     let open = Face::ALL.into_iter().filter(|face| !case.domain.periodic[face.axis()]);
     open.flat_map(|face| {
         let on_face = fluid.on_face(face);
@@ -15,7 +15,7 @@ fn conditions<'a>(case: &'a Case, fluid: &'a Fluid) -> Vec<usize> {
 }
 
 /// Speed into the domain (m/s) that an inlet imposes, if it is a number.
-fn speed_inwards(fluid: &Fluid, index: usize) -> Option<f64> {
+pub(super) fn speed_inwards(fluid: &Fluid, index: usize) -> Option<f64> {
     let boundary = &fluid.boundary[index];
     match &boundary.kind {
         BoundaryKind::ParabolicInlet { mean } => Some(*mean),

@@ -2,7 +2,7 @@
 
 use crate::insertion::{Insertions, KindRange};
 use crate::law_report::LawReport;
-use grains_case::{Case, Domain, Insert};
+use grains_case::{Case, Component, Domain, Insert};
 use grains_dem::{Catalogue, Wall};
 use grains_geometry::Vec3;
 
@@ -67,6 +67,15 @@ impl Setting<'_> {
         kinds
             .map(|k| k.smallest * self.catalogue.shape(k.kind).inscribed_radius)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Volumes (m³) of the smallest and the largest particle of an insertion.
+    pub fn volumes(&self, insert: &Insert) -> [f64; 2] {
+        let of = |component: &Component| {
+            let volume = self.catalogue.shapes[component.shape].volume;
+            [component.scale.smallest(), component.scale.largest()].map(|scale| volume * scale.powi(3))
+        };
+        insert.particles.iter().map(of).fold([f64::INFINITY, 0.0], |[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
     /// Speed (m/s) and index of the fastest insertion.
