@@ -8,24 +8,28 @@ mod cases;
 mod folders;
 mod geometry;
 mod memory;
+mod restart;
 mod scripts;
 
 pub use cases::{case, check, formula, table};
 pub use folders::Folders;
 pub use geometry::mesh;
 pub use memory::{LARGEST, LimitedAllocator};
-pub use scripts::{import, study};
+pub use restart::restart;
+pub use scripts::{command, import, study};
 
 /// A function of any bytes, with the folders it may read and write.
 pub type Target = fn(&[u8], &Folders) -> bool;
 
 /// The targets by their names.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 9] = [
     ("case", case),
     ("check", check),
+    ("command", command),
     ("formula", formula),
     ("import", import),
     ("mesh", mesh),
+    ("restart", restart),
     ("study", study),
     ("table", table),
 ];

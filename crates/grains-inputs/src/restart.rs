@@ -1,14 +1,12 @@
 //! Checkpoints with texts and values that no run has written.
 
 use crate::Folders;
-use grains_domain::Transport;
 use grains_output::{CheckpointFile, Values};
 use grains_simulation::{Case, Job, Options, Simulation};
 use std::cell::OnceCell;
 use std::mem::ManuallyDrop;
-use std::path::Path;
 
-/// Cases with a checkpoint each: spheres, bodies and walls, bonds, heat, films, wear, insertions, shear.
+/// Cases with a checkpoint each: wet warm spheres between walls, and bonded bodies in a sheared box.
 const CASES: [&str; 2] = [SPHERES, BODIES];
 
 const SPHERES: &str = include_str!("spheres.toml");
@@ -46,6 +44,76 @@ pub fn restart(bytes: &[u8], folders: &Folders) -> bool {
             }
         }
     })
+}
+
+/// Values that are wrong in most places.
+const VALUES: [f64; 12] = [
+    0.0,
+    -1.0,
+    1.0,
+    -0.5,
+    1e3,
+    65_536.0,
+    4_294_967_296.0,
+    1e16,
+    1e300,
+    f64::NAN,
+    f64::INFINITY,
+    f64::MIN_POSITIVE,
+];
+
+/// Bytes of an edit: what it does, in which text or array, where (two), a value, and how many characters or values.
+const EDIT: usize = 6;
+
+/// A checkpoint with the edits that the bytes say, each of [`EDIT`] bytes and of the characters it puts into a text.
+fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
+    while let Some((&[what, which, high, low, value, count], rest)) = edits.split_first_chunk::<EDIT>() {
+        let place = usize::from(u16::from_be_bytes([high, low]));
+        let (inserted, rest) = rest.split_at(if what % 2 == 0 { usize::from(count).min(rest.len()) } else { 0 });
+        edits = rest;
+        let mut number = [0_u8; 2];
+        let mut is_meant = |kind: usize| {
+            number[kind] = number[kind].wrapping_add(1);
+            number[kind] - 1 == which
+        };
+        checkpoint = match what % 2 {
+            0 => checkpoint.altered(
+                |_, text| {
+                    if is_meant(0) {
+                        edit_text(text, (place, value.into()), inserted);
+                    }
+                },
+                |_, _| (),
+            ),
+            _ => checkpoint.altered(
+                |_, _| (),
+                |_, values| {
+                    if is_meant(1) {
+                        edit_values(values, what, (place, value.into()), count.into());
+                    }
+                },
+            ),
+        };
+    }
+    checkpoint
+}
+
+/// Puts characters in the place of some others.
+fn edit_text(text: &mut String, (place, gone): (usize, usize), inserted: &[u8]) {
+    let begin = text.floor_char_boundary(place.min(text.len()));
+    let end = text.floor_char_boundary((begin + gone).min(text.len())).max(begin);
+    text.replace_range(begin..end, &String::from_utf8_lossy(inserted));
+}
+
+/// Gives some values another one, or takes the last ones away.
+fn edit_values(values: &mut Values, what: u8, (place, value): (usize, usize), count: usize) {
+    let value = VALUES[value % VALUES.len()];
+    match (values, what & 2) {
+        (Values::Real(list), 0) => list.iter_mut().skip(place).take(count).for_each(|x| *x = value),
+        (Values::Integer(list), 0) => list.iter_mut().skip(place).take(count).for_each(|x| *x = value as i64),
+        (Values::Real(list), _) => list.resize(place.min(2 * list.len()), value),
+        (Values::Integer(list), _) => list.resize(place.min(2 * list.len()), value as i64),
+    }
 }
 
 impl Runs {

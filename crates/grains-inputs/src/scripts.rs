@@ -1,9 +1,11 @@
-//! Studies, and what comes from other codes.
+//! Command lines, studies, and what comes from other codes.
 
 use crate::{Folders, text};
 use grains_import::Options;
 use grains_study::{Launch, Study, Task, carry_out};
+use std::ffi::OsString;
 use std::fs;
+use std::os::unix::ffi::OsStringExt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -43,4 +45,10 @@ pub fn import(bytes: &[u8], folders: &Folders) -> bool {
         return false;
     }
     grains_import::import(&[file], &folders.own.join("imported"), &Options::default()).is_ok()
+}
+
+/// A command line, its words one a line.
+pub fn command(bytes: &[u8], _: &Folders) -> bool {
+    let words = bytes.split(|byte| *byte == b'\n').map(|word| OsString::from_vec(word.to_vec()));
+    grains_program::understands([OsString::from("grains-mpi")].into_iter().chain(words))
 }
