@@ -1,5 +1,6 @@
 //! Variables of a script, and arithmetic.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// A variable that holds words, or a formula.
@@ -17,6 +18,8 @@ pub struct Variables {
     given: Vec<String>,
     /// Steps done and length of a step in units of the script, once it is set.
     pub clock: (u64, Option<f64>),
+    /// Formulas evaluated for the text or formula at hand.
+    evaluated: Cell<u32>,
 }
 
 impl Variables {
@@ -63,6 +66,12 @@ impl Variables {
     /// # Errors
     /// Unknown names and formulas without a value.
     pub fn substitute(&self, text: &str) -> Result<String, String> {
+        self.evaluated.set(0);
+        self.substitute_at(text, 0)
+    }
+
+    /// The same of a text that stands so many formulas deep in others.
+    fn substitute_at(&self, text: &str, depth: usize) -> Result<String, String> {
         let mut out = String::new();
         let mut rest = text;
         while let Some((before, after)) = rest.split_once('$') {
@@ -70,27 +79,29 @@ impl Variables {
             let (value, left) = match after.chars().next() {
                 Some('{') => {
                     let (name, left) = after[1..].split_once('}').ok_or("`${` is not closed")?;
-                    (self.text(name)?, left)
+                    (self.text(name, depth)?, left)
                 }
                 Some('(') => {
                     let end = closing(after).ok_or("`$(` is not closed")?;
                     let formula = &after[1..end];
-                    (number(self.value(formula.split(":%").next().unwrap_or(formula))?), &after[end + 1..])
+                    let formula = formula.split(":%").next().unwrap_or(formula);
+                    (number(self.value_at(formula, depth + 1)?), &after[end + 1..])
                 }
-                Some(name) => (self.text(name.encode_utf8(&mut [0; 4]))?, &after[name.len_utf8()..]),
+                Some(name) => (self.text(name.encode_utf8(&mut [0; 4]), depth)?, &after[name.len_utf8()..]),
                 None => (String::from("$"), after),
             };
             out.push_str(&value);
+            check_length(text, &out)?;
             rest = left;
         }
         out.push_str(rest);
         Ok(out)
     }
 
-    fn text(&self, name: &str) -> Result<String, String> {
+    fn text(&self, name: &str, depth: usize) -> Result<String, String> {
         match self.table.get(name) {
             Some(Variable::Text(text)) => Ok(text.clone()),
-            Some(Variable::Formula(formula)) => Ok(number(self.value(formula)?)),
+            Some(Variable::Formula(formula)) => Ok(number(self.value_at(formula, depth + 1)?)),
             None => Err(format!("there is no variable {name}; give --var {name}=VALUE")),
         }
     }
@@ -100,20 +111,33 @@ impl Variables {
     /// # Errors
     /// Names whose values only a run has, and what is no formula.
     pub fn value(&self, formula: &str) -> Result<f64, String> {
+        self.evaluated.set(0);
+        self.value_at(formula, 0)
+    }
+
+    fn value_at(&self, formula: &str, depth: usize) -> Result<f64, String> {
         if let Ok(value) = formula.trim().parse::<f64>() {
             return Ok(value);
         }
-        let plain = self.plain(formula, 0)?;
+        self.evaluated.set(self.evaluated.get() + 1);
+        if self.evaluated.get() > MOST_EVALUATIONS {
+            return Err(format!(
+                "`{}` needs more than {MOST_EVALUATIONS} formulas of other variables; give some by --var",
+                shortened(formula)
+            ));
+        }
+        let plain = self.plain(formula, depth)?;
+        check_nesting(formula, &plain)?;
         exmex::eval_str::<f64>(&plain).map_err(|error| format!("`{formula}` is no formula: {error}"))
     }
 
     /// The formula with values for names.
     fn plain(&self, formula: &str, depth: usize) -> Result<String, String> {
         if depth > 50 {
-            return Err(format!("`{formula}` refers to itself"));
+            return Err(format!("`{}` refers to itself", shortened(formula)));
         }
         let mut out = String::new();
-        let formula = self.substitute(formula)?;
+        let formula = self.substitute_at(formula, depth)?;
         let mut rest = formula.as_str();
         while let Some(first) = rest.chars().next() {
             let word = match first {
@@ -150,9 +174,48 @@ impl Variables {
                 }
                 _ => out.push_str(token),
             }
+            check_length(&formula, &out)?;
         }
         Ok(out)
     }
+}
+
+/// Formulas that one formula may need: more are of variables that need each other twice.
+const MOST_EVALUATIONS: u32 = 1000;
+
+/// Characters of a command or formula with the values of its variables: more are of variables that double each other.
+const LONGEST: usize = 10_000;
+
+fn check_length(text: &str, replaced: &str) -> Result<(), String> {
+    match replaced.len() <= LONGEST {
+        true => Ok(()),
+        false => Err(format!(
+            "`{}` has more than {LONGEST} characters with the values of its variables; give some by --var",
+            shortened(text)
+        )),
+    }
+}
+
+/// Parentheses in each other of a formula.
+const DEEPEST: usize = 200;
+
+fn check_nesting(formula: &str, plain: &str) -> Result<(), String> {
+    let mut depth = 0_usize;
+    for c in plain.chars() {
+        match c {
+            '(' => depth += 1,
+            ')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEEPEST {
+            return Err(format!("`{}` has more than {DEEPEST} parentheses in each other", shortened(formula)));
+        }
+    }
+    Ok(())
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(60).collect()
 }
 
 /// Length of the number at the beginning of a text.
@@ -219,6 +282,31 @@ mod tests {
         assert!(variables.substitute("${none}").unwrap_err().contains("--var none=VALUE"));
         variables.define(&words("a equal v_a+1")).unwrap();
         assert!(variables.value("v_a").unwrap_err().contains("itself"));
+    }
+
+    #[test]
+    fn variables_that_refer_to_or_double_each_other_end_in_an_error() {
+        let mut variables = Variables::default();
+        variables.define(&words("a equal ${a}")).unwrap();
+        variables.define(&words("b equal $(v_c)")).unwrap();
+        variables.define(&words("c equal ${b}+1")).unwrap();
+        for text in ["${a}", "$(v_b)", "${c}"] {
+            assert!(variables.substitute(text).unwrap_err().contains("itself"), "{text}");
+        }
+        variables.define(&words("x0 equal 1+1")).unwrap();
+        for k in 1..40 {
+            variables.define(&words(&format!("x{k} equal v_x{0}+v_x{0}", k - 1))).unwrap();
+        }
+        assert_eq!(variables.value("v_x3").unwrap(), 16.0);
+        assert!(variables.value("v_x39").unwrap_err().contains("more than 10000 characters"));
+        variables.define(&words("y0 equal 1+1")).unwrap();
+        for k in 1..40 {
+            variables.define(&words(&format!("y{k} equal ${{y{0}}}+${{y{0}}}", k - 1))).unwrap();
+        }
+        assert_eq!(variables.value("v_y3").unwrap(), 16.0);
+        assert!(variables.value("v_y39").unwrap_err().contains("formulas of other variables"));
+        let deep = format!("{}1{}", "(".repeat(4000), ")".repeat(4000));
+        assert!(variables.value(&deep).unwrap_err().contains("parentheses in each other"));
     }
 
     #[test]

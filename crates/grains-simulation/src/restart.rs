@@ -138,7 +138,7 @@ pub struct Continued {
     pub is_at_end: bool,
 }
 
-/// Takes the state of a checkpoint: a file, or the newest valid one of a folder (`latest`: of the output directory).
+/// Takes the state of a checkpoint.
 ///
 /// The case may differ where the state has a meaning in it; all that differs is said. Walls, insertions, shapes, materials and
 /// flow planes are known by their names:
@@ -147,41 +147,40 @@ pub struct Continued {
 /// - An insertion goes on after the particles it has inserted; one with a new name begins, now at the earliest.
 ///
 /// # Errors
-/// No valid checkpoint, or one whose particles or fluid do not fit the case.
+/// A checkpoint whose particles or fluid do not fit the case.
 pub fn restore(
     case: &Case,
     transport: &MpiTransport,
-    checkpoint: &Path,
+    file: &CheckpointFile,
     (dem, fluid): (&mut Dem, &mut Option<FluidPhase>),
     insertions: &mut Insertions,
 ) -> Result<Continued, RunError> {
     let is_first = transport.rank() == 0;
-    let file = open(case, transport, checkpoint)?;
     let refuse = |why: String| RunError::case(format!("{} cannot be continued: {why}", file.path.display()));
-    let [before, now] = known_cases(case, &file, transport).map_err(refuse)?;
+    let [before, now] = known_cases(case, file, transport).map_err(refuse)?;
     let changes = changes::changes(&before, &now);
-    let step = numbers(&file, "step").first().map_or(0, |&s| s as u64);
-    let (time, ratio) = continue_clock(dem, &file, step).ok_or_else(|| refuse("it has no clock".into()))?;
+    let step = numbers(file, "step").first().map_or(0, |&s| s as u64);
+    let (time, ratio) = continue_clock(dem, file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
-    check_state(&file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
-    restore_shear(dem, &file, is_first);
-    place_walls(dem, &file, &changes, (&numbering, ratio));
-    wear::restore(dem, &file, |wall| numbering.wall(wall))?;
+    check_state(file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
+    restore_shear(dem, file, is_first);
+    place_walls(dem, file, &changes, (&numbering, ratio));
+    wear::restore(dem, file, |wall| numbering.wall(wall))?;
     let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
-    restore_particles(case, &file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
+    restore_particles(case, file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
     dem.announce_insertion();
     let has_fluid = before.contains_key("fluid");
     if let Some(fluid) = fluid {
         match has_fluid {
-            true => fluid.restore(&file, dem, transport)?,
+            true => fluid.restore(file, dem, transport)?,
             false => fluid.begin_at(dem),
         }
         fluid.change_step(dem.step, ratio);
     }
     if is_first {
-        restore_ledger(&file, dem, &numbering, (&before, &changes));
+        restore_ledger(file, dem, &numbering, (&before, &changes));
     }
     let mut told: Vec<String> = changes.iter().map(ToString::to_string).collect();
     if ratio != 1.0 {
@@ -310,7 +309,11 @@ fn lies_in(file: &Path, folder: &Path) -> bool {
     parent.is_some() && parent == folder.canonicalize().ok()
 }
 
-fn open(case: &Case, transport: &MpiTransport, checkpoint: &Path) -> Result<CheckpointFile, RunError> {
+/// Reads a checkpoint: a file, or the newest valid one of a folder (`latest`: of the output directory).
+///
+/// # Errors
+/// No valid checkpoint.
+pub fn open(case: &Case, transport: &MpiTransport, checkpoint: &Path) -> Result<CheckpointFile, RunError> {
     let communicator = transport.communicator();
     let folder = match checkpoint {
         latest if latest == Path::new("latest") => Some(case.output.directory.as_path()),

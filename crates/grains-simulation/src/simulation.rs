@@ -27,6 +27,7 @@ use grains_case::Case;
 use grains_comm::{Job, MpiTransport};
 use grains_dem::{Dem, Failure, Phase};
 use grains_domain::Transport;
+use grains_output::CheckpointFile;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -95,6 +96,28 @@ impl Simulation {
     /// # Errors
     /// Anything wrong with the case, its files or the checkpoint.
     pub fn new(case: &Case, job: &Job, options: Options) -> Result<Self, RunError> {
+        Self::begun(case, job, options, None)
+    }
+
+    /// As [`Simulation::new`], from the content of a checkpoint that has been read, whatever `options.restart` says; collective.
+    ///
+    /// # Errors
+    /// As for [`Simulation::new`].
+    pub fn continued(
+        case: &Case,
+        job: &Job,
+        options: Options,
+        checkpoint: CheckpointFile,
+    ) -> Result<Self, RunError> {
+        Self::begun(case, job, options, Some(checkpoint))
+    }
+
+    fn begun(
+        case: &Case,
+        job: &Job,
+        options: Options,
+        read: Option<CheckpointFile>,
+    ) -> Result<Self, RunError> {
         let (system, mut insertions) = build(case, job.transport())?;
         let warnings = plausibility::warnings(case, &system, &insertions);
         let System { setup, step } = system;
@@ -109,13 +132,12 @@ impl Simulation {
         let prediction = Prediction::of(case, (&dem, &insertions), &step, &walls, transport.size());
         let Options { restart, writes_files, program, petsc } = options;
         let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
-        let continued = match &restart {
-            Some(checkpoint) => {
-                let state = (&mut dem, &mut fluid);
-                Some(restart::restore(case, &transport, checkpoint, state, &mut insertions)?)
-            }
-            None => None,
+        let open = |path: &PathBuf| restart::open(case, &transport, path);
+        let checkpoint = read.map_or_else(|| restart.as_ref().map(open).transpose(), |read| Ok(Some(read)))?;
+        let restore = |file: &CheckpointFile| {
+            restart::restore(case, &transport, file, (&mut dem, &mut fluid), &mut insertions)
         };
+        let continued = checkpoint.as_ref().map(restore).transpose()?;
         let open = || Files::open(case, &program, &transport, continued.as_ref(), (&dem, &fluid));
         let files = writes_files.then(open).transpose()?;
         let mut schedule = match writes_files {
@@ -141,7 +163,7 @@ impl Simulation {
             first_step,
             begin,
             particle_steps: 0,
-            is_inserted: restart.is_some(),
+            is_inserted: checkpoint.is_some(),
             is_fluid_new,
             is_asked_to_stop: false,
             is_stop_met,

@@ -11,11 +11,53 @@ use toml::Value;
 /// Values of the varied quantities, by name.
 pub(crate) type Values = BTreeMap<String, Value>;
 
+/// Members of a study beyond which it is refused: their cases alone would take minutes to check.
+const MOST_MEMBERS: usize = 100_000;
+
 /// All combinations of a study, the last list changing fastest.
 ///
 /// # Errors
-/// A table of points that does not fit the study.
+/// A table of points that does not fit the study, or more members than any machine runs.
 pub(crate) fn points(study: &Study) -> Result<Vec<Values>, StudyError> {
+    let factors = factors(study)?;
+    members(study, &factors)?;
+    let cross = |points: Vec<Values>, factor: &Vec<Values>| -> Vec<Values> {
+        points
+            .iter()
+            .flat_map(|point| factor.iter().map(|row| point.clone().into_iter().chain(row.clone()).collect()))
+            .collect()
+    };
+    Ok(factors.iter().fold(vec![Values::new()], cross))
+}
+
+/// Number of members that a study begins with.
+///
+/// # Errors
+/// As for [`points`].
+pub(crate) fn count(study: &Study) -> Result<usize, StudyError> {
+    match study.fit {
+        Some(_) => Ok(crate::fit::initial_points(study).saturating_mul(study.design.repeats)),
+        None => members(study, &factors(study)?),
+    }
+}
+
+/// Number of combinations of some lists, times that of repeats.
+fn members(study: &Study, factors: &[Vec<Values>]) -> Result<usize, StudyError> {
+    let counts = factors.iter().map(Vec::len).chain([study.design.repeats]);
+    let members = counts.fold(1, usize::saturating_mul);
+    match members <= MOST_MEMBERS {
+        true => Ok(members),
+        false => Err(study.error(
+            "design",
+            format!(
+                "the lists and points of [vary] with their repeats make {members} members, {MOST_MEMBERS} at most; give fewer values, or let lists go together (design.together)"
+            ),
+        )),
+    }
+}
+
+/// The lists of values that cross each other.
+fn factors(study: &Study) -> Result<Vec<Vec<Values>>, StudyError> {
     let together = &study.design.together;
     let is_alone = |name: &&String| !together.iter().flatten().any(|other| other == *name);
     let lists = study.vary.iter().filter(|(_, vary)| !vary.values.is_empty()).map(|(name, _)| name);
@@ -27,13 +69,7 @@ pub(crate) fn points(study: &Study) -> Result<Vec<Values>, StudyError> {
     if let (false, Some(samples)) = (ranges.is_empty(), study.design.samples) {
         factors.push(sampled(&ranges, samples, study.design.seed));
     }
-    let cross = |points: Vec<Values>, factor: &Vec<Values>| -> Vec<Values> {
-        points
-            .iter()
-            .flat_map(|point| factor.iter().map(|row| point.clone().into_iter().chain(row.clone()).collect()))
-            .collect()
-    };
-    Ok(factors.iter().fold(vec![Values::new()], cross))
+    Ok(factors)
 }
 
 /// The rows of lists that go together.
@@ -153,6 +189,17 @@ mod tests {
         let zipped = points(&study(&format!("{vary}[design]\ntogether = [[\"b\", \"c\"]]\n"))).unwrap();
         assert_eq!(zipped.len(), 6);
         assert!(zipped.iter().all(|p| (p["b"] == Value::Integer(4)) == (p["c"] == Value::from("x"))));
+    }
+
+    #[test]
+    fn more_members_than_a_machine_can_check_are_refused() {
+        let list = |name: u8| format!("{} = {{ key = \"seed\", values = [1, 2, 3, 4, 5, 6, 7, 8] }}\n", name as char);
+        let text = |lists: u8| format!("[vary]\n{}", (b'a'..b'a' + lists).map(list).collect::<String>());
+        assert_eq!(points(&study(&text(4))).unwrap().len(), 4096);
+        let refused = points(&study(&text(24))).unwrap_err().to_string();
+        assert!(refused.contains("members, 100000 at most"), "{refused}");
+        let repeats = format!("{}[design]\nrepeats = 1000\n", text(3));
+        assert!(points(&study(&repeats)).is_err());
     }
 
     #[test]

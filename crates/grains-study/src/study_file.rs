@@ -268,6 +268,14 @@ impl Study {
         self.directory.clone().unwrap_or_else(|| Path::new("results").join(self.name()))
     }
 
+    /// Number of members that it begins with.
+    ///
+    /// # Errors
+    /// A table of points that does not fit the study, or more members than any machine runs.
+    pub fn members(&self) -> Result<usize, StudyError> {
+        crate::design::count(self)
+    }
+
     /// Varied quantities with a range, in the order of their names.
     pub fn ranges(&self) -> Vec<(&str, Range)> {
         self.vary.iter().filter_map(|(name, vary)| Some((name.as_str(), vary.range()?))).collect()
