@@ -2,6 +2,8 @@
 //!
 //! `WRITE_MANUAL=1 cargo test -p grains-case --test manual` writes the pages anew.
 
+#[path = "manual/claims.rs"]
+mod claims;
 #[path = "manual/examples.rs"]
 mod examples;
 #[path = "manual/gallery.rs"]
