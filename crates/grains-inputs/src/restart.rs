@@ -69,7 +69,8 @@ const EDIT: usize = 6;
 fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
     while let Some((&[what, which, high, low, value, count], rest)) = edits.split_first_chunk::<EDIT>() {
         let place = usize::from(u16::from_be_bytes([high, low]));
-        let (inserted, rest) = rest.split_at(if what % 2 == 0 { usize::from(count).min(rest.len()) } else { 0 });
+        let (inserted, rest) =
+            rest.split_at(if what % 2 == 0 { usize::from(count).min(rest.len()) } else { 0 });
         edits = rest;
         let mut number = [0_u8; 2];
         let mut is_meant = |kind: usize| {
@@ -100,8 +101,10 @@ fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
 
 /// Puts characters in the place of some others.
 fn edit_text(text: &mut String, (place, gone): (usize, usize), inserted: &[u8]) {
-    let begin = text.floor_char_boundary(place.min(text.len()));
-    let end = text.floor_char_boundary((begin + gone).min(text.len())).max(begin);
+    let boundary =
+        |at: usize| (0..=at.min(text.len())).rev().find(|&k| text.is_char_boundary(k)).unwrap_or(0);
+    let begin = boundary(place);
+    let end = boundary(begin + gone).max(begin);
     text.replace_range(begin..end, &String::from_utf8_lossy(inserted));
 }
 
@@ -127,7 +130,8 @@ impl Runs {
             while run.step().unwrap_or_else(|e| panic!("{e}")) == grains_simulation::Status::Running {}
             run.close().unwrap_or_else(|e| panic!("{e}"));
             let communicator = job.transport().communicator();
-            let checkpoint = grains_output::latest_valid(&folder, communicator).unwrap_or_else(|e| panic!("{e}")).0;
+            let checkpoint =
+                grains_output::latest_valid(&folder, communicator).unwrap_or_else(|e| panic!("{e}")).0;
             Known { case, checkpoint }
         });
         Self { known: known.collect(), job: ManuallyDrop::new(job) }
