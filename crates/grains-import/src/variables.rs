@@ -208,7 +208,10 @@ fn check_nesting(formula: &str, plain: &str) -> Result<(), String> {
             _ => {}
         }
         if depth > DEEPEST {
-            return Err(format!("`{}` has more than {DEEPEST} parentheses in each other", shortened(formula)));
+            return Err(format!(
+                "`{}` has more than {DEEPEST} parentheses in each other",
+                shortened(formula)
+            ));
         }
     }
     Ok(())

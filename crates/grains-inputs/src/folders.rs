@@ -13,7 +13,8 @@ pub struct Folders {
 }
 
 /// A data file of LAMMPS.
-const DATA: &str = "two spheres\n\n2 atoms\n1 atom types\n0 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n\nAtoms # sphere\n
+const DATA: &str =
+    "two spheres\n\n2 atoms\n1 atom types\n0 1 xlo xhi\n0 1 ylo yhi\n0 1 zlo zhi\n\nAtoms # sphere\n
 1 1 0.1 2500 0.2 0.5 0.5\n2 1 0.1 2500 0.6 0.5 0.5\n";
 
 impl Folders {

@@ -69,7 +69,8 @@ const EDIT: usize = 6;
 fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
     while let Some((&[what, which, high, low, value, count], rest)) = edits.split_first_chunk::<EDIT>() {
         let place = usize::from(u16::from_be_bytes([high, low]));
-        let (inserted, rest) = rest.split_at(if what % 2 == 0 { usize::from(count).min(rest.len()) } else { 0 });
+        let (inserted, rest) =
+            rest.split_at(if what % 2 == 0 { usize::from(count).min(rest.len()) } else { 0 });
         edits = rest;
         let mut number = [0_u8; 2];
         let mut is_meant = |kind: usize| {
@@ -127,7 +128,8 @@ impl Runs {
             while run.step().unwrap_or_else(|e| panic!("{e}")) == grains_simulation::Status::Running {}
             run.close().unwrap_or_else(|e| panic!("{e}"));
             let communicator = job.transport().communicator();
-            let checkpoint = grains_output::latest_valid(&folder, communicator).unwrap_or_else(|e| panic!("{e}")).0;
+            let checkpoint =
+                grains_output::latest_valid(&folder, communicator).unwrap_or_else(|e| panic!("{e}")).0;
             Known { case, checkpoint }
         });
         Self { known: known.collect(), job: ManuallyDrop::new(job) }

@@ -133,7 +133,8 @@ impl Simulation {
         let Options { restart, writes_files, program, petsc } = options;
         let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
         let open = |path: &PathBuf| restart::open(case, &transport, path);
-        let checkpoint = read.map_or_else(|| restart.as_ref().map(open).transpose(), |read| Ok(Some(read)))?;
+        let checkpoint =
+            read.map_or_else(|| restart.as_ref().map(open).transpose(), |read| Ok(Some(read)))?;
         let restore = |file: &CheckpointFile| {
             restart::restore(case, &transport, file, (&mut dem, &mut fluid), &mut insertions)
         };

@@ -193,7 +193,9 @@ mod tests {
 
     #[test]
     fn more_members_than_a_machine_can_check_are_refused() {
-        let list = |name: u8| format!("{} = {{ key = \"seed\", values = [1, 2, 3, 4, 5, 6, 7, 8] }}\n", name as char);
+        let list = |name: u8| {
+            format!("{} = {{ key = \"seed\", values = [1, 2, 3, 4, 5, 6, 7, 8] }}\n", name as char)
+        };
         let text = |lists: u8| format!("[vary]\n{}", (b'a'..b'a' + lists).map(list).collect::<String>());
         assert_eq!(points(&study(&text(4))).unwrap().len(), 4096);
         let refused = points(&study(&text(24))).unwrap_err().to_string();
