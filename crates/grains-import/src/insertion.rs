@@ -84,9 +84,12 @@ impl Script {
                     .map(|w| w.parse::<f64>().map_err(|_| format!("`{w}` is no number")));
                 (numbers.collect::<Result<Vec<_>, _>>()?, self.number_behind(rest, "scale")?.unwrap_or(1.0))
             }
-            words => (self.numbers(words.get(..4 * count).ok_or("spheres have four numbers each")?)?, 1.0),
+            words => (
+                self.numbers(words.get(..count.saturating_mul(4)).ok_or("spheres have four numbers each")?)?,
+                1.0,
+            ),
         };
-        if numbers.len() < 4 * count {
+        if numbers.len() < count.saturating_mul(4) {
             return Err(format!("{count} spheres are announced, and {} numbers are there", numbers.len()));
         }
         let scale = self.units.si(scale, LENGTH);

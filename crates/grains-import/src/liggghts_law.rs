@@ -55,12 +55,9 @@ impl Properties {
             "matrix" | "peratomtypepair" | "atomtypepair" => {
                 let (count, rest) = numbers.split_first().ok_or("the number of types is missing")?;
                 let count = *count as usize;
-                if rest.len() != count * count {
-                    return Err(format!(
-                        "{} numbers, but {count} types have {} pairs",
-                        rest.len(),
-                        count * count
-                    ));
+                let pairs = count.saturating_mul(count);
+                if rest.len() != pairs {
+                    return Err(format!("{} numbers, but {count} types have {pairs} pairs", rest.len()));
                 }
                 Values::PerPair(count, rest.to_vec())
             }

@@ -11,6 +11,18 @@ use crate::units::{DENSITY, LENGTH, RATE, TIME, Units, VELOCITY};
 use std::fs::File;
 use std::io::BufReader;
 
+/// Types of particles that a script may have: more are a slip.
+const MOST_TYPES: usize = 10_000;
+
+fn checked_types(types: usize) -> Result<usize, String> {
+    match types <= MOST_TYPES {
+        true => Ok(types),
+        false => {
+            Err(format!("{types} types of particles are more than {MOST_TYPES}; correct the number of types"))
+        }
+    }
+}
+
 impl Script {
     pub(crate) fn set_units(&mut self, words: &[String]) -> Answer {
         let name = words.first().map_or("", String::as_str);
@@ -61,7 +73,7 @@ impl Script {
 
     pub(crate) fn create_box(&mut self, words: &[String], source: &Source) -> Answer {
         let [types, id, ..] = words else { return Err("number of types and region are missing".into()) };
-        self.types = self.number(types)? as usize;
+        self.types = checked_types(self.number(types)? as usize)?;
         let RegionForm::Block { lower, upper } = self.region(id)?.form.clone() else {
             return Err("the box must be a region of style block".into());
         };
@@ -80,7 +92,10 @@ impl Script {
         if self.scene.corners.is_none() {
             self.scene.corners = Some(([data.lower, data.upper], source.clone()));
         }
-        self.types = self.types.max(data.types);
+        match checked_types(data.types) {
+            Ok(types) => self.types = self.types.max(types),
+            Err(why) => return Ok(Err(why)),
+        }
         self.scene.start.extend(data.particles);
         self.scene.start_source.get_or_insert_with(|| source.clone());
         let is_plain = !words.iter().any(|word| matches!(word.as_str(), "add" | "offset" | "shift"));

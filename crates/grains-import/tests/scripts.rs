@@ -164,6 +164,32 @@ set atom 1 shape 0.002 0.002 0.004 blockiness 4 2 density 2500 vz 0.1 quat 0 1 0
     assert_eq!(table.velocity.unwrap()[0], [0.0, 0.0, 0.1]);
 }
 
+#[test]
+fn counts_beyond_all_numbers_are_told() {
+    let home = folder("scripts_counts");
+    let sphere = "atom_type 1 density constant 2000";
+    let commands = [
+        ("fix f all property/global coefficientFriction peratomtypepair 7e99 0.5", "types have"),
+        (
+            &format!(
+                "fix p all particletemplate/multisphere 1 {sphere} nspheres 7e99 ntry 9 spheres 0 0 0 1 type 1"
+            ),
+            "spheres have four numbers each",
+        ),
+        (
+            "region r block 0 1 0 1 0 1\ncreate_box 7e99 r\ngroup g subtract all all",
+            "types of particles are more than 10000",
+        ),
+    ];
+    for (command, told) in commands {
+        let script = home.join("in.script");
+        fs::write(&script, format!("units si\n{command}\n")).unwrap();
+        assert!(import(&[script], &home.join("case"), &Options::default()).is_err());
+        let report = fs::read_to_string(home.join("case/import.txt")).unwrap();
+        assert!(report.contains(told), "{command}: {report}");
+    }
+}
+
 /// Every command is accounted for; what is not translated is said with its line, and the rest makes a case.
 #[test]
 fn what_is_not_translated_is_listed_with_its_line() {
