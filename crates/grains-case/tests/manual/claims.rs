@@ -171,7 +171,10 @@ fn every_claim_can_be_repeated_or_says_why_not() {
         );
         let is_read = !claim.result.is_empty() || (claim.file.is_some() && claim.column.is_some());
         assert_eq!(is_read, !claim.command.is_empty(), "{id}: where the figure is read");
-        assert!(claim.take.as_deref().is_none_or(|take| ["largest", "count"].contains(&take)), "{id}: take");
+        assert!(
+            claim.take.as_deref().is_none_or(|take| ["largest", "count", "mean"].contains(&take)),
+            "{id}: take"
+        );
         assert!(claim.scale.is_none_or(f64::is_normal), "{id}: scale");
         assert!(
             matches!(&claim.cost, Cost::Seconds(s) if *s > 0.0)
