@@ -70,7 +70,7 @@ fn a_long_run_continued_again_and_again_loses_nobody_and_takes_no_more_memory() 
     let home = folder("torture_endurance");
     let results = home.join("results");
     let (mut ids, mut megabytes, mut energies) = (BTreeSet::new(), Vec::new(), Vec::new());
-    let mut newest = 0;
+    let mut next = 0;
     for k in 1..=parts {
         let arguments: &[&str] = if k == 1 { &[] } else { &["--restart", "latest"] };
         let text = shower(part * k as f64, part / 10.0);
@@ -80,8 +80,8 @@ fn a_long_run_continued_again_and_again_loses_nobody_and_takes_no_more_memory() 
         let own: BTreeSet<u64> =
             state(checkpoints(&results).last().unwrap()).iter().map(|particle| particle.id).collect();
         // Who has left does not come back, and no number is given twice.
-        assert!(own.iter().all(|id| *id > newest || ids.contains(id)), "part {k}: {own:?}");
-        newest = newest.max(own.last().copied().unwrap_or(0));
+        assert!(own.iter().all(|id| *id >= next || ids.contains(id)), "part {k}: {own:?}");
+        next = next.max(own.last().map_or(0, |last| last + 1));
         ids = own;
     }
     let table = series(&results);
