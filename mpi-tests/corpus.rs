@@ -60,7 +60,7 @@ fn no_kept_or_changed_input_ends_the_program() {
             fs::read_dir(corpus.join(name)).unwrap().map(|entry| entry.unwrap().path()).collect();
         files.sort();
         let inputs: Vec<Vec<u8>> = files.iter().map(|file| fs::read(file).unwrap()).collect();
-        let mut fed = |bytes: &[u8]| {
+        let fed = |bytes: &[u8]| {
             let begun = Instant::now();
             let is_accepted = target(bytes, &folders);
             assert!(begun.elapsed() < LONGEST, "{name}: {:?}", String::from_utf8_lossy(bytes));

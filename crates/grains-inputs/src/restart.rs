@@ -101,9 +101,14 @@ fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
 
 /// Puts characters in the place of some others.
 fn edit_text(text: &mut String, (place, gone): (usize, usize), inserted: &[u8]) {
-    let begin = text.floor_char_boundary(place.min(text.len()));
-    let end = text.floor_char_boundary((begin + gone).min(text.len())).max(begin);
+    let begin = boundary(text, place);
+    let end = boundary(text, begin + gone).max(begin);
     text.replace_range(begin..end, &String::from_utf8_lossy(inserted));
+}
+
+/// The last place up to `place` where a character begins.
+fn boundary(text: &str, place: usize) -> usize {
+    (0..=place.min(text.len())).rev().find(|&k| text.is_char_boundary(k)).unwrap_or(0)
 }
 
 /// Gives some values another one, or takes the last ones away.
