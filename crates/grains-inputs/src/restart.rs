@@ -108,6 +108,11 @@ fn edit_text(text: &mut String, (place, gone): (usize, usize), inserted: &[u8]) 
     text.replace_range(begin..end, &String::from_utf8_lossy(inserted));
 }
 
+/// The last place up to `place` where a character begins.
+fn boundary(text: &str, place: usize) -> usize {
+    (0..=place.min(text.len())).rev().find(|&k| text.is_char_boundary(k)).unwrap_or(0)
+}
+
 /// Gives some values another one, or takes the last ones away.
 fn edit_values(values: &mut Values, what: u8, (place, value): (usize, usize), count: usize) {
     let value = VALUES[value % VALUES.len()];
