@@ -101,10 +101,8 @@ fn altered(mut checkpoint: CheckpointFile, mut edits: &[u8]) -> CheckpointFile {
 
 /// Puts characters in the place of some others.
 fn edit_text(text: &mut String, (place, gone): (usize, usize), inserted: &[u8]) {
-    let boundary =
-        |at: usize| (0..=at.min(text.len())).rev().find(|&k| text.is_char_boundary(k)).unwrap_or(0);
-    let begin = boundary(place);
-    let end = boundary(begin + gone).max(begin);
+    let begin = boundary(text, place);
+    let end = boundary(text, begin + gone).max(begin);
     text.replace_range(begin..end, &String::from_utf8_lossy(inserted));
 }
 
