@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All case files below a folder; studies have keys of their own.
+/// All case files below a folder; studies and the ledger of claims have keys of their own.
 fn cases(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     for entry in fs::read_dir(folder).unwrap() {
@@ -21,7 +21,7 @@ fn cases(folder: &Path) -> Vec<PathBuf> {
         if path.is_dir() && path.file_name().unwrap() != "results" {
             found.extend(cases(&path));
         } else if path.extension().is_some_and(|end| end == "toml")
-            && !path.to_string_lossy().ends_with("-study.toml")
+            && !["-study.toml", "ledger.toml"].iter().any(|end| path.to_string_lossy().ends_with(end))
         {
             found.push(path);
         }
