@@ -1,7 +1,6 @@
 //! Errors of files, agreed upon by all ranks.
 
 use crate::parallel_file::ParallelFile;
-use crate::watch::FAILED;
 use mpi::collective::SystemOperation;
 use mpi::request::{Request, Scope};
 use mpi::topology::SimpleCommunicator;
@@ -37,6 +36,9 @@ impl FileError {
 
 /// How long a rank with an error waits for the others.
 const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Exit code of a job that a rank ends alone, because the others do not come to hear of its error.
+pub(crate) const FAILED: i32 = 4;
 
 /// Makes the outcome of all ranks an error if that of any is; rank 0 gets the text of the lowest rank that
 /// failed, so that one rank can report it.

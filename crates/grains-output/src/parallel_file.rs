@@ -1,6 +1,5 @@
 //! A file of HDF5 that is open for all ranks.
 
-use crate::error::FileError;
 use hdf5::File;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::AsRaw;
@@ -31,7 +30,7 @@ impl ParallelFile {
     }
 
     /// An outcome of a write that all ranks share; after an error no file is closed.
-    pub fn unless_lost<T>(outcome: Result<T, FileError>) -> Result<T, FileError> {
+    pub fn unless_lost<T, E>(outcome: Result<T, E>) -> Result<T, E> {
         if outcome.is_err() {
             close_no_file();
         }

@@ -1,14 +1,11 @@
 //! Ends a job whose ranks wait in HDF5 for a rank that could not write.
 
-use crate::error::{FileError, Shared, unwritable_now};
+use crate::error::{FAILED, FileError, Shared, unwritable_now};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::Communicator;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
-
-/// Exit code of a job that a rank ends alone, because the others do not come to hear of its error.
-pub(crate) const FAILED: i32 = 4;
 
 /// Variable of the environment: seconds without a write after which a file that is written is given up.
 const TIMEOUT: &str = "GRAINS_WRITE_TIMEOUT";
