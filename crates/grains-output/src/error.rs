@@ -1,6 +1,6 @@
 //! Errors of files, agreed upon by all ranks.
 
-use crate::parallel_file::ParallelFile;
+use crate::parallel_file::close_no_file;
 use mpi::collective::SystemOperation;
 use mpi::request::{Request, Scope};
 use mpi::topology::SimpleCommunicator;
@@ -72,6 +72,21 @@ pub fn agree<T>(communicator: &impl Communicator, outcome: Result<T, FileError>)
     }
     let [path, problem] = texts;
     Err(if rank == 0 { FileError::Here { path, problem } } else { FileError::Elsewhere })
+}
+
+/// The same for what was written; after an error no file that is open for all ranks is closed any more.
+///
+/// # Errors
+/// As for [`agree`].
+pub fn agree_written<T>(
+    communicator: &impl Communicator,
+    outcome: Result<T, FileError>,
+) -> Result<T, FileError> {
+    let outcome = agree(communicator, outcome);
+    if outcome.is_err() {
+        close_no_file();
+    }
+    outcome
 }
 
 fn wait_for_others<'a, D: ?Sized, S: Scope<'a>>(
@@ -147,7 +162,7 @@ impl Shared {
             let reason = unwritable_now(&self.path).unwrap_or_else(|| unexplained(&error));
             FileError::new(&self.path, format!("{what}: {reason}"))
         };
-        ParallelFile::unless_lost(agree(&self.communicator, outcome.map_err(error)))
+        agree_written(&self.communicator, outcome.map_err(error))
     }
 
     /// Refuses to begin a write on a disk that is full already: HDF5 hangs if it cannot write its own
@@ -162,7 +177,7 @@ impl Shared {
     /// Does something on rank 0 alone; its error is that of all.
     pub fn first(&self, work: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
         let outcome = if self.is_first() { work() } else { Ok(()) };
-        ParallelFile::unless_lost(agree(&self.communicator, outcome))
+        agree_written(&self.communicator, outcome)
     }
 
     /// Makes the file empty on rank 0: the operating system says better than HDF5 why it cannot be written.

@@ -42,11 +42,10 @@ pub use checkpoint::{
     write_checkpoint,
 };
 pub use columns::read_columns_as_csv;
-pub use error::{FileError, agree, from_rank};
+pub use error::{FileError, agree, agree_written, from_rank};
 pub use fields::{Data, FieldSpec, Kind, Precision};
 pub use grid::{GridBlock, GridFile, GridGeometry, GridSnapshotFile};
 pub use metadata::{Metadata, utc_now};
-pub use parallel_file::close_no_file;
 pub use polydata::{PolyDataFile, Step};
 pub use series::{Series, write_table};
 pub use shapes::{ShapeSurface, read_shape, write_shape};

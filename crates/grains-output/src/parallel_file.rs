@@ -28,18 +28,10 @@ impl ParallelFile {
         let raw = communicator.as_raw();
         File::with_options().with_fapl(|p| p.mpio(raw, None)).open_rw(path).map(Self)
     }
-
-    /// An outcome of a write that all ranks share; after an error no file is closed.
-    pub fn unless_lost<T, E>(outcome: Result<T, E>) -> Result<T, E> {
-        if outcome.is_err() {
-            close_no_file();
-        }
-        outcome
-    }
 }
 
-/// Lets open files be as they are from now on, as after a failed write.
-pub fn close_no_file() {
+/// Leaves open files as they are from now on, as after a failed write.
+pub(crate) fn close_no_file() {
     IS_LOST.store(true, Ordering::Relaxed);
 }
 

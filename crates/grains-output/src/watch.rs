@@ -25,7 +25,8 @@ impl Watch {
     /// Begins to watch.
     pub fn over(shared: &Shared) -> Self {
         let (sender, end) = channel();
-        let seconds = std::env::var(TIMEOUT).ok().and_then(|text| text.parse().ok()).unwrap_or(SECONDS);
+        let seconds = std::env::var(TIMEOUT).ok().and_then(|text| text.parse().ok());
+        let seconds = seconds.filter(|s: &f64| *s > 0.0 && *s < 1e9).unwrap_or(SECONDS);
         // One rank tells of it.
         let timeout = Duration::from_secs_f64(if shared.is_first() { seconds } else { seconds + 10.0 });
         let path = shared.path.clone();

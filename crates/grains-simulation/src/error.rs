@@ -1,7 +1,7 @@
 //! What ends a simulation, and how the ranks agree on it.
 
 use grains_domain::Transport;
-use grains_output::{FileError, close_no_file};
+use grains_output::FileError;
 use std::path::Path;
 
 /// What an error is about.
@@ -57,10 +57,8 @@ impl RunError {
     }
 }
 
-/// A file has ended the run: what is open stays as it is.
 impl From<FileError> for RunError {
     fn from(error: FileError) -> Self {
-        close_no_file();
         match &error {
             FileError::Elsewhere => Self::files(""),
             FileError::Here { .. } => Self::files(error.to_string()),

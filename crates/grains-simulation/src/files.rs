@@ -17,8 +17,8 @@ use grains_dem::{Dem, Liquid, Loading, Totals};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{
-    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, abandon_later, agree,
-    from_rank, remove_old, utc_now, write_checkpoint,
+    Data, FieldSpec, FileError, Metadata, PolyDataFile, Precision, Series, Step, abandon_later,
+    agree_written, from_rank, remove_old, utc_now, write_checkpoint,
 };
 use grains_resolved::FlowLink;
 use std::path::PathBuf;
@@ -185,13 +185,13 @@ impl Files {
         let is_own = continued.is_some_and(|continued| continued.is_own);
         let is_first = transport.rank() == 0;
         let ready = is_first.then(|| prepare_directory(&directory, is_own)).transpose();
-        let lock = agree(communicator, ready)?;
+        let lock = agree_written(communicator, ready)?;
         if is_first && is_own {
             // What the files say of later steps is cut off: no later checkpoint may be continued from.
             abandon_later(&directory, dem.step);
         }
         let metadata = metadata(case, program, transport, continued)?;
-        agree(
+        agree_written(
             communicator,
             if is_first { write_side_files(case, program, dem, &directory) } else { Ok(()) },
         )?;
@@ -218,7 +218,7 @@ impl Files {
             fluid.as_ref().map(|f| FluidFiles::open(case, f, &opening, transport)).transpose()?;
         let is_written = is_first && case.output.series > 0.0;
         let series = is_written.then(|| open_series(case, dem, &opening, continued)).transpose();
-        let series = agree(communicator, series)?;
+        let series = agree_written(communicator, series)?;
         let keep = case.output.keep_checkpoints as usize;
         Ok(Self {
             directory,
@@ -240,7 +240,7 @@ impl Files {
     /// One that was renamed, removed or replaced.
     pub fn verify(&self, transport: &MpiTransport) -> Result<(), RunError> {
         let there = self.lock.as_ref().map_or(Ok(()), DirectoryLock::verify);
-        Ok(agree(transport.communicator(), there)?)
+        Ok(agree_written(transport.communicator(), there)?)
     }
 
     /// The outcome of writing; what fails because the directory is gone is told as that. Collective if it failed.
@@ -396,7 +396,7 @@ impl Files {
             Some(series) if !series.holds(dem.step) => series.append(dem.step, &values),
             _ => Ok(()),
         };
-        agree(transport.communicator(), written)?;
+        agree_written(transport.communicator(), written)?;
         Ok(Row {
             particles: totals.particles,
             contacts: counts[0] / 2,

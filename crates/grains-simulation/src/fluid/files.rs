@@ -8,7 +8,8 @@ use grains_comm::MpiTransport;
 use grains_dem::Dem;
 use grains_domain::Transport;
 use grains_output::{
-    Data, FieldSpec, FileError, GridFile, GridGeometry, Metadata, Precision, Series, agree, write_table,
+    Data, FieldSpec, FileError, GridFile, GridGeometry, Metadata, Precision, Series, agree_written,
+    write_table,
 };
 use std::path::{Path, PathBuf};
 
@@ -77,7 +78,7 @@ impl FluidFiles {
             metadata: opening.metadata.clone(),
             snapshots,
             means,
-            profiles: agree(communicator, profiles)?,
+            profiles: agree_written(communicator, profiles)?,
         })
     }
 
@@ -123,7 +124,7 @@ impl FluidFiles {
                 Some(series) if !series.holds(dem.step) => series.append_block(dem.step, &with_time),
                 _ => Ok(()),
             };
-            agree(transport.communicator(), written)?;
+            agree_written(transport.communicator(), written)?;
             if let Some(rows) = rows_of_means.as_ref().and_then(|rows| rows.get(k)) {
                 let rows = rows.concat();
                 let path = self.directory.join(format!("profile-{}-mean.csv", sampler.name));
@@ -132,7 +133,7 @@ impl FluidFiles {
                     0 => write_table(&path, &columns, &comments(&self.metadata, &units), &rows),
                     _ => Ok(()),
                 };
-                agree(transport.communicator(), written)?;
+                agree_written(transport.communicator(), written)?;
             }
         }
         Ok(())
