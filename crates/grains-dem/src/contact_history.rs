@@ -21,7 +21,7 @@ pub(crate) struct LawHistory {
 
 impl LawHistory {
     /// Numbers in a message.
-    const LENGTH: usize = 6;
+    pub(crate) const LENGTH: usize = 6;
 
     /// Whether there is nothing to keep.
     pub(crate) fn is_empty(&self) -> bool {
@@ -55,7 +55,7 @@ impl LawHistory {
 }
 
 /// Added to the number of points of a simplex in a message where the numbers of the law follow.
-const LAW_FOLLOWS: f64 = 16.0;
+pub(crate) const LAW_FOLLOWS: f64 = 16.0;
 
 /// Rows of items, one row per particle.
 #[derive(Clone, Debug)]
@@ -166,7 +166,7 @@ pub(crate) struct BondHistory {
 
 impl BondHistory {
     /// Numbers in a message.
-    const LENGTH: usize = 2 + BondState::NUMBERS;
+    pub(crate) const LENGTH: usize = 2 + BondState::NUMBERS;
 
     fn write(&self, message: &mut Vec<f64>) {
         message.extend([self.partner as f64, f64::from(self.kind)]);

@@ -72,6 +72,7 @@ mod films;
 mod flow_planes;
 mod hard;
 mod heat;
+mod history_check;
 mod insertion;
 mod integrate;
 mod lubrication;
@@ -104,6 +105,7 @@ pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_
 pub use flow_planes::FlowPlane;
 pub use hard::{CollisionModel, HardModel};
 pub use heat::{Heat, HeatLedger, Thermal};
+pub use history_check::HistoryBounds;
 pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
 pub use integrate::{StepParameters, half_step_back, other_half_step};
 pub use memory_use::MemoryUse;

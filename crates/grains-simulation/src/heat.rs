@@ -10,10 +10,10 @@ use grains_domain::Transport;
 use grains_output::CheckpointFile;
 
 /// Text of a checkpoint: the ledger (J), then the heat from each wall (W).
-const LEDGER: &str = "heat";
+pub const LEDGER: &str = "heat";
 
 /// The same: the temperature of each wall (K).
-const OF_WALLS: &str = "wall_temperatures";
+pub const OF_WALLS: &str = "wall_temperatures";
 
 /// What the temperatures of the particles of a case depend on, if they have one.
 pub fn thermal(case: &Case, catalogue: &Catalogue) -> Option<Thermal> {

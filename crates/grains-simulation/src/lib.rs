@@ -70,6 +70,7 @@ mod prediction;
 mod random;
 mod restart;
 mod restart_check;
+mod restart_values;
 mod run_directory;
 mod schedule;
 mod series_columns;

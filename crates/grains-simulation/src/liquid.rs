@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 /// Array of a checkpoint: film, claims, what was offered to these, and what is still to be given back (m³).
 const FILM: &str = "film";
 /// Texts of a checkpoint: the quantum (m³), and the ledger in quanta.
-const QUANTUM: &str = "liquid_quantum";
+pub const QUANTUM: &str = "liquid_quantum";
 const LEDGER: &str = "liquid";
 
 /// A particle that films are on.
@@ -206,7 +206,12 @@ pub fn films<'a>(file: &'a CheckpointFile, dem: &mut Dem) -> Option<&'a [f64]> {
     let contacts = &mut dem.setup.catalogue.contacts;
     let films = MaterialFilms { quantum, ..contacts.films()?.clone() };
     contacts.wet(films);
-    file.real(FILM).ok()
+    saved_films(file)
+}
+
+/// Films of a checkpoint, in the order of its particles.
+pub fn saved_films(file: &CheckpointFile) -> Option<&[f64]> {
+    file.text(QUANTUM).and_then(|_| file.real(FILM).ok())
 }
 
 /// The ledger of a checkpoint.

@@ -48,6 +48,11 @@ impl Numbering {
         self.walls.get(usize::from(old)).copied().flatten()
     }
 
+    /// How many walls the checkpoint has.
+    pub fn walls(&self) -> usize {
+        self.walls.len()
+    }
+
     /// Whether all walls have their numbers and forms.
     pub fn keeps_walls(&self) -> bool {
         self.has_same_walls

@@ -8,17 +8,18 @@ use crate::insertion::Insertions;
 use crate::liquid;
 use crate::numbering::Numbering;
 use crate::restart_check::check_state;
+use crate::restart_values::check_values;
 use crate::species;
 use crate::wear;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, Origin, ParticleRecord, StressSums, Travel,
-    WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
+    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, HistoryBounds, Origin, ParticleRecord,
+    StressSums, Travel, WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
-use grains_output::{Array, CheckpointFile, Metadata, Values, from_rank, latest_valid};
+use grains_output::{Array, CheckpointFile, FileError, Metadata, Values, agree, from_rank, latest_valid};
 use grains_resolved::FlowLink;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,12 +30,14 @@ use toml::Table;
 pub const INPUTS: &str = "inputs";
 /// Text of files: SHA-256 of the case with its input files.
 pub const IDENTITY: &str = "case_sha256";
-const WALLS: &str = "walls";
+pub const WALLS: &str = "walls";
 pub const HISTORY: &str = "changes";
 /// Text of a checkpoint at which the stop condition of the case has ended its run.
 pub const STOP_MET: &str = "stop_met";
+/// How far the insertions have come.
+pub const INSERTIONS: &str = "insertions";
 /// The offset of sliding images, and the sums for the stress since the last row.
-const SHEAR: &str = "shear";
+pub const SHEAR: &str = "shear";
 
 /// Arrays and texts of a checkpoint.
 pub type State = (Vec<Array>, Metadata);
@@ -71,7 +74,7 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
             "origin".into(),
             format!("{} {:x}", dem.origin.step, dem.origin.time.to_bits()),
         ),
-        ("insertions".into(), insertions.progress()),
+        (INSERTIONS.into(), insertions.progress()),
         (WALLS.into(), walls(dem)),
         ("crossings".into(), passed.join(" ")),
         ("made_bonds".into(), list(&dem.made_bonds.iter().map(|&is_made| i64::from(is_made)).collect::<Vec<_>>())),
@@ -160,13 +163,15 @@ pub fn restore(
     let [before, now] = known_cases(case, file, transport).map_err(refuse)?;
     let changes = changes::changes(&before, &now);
     let step = numbers(file, "step").first().map_or(0, |&s| s as u64);
-    let (time, ratio) = continue_clock(dem, file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     let numbering = Numbering::new(&before, &now, &changes);
+    let values = check_values(file, dem, &numbering);
+    agree(transport.communicator(), values.map_err(|why| FileError::new(&file.path, why)))?;
+    let (time, ratio) = continue_clock(dem, file, step).ok_or_else(|| refuse("it has no clock".into()))?;
     check_state(file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     restore_shear(dem, file, is_first);
     place_walls(dem, file, &changes, (&numbering, ratio));
     wear::restore(dem, file, |wall| numbering.wall(wall))?;
-    let progress = file.text("insertions").ok_or_else(|| refuse("it is of an earlier version".into()))?;
+    let progress = file.text(INSERTIONS).ok_or_else(|| refuse("it is of an earlier version".into()))?;
     let released = insertions.restore(&before, progress, &changes, time).map_err(refuse)?;
     dem.prescribe(insertions.prescribed_motions(case));
     restore_particles(case, file, (dem, fluid.as_ref()), (&numbering, &released, ratio), transport)?;
@@ -215,7 +220,7 @@ fn restore_particles(
     transport: &MpiTransport,
 ) -> Result<(), RunError> {
     let (was_warm, known) = (heat::ledger(file).is_some(), species::known(file));
-    for row in owned_rows(file, dem, transport)? {
+    for row in owned_rows(file, dem, numbering, transport)? {
         let mut record = row.record;
         let kind = record.body.kind;
         record.body.kind = numbering.kind(kind).unwrap_or(kind);
@@ -299,7 +304,7 @@ fn restore_ledger(
 }
 
 /// The whole numbers of a text of a checkpoint.
-fn numbers(file: &CheckpointFile, name: &str) -> Vec<i64> {
+pub fn numbers(file: &CheckpointFile, name: &str) -> Vec<i64> {
     file.text(name).unwrap_or("").split_whitespace().filter_map(|n| n.parse().ok()).collect()
 }
 
@@ -423,10 +428,17 @@ struct Row {
 }
 
 /// The particles this rank owns.
-fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) -> Result<Vec<Row>, RunError> {
+fn owned_rows(
+    file: &CheckpointFile,
+    dem: &mut Dem,
+    numbering: &Numbering,
+    transport: &MpiTransport,
+) -> Result<Vec<Row>, RunError> {
     let records = file.real("particle")?;
     let lengths = file.integer("memory_length")?;
     let history = file.next_rows("memory", lengths.iter().sum::<i64>() as usize, transport.communicator())?;
+    let known = known_histories(&history, lengths, dem, numbering);
+    agree(transport.communicator(), known.map_err(|why| FileError::new(&file.path, why)))?;
     // Rows of the same particles lie on the same ranks in all arrays.
     let is_coupled = dem.particles.is_carrying() && file.has("cargo");
     let cargo = if is_coupled { file.real("cargo")? } else { &[] };
@@ -470,4 +482,19 @@ fn owned_rows(file: &CheckpointFile, dem: &mut Dem, transport: &MpiTransport) ->
         }
     }
     Ok(rows)
+}
+
+/// Refuses contact histories that refer to what there is not, or that are none.
+fn known_histories(history: &[f64], lengths: &[i64], dem: &Dem, numbering: &Numbering) -> Result<(), String> {
+    let wall = |old: u16| Some(&dem.setup.walls[usize::from(numbering.wall(old)?)]);
+    let bounds = HistoryBounds { wall, walls: numbering.walls(), bonds: &dem.setup.bonds };
+    let mut rest = history;
+    for (row, &length) in lengths.iter().enumerate() {
+        let own;
+        (own, rest) = rest.split_at(length as usize);
+        if !bounds.admit(own) {
+            return Err(format!("`memory` of particle {row} on a rank is no contact history"));
+        }
+    }
+    Ok(())
 }

@@ -11,7 +11,7 @@ const WORN: &str = "worn";
 const WIDTH: usize = 5;
 
 /// Text of a checkpoint: the volume (m³) of a quantum of each wall, 0 of one that does not wear.
-const QUANTA: &str = "worn_quanta";
+pub const QUANTA: &str = "worn_quanta";
 
 /// Adds what has worn off the walls to a checkpoint, if some wear.
 pub fn save(dem: &Dem, (arrays, texts): &mut State, transport: &MpiTransport) {
@@ -28,6 +28,25 @@ pub fn save(dem: &Dem, (arrays, texts): &mut State, transport: &MpiTransport) {
 fn row(worn: WornElement) -> [i64; WIDTH] {
     let WornElement { wall, surface, element, quanta } = worn;
     [wall.into(), surface.into(), element.into(), (quanta >> 64) as i64, quanta as i64]
+}
+
+/// Refuses what has worn off elements that there are not; `number` as of [`restore`].
+pub fn check(dem: &Dem, file: &CheckpointFile, number: impl Fn(u16) -> Option<u16>) -> Result<(), String> {
+    let Some(before) = file.text(QUANTA).and_then(reals) else { return Ok(()) };
+    let rows = file.integer(WORN).map_err(|e| e.to_string())?;
+    let is_there = |row: &[i64]| {
+        let wall = u16::try_from(row[0]).ok().filter(|&wall| usize::from(wall) < before.len())?;
+        let surface = u16::try_from(row[1]).ok()?;
+        let element = u32::try_from(row[2]).ok()?;
+        // Room for what wears off later.
+        let is_counted = row[3] >= 0 && row[3] < i64::MAX / 2;
+        let is_worn = number(wall).is_none_or(|wall| dem.has_element(wall, surface, element));
+        (is_counted && is_worn).then_some(())
+    };
+    match rows.len().is_multiple_of(WIDTH) && rows.chunks_exact(WIDTH).all(|row| is_there(row).is_some()) {
+        true => Ok(()),
+        false => Err(format!("`{WORN}` has elements of walls that there are not")),
+    }
 }
 
 /// Gives the walls what has worn off them; `number` is that of a wall of the checkpoint in the case, if it has the same form.

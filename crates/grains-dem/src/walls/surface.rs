@@ -61,6 +61,11 @@ impl Surface {
         if let Surface::Mesh(mesh) = self { mesh.mesh().triangles.len() } else { 1 }
     }
 
+    /// Whether there is such a triangle; surfaces that are no meshes have elements of their own, which wear as one.
+    pub(crate) fn has_element(&self, element: u32) -> bool {
+        !matches!(self, Surface::Mesh(_)) || (element as usize) < self.worn_elements()
+    }
+
     /// Corners (m) of a box that holds it; none if it has no end.
     pub fn extents(&self) -> Option<[Vec3; 2]> {
         let around = |center: &Vec3, reach: f64| Some([center.add_scalar(-reach), center.add_scalar(reach)]);

@@ -51,12 +51,14 @@ impl Progress {
         self.first_id..self.first_id + self.count
     }
 
-    /// From a checkpoint.
+    /// From a checkpoint; none if no run has written it.
     pub fn parse(text: &str) -> Option<Self> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let count = |k: usize| words.get(k)?.parse::<u64>().ok();
         let start = f64::from_bits(u64::from_str_radix(words.get(4)?, 16).ok()?);
-        Some(Self { first_id: count(0)?, count: count(1)?, done: count(2)?, before: count(3)?, start })
+        let read = Self { first_id: count(0)?, count: count(1)?, done: count(2)?, before: count(3)?, start };
+        let Self { first_id, count, done, before, .. } = read;
+        (before <= done && done <= count && first_id.checked_add(count).is_some()).then_some(read)
     }
 }
 
