@@ -21,14 +21,15 @@ pub use scripts::{command, import, study};
 /// A function of any bytes, with the folders it may read and write.
 pub type Target = fn(&[u8], &Folders) -> bool;
 
-/// The targets by their names; [`restart`] is none of them, for wrong values of a checkpoint still end the program.
-pub const TARGETS: [(&str, Target); 8] = [
+/// The targets by their names.
+pub const TARGETS: [(&str, Target); 9] = [
     ("case", case),
     ("check", check),
     ("command", command),
     ("formula", formula),
     ("import", import),
     ("mesh", mesh),
+    ("restart", restart),
     ("study", study),
     ("table", table),
 ];
