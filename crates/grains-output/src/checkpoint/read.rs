@@ -3,7 +3,7 @@
 use super::grid::{StoredGrid, read_block, read_checksum};
 use super::{GRIDS, STATE, Values, checksum, seal};
 use crate::collective::read_rows;
-use crate::error::{FileError, agree};
+use crate::error::{FileError, agree, from_rank};
 use crate::grid::GridBlock;
 use crate::metadata::{GROUP, Metadata};
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
@@ -66,7 +66,8 @@ impl CheckpointFile {
             None => Ok(()),
         };
         agree(communicator, verdict.map_err(refuse))?;
-        let Contents { metadata, arrays, grids, .. } = contents;
+        let Contents { texts, arrays, grids } = contents;
+        let metadata = unpack(&from_rank(communicator, 0, &texts));
         Ok(Self { path: path.to_path_buf(), metadata, arrays, grids })
     }
 
@@ -190,9 +191,13 @@ impl CheckpointFile {
     }
 }
 
+/// What no text contains.
+const END: &str = "\0";
+
 /// What one rank reads.
 struct Contents {
-    metadata: Metadata,
+    /// Names and texts of the metadata, each with [`END`] after it, on rank 0.
+    texts: String,
     arrays: Vec<Stored>,
     grids: Vec<StoredGrid>,
 }
@@ -200,10 +205,12 @@ struct Contents {
 impl Contents {
     fn read(path: &Path, share: (usize, usize)) -> Result<Self, String> {
         let file = File::open(path).map_err(|e| format!("HDF5 cannot read it ({e})"))?;
-        let mut metadata = Metadata::new();
-        for name in names(&file, GROUP)? {
-            let bad = |e: &dyn std::fmt::Display| format!("`{GROUP}/{name}` cannot be read ({e})");
-            metadata.push((name.clone(), read_text(&file, &name).map_err(|e| bad(&e))?));
+        let mut texts = String::new();
+        let is_first = share.0 == 0;
+        for name in if is_first { names(&file, GROUP)? } else { Vec::new() } {
+            let text =
+                read_text(&file, &name).map_err(|e| format!("`{GROUP}/{name}` cannot be read ({e})"))?;
+            [&name, &text].into_iter().for_each(|word| texts.extend([word, END]));
         }
         let mut arrays = Vec::new();
         for name in names(&file, STATE)? {
@@ -217,7 +224,7 @@ impl Contents {
                 grids.push(stored.map_err(|e| format!("`{GRIDS}/{name}` cannot be read ({e})"))?);
             }
         }
-        Ok(Self { metadata, arrays, grids })
+        Ok(Self { texts, arrays, grids })
     }
 }
 
@@ -231,7 +238,14 @@ fn names(file: &File, group: &str) -> Result<Vec<String>, String> {
 fn read_text(file: &File, name: &str) -> hdf5::Result<String> {
     let dataset = file.dataset(&format!("{GROUP}/{name}"))?;
     let bytes: Vec<u8> = part(&dataset, 0..dataset.size(), 1)?;
-    String::from_utf8(bytes).map_err(|_| "it is no text".into())
+    let text = String::from_utf8(bytes).ok().filter(|text| !text.contains(END));
+    text.ok_or_else(|| "it is no text".into())
+}
+
+/// The metadata of texts that were packed.
+fn unpack(texts: &str) -> Metadata {
+    let words: Vec<&str> = texts.split_terminator(END).collect();
+    words.chunks_exact(2).map(|pair| (pair[0].to_string(), pair[1].to_string())).collect()
 }
 
 fn read_array(file: &File, name: &str, (rank, size): (usize, usize)) -> hdf5::Result<Stored> {
