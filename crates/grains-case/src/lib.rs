@@ -69,5 +69,5 @@ pub use sections::size_distribution::{Basis, SizeDistribution};
 pub use sections::time::{Time, TimeStep};
 pub use sections::wall::{FluidSide, Side, Wall, WallKind, Wear};
 pub use structure::schema;
-pub use text_file::{read_text, text_of};
+pub use text_file::{no_text, oddity, read_text, text_of};
 pub use toml_file::{read_toml, remark, schema_of};

@@ -26,6 +26,15 @@ const OF_UTF_16: &str = "it is text in UTF-16, two bytes per letter, as Windows 
 
 const OLD_LINE_ENDS: &str = "its lines end with a carriage return alone, as on old Macs, so all stand on line 1; save it with the line ends of Unix or Windows";
 
+/// What the first bytes of a file say of one that is no text, and the remedy.
+pub fn no_text(bytes: &[u8]) -> Option<&'static str> {
+    if UTF_16.iter().any(|mark| bytes.starts_with(mark)) {
+        return Some(OF_UTF_16);
+    }
+    let known = NO_TEXT.iter().find(|(mark, _)| bytes.starts_with(mark));
+    known.map(|(_, remedy)| *remedy)
+}
+
 /// Reads a text.
 ///
 /// # Errors
@@ -39,11 +48,8 @@ pub fn read_text(path: &Path) -> Result<String, String> {
 /// # Errors
 /// What they are instead, and what to do.
 pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
-    if let Some((_, remedy)) = NO_TEXT.iter().find(|(mark, _)| bytes.starts_with(mark)) {
-        return Err((*remedy).into());
-    }
-    if UTF_16.iter().any(|mark| bytes.starts_with(mark)) {
-        return Err(OF_UTF_16.into());
+    if let Some(remedy) = no_text(&bytes) {
+        return Err(remedy.into());
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let (valid, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
@@ -61,7 +67,7 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
 }
 
 /// What is odd about a text that is valid all the same.
-pub(crate) fn oddity(text: &str) -> Option<&'static str> {
+pub fn oddity(text: &str) -> Option<&'static str> {
     match text {
         _ if text.contains('\0') => Some(OF_UTF_16),
         _ if text.contains('\r') && !text.contains('\n') => Some(OLD_LINE_ENDS),

@@ -254,6 +254,11 @@ impl Study {
         remark(&self.written.1, &self.written.0, key, message.into()).into()
     }
 
+    /// A remark about a key of the study, with file, line and value.
+    pub fn about(&self, key: &str, message: impl Into<String>) -> String {
+        self.error(key, message).to_string()
+    }
+
     /// Name of the study: that of its file.
     pub fn name(&self) -> String {
         Path::new(&self.written.0).file_stem().map_or("study".into(), |stem| stem.to_string_lossy().into())

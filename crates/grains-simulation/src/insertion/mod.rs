@@ -226,8 +226,12 @@ impl Insertions {
             }
         };
         let x = dem.particles.bodies[touch.particle].position;
+        let remedy = match self.origin(id).is_some_and(|(_, block)| block.is_listed()) {
+            true => "mend the file, whose radii are half the diameters, or move the wall",
+            false => "move the insertion region away, or raise `spacing` or lower `noise`",
+        };
         let message = format!(
-            "particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: move the insertion region away, or raise `spacing` or lower `noise`",
+            "particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: {remedy}",
             x.x,
             x.y,
             x.z,
