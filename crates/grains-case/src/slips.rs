@@ -47,7 +47,7 @@ pub(crate) fn remedy_of_syntax(line: &str, message: &str) -> &'static str {
         "; a key and a [section] are given once: remove one, or write [[section]] for each entry of a list"
     } else if line.contains(['“', '”', '„', '‘', '’']) {
         "; texts stand in straight quotes, \"like this\""
-    } else if value.contains(['\u{a0}', '\u{2212}', '\u{2013}']) {
+    } else if before_comment.contains(['\u{a0}', '\u{2212}', '\u{2013}']) {
         "; a blank or minus of a word processor: type it anew, as in -5e-3"
     } else if before_comment.contains("//") || before_comment.contains('%') {
         "; comments begin with #"

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::check::nearby_file;
 
 /// First bytes of files that hold no text, what these are, and the remedy.
-const NO_TEXT: [(&[u8], &str); 4] = [
+const NO_TEXT: [(&[u8], &str); 5] = [
     (
         b"PK\x03\x04",
         "it is a packed file or a workbook (.zip, .xlsx, .ods); unpack it, or save it as text (.csv)",
@@ -16,6 +16,10 @@ const NO_TEXT: [(&[u8], &str); 4] = [
         b"\x89HDF\r\n\x1a\n",
         "it is an HDF5 file, as snapshots and checkpoints are; name a text file, such as case.resolved.toml beside it",
     ),
+    (
+        b"grains-mpi checkpoint",
+        "it is a checkpoint, from which --restart goes on; name a text file, such as case.resolved.toml beside it",
+    ),
     (b"%PDF", "it is a PDF; name a text file"),
 ];
 
@@ -23,6 +27,9 @@ const NO_TEXT: [(&[u8], &str); 4] = [
 const UTF_16: [&[u8]; 2] = [b"\xff\xfe", b"\xfe\xff"];
 
 const OF_UTF_16: &str = "it is text in UTF-16, two bytes per letter, as Windows writes it; save it in UTF-8 (iconv -f utf-16 -t utf-8)";
+
+const OF_ZEROS: &str =
+    "it holds bytes of value 0, so it is no text, or was cut off by a full disk; write it anew";
 
 const OLD_LINE_ENDS: &str = "its lines end with a carriage return alone, as on old Macs, so all stand on line 1; save it with the line ends of Unix or Windows";
 
@@ -55,9 +62,10 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
         let (valid, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
         let line = 1 + bytes[..valid].iter().filter(|&&byte| byte == b'\n').count();
         let byte = bytes.get(valid).copied().unwrap_or_default();
+        let letter = char::from(byte);
+        let letter = if letter.is_alphanumeric() { format!(" (in Latin-1 it is {letter})") } else { String::new() };
         format!(
-            "line {line} holds the byte 0x{byte:02x}, which is no text in UTF-8 (in Latin-1 it is `{}`); save it in UTF-8 (iconv -f latin1 -t utf-8)",
-            char::from(byte).escape_default()
+            "line {line} holds the byte 0x{byte:02x}, which is no text in UTF-8{letter}; save it in UTF-8 (iconv -f latin1 -t utf-8)"
         )
     })?;
     match oddity(&text) {
@@ -68,8 +76,10 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
 
 /// What is odd about a text that is valid all the same.
 pub fn oddity(text: &str) -> Option<&'static str> {
+    let zeros = text.matches('\0').count();
     match text {
-        _ if text.contains('\0') => Some(OF_UTF_16),
+        _ if zeros > text.len() / 4 => Some(OF_UTF_16),
+        _ if zeros > 0 => Some(OF_ZEROS),
         _ if text.contains('\r') && !text.contains('\n') => Some(OLD_LINE_ENDS),
         _ => None,
     }
@@ -95,7 +105,7 @@ mod tests {
     #[test]
     fn what_is_no_text_is_told_with_its_remedy() {
         let utf_16: Vec<u8> = "x = 1\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
-        let rows: [(Vec<u8>, &str); 8] = [
+        let rows: [(Vec<u8>, &str); 10] = [
             ([b"\xff\xfe", &utf_16[..]].concat(), "UTF-16"),
             (utf_16, "UTF-16"),
             (b"x = 1\n# gr\xf6sse\n".to_vec(), "line 2 holds the byte 0xf6"),
@@ -104,6 +114,8 @@ mod tests {
             (b"\x1f\x8b\x08".to_vec(), "gunzip"),
             (b"\x89HDF\r\n\x1a\n".to_vec(), "HDF5"),
             (b"%PDF-1.5".to_vec(), "PDF"),
+            (b"x = 1\0".to_vec(), "bytes of value 0"),
+            (b"grains-mpi checkpoint\nformat 3\n".to_vec(), "--restart goes on"),
         ];
         for (bytes, words) in rows {
             let message = text_of(bytes).expect_err(words);

@@ -48,7 +48,8 @@ mod tests {
     const SLIPS: &[(&str, &str)] = &[
         ("", "`grains-mpi new silo` writes one"),
         ("chek a.toml", "did you mean `check`?"),
-        ("rnu a.toml", "did you mean `run`?"),
+        ("rnu a.toml", "`rnu` is no command"),
+        ("shema x", "did you mean `schema`?"),
         ("simulate a.toml", "`grains-mpi --help` lists them"),
         ("restart a.toml", "`grains-mpi a.toml --restart latest`"),
         ("a.toml restart", "`grains-mpi a.toml --restart latest`"),

@@ -97,7 +97,7 @@ fn of_stiffness(now: &Table, changes: &[Change]) -> Vec<(String, String)> {
         };
         let more = if now > before { "higher" } else { "lower" };
         let message = format!(
-            "{ratio:.3e} times {more} than at the checkpoint: particles that touch {consequence}; change it by less than {BORNE} times at each restart, or settle the bed anew"
+            "{ratio:.1} times {more} than at the checkpoint: particles that touch {consequence}; change it by less than {BORNE} times at each restart, or settle the bed anew"
         );
         Some((format!("contact[{place}].{key}"), message))
     };

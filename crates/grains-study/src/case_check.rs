@@ -91,7 +91,7 @@ fn check_ranks(study: &Study, case: &Case) -> Result<(), StudyError> {
     Err(study.error(
         "run.ranks",
         format!(
-            "is {}, and domain.ranks = {ranks:?} of the case makes {product} subdomains: every run would end at once; take run.ranks = {product}, or remove domain.ranks",
+            "{} rank(s), but domain.ranks = {ranks:?} of the case makes {product} subdomains: every run would end at once; take run.ranks = {product}, or remove domain.ranks",
             study.run.ranks
         ),
     ))

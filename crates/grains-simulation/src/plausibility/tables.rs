@@ -32,7 +32,7 @@ pub(super) fn fast_rows(s: &Setting) -> Vec<Remark> {
             return None;
         };
         let message = format!(
-            "line {line} moves at {speed:.4} m/s, {consequence} mend the file, whose velocities are in m/s: {speed:.4} mm/s are {:.3e}",
+            "line {line} moves at {speed:.1} m/s, {consequence} mend the file, whose velocities are in m/s: {speed:.1} mm/s are {:.3e}",
             1e-3 * speed
         );
         Some((key(i), message))
