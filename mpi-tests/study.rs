@@ -155,8 +155,8 @@ const WRONG: &[(&str, &str, &[&str])] = &[
     ("contact[*].friction", "output.directory", &["vary.friction", "a folder of its own", "`directory`"]),
     (
         "jobs = 2",
-        "jobs = 2\n[design]\nrepeats = 2\n[vary.seed]\nkey = \"seed\"\nvalues = [1, 2]",
-        &["design.repeats = 2", "vary.seed"],
+        "jobs = 2\n[design]\nrepeats = 2\n[vary.draw]\nkey = \"seed\"\nvalues = [1, 2]",
+        &["design.repeats = 2", "vary.draw"],
     ),
     (
         "analyse = \"coordination\"",

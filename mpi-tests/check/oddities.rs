@@ -225,6 +225,7 @@ const ODDITIES: &[Oddity] = &[
                 "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }",
             ),
             ("dt = 4e-5", "dt = 2e-5\nimpact_speed = 1e-3"),
+            ("[domain]", "gravity = [0, 0, 0]\n[domain]"),
         ],
         "time.dt",
         "of the Rayleigh time",

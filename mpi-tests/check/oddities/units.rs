@@ -84,7 +84,7 @@ pub(super) const ODDITIES: &[Oddity] = &[
         &[
             ("upper = [0.08, 0.06, 0.06]", "upper = [0.08, 0.06, 0.3]"),
             ("upper = [0.075, 0.059, 0.059]", "upper = [0.075, 0.059, 0.299]"),
-            ("count = 16", "count = 600"),
+            ("count = 16", "count = 560"),
             (
                 LATTICE,
                 "{ kind = \"lattice\", lower = [0.006, 0.006, 0.02], upper = [0.074, 0.058, 0.29], spacing = 0.011 }",
@@ -130,14 +130,17 @@ pub(super) const ODDITIES: &[Oddity] = &[
     (
         "an inlet in mm/s",
         "bed.toml",
-        &[("velocity = [0, 0, 1.0]", "velocity = [0, 0, 120]")],
+        &[("velocity = [0, 0, 1.0]", "velocity = [0, 0, 120]"), ("dt = 1e-5", "dt = 1e-6")],
         "fluid.boundary[0].velocity",
         "1 mm/s is 1e-3",
     ),
     (
         "a mass flow in g/s",
         "bed.toml",
-        &[("kind = \"inlet\"\nvelocity = [0, 0, 1.0]", "kind = \"flow_inlet\"\nmass_flow = 0.05")],
+        &[
+            ("kind = \"inlet\"\nvelocity = [0, 0, 1.0]", "kind = \"flow_inlet\"\nmass_flow = 0.05"),
+            ("dt = 1e-5", "dt = 1e-6"),
+        ],
         "fluid.boundary[0].mass_flow",
         "1 g/s is 1e-3",
     ),
