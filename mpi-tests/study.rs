@@ -144,6 +144,40 @@ esac"#;
     assert!(fs::read_to_string(home.join("gathered")).unwrap().contains("4 members: 4 done"));
 }
 
+/// The passage of a study, what stands in its place, and words of the answer.
+const WRONG: &[(&str, &str, &[&str])] = &[
+    ("[0.1, 0.4]", "[0.1, 0.1]", &["vary.friction.values[1] = 0.1", "design.repeats"]),
+    ("[0.1, 0.4]", "[0,1, 0,4]", &["vary.friction.values[2] = 0", "decimals have a point"]),
+    ("contact[*].friction", "time", &["vary.friction.key = \"time\"", "is a section", "`time.end`"]),
+    ("contact[*].friction", "contact", &["vary.friction.key = \"contact\"", "`contact[0].KEY`"]),
+    ("contact[glass, wall].restitution", "contact[1].friction", &["vary.restitution", "vary each key once"]),
+    ("contact[glass, wall].restitution", "contact[*].friction", &["vary.restitution", "vary each key once"]),
+    ("contact[*].friction", "output.directory", &["vary.friction", "a folder of its own", "`directory`"]),
+    (
+        "jobs = 2",
+        "jobs = 2\n[design]\nrepeats = 2\n[vary.draw]\nkey = \"seed\"\nvalues = [1, 2]",
+        &["design.repeats = 2", "vary.draw"],
+    ),
+    (
+        "analyse = \"coordination\"",
+        "analyse = \"coordinaton\"",
+        &["measure.touching.analyse", "analyse --help"],
+    ),
+    ("from = 0.1", "from = 5", &["measure.energy.from = 5", "time.end"]),
+    (
+        "column = \"kinetic_translation\", take = \"mean\", from = 0.1",
+        "command = [\"no-such-program\"]",
+        &["measure.energy.command", "install it"],
+    ),
+    (
+        "contact[*].friction\", values = [0.1, 0.4] }\nrestitution = { key = \"contact[glass, wall].restitution\", values = [0.6, 0.9] }",
+        "insert[0].count\", min = 8, max = 15 }\n[design]\nsamples = 3",
+        &["insert[0].count", "a range gives no whole numbers"],
+    ),
+    ("base.toml", "wrong.toml", &["a study, not a case", "grains-mpi sweep"]),
+    ("base.toml", "bse.toml", &["case = \"bse.toml\"", "no such file"]),
+];
+
 /// Wrong studies are refused before anything runs, each with one message that says where and what.
 #[test]
 fn a_wrong_study_is_told_before_anything_runs() {
@@ -168,4 +202,7 @@ fn a_wrong_study_is_told_before_anything_runs() {
     );
     refused("].restitution", "].restitutoin", &["unknown key; did you mean `restitution`?"]);
     refused("values = [0.6, 0.9]", "min = 0.6, max = 0.9", &["design.samples: missing key"]);
+    for (old, new, wanted) in WRONG {
+        refused(old, new, wanted);
+    }
 }

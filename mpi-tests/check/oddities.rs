@@ -2,6 +2,7 @@
 
 mod fluids;
 mod particles;
+mod units;
 
 use super::check;
 use crate::common::{Output, case, folder, replaced, run};
@@ -224,6 +225,7 @@ const ODDITIES: &[Oddity] = &[
                 "\"glass\", \"glass\"]\nnormal = { kind = \"hertz\" }",
             ),
             ("dt = 4e-5", "dt = 2e-5\nimpact_speed = 1e-3"),
+            ("[domain]", "gravity = [0, 0, 0]\n[domain]"),
         ],
         "time.dt",
         "of the Rayleigh time",
@@ -390,9 +392,10 @@ fn every_oddity_is_warned_of_once_by_check_and_by_the_run() {
 #[test]
 fn further_oddities_are_warned_of_with_key_consequence_and_remedy() {
     let home = folder("check_further_oddities");
+    units::TABLES.iter().for_each(|(name, text)| fs::write(home.join(name), text).unwrap());
     let mut wrong = Vec::new();
     println!("| mistake | warning |\n|---|---|");
-    for (what, name, edits, key, words) in particles::ODDITIES.iter().chain(fluids::ODDITIES) {
+    for (what, name, edits, key, words) in [particles::ODDITIES, fluids::ODDITIES, units::ODDITIES].concat() {
         let output = check(&home, &odd(name, edits), &[]).succeeded();
         let said: Vec<&str> = output.stderr.lines().filter(|line| line.starts_with("warning: ")).collect();
         println!("| {what} | {} |", said.join("<br>").replace('|', "\\|"));

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use crate::csv_share::CsvShare;
 use crate::diagnostic::unknown;
+use crate::text_file::read_text;
 
 /// The rows of a file whose header has some of the named columns, in any order; `None` where it lacks one.
 ///
 /// # Errors
 /// A file that cannot be read, a column of another name, a line of another length, a field that is no number.
 pub(crate) fn read<const N: usize>(file: &Path, names: &[&str; N]) -> Result<Vec<[Option<f64>; N]>, String> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read the file: {error}"))?;
+    let text = read_text(file).map_err(|error| format!("cannot read the file: {error}"))?;
     let share = CsvShare::of_text(&text);
     let header = share.columns();
     if let Some(name) = header.iter().find(|name| !names.contains(name)) {

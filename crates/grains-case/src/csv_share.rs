@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use crate::diagnostic::CaseErrors;
+use crate::text_file::{oddity, read_text, unread};
 
 /// Consecutive lines of a CSV file and the header they stand under.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,11 +32,18 @@ impl CsvShare {
             let text = lines_between(&mut file, at(k), at(k + 1))?;
             Ok(Self { header_line, header, text })
         };
-        read().map_err(|error| {
-            CaseErrors::of_file(
-                &path.display().to_string(),
-                format!("cannot read the particle file: {error}"),
-            )
+        let share = read().map_err(|error| match error.kind() {
+            // What it is instead is seen from the whole of it.
+            ErrorKind::InvalidData => read_text(path).err().unwrap_or_else(|| error.to_string()),
+            _ => unread(path, &error),
+        });
+        let checked = share.and_then(|share| match oddity(&share.header) {
+            Some(problem) => Err(problem.into()),
+            None => Ok(share),
+        });
+        checked.map_err(|error| {
+            let message = format!("cannot read the particle file: {error}");
+            CaseErrors::of_file(&path.display().to_string(), message)
         })
     }
 

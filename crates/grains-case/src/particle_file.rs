@@ -94,7 +94,12 @@ impl ParticleColumns {
             if has == wants {
                 rows.push((line, fields));
             } else {
-                remarks.add(line, "", None, format!("{has} fields, but the header names {wants} columns"));
+                let remedy = match has == 2 * wants {
+                    true => "; decimals have a point, as in 0.005, and commas part the columns",
+                    false => "",
+                };
+                let message = format!("{has} fields, but the header names {wants} columns{remedy}");
+                remarks.add(line, "", None, message);
             }
         }
         let table = Table { header, rows };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::case::Case;
-use crate::check::{Checker, Names, nearby_file};
+use crate::check::{Checker, Names};
 use crate::diagnostic::{CaseErrors, Diagnostic};
 use crate::fit;
 use crate::impact::fastest_impact;
@@ -15,6 +15,7 @@ use crate::sections::wall::Wall;
 use crate::sections::{bond, contact, fluid, heat, insert, material, run, shape, wall};
 use crate::source::Source;
 use crate::structure;
+use crate::text_file::read_text;
 use crate::vector::norm;
 
 impl Case {
@@ -25,13 +26,8 @@ impl Case {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, CaseErrors> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            let remedy = match nearby_file(path) {
-                Some(name) if !path.exists() => format!("; did you mean `{name}`, which is in that folder?"),
-                _ => String::new(),
-            };
-            CaseErrors::of_file(&file, format!("cannot read the case file: {error}{remedy}"))
-        })?;
+        let text = read_text(path)
+            .map_err(|error| CaseErrors::of_file(&file, format!("cannot read the case file: {error}")))?;
         Self::parse(&text, &file, path.parent().unwrap_or(Path::new("")))
     }
 
@@ -43,6 +39,12 @@ impl Case {
     /// Everything found wrong, in file order.
     pub fn parse(text: &str, file: &str, base: &Path) -> Result<Self, CaseErrors> {
         let source = Source::parse(file, text)?;
+        if source.root().contains_key("vary") && !source.root().contains_key("domain") {
+            let message = format!(
+                "a study, not a case: `grains-mpi sweep {file}` runs it; `case` names the case that it varies"
+            );
+            return Err(CaseErrors(vec![source.about("vary", message)]));
+        }
         let mut checker = Checker::new(&source, base);
         let case = structure::read(&mut checker).map(|raw| resolve(raw, file, &mut checker));
         let Checker { mut errors, mut warnings, .. } = checker;

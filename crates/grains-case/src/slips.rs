@@ -1,5 +1,42 @@
 //! Remedies for what is no TOML, or no table of particles, but is usual elsewhere.
 
+/// What a text is that is no TOML at all, judged by its first line with words, and what to do.
+pub(crate) fn other_format(text: &str) -> Option<&'static str> {
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let first = lines.next()?;
+    let word = first.split_whitespace().next()?;
+    let of_lammps = [
+        "units",
+        "atom_style",
+        "boundary",
+        "newton",
+        "dimension",
+        "ITEM:",
+        "pair_style",
+        "variable",
+        "include",
+    ];
+    if first.starts_with('{') {
+        Some("JSON, not TOML: write key = value lines and [section] headings, as `grains-mpi new silo` does")
+    } else if first == "---" || first.starts_with("%YAML") || first.ends_with(':') && !first.contains('=') {
+        Some("YAML, not TOML: write [section] headings and key = value lines, as `grains-mpi new silo` does")
+    } else if first.starts_with('<') {
+        Some("XML, not TOML: write [section] headings and key = value lines, as `grains-mpi new silo` does")
+    } else if word == "solid" {
+        Some("a mesh (STL), not TOML: name it in a case, as path of a [[wall]] of kind \"mesh\"")
+    } else if word == "FoamFile" || first.starts_with("/*") {
+        Some("a dictionary of OpenFOAM, not TOML: `grains-mpi new silo` writes a case to begin with")
+    } else if of_lammps.contains(&word) && !first.contains('=') {
+        Some("a script or dump of LAMMPS or LIGGGHTS, not TOML: `grains-mpi import FILE` makes a case of it")
+    } else if word.contains(',') && !first.contains(['=', '[']) {
+        Some(
+            "a table (CSV), not TOML: name it in a case, as insert.place = { kind = \"file\", path = \"...\" }",
+        )
+    } else {
+        None
+    }
+}
+
 /// What to write instead, judged by the line at which the text is not understood.
 pub(crate) fn remedy_of_syntax(line: &str, message: &str) -> &'static str {
     let before_comment = line.split('#').next().unwrap_or(line);
@@ -10,6 +47,8 @@ pub(crate) fn remedy_of_syntax(line: &str, message: &str) -> &'static str {
         "; a key and a [section] are given once: remove one, or write [[section]] for each entry of a list"
     } else if line.contains(['“', '”', '„', '‘', '’']) {
         "; texts stand in straight quotes, \"like this\""
+    } else if before_comment.contains(['\u{a0}', '\u{2212}', '\u{2013}']) {
+        "; a blank or minus of a word processor: type it anew, as in -5e-3"
     } else if before_comment.contains("//") || before_comment.contains('%') {
         "; comments begin with #"
     } else if value.contains("True") || value.contains("False") {

@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{CaseErrors, Diagnostic};
-use crate::slips::remedy_of_syntax;
+use crate::slips::{other_format, remedy_of_syntax};
 
 /// A parsed case file that can say where a key path stands.
 pub(crate) struct Source<'t> {
@@ -30,6 +30,9 @@ impl<'t> Source<'t> {
         let source = Self { file, text, root };
         if errors.is_empty() {
             return Ok(source);
+        }
+        if let Some(problem) = other_format(text) {
+            return Err(CaseErrors(vec![source.remark(0, String::new(), None, problem.into())]));
         }
         let remarks = errors.iter().map(|error| {
             let start = error.span().map_or(text.len(), |span| span.start);

@@ -33,6 +33,8 @@ const SLIPS: &[Slip] = &[
         "case.toml:33:",
         "straight quotes",
     ),
+    ("a blank of a word processor", "radius = 5e-3", "radius =\u{a0}5e-3", "case.toml:34:", "type it anew"),
+    ("a minus of a word processor", "radius = 5e-3", "radius = 5e\u{2212}3", "case.toml:34:", "type it anew"),
     ("a count with a leading 0", "count = 16", "count = 016", "case.toml:39:", "begin with no 0"),
     (
         "truth values of Python",
@@ -99,6 +101,7 @@ const TABLES: &[(&str, &str, &str, &str)] = &[
     ("diameters", "x,y,z,d\n0.02,0.02,0.02,0.01\n", "d", "half the diameter"),
     ("a radius called r", "x,y,z,r\n0.02,0.02,0.02,0.005\n", "r", "name it `radius`"),
     ("an empty file", "", "p.csv:1", "the header is empty"),
+    ("decimal commas", "x,y,z\n0,02,0,02,0,02\n", "p.csv:2", "decimals have a point"),
 ];
 
 #[test]
@@ -112,6 +115,33 @@ fn slips_of_other_formats_are_answered_with_what_to_write() {
         println!("| {what} | {} |", errors.replace('\n', "<br>"));
         let is_answered = |line: &str| line.contains(place) && line.contains(remedy);
         assert!(errors.lines().any(is_answered), "{what}: {errors}");
+    }
+}
+
+/// What stands in the place of a case, its text, and words of the remedy.
+const OTHERS: &[(&str, &str, &str)] = &[
+    ("JSON", "{\"domain\": {\"lower\": [0, 0, 0]}}\n", "JSON, not TOML"),
+    ("YAML", "domain:\n  lower: [0, 0, 0]\n", "YAML, not TOML"),
+    ("XML", "<?xml version=\"1.0\"?>\n<case/>\n", "XML, not TOML"),
+    ("a mesh", "solid hopper\nfacet normal 0 0 1\n", "path of a [[wall]] of kind \"mesh\""),
+    ("a dictionary of OpenFOAM", "FoamFile\n{\n    version 2.0;\n}\n", "OpenFOAM"),
+    ("a script of LAMMPS", "# in.hopper\nunits si\natom_style sphere\n", "`grains-mpi import FILE`"),
+    ("a dump of LAMMPS", "ITEM: TIMESTEP\n0\n", "`grains-mpi import FILE`"),
+    ("a table of particles", "x,y,z\n0.1,0.1,0.1\n", "insert.place = { kind = \"file\""),
+    (
+        "a study",
+        "case = \"a.toml\"\n[vary]\na = { key = \"seed\", values = [1] }\n",
+        "`grains-mpi sweep case.toml`",
+    ),
+];
+
+#[test]
+fn files_of_other_formats_are_answered_once_with_what_to_do() {
+    for (what, text, remedy) in OTHERS {
+        let errors = Case::parse(text, "case.toml", Path::new("")).expect_err(what);
+        println!("| {what} | {errors} |");
+        assert_eq!(errors.0.len(), 1, "{what}: {errors}");
+        assert!(errors.to_string().contains(remedy), "{what}: {errors}");
     }
 }
 

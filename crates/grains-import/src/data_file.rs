@@ -120,9 +120,14 @@ struct Reader<'a> {
     count: usize,
 }
 
+fn no_number(word: &str) -> String {
+    let remedy = if word.contains(',') { "; decimals have a point, as in 0.005" } else { "" };
+    format!("`{word}` is no number{remedy}")
+}
+
 /// Numbers of a line.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
-    text.split_whitespace().map(|word| word.parse().map_err(|_| format!("`{word}` is no number"))).collect()
+    text.split_whitespace().map(|word| word.parse().map_err(|_| no_number(word))).collect()
 }
 
 impl Reader<'_> {

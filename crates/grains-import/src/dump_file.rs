@@ -74,7 +74,7 @@ impl<R: BufRead> Frames<R> {
             if line.trim().is_empty() {
                 continue;
             }
-            let Some(item) = line.trim().strip_prefix("ITEM:") else {
+            let Some(item) = line.trim_start_matches('\u{feff}').trim().strip_prefix("ITEM:") else {
                 return Err(self.wrong(format!("`{}` where `ITEM:` must begin a section", shortened(&line))));
             };
             let words: Vec<&str> = item.split_whitespace().collect();
@@ -151,7 +151,9 @@ impl<R: BufRead> Iterator for Frames<R> {
 
 /// What to do about units that are not consistent.
 pub(crate) fn unit_error(name: &str) -> String {
-    format!("units {name} are no consistent mechanical units; si, cgs, micro, nano and lj are read")
+    format!(
+        "units {name} are no consistent mechanical units; si, cgs, micro, nano and lj are read: convert its numbers, or they make another case"
+    )
 }
 
 fn shortened(line: &str) -> String {
@@ -236,9 +238,10 @@ impl Frame {
             let numbers = [particle.position, particle.velocity, particle.angular_velocity].concat();
             match numbers.iter().all(|x| x.is_finite()) {
                 true => Ok(particle),
-                false => {
-                    Err(format!("atom {id} of step {} has a place or motion that is no number", self.step))
-                }
+                false => Err(format!(
+                    "atom {id} of step {} has a place or motion that is no number; decimals have a point",
+                    self.step
+                )),
             }
         });
         particles.collect()

@@ -1,5 +1,6 @@
 //! What ends an import.
 
+use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Why nothing can be imported.
@@ -45,7 +46,33 @@ impl ImportError {
     /// An error of reading a file.
     pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_path_buf();
-        move |source| Self::Read { path, source }
+        move |source| {
+            let kind = source.kind();
+            let is_packed = path.extension().is_some_and(|e| e == "gz");
+            let source = match kind {
+                ErrorKind::InvalidData if !is_packed => Error::new(
+                    kind,
+                    "it holds bytes that are no text in UTF-8; save it in UTF-8 (iconv -f latin1 -t utf-8)",
+                ),
+                ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof if is_packed => {
+                    Error::new(
+                        kind,
+                        format!(
+                            "{source}; it is not packed by gzip, or cut off: unpack it, or drop .gz from its name"
+                        ),
+                    )
+                }
+                ErrorKind::NotFound => Error::new(
+                    kind,
+                    format!(
+                        "{source}; paths are relative to where the program is started, and those of a script to its folder"
+                    ),
+                ),
+                ErrorKind::IsADirectory => Error::new(kind, "it is a folder; name a file in it"),
+                _ => source,
+            };
+            Self::Read { path, source }
+        }
     }
 
     /// An error of writing a file.

@@ -66,6 +66,10 @@ pub fn import(files: &[PathBuf], to: &Path, options: &Options) -> Result<Importe
     let of =
         |wanted: Kind| files.iter().zip(&kinds).filter(move |(_, k)| **k == wanted).map(|(file, _)| file);
     let scripts: Vec<&PathBuf> = of(Kind::Script).collect();
+    if to.is_file() {
+        let message = format!("--to {}: is a file; name a folder, which may be new", to.display());
+        return Err(ImportError::Case(message));
+    }
     fs::create_dir_all(to).map_err(ImportError::write(to))?;
     let mut folder = Folder { to, written: Imported::default() };
     let Some(first) = scripts.first() else {
@@ -75,6 +79,7 @@ pub fn import(files: &[PathBuf], to: &Path, options: &Options) -> Result<Importe
     for path in &scripts {
         script.read(path)?;
     }
+    script.check(first)?;
     if let Some(dump) = of(Kind::Dump).next_back() {
         let units = script.units;
         let frames = Frames::new(open(dump)?, dump, units);
@@ -149,7 +154,11 @@ fn kind(path: &Path) -> Result<Kind, ImportError> {
     let mut head = Vec::new();
     let file = open(path)?;
     file.take(4096).read_to_end(&mut head).map_err(ImportError::read(path))?;
+    if let Some(problem) = foreign(&head) {
+        return Err(ImportError::at(path, 1, problem));
+    }
     let head = String::from_utf8_lossy(&head);
+    let head = head.trim_start_matches('\u{feff}');
     if head.trim_start().starts_with("ITEM:") {
         return Ok(Kind::Dump);
     }
@@ -160,6 +169,36 @@ fn kind(path: &Path) -> Result<Kind, ImportError> {
         _ => false,
     };
     Ok(if head.lines().any(is_header) { Kind::Data } else { Kind::Script })
+}
+
+/// What the beginning of a file is that holds neither script nor particles, and what to do.
+fn foreign(head: &[u8]) -> Option<String> {
+    if let Some(problem) = grains_case::no_text(head) {
+        return Some(problem.into());
+    }
+    if head.contains(&0) {
+        return Some("a binary file, as restarts are: write the state there with `write_data` or `dump custom`, and give that file".into());
+    }
+    let text = String::from_utf8_lossy(head);
+    if let Some(problem) = grains_case::oddity(&text) {
+        return Some(problem.into());
+    }
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let Some(first) = lines.next() else {
+        return Some("the file is empty; give a script, a data file or a text dump".into());
+    };
+    let kind = if first.starts_with("solid") {
+        "a mesh (STL)"
+    } else if first.starts_with('[')
+        || first.contains(" = ") && !first.contains('$') && !first.starts_with("variable")
+    {
+        "a case or another file in TOML"
+    } else if first.split(',').count() > 2 && !first.contains(' ') {
+        "a table (CSV)"
+    } else {
+        return None;
+    };
+    Some(format!("{kind}, and no script, data file or text dump of LAMMPS or LIGGGHTS; give one of these"))
 }
 
 /// A file, unpacked if its name ends in `.gz`.
@@ -212,6 +251,9 @@ fn without_script(
         particles = Some(folder.dumps(&dumps, units, options)?);
     }
     if let Some(particles) = particles {
+        if particles.iter().any(|particle| particle.radius.is_none() && particle.shape.is_none()) {
+            folder.written.warnings.push("the particles have no sizes: they will get those of the shape that a case gives them; dump the column radius as well".into());
+        }
         folder.table("particles.csv", &particles, None)?;
     }
     Ok(folder.written)

@@ -94,6 +94,10 @@ pub struct Script {
     pub(crate) pair_name: Option<String>,
     /// Steps between rows of the series.
     pub(crate) series_steps: Option<f64>,
+    /// Names of variables that the user gives and no script has named so far.
+    unused: Vec<String>,
+    /// Whether it says its units.
+    has_units: bool,
     depth: usize,
 }
 
@@ -123,6 +127,8 @@ impl Script {
             groups: BTreeMap::from([("all".to_owned(), Group::All)]),
             pair_name: None,
             series_steps: None,
+            unused: given.iter().map(|(name, _)| name.clone()).collect(),
+            has_units: false,
             depth: 0,
         }
     }
@@ -141,14 +147,42 @@ impl Script {
         Ok(())
     }
 
+    /// Looks at scripts that have been read: whether they are any, and what was given in vain.
+    ///
+    /// # Errors
+    /// A file none of whose commands is known.
+    pub fn check(&mut self, path: &Path) -> Result<(), ImportError> {
+        let is_known = |(_, outcome): &(Source, Outcome)| !matches!(outcome, Outcome::Untranslated(_));
+        let commands = &self.report.commands;
+        if let Some((source, _)) = commands.first().filter(|_| !commands.iter().any(is_known)) {
+            let message = format!(
+                "`{}` is no command of LAMMPS or LIGGGHTS, and none of the {} others is one that is translated: give a script, a data file or a text dump",
+                source.text.chars().take(40).collect::<String>(),
+                commands.len() - 1
+            );
+            return Err(ImportError::at(path, source.line, message));
+        }
+        for name in &self.unused {
+            self.report.remark(format!(
+                "--var {name}: without effect, as the script names no such variable; check its spelling"
+            ));
+        }
+        if !self.has_units {
+            self.report.remark("the script has no `units`: its numbers were taken for SI units; add `units si`, or cgs, micro, nano or lj");
+        }
+        Ok(())
+    }
+
     pub(crate) fn read_commands(&mut self, path: &Path) -> Result<(), ImportError> {
         let bytes = fs::read(path).map_err(ImportError::read(path))?;
         let text = String::from_utf8_lossy(&bytes);
+        let text = text.trim_start_matches('\u{feff}');
+        self.unused.retain(|name| !text.contains(name.as_str()));
         self.depth += 1;
         if self.depth > 20 {
             return Err(ImportError::Case(format!("{}: scripts include each other", path.display())));
         }
-        for (line, text) in lines::commands(&text) {
+        for (line, text) in lines::commands(text) {
             let source = Source { file: path.display().to_string(), line, text: text.clone() };
             let outcome = match self.words(&text) {
                 Ok(words) => self.command(&words, &source)?.unwrap_or_else(Outcome::Untranslated),
@@ -229,7 +263,12 @@ impl Script {
             }
             "read_data" => return self.read_data(rest, source),
             "variable" => self.variables.define(rest).map(|()| Outcome::Translated),
-            "units" => self.set_units(rest),
+            "units" => {
+                self.has_units = true;
+                // Numbers of other units would make another case.
+                let line = |why| ImportError::at(Path::new(&source.file), source.line, why);
+                Ok(self.set_units(rest).map_err(line)?)
+            }
             "boundary" => self.set_boundary(rest),
             "change_box" => match Self::behind(rest, "boundary") {
                 Some(faces) => self.set_boundary(faces),

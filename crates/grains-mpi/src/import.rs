@@ -61,12 +61,14 @@ fn tell(imported: &Imported, to: &str) {
         say!("\nNext:\n  grains-mpi check {case}            # explains the case");
         say!("  mpirun -n 2 grains-mpi {case}      # runs it on two ranks");
     } else if imported.frames > 0 {
+        imported.warnings.iter().for_each(|warning| say!("warning: {warning}"));
         say!(
             "{to}: {} frames in particles.pvd for ParaView and in frames.csv{}",
             imported.frames,
             particles(imported)
         );
     } else {
+        imported.warnings.iter().for_each(|warning| say!("warning: {warning}"));
         say!("{to}: {}", particles(imported).trim_start_matches(", "));
     }
 }

@@ -18,6 +18,7 @@ mod messages;
 mod pages;
 mod progress;
 mod record;
+mod slips;
 mod slurm;
 mod sweep;
 mod templates;
@@ -27,7 +28,7 @@ use clap::{Parser, Subcommand};
 use grains_analysis::{Analysis, analyse};
 use grains_comm::{Job, MpiTransport};
 use grains_domain::Transport;
-use grains_simulation::{ErrorKind, Options, RunError, Simulation, check, load, start};
+use grains_simulation::{Case, ErrorKind, Options, RunError, Simulation, check, load, start};
 use progress::Limits;
 use record::{Beginning, Record};
 use std::ffi::OsString;
@@ -88,10 +89,10 @@ enum Command {
         #[arg(long, default_value_t = 300)]
         warm: u64,
         /// Steps per timed segment.
-        #[arg(long, default_value_t = 1000)]
+        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
         steps: u64,
         /// Timed segments.
-        #[arg(long, default_value_t = 3)]
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
         segments: u64,
     },
 }
@@ -121,7 +122,12 @@ fn walltime(text: &str) -> Result<f64, String> {
 
 /// Whether the words of a command line, the program's name first, are understood.
 pub fn understands(words: impl IntoIterator<Item = OsString>) -> bool {
-    Cli::try_parse_from(words).is_ok()
+    understood(words).is_ok()
+}
+
+/// As [`understands`], with what is wrong.
+fn understood(words: impl IntoIterator<Item = OsString>) -> Result<(), String> {
+    Cli::try_parse_from(words).map(drop).map_err(|error| error.to_string())
 }
 
 /// The program, which ends the process.
@@ -132,6 +138,10 @@ pub fn main() {
             std::process::exit(0);
         }
         let _ = answer.print();
+        if answer.use_stderr() {
+            let words: Vec<String> = std::env::args().skip(1).collect();
+            slips::remedy(&words).iter().for_each(|remedy| eprintln!("\n  tip: {remedy}"));
+        }
         std::process::exit(answer.exit_code());
     });
     messages::install();
@@ -201,8 +211,9 @@ fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(
         Command::Check { case, ranks } => {
             let case = load(&case, job)?;
             if is_first {
-                let ranks = ranks.map_or(job.size(), |n| n as usize);
-                let report = check::report(&case, ranks)?;
+                let asked = ranks.map(|n| n as usize);
+                let report = check::report(&case, asked.unwrap_or(job.size()))?;
+                warn_of_ranks(&case, asked);
                 report.warnings.iter().for_each(|w| log::warn!("{w}"));
                 explanation::tell(&case, &report);
             }
@@ -222,6 +233,12 @@ fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(
         }
         Command::Run(RunArguments { case: file, restart, max_walltime, petsc }) => {
             let case = load(&file, job)?;
+            if is_first && !petsc.is_empty() && case.fluid.is_none() {
+                log::warn!(
+                    "{}: without effect: PETSc solves for the fluid, and the case has none; leave out what follows --",
+                    petsc.join(" ")
+                );
+            }
             let interrupted = Arc::new(AtomicBool::new(false));
             for signal in
                 [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM, signal_hook::consts::SIGUSR1]
@@ -236,6 +253,18 @@ fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(
             let limits = Limits { interrupted, walltime: max_walltime.unwrap_or(f64::INFINITY) };
             progress::run(simulation, &beginning, &limits, record)
         }
+    }
+}
+
+/// Warns of a number of ranks that the case leaves without effect.
+fn warn_of_ranks(case: &Case, asked: Option<usize>) {
+    let Some((asked, ranks)) = asked.zip(case.domain.ranks) else { return };
+    let product: usize = ranks.iter().map(|&n| n as usize).product();
+    if product != asked {
+        let message = format!(
+            "makes {product} subdomains, so that --ranks {asked} is without effect and a run on {asked} ranks is refused; change or remove the key"
+        );
+        log::warn!("{}", case.about("domain.ranks", message));
     }
 }
 

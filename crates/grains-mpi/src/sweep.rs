@@ -6,6 +6,7 @@ use grains_simulation::RunError;
 use grains_study::{JobArray, Launch, Options, Study, StudyError, Task, carry_out, write_scripts};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::flag;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -65,6 +66,7 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), RunError> {
         return Ok(());
     };
     let study = Study::load(path).map_err(told)?;
+    check_analyses(&study)?;
     if arguments.slurm {
         let jobs =
             JobArray { minutes: study.run.minutes.unwrap_or(MINUTES), sbatch: arguments.sbatch.clone() };
@@ -97,6 +99,26 @@ pub fn sweep(arguments: &SweepArguments) -> Result<(), RunError> {
         interrupted: interrupted()?,
     };
     carry_out(&study, &options, &launch, &|line| say!("{line}")).map_err(told)
+}
+
+/// Refuses analyses that are none before anything runs, and warns where nothing is measured.
+fn check_analyses(study: &Study) -> Result<(), RunError> {
+    for (name, measure) in &study.measure {
+        let Some(asked) = &measure.analyse else { continue };
+        let words = ["grains-mpi", "analyse"].into_iter().chain(asked.split_whitespace()).chain(["run"]);
+        if let Err(problem) = crate::understood(words.map(OsString::from)) {
+            let first = problem.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+            let message = format!("is no analysis ({first}); `grains-mpi analyse --help` lists them");
+            return Err(RunError::case(study.about(&format!("measure.{name}.analyse"), message)));
+        }
+    }
+    if study.measure.is_empty() {
+        log::warn!(
+            "{}",
+            study.about("vary", "nothing is measured: the table will have no numbers of the runs; add [measure.NAME] with a column")
+        );
+    }
+    Ok(())
 }
 
 /// Becomes true when somebody wants to stop; whoever insists need not wait for the checkpoints.

@@ -12,7 +12,14 @@ use std::path::Path;
 /// # Errors
 /// A file that cannot be read, or datasets of different lengths.
 pub fn read_columns_as_csv(path: &Path, (k, n): (usize, usize)) -> Result<(String, String), FileError> {
-    let unreadable = |e: hdf5::Error| FileError::new(path, format!("cannot be read as columns: {e}"));
+    let unreadable = |e: hdf5::Error| {
+        FileError::new(
+            path,
+            format!(
+                "cannot be read as columns: {e}; it is damaged, or no HDF5 file: write datasets x, y, z and so on, or take a .csv"
+            ),
+        )
+    };
     let file = hdf5::File::open(path).map_err(unreadable)?;
     let names = file.member_names().map_err(unreadable)?;
     let datasets: hdf5::Result<Vec<Dataset>> = names.iter().map(|name| file.dataset(name)).collect();

@@ -42,7 +42,10 @@ pub(crate) fn require_fields<'a>(group: &Group, wanted: impl Iterator<Item = &'a
         return Ok(());
     }
     let (present, wanted) = (present.join(", "), wanted.join(", "));
-    Err(format!("it holds the arrays {present}, this run writes {wanted}").into())
+    Err(format!(
+        "it holds the arrays {present}, this run writes {wanted}; keep the fields of the case (output.fields, fluid.output.fields), or write into another output.directory"
+    )
+    .into())
 }
 
 /// A dataset without rows that can grow: `[0..][row]`, in chunks of `[rows][row]`.

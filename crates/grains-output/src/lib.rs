@@ -38,8 +38,8 @@ mod watch;
 mod xdmf;
 
 pub use checkpoint::{
-    Array, CheckpointFile, GridArray, Values, abandon_later, checksum_of_bytes, latest_valid, remove_old,
-    write_checkpoint,
+    Array, CheckpointFile, GridArray, Values, abandon_later, checkpoints, checksum_of_bytes, latest_valid,
+    remove_old, write_checkpoint,
 };
 pub use columns::read_columns_as_csv;
 pub use error::{FileError, agree, agree_written, from_rank};

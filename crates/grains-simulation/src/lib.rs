@@ -70,6 +70,7 @@ mod prediction;
 mod random;
 mod restart;
 mod restart_check;
+mod restart_remarks;
 mod restart_values;
 mod run_directory;
 mod schedule;
@@ -103,6 +104,7 @@ pub use summary::{FluidSummary, PhaseTime, Progress, Summary};
 pub use system::catalogue;
 pub use views::{FluidView, ParticleView, WallView};
 
+use grains_case::read_text;
 use grains_domain::Transport;
 use std::path::Path;
 
@@ -132,11 +134,13 @@ pub fn start() -> Result<Job, RunError> {
 /// A file that cannot be read, or a case that is wrong: where, what and the remedy.
 pub fn load(path: &Path, job: &Job) -> Result<Case, RunError> {
     let is_first = job.transport().rank() == 0;
-    let text = is_first.then(|| match std::fs::read_to_string(path) {
-        Ok(text) if text.trim().is_empty() => Err(format!("{}: the case file is empty", path.display())),
+    let text = is_first.then(|| match read_text(path) {
+        Ok(text) if text.trim().is_empty() => Err(format!(
+            "{}: the case file is empty; `grains-mpi new silo` writes one to begin with",
+            path.display()
+        )),
         Ok(text) => Ok(text),
-        // It says what is wrong, and which file may have been meant.
-        Err(e) => Err(Case::load(path).err().map_or(e.to_string(), |errors| errors.to_string())),
+        Err(error) => Err(format!("{}: cannot read the case file: {error}", path.display())),
     });
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));

@@ -6,9 +6,12 @@ mod flow;
 mod fluids;
 mod idle;
 mod laws;
+mod loads;
+mod openings;
 mod room;
 mod setting;
 mod sizes;
+mod tables;
 mod walls;
 
 use crate::insertion::Insertions;
@@ -73,6 +76,16 @@ const RULES: &[fn(&Setting) -> Vec<Remark>] = &[
     fluids::idle_inlets,
     fluids::few_cells,
     fluids::rise_out,
+    fluids::fast_inlet,
+    endings::stop_without_moving_particles,
+    loads::slow_fall,
+    loads::soft_bed,
+    openings::narrow_funnels,
+    tables::fast_rows,
+    tables::spinning_rows,
+    tables::angles_for_quaternions,
+    tables::temperatures_of_nothing,
+    tables::files_without_rows,
     fine_step,
     many_steps,
 ];
@@ -103,7 +116,11 @@ fn stop_at_once(s: &Setting) -> Vec<Remark> {
         starts && (insert.is_fixed() || is_sure && rests && !insert.is_prescribed())
     };
     let is_met = stop.kinetic_energy_below.is_some() && stop.after == 0.0 && !s.case.inserts.is_empty();
-    if !is_met || !s.case.inserts.iter().all(is_at_rest) || s.case.output.series == 0.0 {
+    if !is_met
+        || !s.has_free_particles()
+        || !s.case.inserts.iter().all(is_at_rest)
+        || s.case.output.series == 0.0
+    {
         return Vec::new();
     }
     let message = "particles start at rest, so the run ends at t = 0; give stop.after (s), the time they need to get moving";

@@ -1,13 +1,14 @@
 //! The state of a run as the arrays of a checkpoint, and back.
 
 use crate::changes::{self, Change};
-use crate::error::RunError;
+use crate::error::{RunError, agreed};
 use crate::fluid::FluidPhase;
 use crate::heat;
 use crate::insertion::Insertions;
 use crate::liquid;
 use crate::numbering::Numbering;
 use crate::restart_check::check_state;
+use crate::restart_remarks;
 use crate::restart_values::check_values;
 use crate::species;
 use crate::wear;
@@ -201,6 +202,9 @@ pub fn restore(
             log::info!("its case differs from this one:");
             told.iter().for_each(|change| log::info!("  {change}"));
         }
+        let remarks =
+            restart_remarks::remarks(case, file, (step, time), (&before, &now, &changes), insertions);
+        remarks.iter().for_each(|remark| log::warn!("{remark}"));
     }
     let mut history = file.text(HISTORY).unwrap_or("").to_string();
     told.iter().for_each(|change| history += &format!("from step {step}, t = {time:?} s: {change}\n"));
@@ -324,7 +328,12 @@ pub fn open(case: &Case, transport: &MpiTransport, checkpoint: &Path) -> Result<
         latest if latest == Path::new("latest") => Some(case.output.directory.as_path()),
         folder => transport.any(transport.rank() == 0 && folder.is_dir()).then_some(folder),
     };
-    let Some(folder) = folder else { return Ok(CheckpointFile::read(checkpoint, communicator)?) };
+    let Some(folder) = folder else {
+        let is_first = transport.rank() == 0;
+        let problem = is_first.then(|| restart_remarks::no_checkpoint(case, checkpoint)).flatten();
+        agreed(transport, problem.map_or(Ok(()), |problem| Err(RunError::files(problem))))?;
+        return Ok(CheckpointFile::read(checkpoint, communicator)?);
+    };
     let (file, refused) = latest_valid(folder, communicator)?;
     if transport.rank() == 0 {
         refused.iter().for_each(|e| log::warn!("{e}"));

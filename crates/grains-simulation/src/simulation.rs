@@ -18,6 +18,7 @@ use crate::insertion::Insertions;
 use crate::plausibility;
 use crate::prediction::Prediction;
 use crate::restart::{self, State};
+use crate::restart_remarks::suspects;
 use crate::schedule::Schedule;
 use crate::summary::{Done, Progress, Summary};
 use crate::system::{self, System};
@@ -80,6 +81,8 @@ pub struct Simulation {
     particle_steps: u64,
     /// Whether what is due at the present step is inserted: a checkpoint holds what was inserted at its step.
     is_inserted: bool,
+    /// What a restart has changed that may fail at once.
+    suspects: String,
     /// Whether the fluid begins with this simulation.
     is_fluid_new: bool,
     is_asked_to_stop: bool,
@@ -150,6 +153,7 @@ impl Simulation {
         if is_stop_met {
             schedule.end = first_step;
         }
+        let suspects = continued.as_ref().map(|continued| suspects(&continued.changes)).unwrap_or_default();
         let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
             case: case.clone(),
@@ -165,6 +169,7 @@ impl Simulation {
             begin,
             particle_steps: 0,
             is_inserted: checkpoint.is_some(),
+            suspects,
             is_fluid_new,
             is_asked_to_stop: false,
             is_stop_met,
@@ -351,7 +356,9 @@ impl Simulation {
         let message = match failure {
             Failure::Here(error) => {
                 let (step, time, rank) = (self.dem.step, self.dem.time(), self.transport.rank());
-                format!("step {step} (t = {time:.6e} s), rank {rank}: {error}")
+                // What a restart has changed shows in its first steps.
+                let suspects = if step <= self.first_step + 2 { &*self.suspects } else { "" };
+                format!("step {step} (t = {time:.6e} s), rank {rank}: {error}{suspects}")
             }
             Failure::Elsewhere => String::new(),
         };

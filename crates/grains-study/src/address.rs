@@ -72,7 +72,10 @@ fn set_in_table(table: &mut dyn TableLike, parts: &[Part], value: &Value) -> Res
                 *value.decor_mut() = old.decor().clone();
                 *old = value;
             }
-            None => drop(table.insert(key, Item::Value(value))),
+            None => {
+                check_section(key, table.get(key), &value)?;
+                table.insert(key, Item::Value(value));
+            }
         }
         return Ok(());
     }
@@ -90,6 +93,21 @@ fn set_in_table(table: &mut dyn TableLike, parts: &[Part], value: &Value) -> Res
         Some(item) => set_in_item(item, key, rest, value),
         None => Ok(()),
     }
+}
+
+/// Refuses a value in the place of a section.
+fn check_section(key: &str, old: Option<&Item>, value: &Value) -> Result<(), String> {
+    let keys = match old {
+        Some(Item::Table(table)) if !value.is_inline_table() => table.iter().map(|(key, _)| key).collect(),
+        Some(Item::ArrayOfTables(list)) if !value.is_array() => vec![match list.len() {
+            0 => "none",
+            _ => "[0]",
+        }],
+        _ => return Ok(()),
+    };
+    let first = keys.first().copied().unwrap_or_default();
+    let example = if first.starts_with('[') { format!("{key}{first}.KEY") } else { format!("{key}.{first}") };
+    Err(format!("`{key}` is a section, not a value; name a key in it, such as `{example}`"))
 }
 
 fn set_in_item(item: &mut Item, key: &str, parts: &[Part], value: &Value) -> Result<(), String> {

@@ -1,6 +1,7 @@
 //! Tables of the program: CSV with comments that begin with `#`, among them the units of the columns.
 
 use crate::error::StudyError;
+use grains_case::read_text;
 use std::path::Path;
 
 /// A table of numbers and words.
@@ -14,7 +15,7 @@ pub(crate) struct CsvTable {
 impl CsvTable {
     /// Reads a table.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(path).map_err(|error| StudyError::of_file(path, error))?;
+        let text = read_text(path).map_err(|error| StudyError::of_file(path, error))?;
         Self::parse(&text).map_err(|problem| StudyError::of_file(path, problem))
     }
 
@@ -38,7 +39,11 @@ impl CsvTable {
         }
         let width = table.columns.len();
         match table.rows.iter().position(|row| row.len() != width) {
-            Some(row) => Err(format!("row {} has {} values, not {width}", row + 1, table.rows[row].len())),
+            Some(row) => Err(format!(
+                "row {} has {} values, not {width}; commas part the columns, and decimals have a point",
+                row + 1,
+                table.rows[row].len()
+            )),
             None => Ok(table),
         }
     }

@@ -92,7 +92,13 @@ fn table(study: &Study) -> Result<Option<Vec<Values>>, StudyError> {
     let path = study.base().join(path);
     let table = CsvTable::read(&path)?;
     if let Some(stranger) = table.columns.iter().find(|column| !without.contains(&column.as_str())) {
-        let message = no_such("varied quantity without values", stranger, &without);
+        let message = match study.vary.contains_key(stranger) {
+            true => {
+                format!("[vary.{stranger}] has values or a range as well; leave out the one or the other")
+            }
+            false if stranger.contains([';', '\t']) => "columns are parted by commas".into(),
+            false => no_such("varied quantity without values", stranger, &without),
+        };
         return Err(StudyError::of_file(&path, format!("column `{stranger}`: {message}")));
     }
     if let Some(missing) = without.iter().find(|name| table.position(name).is_none()) {

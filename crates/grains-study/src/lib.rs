@@ -12,6 +12,7 @@
 //! The program is started as a process for each run, so this crate knows neither MPI nor HDF5.
 
 mod address;
+mod case_check;
 mod csv_table;
 mod design;
 mod error;

@@ -51,7 +51,7 @@ impl<'s> Pattern<'s> {
                 format!("no such file; looked for {}, as paths are relative to the study", path.display()),
             ));
         }
-        let seed = Case::load(&path)?.seed;
+        let case = Case::load(&path)?;
         let text = std::fs::read_to_string(&path).map_err(|error| StudyError::of_file(&path, error))?;
         let document = text.parse::<DocumentMut>().map_err(|error| StudyError::of_file(&path, error))?;
         let mut addresses = Vec::new();
@@ -63,13 +63,15 @@ impl<'s> Pattern<'s> {
                     format!("vary.{name}.keys[{i}]")
                 };
                 let address = Address::parse(text).map_err(|problem| study.error(&place, problem))?;
+                let value = vary.values.first().and_then(|value| value.to_string().parse().ok());
                 address
-                    .set(&mut document.clone(), &0.into())
+                    .set(&mut document.clone(), &value.unwrap_or_else(|| 0.into()))
                     .map_err(|problem| study.error(&place, problem))?;
                 addresses.push((name.as_str(), address));
             }
         }
-        Ok(Self { study, path, document, seed, addresses })
+        crate::case_check::check(study, &case, &document, &addresses)?;
+        Ok(Self { study, path, document, seed: case.seed, addresses })
     }
 
     /// The case with some values and the seed of a repetition; `shift` is added to the seed of the case, if it is not varied.
@@ -94,7 +96,19 @@ impl<'s> Pattern<'s> {
         let base = self.path.parent().unwrap_or(Path::new(""));
         let case =
             Case::parse(&document.to_string(), &self.path.display().to_string(), base).map_err(|errors| {
-                StudyError::Study(format!("{}: not a case with {told}:\n{errors}", self.study.written.0))
+                let is_of_range = errors.0.iter().any(|error| {
+                    let value = error.value.as_ref().and_then(|value| value.parse::<f64>().ok());
+                    error.message.contains("whole number")
+                        && self.study.ranges().iter().any(|(name, _)| values[*name].as_float() == value)
+                });
+                let remedy = match is_of_range {
+                    true => "\na range gives no whole numbers: give `values` in place of `min` and `max`",
+                    false => "",
+                };
+                StudyError::Study(format!(
+                    "{}: not a case with {told}:\n{errors}{remedy}",
+                    self.study.written.0
+                ))
             })?;
         with_full_paths(&mut document, &case);
         document["output"].or_insert(toml_edit::table())["directory"] = toml_edit::value(RUN);

@@ -160,8 +160,14 @@ impl Plan<'_> {
     fn lock(&self) -> Result<fs::File, StudyError> {
         let path = self.directory.join(".lock");
         let refuse = |error: &dyn std::fmt::Display| StudyError::of_file(&path, error);
-        fs::create_dir_all(&self.directory).map_err(|error| refuse(&error))?;
-        let file = fs::File::create(&path).map_err(|error| refuse(&error))?;
+        let unwritten = |error: std::io::Error| {
+            StudyError::of_file(
+                &self.directory,
+                format!("cannot be written: {error}; choose another `directory` of the study"),
+            )
+        };
+        fs::create_dir_all(&self.directory).map_err(unwritten)?;
+        let file = fs::File::create(&path).map_err(unwritten)?;
         match file.try_lock() {
             Err(fs::TryLockError::WouldBlock) => Err(refuse(
                 &"another `grains-mpi sweep` of this study is at work; wait until it has ended, or stop it with Ctrl-C",

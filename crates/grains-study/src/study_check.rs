@@ -30,6 +30,7 @@ pub(crate) fn check(study: &Study) -> Result<(), StudyError> {
         }
     }
     study.vary.keys().try_for_each(|name| check_vary(study, name))?;
+    study.vary.keys().try_for_each(|name| check_doubles(study, name))?;
     study.measure.keys().try_for_each(|name| check_measure(study, name))?;
     check_design(study)?;
     check_fit(study)
@@ -37,6 +38,35 @@ pub(crate) fn check(study: &Study) -> Result<(), StudyError> {
 
 /// Columns that every table has.
 const RESERVED: [&str; 6] = ["member", "round", "seed", "state", "seconds", "version"];
+
+/// Refuses a case in the place of a study.
+///
+/// # Errors
+/// What the file is.
+pub(crate) fn check_kind(text: &str, file: &str) -> Result<(), StudyError> {
+    let Ok(table) = text.parse::<toml::Table>() else { return Ok(()) };
+    if !table.contains_key("domain") || table.contains_key("vary") {
+        return Ok(());
+    }
+    let message = format!(
+        "a case, not a study: `grains-mpi {file}` runs it; a study names it by `case`, and what is varied in [vary]"
+    );
+    Err(grains_case::remark(text, file, "domain", message).into())
+}
+
+/// Refuses a value that a list has twice, unless it goes together with others.
+fn check_doubles(study: &Study, name: &str) -> Result<(), StudyError> {
+    let values = &study.vary[name].values;
+    let is_alone = !study.design.together.iter().flatten().any(|other| other == name);
+    let double = (1..values.len()).find(|&k| values[..k].contains(&values[k]));
+    match double.filter(|_| is_alone) {
+        Some(k) => Err(study.error(
+            &format!("vary.{name}.values[{k}]"),
+            "comes twice, and equal members are run once; decimals have a point, as in 0.5: remove it, or run every member several times by design.repeats",
+        )),
+        None => Ok(()),
+    }
+}
 
 fn check_vary(study: &Study, name: &str) -> Result<(), StudyError> {
     let vary = &study.vary[name];

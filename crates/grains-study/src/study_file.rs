@@ -1,7 +1,7 @@
 //! `study.toml`: what is varied, what is measured, how it is run, what is fitted.
 
 use crate::error::StudyError;
-use grains_case::{read_toml, remark};
+use grains_case::{read_text, read_toml, remark};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -232,7 +232,7 @@ impl Study {
     /// # Errors
     /// What is wrong with the file, or why it cannot be read.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|error| StudyError::of_file(path, format!("cannot read the study: {error}")))?;
         Self::parse(&text, &path.display().to_string())
     }
@@ -242,6 +242,7 @@ impl Study {
     /// # Errors
     /// What is wrong with it.
     pub fn parse(text: &str, file: &str) -> Result<Self, StudyError> {
+        crate::study_check::check_kind(text, file)?;
         let read: Self = read_toml(text, file)?;
         let study = Self { written: (file.into(), text.into()), ..read };
         crate::study_check::check(&study)?;
@@ -251,6 +252,11 @@ impl Study {
     /// An error about a key of the study.
     pub(crate) fn error(&self, key: &str, message: impl Into<String>) -> StudyError {
         remark(&self.written.1, &self.written.0, key, message.into()).into()
+    }
+
+    /// A remark about a key of the study, with file, line and value.
+    pub fn about(&self, key: &str, message: impl Into<String>) -> String {
+        self.error(key, message).to_string()
     }
 
     /// Name of the study: that of its file.

@@ -16,7 +16,7 @@ fn step_of(name: &str) -> Option<u64> {
 }
 
 /// Checkpoints of a directory, oldest first, with their steps.
-fn checkpoints(directory: &Path) -> Vec<(u64, PathBuf)> {
+pub fn checkpoints(directory: &Path) -> Vec<(u64, PathBuf)> {
     let entries = std::fs::read_dir(directory).into_iter().flatten();
     let mut found: Vec<(u64, PathBuf)> = entries
         .filter_map(|entry| {

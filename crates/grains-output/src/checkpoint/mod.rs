@@ -18,7 +18,7 @@ mod read;
 mod seal;
 mod write;
 
-pub use folder::{abandon_later, latest_valid, remove_old};
+pub use folder::{abandon_later, checkpoints, latest_valid, remove_old};
 pub use grid::GridArray;
 pub use read::CheckpointFile;
 pub use write::write_checkpoint;

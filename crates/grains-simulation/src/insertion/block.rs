@@ -3,7 +3,7 @@
 use super::draws::{choose, orientation, purpose};
 use super::kinds::{KindRange, of_component, of_rows};
 use super::lattice::Sites;
-use super::rows::{FileRows, component_kind};
+use super::rows::{Extremes, FileRows, component_kind};
 use super::window::{bounds, place_in_window};
 use crate::error::RunError;
 use crate::heat;
@@ -156,6 +156,11 @@ impl Block {
             .map(|(kind, scale)| of(kind, scale))
             .sum();
         of_sample * (self.count as f64 / sample.max(1) as f64)
+    }
+
+    /// The largest numbers of its file, if it has one.
+    pub fn file_extremes(&self) -> Option<Extremes> {
+        self.rows.as_ref().map(|rows| rows.extremes)
     }
 
     /// Whether its particles come from a file.

@@ -8,6 +8,7 @@ mod rows;
 mod window;
 
 pub use kinds::KindRange;
+pub use rows::Extremes;
 
 use crate::changes::{Change, names};
 use crate::error::RunError;
@@ -68,6 +69,21 @@ impl Insertions {
     /// Particles of all insertions that do not stay where they are inserted.
     pub fn moving(&self) -> u64 {
         self.blocks.iter().filter(|b| !b.insert.is_fixed()).map(|b| b.count).sum()
+    }
+
+    /// The largest numbers of the file of an insertion that has one, by the number of the insertion; before any is inserted.
+    pub fn file_extremes(&self, insert: usize) -> Option<Extremes> {
+        self.blocks.get(insert)?.file_extremes()
+    }
+
+    /// Particles that an insertion has inserted so far, by its number.
+    pub fn done(&self, insert: usize) -> Option<u64> {
+        self.blocks.get(insert).map(|block| block.done)
+    }
+
+    /// Particles of an insertion, by its number.
+    pub fn count(&self, insert: usize) -> u64 {
+        self.blocks.get(insert).map_or(0, |block| block.count)
     }
 
     /// Mass of all particles (kg), those still to come included; for a single rank, and before any is inserted.
@@ -211,8 +227,12 @@ impl Insertions {
             }
         };
         let x = dem.particles.bodies[touch.particle].position;
+        let remedy = match self.origin(id).is_some_and(|(_, block)| block.is_listed()) {
+            true => "mend the file, whose radii are half the diameters, or move the wall",
+            false => "move the insertion region away, or raise `spacing` or lower `noise`",
+        };
         let message = format!(
-            "particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: move the insertion region away, or raise `spacing` or lower `noise`",
+            "particle {id} at ({:.6}, {:.6}, {:.6}) starts {:.3e} m inside {other}, {:.2} % of its radius: {remedy}",
             x.x,
             x.y,
             x.z,

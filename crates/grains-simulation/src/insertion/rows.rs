@@ -24,6 +24,48 @@ pub struct FileRows {
     first: u64,
     /// Rows of the whole file.
     pub total: u64,
+    /// The largest numbers of the whole file.
+    pub extremes: Extremes,
+}
+
+/// The largest numbers of a particle file, and the lines where they stand first.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extremes {
+    /// Speed (m/s).
+    pub speed: (f64, usize),
+    /// Angular speed (rad/s).
+    pub spin: (f64, usize),
+    /// Component of a quaternion, by its amount (-).
+    pub quaternion: (f64, usize),
+    /// Whether it has temperatures.
+    pub has_temperatures: bool,
+}
+
+impl Extremes {
+    /// Those of all ranks; collective.
+    fn of(columns: &ParticleColumns, transport: &impl Transport) -> Self {
+        let norm = |vector: &[f64; 3]| Vec3::from(*vector).norm();
+        let size = |q: &[f64; 4]| q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let lines = &columns.lines;
+        Self {
+            speed: largest(lines, columns.velocity.iter().flatten().map(norm), transport),
+            spin: largest(lines, columns.angular_velocity.iter().flatten().map(norm), transport),
+            quaternion: largest(lines, columns.orientation.iter().flatten().map(size), transport),
+            has_temperatures: columns.temperature.is_some(),
+        }
+    }
+}
+
+/// The largest of the numbers that lines hold, on any rank, and the first line that holds it.
+fn largest(lines: &[usize], numbers: impl Iterator<Item = f64>, transport: &impl Transport) -> (f64, usize) {
+    let further = |best: (f64, usize), next: (f64, usize)| if next.0 > best.0 { next } else { best };
+    let (number, line) = numbers.zip(lines.iter().copied()).fold((0.0, 0), further);
+    let mut all = [number];
+    transport.max(&mut all);
+    // Later lines count less.
+    let mut first = [if number == all[0] { -(line as f64) } else { f64::NEG_INFINITY }];
+    transport.max(&mut first);
+    (all[0], -first[0] as usize)
 }
 
 impl FileRows {
@@ -61,7 +103,8 @@ impl FileRows {
         let totals = totals(FileTotals::of(&columns, case), transport);
         let checked = columns.check_share(&file, case, insert, &totals);
         agreed(transport, checked.map_err(|e| RunError::case(e.to_string())))?;
-        Ok(Self { columns, first, total: totals.rows })
+        let extremes = Extremes::of(&columns, transport);
+        Ok(Self { columns, first, total: totals.rows, extremes })
     }
 
     /// Numbers of the rows this rank holds.

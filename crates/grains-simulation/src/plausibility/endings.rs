@@ -25,6 +25,27 @@ pub(super) fn stop_never_looked_at(s: &Setting) -> Vec<Remark> {
     vec![(key.into(), message.into())]
 }
 
+/// Ends that wait for particles none of which moves freely.
+pub(super) fn stop_without_moving_particles(s: &Setting) -> Vec<Remark> {
+    let stop = &s.case.stop;
+    if s.has_free_particles() || s.case.inserts.is_empty() || s.case.output.series == 0.0 {
+        return Vec::new();
+    }
+    let is_fixed = !s.has_moving_particles();
+    let (key, consequence) = match (stop.kinetic_energy_below, stop.all_passed) {
+        (Some(_), _) if is_fixed => {
+            ("kinetic_energy_below", "their energy is 0, and the run ends at stop.after")
+        }
+        (Some(_), _) => ("kinetic_energy_below", "their energy is that of the motions given"),
+        (None, Some(_)) if is_fixed => ("all_passed", "none is to pass, and the run ends at stop.after"),
+        _ => return Vec::new(),
+    };
+    let message = format!(
+        "no particle moves by the forces on it: {consequence}; remove it, or let particles go with insert.motion = \"free\""
+    );
+    vec![(format!("stop.{key}"), message)]
+}
+
 /// A plane that all particles have behind them from the beginning.
 pub(super) fn passed_already(s: &Setting) -> Vec<Remark> {
     let Some(plane) = s.case.stop.all_passed.map(|k| &s.case.flow_planes[k]) else { return Vec::new() };

@@ -149,3 +149,34 @@ pub(super) fn rise_out(s: &Setting) -> Vec<Remark> {
     );
     vec![("fluid.density".into(), message)]
 }
+
+/// Inlets so fast that the fluid would be compressed, as where flows are in g/s or speeds in mm/s.
+pub(super) fn fast_inlet(s: &Setting) -> Vec<Remark> {
+    /// Density (kg/m3) that parts gases from liquids, and their largest usual speeds (m/s).
+    const DENSE: f64 = 100.0;
+    const USUAL: [f64; 2] = [100.0, 50.0];
+    let Some(fluid) = &s.case.fluid else { return Vec::new() };
+    let usual = USUAL[usize::from(fluid.density > DENSE)];
+    let remark = |i: usize| {
+        let boundary = &fluid.boundary[i];
+        let axis = boundary.face.axis();
+        let (key, remedy) = match boundary.kind {
+            BoundaryKind::FlowInlet { mass_flow: Some(_), .. } => {
+                ("mass_flow", "the unit is kg/s: 1 g/s is 1e-3")
+            }
+            BoundaryKind::FlowInlet { .. } => ("volume_flow", "the unit is m3/s: 1 l/min is 1.67e-5"),
+            BoundaryKind::ParabolicInlet { .. } => ("mean", "the unit is m/s: 1 mm/s is 1e-3"),
+            _ => ("velocity", "the unit is m/s: 1 mm/s is 1e-3"),
+        };
+        let extents = s.domain().extents();
+        let whole = || (0..3).filter(|&a| a != axis).map(|a| extents[a]).product();
+        let area: f64 = boundary.part.outline().map_or_else(whole, |outline| outline.area(axis));
+        let is_flow = boundary.kind.flow(fluid.density).is_some();
+        let speed = speed_inwards(fluid, i)?.abs() / if is_flow { area } else { 1.0 };
+        let message = format!(
+            "fluid comes in at {speed:.1} m/s, and the flow is computed without its compression, which counts beyond {usual} m/s; time steps are as much shorter; {remedy}"
+        );
+        (speed > usual).then(|| (format!("fluid.boundary[{i}].{key}"), message))
+    };
+    conditions(s.case, fluid).into_iter().filter_map(remark).collect()
+}

@@ -46,6 +46,11 @@ impl Setting<'_> {
         !self.case.inserts.iter().all(Insert::is_fixed)
     }
 
+    /// Whether there are particles that move by the forces on them.
+    pub fn has_free_particles(&self) -> bool {
+        !self.case.inserts.iter().all(Insert::is_prescribed)
+    }
+
     /// Particles in all (-).
     pub fn count(&self) -> u64 {
         self.insertions.total()
