@@ -1,5 +1,12 @@
 //! The state of a run as the arrays of a checkpoint, and back.
 
+mod check;
+mod remarks;
+mod rows;
+mod values;
+
+pub use remarks::suspects;
+
 use crate::changes::{self, Change};
 use crate::error::{RunError, agreed};
 use crate::fluid::FluidPhase;
@@ -7,25 +14,24 @@ use crate::heat;
 use crate::insertion::Insertions;
 use crate::liquid;
 use crate::numbering::Numbering;
-use crate::restart_check::check_state;
-use crate::restart_remarks;
-use crate::restart_values::check_values;
 use crate::species;
 use crate::wear;
+use check::check_state;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    BondLedger, CARGO_LENGTH, Cargo, Dem, FILM_LENGTH, FlowPlane, HistoryBounds, Origin, ParticleRecord,
-    StressSums, Travel, WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
+    BondLedger, CARGO_LENGTH, Dem, FlowPlane, Origin, ParticleRecord, StressSums, Travel, WallPlace,
+    half_step_back, other_half_step, renumber_walls, without_bridges,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
 use grains_output::{Array, CheckpointFile, FileError, Metadata, Values, agree, from_rank, latest_valid};
 use grains_resolved::FlowLink;
-use std::collections::BTreeMap;
+use rows::owned_rows;
 use std::ops::Range;
 use std::path::Path;
 use toml::Table;
+use values::check_values;
 
 /// Texts of a checkpoint: its input files, the walls' places, and what restarts have changed.
 pub const INPUTS: &str = "inputs";
@@ -202,8 +208,7 @@ pub fn restore(
             log::info!("its case differs from this one:");
             told.iter().for_each(|change| log::info!("  {change}"));
         }
-        let remarks =
-            restart_remarks::remarks(case, file, (step, time), (&before, &now, &changes), insertions);
+        let remarks = remarks::remarks(case, file, (step, time), (&before, &now, &changes), insertions);
         remarks.iter().for_each(|remark| log::warn!("{remark}"));
     }
     let mut history = file.text(HISTORY).unwrap_or("").to_string();
@@ -330,7 +335,7 @@ pub fn open(case: &Case, transport: &MpiTransport, checkpoint: &Path) -> Result<
     };
     let Some(folder) = folder else {
         let is_first = transport.rank() == 0;
-        let problem = is_first.then(|| restart_remarks::no_checkpoint(case, checkpoint)).flatten();
+        let problem = is_first.then(|| remarks::no_checkpoint(case, checkpoint)).flatten();
         agreed(transport, problem.map_or(Ok(()), |problem| Err(RunError::files(problem))))?;
         return Ok(CheckpointFile::read(checkpoint, communicator)?);
     };
@@ -421,89 +426,4 @@ fn place_walls(
         }
     }
     dem.resume_at(dem.step);
-}
-
-/// A particle of a checkpoint.
-struct Row {
-    record: ParticleRecord,
-    /// What a coupling lets it carry.
-    cargo: Option<Cargo>,
-    /// Its film.
-    film: Option<[f64; FILM_LENGTH]>,
-    /// Amounts of the species of the checkpoint.
-    amounts: Vec<f64>,
-    /// The history of its contacts.
-    history: Vec<f64>,
-}
-
-/// The particles this rank owns.
-fn owned_rows(
-    file: &CheckpointFile,
-    dem: &mut Dem,
-    numbering: &Numbering,
-    transport: &MpiTransport,
-) -> Result<Vec<Row>, RunError> {
-    let records = file.real("particle")?;
-    let lengths = file.integer("memory_length")?;
-    let history = file.next_rows("memory", lengths.iter().sum::<i64>() as usize, transport.communicator())?;
-    let known = known_histories(&history, lengths, dem, numbering);
-    agree(transport.communicator(), known.map_err(|why| FileError::new(&file.path, why)))?;
-    // Rows of the same particles lie on the same ranks in all arrays.
-    let is_coupled = dem.particles.is_carrying() && file.has("cargo");
-    let cargo = if is_coupled { file.real("cargo")? } else { &[] };
-    let width = if is_coupled { CARGO_LENGTH } else { 0 };
-    let films = liquid::films(file, dem);
-    let of_film = if films.is_some() { FILM_LENGTH } else { 0 };
-    let films = films.unwrap_or_default();
-    let (amounts, species) = (species::amounts(file), species::known(file).len());
-    let mut sent: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-    let mut rest = &history[..];
-    for (k, (row, &length)) in records.chunks_exact(ParticleRecord::LENGTH).zip(lengths).enumerate() {
-        let (own, after) = rest.split_at(length as usize);
-        rest = after;
-        let record = ParticleRecord::read(row);
-        let owner = dem.decomposition.owner(record.body.position.into());
-        let message = sent.entry(owner).or_default();
-        message.push(length as f64);
-        message.extend_from_slice(row);
-        message.extend_from_slice(&cargo[k * width..(k + 1) * width]);
-        message.extend_from_slice(&films[k * of_film..(k + 1) * of_film]);
-        message.extend_from_slice(amounts.get(k * species..(k + 1) * species).unwrap_or_default());
-        message.extend_from_slice(own);
-    }
-    let mut rows = Vec::new();
-    for (_, message) in transport.exchange_sparse(sent.into_iter().collect()) {
-        let mut rest = &message[..];
-        while let Some((&length, after)) = rest.split_first() {
-            let (row, after) = after.split_at(ParticleRecord::LENGTH);
-            let (cargo, after) = after.split_at(width);
-            let (film, after) = after.split_at(of_film);
-            let (amounts, after) = after.split_at(species);
-            let (history, after) = after.split_at(length as usize);
-            rows.push(Row {
-                record: ParticleRecord::read(row),
-                cargo: cargo.try_into().ok(),
-                film: film.try_into().ok(),
-                amounts: amounts.to_vec(),
-                history: history.to_vec(),
-            });
-            rest = after;
-        }
-    }
-    Ok(rows)
-}
-
-/// Refuses contact histories that refer to what there is not, or that are none.
-fn known_histories(history: &[f64], lengths: &[i64], dem: &Dem, numbering: &Numbering) -> Result<(), String> {
-    let wall = |old: u16| Some(&dem.setup.walls[usize::from(numbering.wall(old)?)]);
-    let bounds = HistoryBounds { wall, walls: numbering.walls(), bonds: &dem.setup.bonds };
-    let mut rest = history;
-    for (row, &length) in lengths.iter().enumerate() {
-        let own;
-        (own, rest) = rest.split_at(length as usize);
-        if !bounds.admit(own) {
-            return Err(format!("`memory` of particle {row} on a rank is no contact history"));
-        }
-    }
-    Ok(())
 }
