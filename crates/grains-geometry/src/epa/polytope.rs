@@ -168,18 +168,12 @@ pub(super) enum Start {
 pub(super) fn start(set: &Difference) -> Start {
     let thin = FLAT * set.size;
     let both = |direction: &Vec3| [set.support(direction), set.support(&-direction)];
-    let (p, q) = (0..3)
-        .map(|axis| both(&Vec3::ith(axis, 1.0)))
-        .map(|[p, q]| (p, q))
-        .reduce(|best, pair| if length(&pair) > length(&best) { pair } else { best })
-        .unwrap_or_else(|| (set.support(&Vec3::x()), set.support(&-Vec3::x())));
+    let (p, q) = longest(set);
     if length(&(p, q)) <= thin {
         let normal = set.placement.translation.try_normalize(0.0).unwrap_or_else(Vec3::z);
         return Start::Flat(normal);
     }
-    let line = (q.w - p.w).normalize();
-    let aside = line.cross(&Vec3::ith(line.iamin(), 1.0)).normalize();
-    let above = line.cross(&aside);
+    let [line, aside, above] = frame(&(p, q));
     let off_line = |v: &Vertex| (v.w - p.w).cross(&line).norm();
     let r = farthest([both(&aside), both(&above)].concat(), off_line);
     if off_line(&r) <= thin {
@@ -189,6 +183,26 @@ pub(super) fn start(set: &Difference) -> Start {
     let off_plane = |v: &Vertex| (v.w - p.w).dot(&normal).abs();
     let s = farthest(both(&normal).to_vec(), off_plane);
     if off_plane(&s) <= thin { Start::Flat(normal) } else { Start::Solid([p, q, r, s]) }
+}
+
+/// Directions across the longest extent of the set: the normals of a needle.
+pub(super) fn across(set: &Difference) -> [Vec3; 4] {
+    let [_, aside, above] = frame(&longest(set));
+    [aside, above, -aside, -above]
+}
+
+/// The farthest of the pairs of opposite support points along the axes.
+fn longest(set: &Difference) -> (Vertex, Vertex) {
+    let along = |axis: usize| (set.support(&Vec3::ith(axis, 1.0)), set.support(&-Vec3::ith(axis, 1.0)));
+    let [x, y, z] = [0, 1, 2].map(along);
+    [y, z].into_iter().fold(x, |best, pair| if length(&pair) > length(&best) { pair } else { best })
+}
+
+/// Unit vectors along a pair of points and across it.
+fn frame((p, q): &(Vertex, Vertex)) -> [Vec3; 3] {
+    let line = (q.w - p.w).normalize();
+    let aside = line.cross(&Vec3::ith(line.iamin(), 1.0)).normalize();
+    [line, aside, line.cross(&aside)]
 }
 
 fn length((p, q): &(Vertex, Vertex)) -> f64 {
