@@ -123,6 +123,7 @@ pub fn penetration(
         let vertices = match start(&joggled) {
             Start::Solid(vertices) => vertices,
             Start::Flat(normal) => return flat(&set, normal, simplex),
+            Start::Thin => break,
         };
         match expand(&joggled, vertices) {
             Ok((found, gap)) if joggle == 0.0 && gap <= TOLERANCE * set.size => return Ok(found),
@@ -131,13 +132,17 @@ pub fn penetration(
         }
     }
     let found = searched(&set);
-    if found.depth.is_finite() { Ok(found) } else { Err(failure.unwrap_or_else(|| set.failure(f64::INFINITY, 0))) }
+    if found.depth.is_finite() {
+        Ok(found)
+    } else {
+        Err(failure.unwrap_or_else(|| set.failure(f64::INFINITY, 0)))
+    }
 }
 
 /// The smallest depth that [`polish`] finds from directions all around, for sets that are too thin for any polytope: all
 /// faces are slivers where one body is a billionth of the other.
 fn searched(set: &Difference) -> Penetration {
-    let around = lattice(DIRECTIONS).map(on_sphere).chain(across(set));
+    let around = lattice(DIRECTIONS).map(on_sphere).chain(across(set, DESCENTS));
     let mut found: Vec<Penetration> =
         around.map(|normal| set.facing(normal, set.support(&-normal).a)).collect();
     found.sort_by(|p, q| p.depth.total_cmp(&q.depth));

@@ -2,9 +2,12 @@
 
 use super::{Difference, Vertex};
 use crate::Vec3;
+use crate::convex::surface_points::on_circle;
 
 /// Thickness of a set, relative to its size, below which it has no volume.
 const FLAT: f64 = 1e-12;
+/// Thickness of a needle, relative to its length, below which its faces come near [`SLIVER`].
+const THIN: f64 = 1e-6;
 /// Height of a point above a face, relative to the size of the set, that is rounding.
 const ROUNDING: f64 = 1e-15;
 /// Height of a face, relative to the size of the set, below which it is a sliver without a normal. To
@@ -160,6 +163,8 @@ impl Polytope {
 pub(super) enum Start {
     /// Four points well apart.
     Solid([Vertex; 4]),
+    /// The set is a needle, of which all faces would be slivers.
+    Thin,
     /// The set lies in a plane of this unit normal.
     Flat(Vec3),
 }
@@ -182,13 +187,22 @@ pub(super) fn start(set: &Difference) -> Start {
     let normal = line.cross(&(r.w - p.w)).normalize();
     let off_plane = |v: &Vertex| (v.w - p.w).dot(&normal).abs();
     let s = farthest(both(&normal).to_vec(), off_plane);
-    if off_plane(&s) <= thin { Start::Flat(normal) } else { Start::Solid([p, q, r, s]) }
+    if off_plane(&s) <= thin {
+        Start::Flat(normal)
+    } else if off_line(&r) <= THIN * set.size {
+        Start::Thin
+    } else {
+        Start::Solid([p, q, r, s])
+    }
 }
 
 /// Directions across the longest extent of the set: the normals of a needle.
-pub(super) fn across(set: &Difference) -> [Vec3; 4] {
+pub(super) fn across(set: &Difference, number: usize) -> impl Iterator<Item = Vec3> {
     let [_, aside, above] = frame(&longest(set));
-    [aside, above, -aside, -above]
+    (0..number).map(move |k| {
+        let on_circle = on_circle(k as f64 / number as f64);
+        aside * on_circle.x + above * on_circle.y
+    })
 }
 
 /// The farthest of the pairs of opposite support points along the axes.

@@ -110,9 +110,8 @@ const FACES: [[usize; 4]; 4] = [[0, 1, 3, 2], [1, 2, 3, 0], [0, 2, 3, 1], [0, 1,
 /// What rounding may have spoilt is looked at again: a skinny tetrahedron that seems to hold the origin, and a point that is
 /// not as near as one of the vertices.
 fn on_tetrahedron(w: &[Vec3; 4]) -> Option<Nearest> {
-    let Some(found) = on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))) else {
-        return on_faces(w, normal_of_shortest);
-    };
+    let found =
+        on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))).or_else(|| on_faces(w, normal_of_shortest))?;
     let squared = found.point.norm_squared();
     let is_nearest = w.iter().all(|vertex| vertex.norm_squared() >= squared);
     if is_nearest { Some(found) } else { on_faces(w, |_| Vec3::zeros()) }
@@ -194,7 +193,12 @@ mod tests {
     fn edges_whose_squares_vanish_have_a_nearest_point() {
         let tip = |x: f64, y: f64| Vec3::new(x, y, 60.0);
         for scale in [1e-150, 1e-160, 1e-170] {
-            let w = [tip(-1e-160, -6e-162), tip(-1.8 * scale, 1.04e-1 * scale), tip(-3e-178, -2e-179), tip(0.0, scale)];
+            let w = [
+                tip(-1e-160, -6e-162),
+                tip(-1.8 * scale, 1.04e-1 * scale),
+                tip(-3e-178, -2e-179),
+                tip(0.0, scale),
+            ];
             for len in 1..=4 {
                 let n = nearest(len, &w).expect("the origin is 60 off");
                 assert!(n.point.z == 60.0 && n.weights.iter().any(|&weight| weight > 0.0));
