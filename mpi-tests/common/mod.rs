@@ -118,6 +118,24 @@ pub fn often(name: &str, (steps, every): (u32, u32)) -> String {
     format!("{before}\n[output]{output}")
 }
 
+/// Random numbers in [0, 1), the same in each run of the tests (SplitMix64, Steele, Lea & Flood 2014).
+pub struct Draw(pub u64);
+
+impl Draw {
+    /// The next number.
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 11) as f64 * (-53_f64).exp2()
+    }
+
+    /// One of a number of things.
+    pub fn of(&mut self, count: usize) -> usize {
+        (self.next() * count as f64) as usize
+    }
+}
+
 /// Value of the first key of a name in a case.
 pub fn key(text: &str, name: &str) -> String {
     let line = text.lines().find(|line| line.starts_with(&format!("{name} = "))).unwrap();

@@ -12,7 +12,7 @@ mod kills;
 
 use common::files::assert_same_files;
 use common::results::{assert_same_state, checkpoints};
-use common::{Output, folder, often, replaced, run, run_case};
+use common::{Draw, Output, folder, often, replaced, run, run_case};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -33,23 +33,6 @@ fn preloaded(name: &str) -> String {
         assert!(status.is_ok_and(|status| status.success()), "{name} is built");
     }
     library.display().to_string()
-}
-
-/// Random numbers in [0, 1), the same in each run of the tests (SplitMix64, Steele, Lea & Flood 2014).
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 * (-53_f64).exp2()
-    }
-
-    /// One of a number of things.
-    fn of(&mut self, count: usize) -> usize {
-        (self.next() * count as f64) as usize
-    }
 }
 
 /// A run that nothing disturbs, against which disturbed ones are compared.

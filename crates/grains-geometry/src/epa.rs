@@ -7,9 +7,10 @@
 
 mod polytope;
 
+use crate::convex::surface_points::{lattice, on_sphere};
 use crate::gjk::{Separation, distance, nearest_weights, smooth_penetration};
 use crate::{Core, GjkError, Placement, Simplex, Vec3, rotation_by};
-use polytope::{Face, Polytope, Start, start};
+use polytope::{Face, Polytope, Start, across, start};
 
 /// How far, and which way, one core has to move to leave the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,11 +34,13 @@ const SPOILT_TOLERANCE: f64 = 1e-7;
 /// Gap accepted when the polytope has all its vertices, before [`descend`]: bodies of revolution about one
 /// common axis have a circle of equal depths and no end, a point in the middle of a ball has a sphere of them.
 const CROWDED_TOLERANCE: f64 = 3e-2;
-/// Faces of a polytope with all its vertices whose normals begin a descent: those of smallest depth.
+/// Normals, of the faces of a polytope with all its vertices or from all around, that begin a descent: those of smallest depth.
 const DESCENTS: usize = 16;
 /// Turns of B (rad) tried one after the other: edges parallel to rounding can spoil the surface, and a
 /// turn too small to matter, undone by [`polish`], takes them apart.
 const JOGGLES: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
+/// Directions all around that [`searched`] begins with.
+const DIRECTIONS: usize = 128;
 /// Directions tried by [`descend`].
 const MAX_TRIALS: usize = 400;
 /// Support points before the search ends.
@@ -95,10 +98,10 @@ impl<'a> Difference<'a> {
 ///
 /// To be asked when [`distance`] answers `Meeting`; `simplex` is what that query left. Exact for
 /// polyhedral cores; for curved ones exact to first order in the direction, thus in depth to rounding.
-/// Allocates.
+/// Of a pair too uneven for a polytope it is the smallest found all around. Allocates.
 ///
 /// # Errors
-/// [`GjkError`] if the bounds of the depth have not closed.
+/// [`GjkError`] if there is no depth, as for a placement of NaN.
 pub fn penetration(
     a: &Core,
     b: &Core,
@@ -120,6 +123,7 @@ pub fn penetration(
         let vertices = match start(&joggled) {
             Start::Solid(vertices) => vertices,
             Start::Flat(normal) => return flat(&set, normal, simplex),
+            Start::Thin => break,
         };
         match expand(&joggled, vertices) {
             Ok((found, gap)) if joggle == 0.0 && gap <= TOLERANCE * set.size => return Ok(found),
@@ -127,7 +131,23 @@ pub fn penetration(
             Err(error) => failure = failure.or(Some(error)),
         }
     }
-    Err(failure.unwrap_or_else(|| set.failure(f64::INFINITY, 0)))
+    let found = searched(&set);
+    if found.depth.is_finite() {
+        Ok(found)
+    } else {
+        Err(failure.unwrap_or_else(|| set.failure(f64::INFINITY, 0)))
+    }
+}
+
+/// The smallest depth that [`polish`] finds from directions all around, for sets that are too thin for any polytope: all
+/// faces are slivers where one body is a billionth of the other.
+fn searched(set: &Difference) -> Penetration {
+    let around = lattice(DIRECTIONS).map(on_sphere).chain(across(set, DESCENTS));
+    let mut found: Vec<Penetration> =
+        around.map(|normal| set.facing(normal, set.support(&-normal).a)).collect();
+    found.sort_by(|p, q| p.depth.total_cmp(&q.depth));
+    let polished = found[..DESCENTS].iter().map(|found| polish(set, *found));
+    polished.fold(found[0], |best, next| if next.depth < best.depth { next } else { best })
 }
 
 /// Grows the polytope from four vertices; the answer and the gap of its bounds (m).

@@ -143,8 +143,13 @@ impl Convex for Cone {
                 [edge[0] * t - off[0], edge[1] * t - off[1]]
             };
             let distance = libm::hypot(way[0], way[1]);
-            if distance < best.0 {
+            // Rounding may take an end of the edge for as near.
+            let is_nearest = is_before && aside > 0.0;
+            if distance < best.0 || is_nearest {
                 best = (distance, way);
+            }
+            if is_nearest {
+                break;
             }
         }
         let inward = if radial > 0.0 { best.1[0] / radial } else { 0.0 };

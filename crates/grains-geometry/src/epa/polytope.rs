@@ -2,9 +2,12 @@
 
 use super::{Difference, Vertex};
 use crate::Vec3;
+use crate::convex::surface_points::on_circle;
 
 /// Thickness of a set, relative to its size, below which it has no volume.
 const FLAT: f64 = 1e-12;
+/// Thickness of a needle, relative to its length, below which its faces come near [`SLIVER`].
+const THIN: f64 = 1e-6;
 /// Height of a point above a face, relative to the size of the set, that is rounding.
 const ROUNDING: f64 = 1e-15;
 /// Height of a face, relative to the size of the set, below which it is a sliver without a normal. To
@@ -160,6 +163,8 @@ impl Polytope {
 pub(super) enum Start {
     /// Four points well apart.
     Solid([Vertex; 4]),
+    /// The set is a needle, of which all faces would be slivers.
+    Thin,
     /// The set lies in a plane of this unit normal.
     Flat(Vec3),
 }
@@ -168,18 +173,12 @@ pub(super) enum Start {
 pub(super) fn start(set: &Difference) -> Start {
     let thin = FLAT * set.size;
     let both = |direction: &Vec3| [set.support(direction), set.support(&-direction)];
-    let (p, q) = (0..3)
-        .map(|axis| both(&Vec3::ith(axis, 1.0)))
-        .map(|[p, q]| (p, q))
-        .reduce(|best, pair| if length(&pair) > length(&best) { pair } else { best })
-        .unwrap_or_else(|| (set.support(&Vec3::x()), set.support(&-Vec3::x())));
+    let (p, q) = longest(set);
     if length(&(p, q)) <= thin {
         let normal = set.placement.translation.try_normalize(0.0).unwrap_or_else(Vec3::z);
         return Start::Flat(normal);
     }
-    let line = (q.w - p.w).normalize();
-    let aside = line.cross(&Vec3::ith(line.iamin(), 1.0)).normalize();
-    let above = line.cross(&aside);
+    let [line, aside, above] = frame(&(p, q));
     let off_line = |v: &Vertex| (v.w - p.w).cross(&line).norm();
     let r = farthest([both(&aside), both(&above)].concat(), off_line);
     if off_line(&r) <= thin {
@@ -188,7 +187,36 @@ pub(super) fn start(set: &Difference) -> Start {
     let normal = line.cross(&(r.w - p.w)).normalize();
     let off_plane = |v: &Vertex| (v.w - p.w).dot(&normal).abs();
     let s = farthest(both(&normal).to_vec(), off_plane);
-    if off_plane(&s) <= thin { Start::Flat(normal) } else { Start::Solid([p, q, r, s]) }
+    if off_plane(&s) <= thin {
+        Start::Flat(normal)
+    } else if off_line(&r) <= THIN * set.size {
+        Start::Thin
+    } else {
+        Start::Solid([p, q, r, s])
+    }
+}
+
+/// Directions across the longest extent of the set: the normals of a needle.
+pub(super) fn across(set: &Difference, number: usize) -> impl Iterator<Item = Vec3> {
+    let [_, aside, above] = frame(&longest(set));
+    (0..number).map(move |k| {
+        let on_circle = on_circle(k as f64 / number as f64);
+        aside * on_circle.x + above * on_circle.y
+    })
+}
+
+/// The farthest of the pairs of opposite support points along the axes.
+fn longest(set: &Difference) -> (Vertex, Vertex) {
+    let along = |axis: usize| (set.support(&Vec3::ith(axis, 1.0)), set.support(&-Vec3::ith(axis, 1.0)));
+    let [x, y, z] = [0, 1, 2].map(along);
+    [y, z].into_iter().fold(x, |best, pair| if length(&pair) > length(&best) { pair } else { best })
+}
+
+/// Unit vectors along a pair of points and across it.
+fn frame((p, q): &(Vertex, Vertex)) -> [Vec3; 3] {
+    let line = (q.w - p.w).normalize();
+    let aside = line.cross(&Vec3::ith(line.iamin(), 1.0)).normalize();
+    [line, aside, line.cross(&aside)]
 }
 
 fn length((p, q): &(Vertex, Vertex)) -> f64 {

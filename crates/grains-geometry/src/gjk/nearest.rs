@@ -86,16 +86,17 @@ pub(crate) fn on_triangle(w0: &Vec3, w1: &Vec3, w2: &Vec3) -> Nearest {
     on_edges(w0, w1, w2, [l0, l1, l2])
 }
 
-/// Nearest of the edges opposite vertices whose weight is not positive.
+/// Nearest of the edges opposite vertices whose weight is not positive; NaN, as squares of tiny edges give, is not.
 fn on_edges(w0: &Vec3, w1: &Vec3, w2: &Vec3, weights: [f64; 3]) -> Nearest {
     let mut best = Nearest { point: Vec3::repeat(f64::INFINITY), weights: [0.0; 4] };
-    if weights[2] <= 0.0 {
+    let is_beyond = |vertex: usize| weights[vertex] <= 0.0 || weights[vertex].is_nan();
+    if is_beyond(2) {
         best = best.nearer(on_segment(w0, w1));
     }
-    if weights[1] <= 0.0 {
+    if is_beyond(1) {
         best = best.nearer(on_segment(w0, w2).renumbered([0, 2]));
     }
-    if weights[0] <= 0.0 {
+    if is_beyond(0) {
         best = best.nearer(on_segment(w1, w2).renumbered([1, 2]));
     }
     best
@@ -104,15 +105,36 @@ fn on_edges(w0: &Vec3, w1: &Vec3, w2: &Vec3, weights: [f64; 3]) -> Nearest {
 /// The faces, each followed by the vertex opposite it.
 const FACES: [[usize; 4]; 4] = [[0, 1, 3, 2], [1, 2, 3, 0], [0, 2, 3, 1], [0, 1, 2, 3]];
 
+/// Nearest point of a tetrahedron; `None` if the origin is inside.
+///
+/// What rounding may have spoilt is looked at again: a skinny tetrahedron that seems to hold the origin, and a point that is
+/// not as near as one of the vertices.
+fn on_tetrahedron(w: &[Vec3; 4]) -> Option<Nearest> {
+    let found =
+        on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))).or_else(|| on_faces(w, normal_of_shortest))?;
+    let squared = found.point.norm_squared();
+    let is_nearest = w.iter().all(|vertex| vertex.norm_squared() >= squared);
+    if is_nearest { Some(found) } else { on_faces(w, |_| Vec3::zeros()) }
+}
+
+/// Normal of a triangle, of its two shorter edges: of two long ones side by side it would be turned by rounding.
+fn normal_of_shortest([p, q, r]: [&Vec3; 3]) -> Vec3 {
+    let edges = [q - p, r - q, p - r];
+    let lengths = edges.map(|edge| edge.norm_squared());
+    let longest = (1..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
+    edges[(longest + 1) % 3].cross(&edges[(longest + 2) % 3])
+}
+
 /// The origin is inside if, seen from every face, it lies between the face and the opposite vertex.
 ///
 /// Asking for "between", not just for the side, keeps rounding in a flat tetrahedron from closing it
-/// around an origin that is off its plane.
-fn on_tetrahedron(w: &[Vec3; 4]) -> Option<Nearest> {
+/// around an origin that is off its plane. Faces without a normal are looked at in any case.
+#[inline(always)]
+fn on_faces(w: &[Vec3; 4], normal: impl Fn([&Vec3; 3]) -> Vec3) -> Option<Nearest> {
     let mut best: Option<Nearest> = None;
     for [i, j, k, opposite] in FACES {
+        let normal = normal([&w[i], &w[j], &w[k]]);
         let (e1, e2) = (w[j] - w[i], w[k] - w[i]);
-        let normal = e1.cross(&e2);
         let flat = normal.norm_squared() <= FLAT * FLAT * e1.norm_squared() * e2.norm_squared();
         let (origin, vertex) = (-normal.dot(&w[i]), normal.dot(&(w[opposite] - w[i])));
         let between = origin * vertex >= 0.0 && origin.abs() <= vertex.abs() && vertex != 0.0;
@@ -148,11 +170,39 @@ mod tests {
     }
 
     #[test]
+    fn an_origin_on_a_vertex_is_not_far_from_a_tetrahedron() {
+        let w = [
+            Vec3::new(0.0, 2.842170943040401e-14, -3.2693622818769086e-5),
+            Vec3::new(321.49873712188895, -143.3624014531989, 9.106277808580058),
+            Vec3::new(-328.53944835733256, -29.16482907522709, 15.481048889031001),
+            Vec3::new(0.0, 2.842170943040401e-14, -5.329070518200751e-15),
+        ];
+        assert!(nearest(4, &w).is_none_or(|found| found.point.norm() < 1e-13));
+    }
+
+    #[test]
     fn doubled_corners_enclose_nothing() {
         let (p, q, r) = (Vec3::new(1.0, 0.0, 1.0), Vec3::new(-1.0, 1.0, 1.0), Vec3::new(-1.0, -1.0, 1.0));
         for w in [[p, q, r, r], [p, q, q, p], [p, p, p, p]] {
             let n = nearest(4, &w).expect("the origin is 1 off the plane");
             assert!(n.point.z == 1.0);
+        }
+    }
+
+    #[test]
+    fn edges_whose_squares_vanish_have_a_nearest_point() {
+        let tip = |x: f64, y: f64| Vec3::new(x, y, 60.0);
+        for scale in [1e-150, 1e-160, 1e-170] {
+            let w = [
+                tip(-1e-160, -6e-162),
+                tip(-1.8 * scale, 1.04e-1 * scale),
+                tip(-3e-178, -2e-179),
+                tip(0.0, scale),
+            ];
+            for len in 1..=4 {
+                let n = nearest(len, &w).expect("the origin is 60 off");
+                assert!(n.point.z == 60.0 && n.weights.iter().any(|&weight| weight > 0.0));
+            }
         }
     }
 

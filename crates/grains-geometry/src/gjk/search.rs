@@ -17,6 +17,8 @@ pub(super) struct Stall {
     pub iterations: usize,
     /// The answer it belongs to, if acceptable.
     answer: Option<Separation>,
+    /// An answer of a wider gap that is acceptable, as its points are nearer each other.
+    nearer: Option<Separation>,
 }
 
 /// A point of each core, in its own coordinates, and their difference B − A in the frame of A.
@@ -56,13 +58,15 @@ impl Query<'_> {
         if let Some(answer) = self.start_smooth(a, b, simplex).or_else(|| self.start_faced(a, b, simplex)) {
             return Ok(answer);
         }
-        self.descend(a, b, simplex).or_else(|stall| {
-            if !warm {
-                return Err(stall);
-            }
-            *simplex = Simplex::default();
-            self.descend(a, b, simplex)
-        })
+        self.descend(a, b, simplex)
+            .or_else(|stall| {
+                if !warm {
+                    return Err(stall);
+                }
+                *simplex = Simplex::default();
+                self.descend(a, b, simplex)
+            })
+            .or_else(|stall| stall.nearer.ok_or(stall))
     }
 
     /// Answers for a warm pair with a superellipsoid; if it cannot, the points of the simplex, which lie on
@@ -146,7 +150,7 @@ impl Query<'_> {
         let size = self.size(a, b);
         let is_off_face = simplex.len == 1;
         let mut w = self.start(a, b, simplex);
-        let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None };
+        let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None, nearer: None };
         for iteration in 0..MAX_ITERATIONS {
             let Some(found) = nearest(simplex.len as usize, &w) else {
                 return Ok(Separation::Meeting);
@@ -160,13 +164,17 @@ impl Query<'_> {
             match self.judge(a, b, &v, squared, TOLERANCE * size) {
                 Verdict::Beyond => return Ok(Separation::Beyond { axis: v }),
                 Verdict::Nearest => return Ok(apart(v, squared, combine(simplex, &weights))),
-                Verdict::Improvable { gap } if gap < best.gap => {
-                    (best.gap, best.iterations) = (gap, iteration);
-                    if gap <= STALLED_TOLERANCE * size + ROUNDING * size * size / squared.sqrt() {
-                        best.answer = Some(apart(v, squared, combine(simplex, &weights)));
+                Verdict::Improvable { gap } => {
+                    let answer = || Some(apart(v, squared, combine(simplex, &weights)));
+                    let is_acceptable =
+                        gap <= STALLED_TOLERANCE * size + ROUNDING * size * size / squared.sqrt();
+                    if gap < best.gap {
+                        (best.gap, best.iterations) = (gap, iteration);
+                        best.answer = if is_acceptable { answer() } else { best.answer };
+                    } else if is_acceptable {
+                        best.nearer = answer();
                     }
                 }
-                Verdict::Improvable { .. } => {}
             }
             // Early, for a warm start; later now and then, as the simplex settles on the features.
             if curved

@@ -1,6 +1,6 @@
 //! Random pairs of cores and the certificates of a query's answer.
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Cone, Core, Placement, Rotation, Simplex, Vec3};
+use grains_geometry::{Cone, Core, Face, Placement, Rotation, Simplex, Vec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The generator SplitMix64.
@@ -140,7 +140,10 @@ pub fn scaled(core: &Core, s: f64) -> Core {
         Core::Cylinder { radius, half_height } => {
             Core::Cylinder { radius: radius * s, half_height: half_height * s }
         }
-        Core::Polyhedron(hull) => Core::polyhedron(hull.vertices().iter().map(|v| v * s).collect()),
+        Core::Polyhedron(hull) => {
+            let faces = hull.faces().iter().map(|f| Face { offset: f.offset * s, ..f.clone() }).collect();
+            Core::polyhedron_with_faces(hull.vertices().iter().map(|v| v * s).collect(), faces)
+        }
         Core::Triangle(corners) => Core::Triangle(corners.map(|v| v * s)),
         Core::Superellipsoid(body) => Core::superellipsoid(body.magnified(s)),
     }
@@ -197,6 +200,7 @@ impl Pair {
     pub fn new(a: Core, b: Core, placement: Placement) -> Self {
         let scale = placement.matrix.column(0).norm();
         let size = (a.radius() + b.radius() * scale).max(placement.translation.norm());
+        let size = size.max(f64::MIN_POSITIVE);
         Self { a, b, placement, size }
     }
 
@@ -265,14 +269,28 @@ impl Pair {
 
     /// Duality gap of an answer relative to the size, whichever bound is the higher; panics if it is no answer.
     pub fn certify(&self, answer: &Separation) -> f64 {
-        let Separation::Apart { distance, normal, point_a, point_b } = answer else { return 0.0 };
-        let slack = 1e-13 * self.size;
+        self.gap_of(answer, 1e-13).unwrap_or_else(|reason| panic!("{reason}"))
+    }
+
+    /// Duality gap of an answer relative to the size, whichever bound is the higher; or why it is no answer.
+    /// The points may be off their bodies by `off` of the size.
+    pub fn gap_of(&self, answer: &Separation, off: f64) -> Result<f64, String> {
+        let Separation::Apart { distance, normal, point_a, point_b } = answer else { return Ok(0.0) };
+        let slack = off * self.size;
         let scale2 = self.placement.matrix.column(0).norm_squared();
         let in_b = self.placement.matrix.tr_mul(&(point_b - self.placement.translation)) / scale2;
-        assert!(holds(&self.a, point_a, slack), "witness off A");
-        assert!(holds(&self.b, &in_b, slack / scale2.sqrt()), "witness off B");
-        assert!((normal.norm() - 1.0).abs() < 1e-14);
-        assert!((point_b - point_a - normal * *distance).norm() < slack);
-        (distance - self.lower_bound(normal)).abs() / self.size
+        let across = (point_b - point_a - normal * *distance).norm();
+        let reason = if !holds(&self.a, point_a, slack) {
+            "witness off A"
+        } else if !holds(&self.b, &in_b, slack / scale2.sqrt()) {
+            "witness off B"
+        } else if (normal.norm() - 1.0).abs() >= 1e-14 {
+            "normal not of length 1"
+        } else if across >= 1e-13 * self.size || across.is_nan() {
+            "points not the distance apart along the normal"
+        } else {
+            return Ok((distance - self.lower_bound(normal)).abs() / self.size);
+        };
+        Err(reason.to_string())
     }
 }
