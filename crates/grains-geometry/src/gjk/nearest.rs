@@ -107,11 +107,11 @@ const FACES: [[usize; 4]; 4] = [[0, 1, 3, 2], [1, 2, 3, 0], [0, 2, 3, 1], [0, 1,
 
 /// Nearest point of a tetrahedron; `None` if the origin is inside.
 ///
-/// What rounding may have spoilt is looked at again: a skinny tetrahedron that seems to hold the origin, and a point that is
-/// not as near as one of the vertices.
+/// What rounding may have spoilt is looked at again: a skinny tetrahedron that seems to hold the origin or to be no nearer for its last
+/// vertex, and a point that is not as near as one of the vertices.
 fn on_tetrahedron(w: &[Vec3; 4]) -> Option<Nearest> {
-    let found =
-        on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))).or_else(|| on_faces(w, normal_of_shortest))?;
+    let found = on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))).filter(|found| found.weights[3] > 0.0);
+    let found = found.or_else(|| on_faces(w, normal_of_shortest))?;
     let squared = found.point.norm_squared();
     let is_nearest = w.iter().all(|vertex| vertex.norm_squared() >= squared);
     if is_nearest { Some(found) } else { on_faces(w, |_| Vec3::zeros()) }

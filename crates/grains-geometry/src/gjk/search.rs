@@ -15,9 +15,7 @@ pub(super) struct Stall {
     pub gap: f64,
     /// Iteration that reached it.
     pub iterations: usize,
-    /// The answer it belongs to, if acceptable.
-    answer: Option<Separation>,
-    /// An answer of a wider gap that is acceptable, as its points are nearer each other.
+    /// Another answer that is acceptable, for all its wider gap, as its points are nearer each other.
     nearer: Option<Separation>,
 }
 
@@ -66,7 +64,22 @@ impl Query<'_> {
                 *simplex = Simplex::default();
                 self.descend(a, b, simplex)
             })
+            .or_else(|stall| self.descend_from_elsewhere(a, b, simplex).ok_or(stall))
             .or_else(|stall| stall.nearer.ok_or(stall))
+    }
+
+    /// The search from points along each axis, until one of them is not trapped.
+    fn descend_from_elsewhere<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Option<Separation> {
+        (0..3).find_map(|axis| {
+            let start = self.support(a, b, &Vec3::ith(axis, 1.0));
+            (simplex.len, simplex.a[0], simplex.b[0]) = (1, start.a, start.b);
+            self.descend(a, b, simplex).ok()
+        })
     }
 
     /// Answers for a warm pair with a superellipsoid; if it cannot, the points of the simplex, which lie on
@@ -150,7 +163,8 @@ impl Query<'_> {
         let size = self.size(a, b);
         let is_off_face = simplex.len == 1;
         let mut w = self.start(a, b, simplex);
-        let mut best = Stall { gap: f64::INFINITY, iterations: 0, answer: None, nearer: None };
+        let mut best = Stall { gap: f64::INFINITY, iterations: 0, nearer: None };
+        let mut narrowest = None;
         for iteration in 0..MAX_ITERATIONS {
             let Some(found) = nearest(simplex.len as usize, &w) else {
                 return Ok(Separation::Meeting);
@@ -170,7 +184,7 @@ impl Query<'_> {
                         gap <= STALLED_TOLERANCE * size + ROUNDING * size * size / squared.sqrt();
                     if gap < best.gap {
                         (best.gap, best.iterations) = (gap, iteration);
-                        best.answer = if is_acceptable { answer() } else { best.answer };
+                        narrowest = if is_acceptable { answer() } else { narrowest };
                     } else if is_acceptable {
                         best.nearer = answer();
                     }
@@ -198,7 +212,7 @@ impl Query<'_> {
             (simplex.a[len], simplex.b[len], w[len]) = (pair.a, pair.b, pair.w);
             simplex.len += 1;
         }
-        best.answer.ok_or(best)
+        narrowest.ok_or(best)
     }
 
     /// The differences of the pairs of the simplex, which gets a first pair if it is cold.
