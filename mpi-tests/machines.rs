@@ -1,5 +1,6 @@
 //! The same bits on other processors: with AVX-512 or what this one has, with AVX2, and without either and without fused
-//! multiplication. The others are emulated by QEMU; the C library takes its own variants there too.
+//! multiplication. The others are emulated by QEMU; the C library takes its own variants there too. And by other builds of the program:
+//! with `GRAINS_OTHER_PROGRAM=target/release/grains-mpi` (full paths, several parted by `:`) these are compared as well.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,17 +17,23 @@ const EMULATOR: &str = "qemu-x86_64";
 /// Processors with AVX2, and with SSE 4.2 alone, as QEMU calls them.
 const PROCESSORS: [&str; 2] = ["Haswell", "Nehalem"];
 
-/// Runs a case on one rank on an emulated processor.
-fn run_on(processor: &str, folder: &Path, text: &str) {
+/// Runs a case on one rank by a command.
+fn run_by(command: &mut Command, folder: &Path, text: &str) {
     fs::write(folder.join("case.toml"), text).unwrap();
-    let output = Command::new(EMULATOR)
-        .args(["-cpu", processor, env!("CARGO_BIN_EXE_grains-mpi"), "case.toml"])
-        .envs(ENVIRONMENT)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{processor}: {text}");
+    let output = command.arg("case.toml").envs(ENVIRONMENT).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The program on other processors, and other builds of it, by names.
+fn others() -> Vec<(String, Command)> {
+    let emulated = PROCESSORS.map(|processor| {
+        let mut command = Command::new(EMULATOR);
+        command.args(["-cpu", processor, env!("CARGO_BIN_EXE_grains-mpi")]);
+        (processor.to_string(), command)
+    });
+    let builds = std::env::var("GRAINS_OTHER_PROGRAM").unwrap_or_default();
+    let builds = builds.split(':').filter(|path| !path.is_empty()).enumerate();
+    emulated.into_iter().chain(builds.map(|(k, path)| (format!("build_{k}"), Command::new(path)))).collect()
 }
 
 fn same_on_all(name: &str, end: &str, shorter: &str) {
@@ -43,9 +50,9 @@ fn same_on_all(name: &str, end: &str, shorter: &str) {
     let text = text.replace("\"clamps.csv\"", &format!("{:?}", clamps.display().to_string()));
     let here = folder(&format!("machines_{name}"));
     run_case(2, &here, &text, &[]).succeeded();
-    for processor in PROCESSORS {
-        let there = folder(&format!("machines_{name}_{processor}"));
-        run_on(processor, &there, &text);
+    for (other, mut command) in others() {
+        let there = folder(&format!("machines_{name}_{other}"));
+        run_by(&mut command, &there, &text);
         let [wanted, found] = [&here, &there].map(|home| checkpoints(&home.join("results")));
         assert_same_state(wanted.last().unwrap(), found.last().unwrap());
     }

@@ -49,10 +49,10 @@ impl<'a, F: Fn(u16) -> Option<&'a Wall>> HistoryBounds<'a, F> {
             message.whole(f64::from(u16::MAX))?;
             let element = message.whole(f64::from(u32::MAX))?;
             message.whole(IMAGES)?;
-            if let Some(wall) = (self.wall)(wall) {
-                if !wall.surfaces.get(surface)?.has_element(element as u32) {
-                    return None;
-                }
+            if let Some(wall) = (self.wall)(wall)
+                && !wall.surfaces.get(surface)?.has_element(element as u32)
+            {
+                return None;
             }
             message.contact()?;
         }
