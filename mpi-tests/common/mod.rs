@@ -182,6 +182,14 @@ pub fn run(ranks: usize, folder: &Path, arguments: &[&str]) -> Output {
     start(ranks, folder, arguments, 0).wait()
 }
 
+/// Runs the program to its end without mpirun, while others may run too.
+pub fn run_alone(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grains-mpi"));
+    let done = command.args(arguments).envs(ENVIRONMENT).current_dir(folder).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Output { code: done.status.code(), stdout: text(&done.stdout), stderr: text(&done.stderr) }
+}
+
 /// Writes a case into the folder and runs it, with further arguments.
 pub fn run_case(ranks: usize, folder: &Path, case: &str, arguments: &[&str]) -> Output {
     fs::write(folder.join("case.toml"), case).unwrap();
