@@ -89,7 +89,7 @@ pub(crate) fn on_triangle(w0: &Vec3, w1: &Vec3, w2: &Vec3) -> Nearest {
 /// Nearest of the edges opposite vertices whose weight is not positive; NaN, as squares of tiny edges give, is not.
 fn on_edges(w0: &Vec3, w1: &Vec3, w2: &Vec3, weights: [f64; 3]) -> Nearest {
     let mut best = Nearest { point: Vec3::repeat(f64::INFINITY), weights: [0.0; 4] };
-    let is_beyond = |vertex: usize| weights[vertex] <= 0.0 || weights[vertex].is_nan();
+    let is_beyond = |vertex: usize| weights[vertex].max(0.0) == 0.0;
     if is_beyond(2) {
         best = best.nearer(on_segment(w0, w1));
     }
@@ -111,10 +111,24 @@ const FACES: [[usize; 4]; 4] = [[0, 1, 3, 2], [1, 2, 3, 0], [0, 2, 3, 1], [0, 1,
 /// vertex, and a point that is not as near as one of the vertices.
 fn on_tetrahedron(w: &[Vec3; 4]) -> Option<Nearest> {
     let found = on_faces(w, |[p, q, r]| (q - p).cross(&(r - p))).filter(|found| found.weights[3] > 0.0);
+    if found.as_ref().is_some_and(|found| is_nearest(found, w)) {
+        found
+    } else {
+        on_skinny_tetrahedron(w, found)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn on_skinny_tetrahedron(w: &[Vec3; 4], found: Option<Nearest>) -> Option<Nearest> {
     let found = found.or_else(|| on_faces(w, normal_of_shortest))?;
+    if is_nearest(&found, w) { Some(found) } else { on_faces(w, |_| Vec3::zeros()) }
+}
+
+/// Whether a point is as near as all vertices.
+fn is_nearest(found: &Nearest, w: &[Vec3; 4]) -> bool {
     let squared = found.point.norm_squared();
-    let is_nearest = w.iter().all(|vertex| vertex.norm_squared() >= squared);
-    if is_nearest { Some(found) } else { on_faces(w, |_| Vec3::zeros()) }
+    w.iter().all(|vertex| vertex.norm_squared() >= squared)
 }
 
 /// Normal of a triangle, of its two shorter edges: of two long ones side by side it would be turned by rounding.

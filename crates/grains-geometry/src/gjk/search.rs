@@ -56,14 +56,29 @@ impl Query<'_> {
         if let Some(answer) = self.start_smooth(a, b, simplex).or_else(|| self.start_faced(a, b, simplex)) {
             return Ok(answer);
         }
-        self.descend(a, b, simplex)
-            .or_else(|stall| {
-                if !warm {
-                    return Err(stall);
-                }
-                *simplex = Simplex::default();
-                self.descend(a, b, simplex)
-            })
+        match self.descend(a, b, simplex) {
+            Err(stall) => self.descend_again(a, b, (simplex, warm), stall),
+            answer => answer,
+        }
+    }
+
+    /// The search once more after a stall: without the simplex of an earlier step, then from elsewhere; at last what was acceptable.
+    #[cold]
+    #[inline(never)]
+    fn descend_again<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        (simplex, warm): (&mut Simplex, bool),
+        stall: Stall,
+    ) -> Result<Separation, Stall> {
+        let afresh = if warm {
+            *simplex = Simplex::default();
+            self.descend(a, b, simplex)
+        } else {
+            Err(stall)
+        };
+        afresh
             .or_else(|stall| self.descend_from_elsewhere(a, b, simplex).ok_or(stall))
             .or_else(|stall| stall.nearer.ok_or(stall))
     }
