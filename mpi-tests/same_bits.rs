@@ -403,8 +403,8 @@ fn balls_in_any_order_on_random_decompositions() {
     let wanted = run(&rows, [1; 3], true);
     let touching =
         |particles: &[Particle]| particles.iter().map(|particle| particle.memory.len()).sum::<usize>();
-    let most = wanted.iter().map(|particles| touching(particles)).max();
-    assert!(wanted.len() >= 2 && most > Some(30), "{most:?} contacts");
+    let contacts = wanted.iter().map(|particles| touching(particles)).max();
+    assert!(wanted.len() >= 2 && contacts > Some(30), "{contacts:?} contacts");
     // Subdomains that are wider than the largest ball reaches.
     let all = (0..45).map(|k| [k % 5 + 1, k / 5 % 3 + 1, k / 15 + 1]);
     let few: Vec<[usize; 3]> = all.filter(|ranks| ranks.iter().product::<usize>() <= 6).collect();

@@ -153,7 +153,7 @@ fluid = "particles""#,
     assert!(largest("fluid_divergence") < 1e-6, "{}", largest("fluid_divergence"));
     let gate = one.column("gate_flow_fz");
     assert!(gate[10].is_finite() && gate[25].is_nan(), "{gate:?}");
-    let mut others = vec![result("2", 2)];
+    let mut others = vec![result("2", 2), result("4", 4)];
     others.push(continued(&home, "2", 3, &text));
     let own = home.join("stops");
     fs::create_dir_all(&own).unwrap();

@@ -4,8 +4,8 @@ use crate::bonds::BondKind;
 use crate::contact_history::{BondHistory, LAW_FOLLOWS, LawHistory};
 use crate::walls::Wall;
 
-/// Most points of a simplex.
-const SIMPLEX_POINTS: f64 = 4.0;
+/// Largest number of points of a simplex.
+const MAX_SIMPLEX_POINTS: f64 = 4.0;
 /// Identities are whole numbers below this one, as a f64 holds all of these.
 const IDENTITIES: f64 = 9_007_199_254_740_992.0;
 /// Codes of periodic images.
@@ -93,7 +93,7 @@ impl<'m> Message<'m> {
         let points = self.take(5)?[4];
         let has_law = points >= LAW_FOLLOWS;
         let points = if has_law { points - LAW_FOLLOWS } else { points };
-        if !(0.0..=SIMPLEX_POINTS).contains(&points) || points.fract() != 0.0 {
+        if !(0.0..=MAX_SIMPLEX_POINTS).contains(&points) || points.fract() != 0.0 {
             return None;
         }
         self.take(if has_law { LawHistory::LENGTH } else { 0 } + 6 * points as usize).map(drop)

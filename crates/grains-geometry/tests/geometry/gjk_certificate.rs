@@ -187,7 +187,7 @@ fn ask(pair: &Pair, simplex: &mut Simplex) -> Result<Separation, String> {
 
 /// What was found of the pairs.
 #[derive(Default)]
-struct Tally {
+struct Findings {
     meeting: usize,
     /// The largest of each figure, relative to the size of the pair, and of which pair.
     largest: BTreeMap<&'static str, (f64, String)>,
@@ -196,7 +196,7 @@ struct Tally {
 
 /// The pair that is looked at, and where what is found of it goes.
 struct Trial<'a> {
-    tally: &'a mut Tally,
+    findings: &'a mut Findings,
     pair: String,
 }
 
@@ -210,12 +210,12 @@ impl Drop for Trial<'_> {
 
 impl Trial<'_> {
     fn fail(&mut self, what: &str, reason: &str) {
-        self.tally.failures.push(format!("{}: {what}: {reason:.200}", self.pair));
+        self.findings.failures.push(format!("{}: {what}: {reason:.200}", self.pair));
     }
 
     /// Holds a figure against its limit, both relative to the size of the pair.
     fn measure(&mut self, what: &'static str, figure: f64, limit: f64) {
-        let largest = self.tally.largest.entry(what).or_default();
+        let largest = self.findings.largest.entry(what).or_default();
         if figure > largest.0 {
             *largest = (figure, self.pair.clone());
         }
@@ -325,9 +325,9 @@ fn garbage(random: &mut Random) -> Simplex {
     Simplex { len: 1 + random.below(4) as u8, a, b }
 }
 
-fn look_at(stock: &Stock, number: u64, tally: &mut Tally) {
+fn look_at(stock: &Stock, number: u64, findings: &mut Findings) {
     let (mut random, bodies, place, pair) = draw(stock, number);
-    let mut trial = Trial { tally, pair: format!("pair {number}, {bodies:?} {place:?}") };
+    let mut trial = Trial { findings, pair: format!("pair {number}, {bodies:?} {place:?}") };
     let random = &mut random;
     let mut simplex = Simplex::default();
     let Some(known) = trial.certified("cold", &pair, &mut simplex) else { return };
@@ -346,7 +346,7 @@ fn look_at(stock: &Stock, number: u64, tally: &mut Tally) {
     }
     magnify(&mut trial, &pair, [0.125, 1024.0][random.below(2)]);
     if known[0] == 0.0 {
-        trial.tally.meeting += 1;
+        trial.findings.meeting += 1;
         depth(&mut trial, &pair, &left, random);
     }
 }
@@ -384,7 +384,7 @@ fn depth(trial: &mut Trial, pair: &Pair, simplex: &Simplex, random: &mut Random)
         let near = (normal + far * random.log(1e-6, 1.0)).normalize();
         for direction in [far, near] {
             let other = -pair.lower_bound(&direction) / pair.size;
-            trial.measure("depth beyond the least", depth - other, 1e-6);
+            trial.measure("depth beyond the smallest", depth - other, 1e-6);
         }
     }
     let translation = pair.placement.translation + normal * found.depth;
@@ -397,9 +397,9 @@ fn depth(trial: &mut Trial, pair: &Pair, simplex: &Simplex, random: &mut Random)
 #[test]
 fn any_pair_in_any_pose_is_certified() {
     let pairs = if std::env::var_os("GRAINS_TORTURE").is_some() { 10_000_000 } else { 60_000 };
-    let (stock, mut tally, start) = (Stock::new(), Tally::default(), Instant::now());
-    (0..pairs).for_each(|number| look_at(&stock, number, &mut tally));
-    let Tally { meeting, largest, failures } = tally;
+    let (stock, mut findings, start) = (Stock::new(), Findings::default(), Instant::now());
+    (0..pairs).for_each(|number| look_at(&stock, number, &mut findings));
+    let Findings { meeting, largest, failures } = findings;
     let seconds = start.elapsed().as_secs_f64();
     println!(
         "attack: random pairs of bodies, {meeting} of which meet | {pairs} | {} failures",
