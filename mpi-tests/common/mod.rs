@@ -205,6 +205,16 @@ impl Running {
         }
     }
 
+    /// Waits for mpirun once its ranks are gone, and ends it if it stays: that of Open MPI 4.1 may, if a rank is killed while it says
+    /// that it is done.
+    pub fn wait_for_launcher(mut self) {
+        if self.end_within(20).is_none() {
+            println!("mpirun outlived its ranks:\n{}", self.output(None).text());
+            signal("KILL", &[self.mpirun()]);
+            self.wait();
+        }
+    }
+
     /// Waits until something holds; the run must still be going on then.
     pub fn wait_until(&mut self, what: &str, mut holds: impl FnMut() -> bool) {
         while !holds() {

@@ -47,7 +47,6 @@ fn kill(running: Running, draw: &mut Draw) {
         _ => vec![mpirun],
     };
     signal("KILL", &victims);
-    running.wait();
     let begun = Instant::now();
     let lives = |rank: &u32| {
         let state = fs::read_to_string(format!("/proc/{rank}/stat")).unwrap_or_default();
@@ -57,6 +56,7 @@ fn kill(running: Running, draw: &mut Draw) {
         assert!(begun.elapsed().as_secs() < PATIENCE, "ranks {ranks:?} outlive {victims:?}");
         std::thread::sleep(Duration::from_millis(5));
     }
+    running.wait_for_launcher();
 }
 
 /// Kills runs of a case, `few` or `many` times in all, and compares each with the one that was not.

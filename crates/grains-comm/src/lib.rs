@@ -3,6 +3,7 @@
 mod count;
 mod graph;
 mod persistent;
+mod reductions;
 mod sparse;
 mod transport;
 

@@ -5,6 +5,7 @@
 use crate::count::count;
 use crate::graph::Graph;
 use crate::persistent::{Persistent, prepared_in};
+use crate::reductions::Reductions;
 use crate::sparse::SparseExchange;
 use grains_domain::{Channel, ChannelParts, Transport};
 use mpi::collective::SystemOperation;
@@ -20,6 +21,8 @@ const TAG_UNSIZED: i32 = 2;
 
 /// [`Transport`] over an MPI communicator.
 pub struct MpiTransport {
+    /// Dropped, and so completed, before the communicator.
+    reductions: RefCell<Reductions>,
     communicator: SimpleCommunicator,
     requests: RefCell<Vec<ffi::MPI_Request>>,
     sparse: SparseExchange,
@@ -31,7 +34,13 @@ impl MpiTransport {
     /// Transport among the ranks of a communicator, which no other transport may use: their messages could mix.
     pub fn new(communicator: SimpleCommunicator) -> Self {
         let sparse = SparseExchange::default();
-        Self { communicator, requests: RefCell::default(), sparse, near: RefCell::default() }
+        Self {
+            reductions: RefCell::default(),
+            communicator,
+            requests: RefCell::default(),
+            sparse,
+            near: RefCell::default(),
+        }
     }
 
     /// The communicator.
@@ -165,12 +174,16 @@ impl Transport for MpiTransport {
         *near = Some(graph);
     }
 
-    fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
+    fn send_and_receive(
+        &self,
+        (receivers, sent): (&[usize], &[Vec<f64>]),
+        (senders, received): (&[usize], &mut [Vec<f64>]),
+    ) {
         let mut requests = self.requests.borrow_mut();
-        for (&peer, message) in peers.iter().zip(sent) {
+        for (&peer, message) in receivers.iter().zip(sent) {
             self.post_send(peer, TAG_UNSIZED, message, &mut requests);
         }
-        for (&peer, buffer) in peers.iter().zip(received.iter_mut()) {
+        for (&peer, buffer) in senders.iter().zip(received) {
             // SAFETY: the matched message is received once, into a buffer of just its length.
             unsafe {
                 let (mut message, mut status) = (MaybeUninit::uninit(), MaybeUninit::uninit());
@@ -209,6 +222,14 @@ impl Transport for MpiTransport {
     fn max(&self, values: &mut [f64]) {
         let own = values.to_vec();
         self.communicator.all_reduce_into(&own[..], values, SystemOperation::max());
+    }
+
+    fn begin_max(&self, values: &[f64]) {
+        self.reductions.borrow_mut().begin_max(values, &self.communicator);
+    }
+
+    fn end_max(&self, values: &mut [f64]) {
+        self.reductions.borrow_mut().end(values);
     }
 
     fn sum(&self, values: &mut [f64]) {

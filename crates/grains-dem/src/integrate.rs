@@ -200,9 +200,9 @@ impl Turning {
 #[inline(always)]
 fn is_within_allowance(particles: &Particles, neighbours: &VerletLists, i: usize) -> bool {
     let body = &particles.bodies[i];
-    let Reference { position, allowance } = neighbours.references[i];
+    let Reference { position, allowance } = neighbours.references.places[i];
     let moved = body.position - position;
-    let Some(before) = neighbours.reference_orientations.get(i) else {
+    let Some(before) = neighbours.references.orientations.get(i) else {
         return moved.norm_squared() < allowance * allowance;
     };
     // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body,

@@ -117,6 +117,14 @@ impl Decomposition {
         std::array::from_fn(|a| self.cuts[a][self.coordinates[a]])
     }
 
+    /// Smallest width (m) of any subdomain along an axis along which particles have images or ranks have neighbours; infinite if
+    /// there is none.
+    pub fn smallest_width(&self) -> f64 {
+        let is_shared = |&a: &usize| self.ranks[a] > 1 || self.global.periodic[a];
+        let widths = |a: usize| self.cuts[a].windows(2).map(|cuts| cuts[1] - cuts[0]);
+        (0..3).filter(is_shared).flat_map(widths).fold(f64::INFINITY, f64::min)
+    }
+
     /// Upper corner of the own subdomain (m).
     pub fn upper(&self) -> [f64; 3] {
         std::array::from_fn(|a| self.cuts[a][self.coordinates[a] + 1])

@@ -105,7 +105,12 @@ pub trait Transport {
         self.exchange_unsized(peers, &vec![own.to_vec(); peers.len()], received);
     }
     /// Exchange with each peer a message whose length only the sender knows; `received[k]` is resized.
-    fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]);
+    fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
+        self.send_and_receive((peers, sent), (peers, received));
+    }
+    /// Sends messages to some ranks, and receives from others ones whose length only the sender knows; both sides know that they
+    /// come.
+    fn send_and_receive(&self, to: (&[usize], &[Vec<f64>]), from: (&[usize], &mut [Vec<f64>]));
     /// Send messages to some ranks, at most one to each, as (rank, message), and return those sent here by rank of the
     /// sender. Nobody need know who sends to whom, and nothing grows with the number of ranks; empty messages do not
     /// travel.
@@ -118,6 +123,10 @@ pub trait Transport {
     }
     /// Largest value over the ranks, per entry.
     fn max(&self, values: &mut [f64]);
+    /// Begins [`Transport::max`] without waiting for any rank; [`Transport::end_max`] ends what was begun first.
+    fn begin_max(&self, values: &[f64]);
+    /// Largest values over the ranks, per entry, of the earliest [`Transport::begin_max`] that has not been ended.
+    fn end_max(&self, values: &mut [f64]);
     /// Sum over the ranks, per entry.
     fn sum(&self, values: &mut [f64]);
     /// Sum over the ranks, per entry.
@@ -146,7 +155,7 @@ impl Transport for SerialTransport {
         1
     }
     fn exchange(&self, _: &[usize], _: &[Vec<f64>], _: &mut [Vec<f64>]) {}
-    fn exchange_unsized(&self, _: &[usize], _: &[Vec<f64>], _: &mut [Vec<f64>]) {}
+    fn send_and_receive(&self, _: (&[usize], &[Vec<f64>]), _: (&[usize], &mut [Vec<f64>])) {}
     fn exchange_sparse(&self, mut sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
         sent.retain(|(_, message)| !message.is_empty());
         sent
@@ -155,6 +164,9 @@ impl Transport for SerialTransport {
         level
     }
     fn max(&self, _: &mut [f64]) {}
+    fn begin_max(&self, _: &[f64]) {}
+    /// The values of one rank are the largest: the caller holds them.
+    fn end_max(&self, _: &mut [f64]) {}
     fn sum(&self, _: &mut [f64]) {}
     fn sum_counts(&self, _: &mut [u64]) {}
     fn counts_before(&self, values: &mut [u64]) {

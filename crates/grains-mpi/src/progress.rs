@@ -169,7 +169,9 @@ fn particles(summary: &Summary, case: &Case) {
     for (name, lacking) in &summary.missing {
         warn(format!("{lacking} particles of insert `{name}` were not inserted: not yet due, or no room"));
     }
-    say!("lists rebuilt {} times in {steps} steps", summary.rebuilds);
+    let [min, max] = summary.rebuilds;
+    let times = if min == max { max.to_string() } else { format!("{min} to {max}") };
+    say!("lists rebuilt {times} times in {steps} steps");
     let is_hard = case.collisions.is_hard();
     if is_hard {
         let [collisions, resting, rounds] = summary.collisions;

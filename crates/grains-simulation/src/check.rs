@@ -119,7 +119,7 @@ fn trial(
     dem.prescribe(insertions.prescribed_motions(case));
     insertions.insert_due(case, &mut dem, &SerialTransport)?;
     dem.refresh(&SerialTransport).map_err(|failure| match failure {
-        Failure::Here(error) => error.to_string(),
+        Failure::Here { error, .. } => error.to_string(),
         Failure::Elsewhere => String::new(),
     })?;
     match insertions.starting_overlap(case, &dem) {

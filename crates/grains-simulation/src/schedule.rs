@@ -73,11 +73,19 @@ impl Schedule {
         Self { particles, series, checkpoint, surfaces, fluid, ..Self::new(case, dt, origin) }
     }
 
+    /// Whether something is written at a step.
+    pub(crate) fn is_due(&self, step: u64) -> bool {
+        self.events().iter().any(|events| events.is_due(step))
+    }
+
+    fn events(&self) -> [Events; 5] {
+        [self.particles, self.series, self.checkpoint, self.surfaces, self.fluid]
+    }
+
     /// The next step after `step` at which something is written or ends.
     pub(crate) fn next(&self, step: u64) -> u64 {
-        let events = [self.particles, self.series, self.checkpoint, self.surfaces, self.fluid];
         let ends = [self.pause, self.end].into_iter().filter(|&end| end > step);
-        events.into_iter().map(|events| events.next(step)).chain(ends).fold(u64::MAX, u64::min)
+        self.events().into_iter().map(|events| events.next(step)).chain(ends).fold(u64::MAX, u64::min)
     }
 }
 

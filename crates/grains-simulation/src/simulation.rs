@@ -199,6 +199,10 @@ impl Simulation {
         }
         let step = self.dem.step;
         let is_last = step >= self.schedule.end;
+        if is_last || self.dem.interrupt || self.schedule.is_due(step) {
+            // Nothing is written of a state that another rank may know to be wrong.
+            self.dem.settle(&self.transport).map_err(|e| self.failed(e))?;
+        }
         let is_saved = self.dem.interrupt || is_last || self.schedule.checkpoint.is_due(step);
         let state = self.assemble(is_saved && step > self.first_step && self.files.is_some())?;
         if let Some(fluid) = self.fluid.as_mut().filter(|_| is_last || self.dem.interrupt) {
@@ -295,7 +299,11 @@ impl Simulation {
         {
             fluid.begin(&self.case, &self.dem, &self.transport)?;
         }
-        let state = is_saved.then(|| self.state());
+        let state = is_saved.then(|| {
+            // What follows waits for all ranks; neighbours may still wait for this one to take their clones.
+            self.dem.finish_update(&self.transport);
+            self.state()
+        });
         self.dem.add_forces(&self.transport);
         Ok(state)
     }
@@ -353,8 +361,8 @@ impl Simulation {
 
     fn failed(&self, failure: Failure) -> RunError {
         let message = match failure {
-            Failure::Here(error) => {
-                let (step, time, rank) = (self.dem.step, self.dem.time(), self.transport.rank());
+            Failure::Here { error, step } => {
+                let (time, rank) = (self.dem.time_of(step), self.transport.rank());
                 // What a restart has changed shows in its first steps.
                 let suspects = if step <= self.first_step + 2 { &*self.suspects } else { "" };
                 format!("step {step} (t = {time:.6e} s), rank {rank}: {error}{suspects}")
@@ -426,7 +434,8 @@ impl Simulation {
         }
         dem.clock.start();
         if let Err(error) = dem.check_ledger(transport) {
-            return Err(self.failed(Failure::Here(error)));
+            let step = dem.step;
+            return Err(self.failed(Failure::Here { error, step }));
         }
         files.verify(transport)?;
         if snapshot && case.output.particles > 0.0 {

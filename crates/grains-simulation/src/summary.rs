@@ -78,8 +78,8 @@ pub struct Summary {
     pub imbalance: f64,
     /// How often borders between ranks moved.
     pub moves: u64,
-    /// How often neighbour lists were built.
-    pub rebuilds: u64,
+    /// Min. and max. of how often a rank built its neighbour lists.
+    pub rebuilds: [u64; 2],
     /// Contacts whose shrunken cores met.
     pub deep_penetrations: u64,
     /// Largest overlap over the inscribed radius (-).
@@ -127,7 +127,8 @@ impl Summary {
         ];
         transport.sum_counts(&mut counts);
         let [inside, work, inserted, left, deep_penetrations, collisions, resting, particle_steps] = counts;
-        let mut extremes = [own[0] as f64, -(own[0] as f64), report.worst_overlap, own[1] as f64];
+        let [particles, own_work, rebuilds] = [own[0], own[1], report.rebuilds].map(|n| n as f64);
+        let mut extremes = [particles, -particles, report.worst_overlap, own_work, rebuilds, -rebuilds];
         transport.max(&mut extremes);
         let ranks = transport.size();
         Self {
@@ -143,7 +144,7 @@ impl Summary {
             per_rank: [-extremes[1] as u64, extremes[0] as u64],
             imbalance: extremes[3] * ranks as f64 / (work as f64).max(1.0),
             moves: report.moves,
-            rebuilds: report.rebuilds,
+            rebuilds: [-extremes[5] as u64, extremes[4] as u64],
             deep_penetrations,
             worst_overlap: extremes[2],
             collisions: [collisions, resting, report.rounds],

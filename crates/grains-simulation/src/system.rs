@@ -115,6 +115,8 @@ pub fn build(
         lubrication,
         prescribed: Vec::new(),
         exchange: exchange(domain.exchange),
+        // A step of the fluid is one of all ranks anyway.
+        rebuilds_together: case.fluid.is_some(),
         balance,
         thermal,
         species: species::all(case),

@@ -15,21 +15,31 @@ pub struct ThreadTransport {
     rank: usize,
     size: usize,
     post: Mailboxes,
+    /// Of reductions that are ended later than they are begun.
+    reductions: Mailboxes,
 }
 
 impl ThreadTransport {
     fn send(&self, to: usize, message: Vec<f64>) {
-        self.post.0.lock().unwrap().entry((self.rank, to)).or_default().push_back(message);
-        self.post.1.notify_all();
+        self.post_to(&self.post, to, message);
     }
 
     fn receive(&self, from: usize) -> Vec<f64> {
-        let mut boxes = self.post.0.lock().unwrap();
+        self.take_from(&self.post, from)
+    }
+
+    fn post_to(&self, post: &Mailboxes, to: usize, message: Vec<f64>) {
+        post.0.lock().unwrap().entry((self.rank, to)).or_default().push_back(message);
+        post.1.notify_all();
+    }
+
+    fn take_from(&self, post: &Mailboxes, from: usize) -> Vec<f64> {
+        let mut boxes = post.0.lock().unwrap();
         loop {
             if let Some(message) = boxes.get_mut(&(from, self.rank)).and_then(VecDeque::pop_front) {
                 return message;
             }
-            boxes = self.post.1.wait(boxes).unwrap();
+            boxes = post.1.wait(boxes).unwrap();
         }
     }
 
@@ -56,9 +66,13 @@ impl Transport for ThreadTransport {
             *buffer = message;
         }
     }
-    fn exchange_unsized(&self, peers: &[usize], sent: &[Vec<f64>], received: &mut [Vec<f64>]) {
-        peers.iter().zip(sent).for_each(|(&p, m)| self.send(p, m.clone()));
-        peers.iter().zip(received).for_each(|(&p, buffer)| *buffer = self.receive(p));
+    fn send_and_receive(
+        &self,
+        (receivers, sent): (&[usize], &[Vec<f64>]),
+        (senders, received): (&[usize], &mut [Vec<f64>]),
+    ) {
+        receivers.iter().zip(sent).for_each(|(&rank, message)| self.send(rank, message.clone()));
+        senders.iter().zip(received).for_each(|(&rank, buffer)| *buffer = self.receive(rank));
     }
     fn exchange_sparse(&self, sent: Vec<(usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
         let mut outgoing = vec![Vec::new(); self.size];
@@ -73,6 +87,16 @@ impl Transport for ThreadTransport {
         let (all, n) = (self.gather(values), values.len());
         for (k, v) in values.iter_mut().enumerate() {
             *v = all.iter().skip(k).step_by(n).fold(f64::NEG_INFINITY, |m, &x| m.max(x));
+        }
+    }
+    fn begin_max(&self, values: &[f64]) {
+        (0..self.size).for_each(|rank| self.post_to(&self.reductions, rank, values.to_vec()));
+    }
+    fn end_max(&self, values: &mut [f64]) {
+        values.fill(f64::NEG_INFINITY);
+        for rank in 0..self.size {
+            let of_rank = self.take_from(&self.reductions, rank);
+            values.iter_mut().zip(of_rank).for_each(|(v, x)| *v = v.max(x));
         }
     }
     fn sum(&self, values: &mut [f64]) {
@@ -100,11 +124,12 @@ impl Transport for ThreadTransport {
 
 /// Runs `job` on `size` ranks and returns their results in rank order.
 pub fn on_ranks<R: Send>(size: usize, job: impl Fn(ThreadTransport) -> R + Sync) -> Vec<R> {
-    let post: Mailboxes = Arc::default();
+    let (post, reductions) = (Mailboxes::default(), Mailboxes::default());
     std::thread::scope(|scope| {
         let ranks: Vec<_> = (0..size)
             .map(|rank| {
-                let (transport, job) = (ThreadTransport { rank, size, post: post.clone() }, &job);
+                let (post, reductions) = (post.clone(), reductions.clone());
+                let (transport, job) = (ThreadTransport { rank, size, post, reductions }, &job);
                 scope.spawn(move || job(transport))
             })
             .collect();

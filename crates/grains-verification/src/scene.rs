@@ -79,6 +79,7 @@ impl Scene {
             heat: None,
         };
         let setup = DemSetup {
+            rebuilds_together: false,
             global: GlobalBox::new([0.0; 3], [2.0 * half; 3], [false; 3]),
             shear: None,
             outlets: [false; 6],

@@ -495,6 +495,7 @@ fn a_dem_step_relaxes_its_grains_exactly() {
     let place = Vec3::repeat(4e-3);
     let mut grains = Grains::new(diameter, 2500.0, falling(dt), &[place]);
     let setup = DemSetup {
+        rebuilds_together: false,
         global: GlobalBox::new([0.0; 3], [8e-3; 3], [true; 3]),
         shear: None,
         outlets: [false; 6],

@@ -56,7 +56,7 @@ impl BondList {
 
     /// Finds the particles of all bonds among those sorted and their clones; returns how many ends had a partner that is gone.
     ///
-    /// `order` says where the owned particles were in the rows of `histories`.
+    /// `row` says which row of `histories` an owned particle has.
     ///
     /// # Errors
     /// A partner that is not there, where none may leave.
@@ -64,7 +64,7 @@ impl BondList {
         &mut self,
         particles: &Particles,
         histories: &SavedHistories,
-        order: &[u32],
+        row: impl Fn(usize) -> usize,
         may_leave: bool,
     ) -> Result<u64, StepError> {
         self.bonds.clear();
@@ -74,8 +74,8 @@ impl BondList {
         }
         let images = Images::of(particles);
         let mut gone = 0;
-        for (i, &origin) in order.iter().enumerate() {
-            for &BondHistory { partner, kind, state } in histories.bonds.row(origin as usize) {
+        for i in 0..particles.owned {
+            for &BondHistory { partner, kind, state } in histories.bonds.row(row(i)) {
                 let (id, position) = (particles.ids[i], &particles.bodies[i].position);
                 let away = |j: &usize| (particles.bodies[*j].position - position).norm_squared();
                 match images.of_id(partner).min_by(|j, k| away(j).total_cmp(&away(k))) {

@@ -57,14 +57,14 @@ impl Dem {
 
     /// Gives back the liquid of bridges whose bodies are too far apart for the lists just built, or are no longer there.
     ///
-    /// `order` has the places of the particles in the histories the lists were built with.
-    pub(super) fn break_bridges_out_of_lists(&mut self, order: &[u32]) {
+    /// `order` has the places of the particles in the histories the lists were built with, if they were sorted.
+    pub(super) fn break_bridges_out_of_lists(&mut self, order: Option<&[u32]>) {
         let Self { particles, histories, neighbours, setup, liquid_ledger, .. } = self;
         let Some(parts) = Parts::of(&setup.catalogue, &setup.walls) else { return };
         let listed = Held::in_lists(&parts, neighbours, particles);
         for (i, now) in listed.iter().enumerate() {
-            let before =
-                Held::in_row(&parts, histories, order[i] as usize, (particles.ids[i], &particles.bodies[i]));
+            let row = order.map_or(i, |order| order[i] as usize);
+            let before = Held::in_row(&parts, histories, row, (particles.ids[i], &particles.bodies[i]));
             particles.films[i].gained += before.own - now.own;
             liquid_ledger.onto_walls += quanta(before.of_walls - now.of_walls, parts.quantum());
             // There are more ends than before where a checkpoint has a bridge on one side alone: the check of the liquid tells it.

@@ -86,7 +86,7 @@ impl Dem {
     /// Adds the loads of the contacts of owned particles with each other, or with clones.
     fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics) {
         let PassParts { particles, neighbours, mut pass, .. } = self.contact_pass(statistics);
-        let Inner { spheres, part_pairs } = neighbours.inner;
+        let Inner { spheres, part_pairs, .. } = neighbours.inner;
         let VerletLists { spheres: pairs, sphere_laws: laws, .. } = neighbours;
         let (pairs, others) = pairs.split_at_mut(spheres);
         let kept = spheres.min(laws.len());

@@ -1,11 +1,13 @@
 //! The granular phase of one rank and its step.
 
+mod agreement;
 mod heat;
 mod liquid;
 mod loaded_walls;
 mod loads;
 mod observe;
 mod rebuild;
+mod rebuild_times;
 mod report;
 mod setup;
 mod sheared;

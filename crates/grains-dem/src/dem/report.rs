@@ -7,7 +7,12 @@ use crate::particles::{Body, Cargo};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
     /// This rank met the error.
-    Here(StepError),
+    Here {
+        /// What went wrong.
+        error: StepError,
+        /// The step it went wrong in.
+        step: u64,
+    },
     /// Another rank did.
     Elsewhere,
 }
@@ -23,6 +28,8 @@ pub struct StepReport {
     pub deep_penetrations: u64,
     /// Rebuilds of the lists since the start.
     pub rebuilds: u64,
+    /// Rebuilds of those with clones alone, as neighbours rebuilt theirs.
+    pub border_rebuilds: u64,
     /// Those of them before which borders between subdomains moved.
     pub moves: u64,
     /// Work until the last rebuild, in pairs of spheres.

@@ -14,7 +14,7 @@ use crate::shear::{Shear, SlidingImages};
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
 use grains_contact::Lubrication;
-use grains_domain::{Balance, GlobalBox};
+use grains_domain::{Balance, Decomposition, GlobalBox};
 
 /// Everything that defines a granular system, apart from its particles.
 #[derive(Clone, Debug)]
@@ -55,6 +55,9 @@ pub struct DemSetup {
     pub prescribed: Vec<PrescribedMotion>,
     /// How clones are brought up to date.
     pub exchange: ExchangeStrategy,
+    /// Whether all ranks rebuild their lists in the same steps, as whoever couples the particles to something needs it. Boxes that are
+    /// sheared, hard collisions and the strategies of the thesis need it anyway.
+    pub rebuilds_together: bool,
     /// When borders between subdomains move; they stay if there is none.
     pub balance: Option<Balance>,
 }
@@ -64,6 +67,21 @@ impl DemSetup {
     pub fn interaction_range(&self) -> f64 {
         let of_contacts = 2.0 * self.largest_radius * (1.0 + self.skin.max) + self.reach() + self.max_slide();
         of_contacts.max(self.longest_bond())
+    }
+
+    /// Whether ranks rebuild their lists apart from each other.
+    pub(super) fn are_apart(&self, decomposition: &Decomposition) -> bool {
+        let needs_all = self.rebuilds_together
+            || self.shear.is_some()
+            || self.collisions != CollisionModel::Soft
+            || self.exchange != ExchangeStrategy::Persistent;
+        let moving = self.balance.map_or([f64::INFINITY; 3], |balance| balance.min_width);
+        let divided = (0..3).filter(|&a| self.ranks[a] > 1);
+        let narrowest = divided.map(|a| moving[a]).fold(decomposition.smallest_width(), f64::min);
+        // Partners must be known to the neighbours also while both go to the ends of their allowances.
+        let of_bonds = self.longest_bond() + self.skin.max * self.largest_radius;
+        let are_bonds_short = self.bonds.is_empty() || 2.0 * of_bonds <= narrowest;
+        self.ranks != [1; 3] && !needs_all && are_bonds_short
     }
 
     /// Largest length (m) of any bond.

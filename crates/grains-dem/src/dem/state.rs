@@ -1,5 +1,7 @@
 //! The granular phase of one rank: what it holds, and how particles enter it.
 
+use super::agreement::Agreement;
+use super::rebuild_times::RebuildTimes;
 use super::report::{Ledger, Origin, Passages, StepReport};
 use super::setup::DemSetup;
 use super::species::SpeciesLedger;
@@ -17,7 +19,7 @@ use crate::particles::{ParticleRecord, Particles};
 use crate::prescribed::{Course, PrescribedMotion};
 use crate::shear::SlidingImages;
 use crate::stress::StressSums;
-use crate::verlet::VerletLists;
+use crate::verlet::{CellList, Extent, VerletLists};
 use crate::walls::{Motion, SlidingSums, Travel, WallLoad, WallPlace, WallState};
 use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
@@ -67,7 +69,7 @@ pub struct Dem {
     pub clock: Clock,
     /// Loads on the walls by this rank's particles.
     pub wall_loads: Vec<WallLoad>,
-    /// Whether some rank was asked to stop: set it on any rank, read it on all after [`Dem::advance`].
+    /// Whether some rank was asked to stop: set it on any rank, read it on all after [`Dem::advance`], which tells it some steps later.
     pub interrupt: bool,
     /// Result of the last force evaluation.
     pub report: StepReport,
@@ -76,6 +78,14 @@ pub struct Dem {
     pub(super) quanta: LoadQuanta,
     pub(super) exchange: Exchange,
     pub(super) neighbours: VerletLists,
+    /// The cells that the lists were built from.
+    pub(super) cell_list: CellList,
+    /// Whether ranks rebuild their lists apart from each other.
+    pub(super) are_apart: bool,
+    pub(super) times: RebuildTimes,
+    pub(super) agreement: Agreement,
+    /// Whether there is one particle at most, and no wall.
+    pub(super) is_alone: bool,
     pub(super) histories: SavedHistories,
     pub(super) collisions: Collisions,
     pub(super) crossings: Vec<Crossings>,
@@ -83,6 +93,7 @@ pub struct Dem {
     pub(super) sliding: SlidingSums,
     /// Whether `histories` holds the history of all pairs, and the lists are to be rebuilt.
     pub(super) history_saved: bool,
+    /// Whether the lists of all ranks are to be rebuilt, the same on all.
     pub(super) stale: bool,
     /// Whether a bond broke in this step.
     pub(super) has_broken: bool,
@@ -103,6 +114,8 @@ pub struct Dem {
     /// Way (m) that loads may still move walls before the lists are rebuilt.
     pub(super) way_left: f64,
     pub(super) error: Option<StepError>,
+    /// Step at which it was met.
+    pub(super) failed_at: Option<u64>,
 }
 
 impl Dem {
@@ -116,6 +129,7 @@ impl Dem {
         }
         let range = setup.interaction_range();
         let decomposition = Decomposition::new(setup.global.clone(), setup.ranks, rank, range)?;
+        let are_apart = setup.are_apart(&decomposition);
         let mut dem = Self {
             particles: Particles::new(setup.catalogue.all_spheres()),
             step: 0,
@@ -140,8 +154,13 @@ impl Dem {
             report: StepReport::default(),
             other_work: OtherWork::default(),
             quanta: setup.quanta(),
-            exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange),
+            exchange: Exchange::new(&decomposition, setup.outlets, setup.exchange, are_apart),
             neighbours: VerletLists::default(),
+            cell_list: CellList::default(),
+            are_apart,
+            times: RebuildTimes::default(),
+            agreement: Agreement::default(),
+            is_alone: false,
             histories: SavedHistories::default(),
             collisions: Collisions::default(),
             crossings: vec![Crossings::default(); setup.planes.len()],
@@ -160,6 +179,7 @@ impl Dem {
             touching: Vec::new(),
             way_left: 0.0,
             error: None,
+            failed_at: None,
             decomposition,
             setup,
         };
@@ -185,6 +205,11 @@ impl Dem {
     /// Time of the present positions (s).
     pub fn time(&self) -> f64 {
         self.origin.time_of(self.step, self.setup.parameters.dt)
+    }
+
+    /// Time of the positions at a step (s).
+    pub fn time_of(&self, step: u64) -> f64 {
+        self.origin.time_of(step, self.setup.parameters.dt)
     }
 
     /// Continues from a step, as after a restart: the walls take their places.
@@ -281,16 +306,18 @@ impl Dem {
     /// Saves the contact history and drops the clones, if that has not been done.
     pub(super) fn save_history(&mut self) {
         if !self.history_saved {
-            self.neighbours.save_history(
-                &self.particles,
-                &self.setup.walls,
-                &self.setup.global,
-                &mut self.histories,
-            );
+            self.store_history(Extent::All);
             self.history_saved = true;
         }
         self.stale = true;
         self.particles.drop_clones();
+        self.neighbours.references.split_off(self.particles.owned);
+    }
+
+    /// Stores the contact history of pairs in rows.
+    pub(super) fn store_history(&mut self, extent: Extent) {
+        let Self { particles, setup, histories, neighbours, .. } = self;
+        neighbours.save_history(particles, &setup.walls, &setup.global, histories, extent);
     }
 
     /// Contact history of each owned particle, packed; for a checkpoint.
@@ -304,6 +331,7 @@ impl Dem {
                 &self.setup.walls,
                 &self.setup.global,
                 &mut history_saved,
+                Extent::All,
             );
             &history_saved
         };

@@ -1,4 +1,4 @@
-//! One step: lists or clones, contact loads, motion, and the agreement of the ranks.
+//! One step: lists or clones, contact loads, and motion.
 
 use super::report::Failure;
 use super::state::Dem;
@@ -9,15 +9,6 @@ use crate::integrate;
 use crate::particles::Load;
 use crate::tunnelling;
 use grains_domain::Transport;
-
-/// What the ranks agree on after a step: the highest level wins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Level {
-    Fine,
-    Stale,
-    Interrupted,
-    Failed,
-}
 
 impl Dem {
     /// One leap-frog step: refreshes lists or clones, adds the contact loads, kicks and drifts.
@@ -35,10 +26,18 @@ impl Dem {
         Ok(())
     }
 
-    /// Waits for the clones of other ranks' particles, if they were sent for.
-    pub(super) fn finish_update(&mut self, transport: &impl Transport) {
-        self.exchange.finish_update(&mut self.particles, transport);
+    /// Waits for the clones of other ranks' particles, if they were sent for, and takes new ones of neighbours that rebuild their lists.
+    pub fn finish_update(&mut self, transport: &impl Transport) {
+        let was_sent_for = self.exchange.finish_update(&mut self.particles, transport);
         self.clock.charge(Phase::Clones);
+        if !was_sent_for || !self.are_apart {
+            return;
+        }
+        if self.exchange.notices().iter().any(|notice| notice.rebuilds) {
+            self.rebuild_border(transport);
+            self.clock.charge(Phase::Lists);
+        }
+        self.consider_notices();
     }
 
     /// The same, but clones of other ranks' particles may be up to date only after [`Dem::add_forces`].
@@ -48,12 +47,21 @@ impl Dem {
         }
         self.clock.start();
         self.finish_update(transport);
+        self.stale |= self.are_apart && self.is_bond_due();
+        // Borders that went as far as they may go on in the next step.
+        let have_borders_moved = (self.stale || self.are_apart) && self.balance(transport);
+        self.stale |= have_borders_moved;
         self.slide_images(self.stale);
         if self.stale {
-            self.rebuild(transport)?;
+            self.rebuild_all(transport)?;
+            self.stale = have_borders_moved;
+            self.clock.charge(Phase::Lists);
+        } else if self.rebuilds_now() {
+            self.rebuild_own(transport)?;
             self.clock.charge(Phase::Lists);
         } else {
-            self.exchange.start_update(&mut self.particles, transport);
+            let Self { exchange, particles, times, .. } = self;
+            exchange.start_update(particles, |peer| times.notice(false, peer), transport);
             self.clock.charge(Phase::Clones);
         }
         Ok(())
@@ -95,30 +103,17 @@ impl Dem {
         self.place_walls();
         self.check_loaded_walls();
         self.clock.charge(Phase::Motion);
-        let has_broken = std::mem::take(&mut self.has_broken);
-        self.agree(outcome.is_stale || has_crossed || has_broken, transport)
-    }
-
-    /// Agrees with the other ranks on errors, an interrupt, and stale lists.
-    fn agree(&mut self, is_stale: bool, transport: &impl Transport) -> Result<(), Failure> {
-        let own = if self.error.is_some() {
-            Level::Failed
-        } else if self.interrupt {
-            Level::Interrupted
-        } else if is_stale
-            || self.is_bond_due()
+        let is_stale = outcome.is_stale
+            || has_crossed
+            || std::mem::take(&mut self.has_broken)
             || self.steps_since_build >= self.wall_steps
-            || self.way_left < 0.0
-        {
-            Level::Stale
-        } else {
-            Level::Fine
-        };
-        let level = transport.highest(own as u8);
-        self.clock.charge(Phase::Agreement);
-        self.stale |= level >= Level::Stale as u8;
-        self.interrupt = level >= Level::Interrupted as u8;
-        self.agreed(level >= Level::Failed as u8)
+            || self.way_left < 0.0;
+        if self.are_apart {
+            self.times.is_due |= is_stale;
+            self.look_ahead();
+            self.clock.charge(Phase::Motion);
+        }
+        self.agree(is_stale || self.is_bond_due(), transport)
     }
 
     /// Looks for what particles that went far in this step may have passed through.
@@ -132,19 +127,5 @@ impl Dem {
     pub(super) fn overloaded(&mut self, i: usize, force: f64) {
         let (id, place) = (self.particles.ids[i], vector(&self.particles.bodies[i].position));
         self.error = self.error.take().or(Some(StepError::Load { id, place, force }));
-    }
-
-    /// Whether the contact loads just added are sound on all ranks, as [`Dem::advance`] would say.
-    pub fn check(&mut self, transport: &impl Transport) -> Result<(), Failure> {
-        let failed = transport.highest(u8::from(self.error.is_some())) > 0;
-        self.agreed(failed)
-    }
-
-    fn agreed(&mut self, failed: bool) -> Result<(), Failure> {
-        match (failed, self.error.take()) {
-            (false, _) => Ok(()),
-            (true, Some(error)) => Err(Failure::Here(error)),
-            (true, None) => Err(Failure::Elsewhere),
-        }
     }
 }

@@ -2,46 +2,125 @@
 
 use super::link::Link;
 use super::messages::Exchange;
+use super::notice::Notice;
 use super::updates::{Origin, record_length};
 use crate::films::{BodyFilm, FILM_UPDATE_LENGTH};
 use crate::particles::{Body, CLONE_LENGTH, Particles, read_clone, write_clone};
+use crate::verlet::{Reference, References};
 use grains_domain::{Direction, Transport};
-use grains_geometry::Rotation;
+use grains_geometry::{Rotation, Vec3};
+use std::ops::Range;
+
+/// Numbers that tell of the reference of a clone.
+const REFERENCE_LENGTH: usize = 4;
+
+/// Clones taken off before some of them are made anew, and where they stood.
+pub(crate) struct KeptClones {
+    particles: Particles,
+    references: References,
+    /// Per peer, those of its particles.
+    filled: Vec<Range<usize>>,
+}
 
 impl Exchange {
-    /// Creates the clones of this rank after particles were sorted by cell.
-    ///
-    /// `ranges` (m) are how far from each owned particle's centre another's may be that it acts on before the next sorting.
-    pub(crate) fn create_clones(
+    /// Takes off all clones.
+    pub(crate) fn take_clones(
         &mut self,
         particles: &mut Particles,
+        references: &mut References,
+    ) -> KeptClones {
+        let owned = particles.owned;
+        let in_tail = |filled: &Range<usize>| filled.start - owned..filled.end - owned;
+        KeptClones {
+            filled: self.updates.filled.iter().map(in_tail).collect(),
+            references: references.split_off(owned),
+            particles: particles.split_off_clones(),
+        }
+    }
+
+    /// Creates the clones of this rank after its particles were sorted by cell, for all neighbours, and takes those of the peers that
+    /// rebuild their lists too; the others' are as `kept`. Returns whether bonded particles have left the box.
+    ///
+    /// `ranges` (m) are how far from each owned particle's reference another's may be that it acts on before the next sorting;
+    /// `have_left` tells whether bonded particles of this rank have left.
+    pub(crate) fn create_clones(
+        &mut self,
+        (particles, references): (&mut Particles, &mut References),
         ranges: &[f64],
+        (rebuilding, kept): (&[bool], Option<&KeptClones>),
+        have_left: bool,
         transport: &impl Transport,
-    ) {
-        self.choose_sent(particles, ranges);
-        self.write_clones(particles);
-        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
-        let of_others =
-            self.received.iter().map(|message| message.len() / self.clone_length(particles)).sum::<usize>();
+    ) -> bool {
+        self.choose_sent(particles, references, ranges);
+        self.write_clones(particles, references, have_left);
+        self.exchange_clones(true, rebuilding, transport);
         let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
-        particles.make_room(own + of_others);
-        self.push_own_clones(particles);
-        self.read_clones(particles);
+        self.make_room(own, particles);
+        self.push_own_clones(particles, references);
+        let others_have_left = self.push_clones_of_others((particles, references), rebuilding, kept);
         self.updates.prepare(&self.links, record_length(particles), transport);
+        have_left || others_have_left
+    }
+
+    /// Takes the new clones of the peers that rebuild their lists, where this rank does not; the others are as `kept`. Returns whether
+    /// bonded particles have left the box.
+    pub(crate) fn take_new_clones(
+        &mut self,
+        (particles, references): (&mut Particles, &mut References),
+        (rebuilding, kept): (&[bool], &KeptClones),
+        transport: &impl Transport,
+    ) -> bool {
+        self.exchange_clones(false, rebuilding, transport);
+        let first = kept.filled.iter().map(|filled| filled.start).min();
+        let own = first.unwrap_or(kept.particles.bodies.len());
+        self.make_room(own, particles);
+        for k in 0..own {
+            particles.push_clone_from(&kept.particles, k);
+            references.push_from(&kept.references, k);
+        }
+        let have_left = self.push_clones_of_others((particles, references), rebuilding, Some(kept));
+        self.updates.prepare(&self.links, record_length(particles), transport);
+        have_left
+    }
+
+    /// Sends the clones written for all peers, if `sends`, and receives those of the peers that rebuild their lists.
+    fn exchange_clones(&mut self, sends: bool, rebuilding: &[bool], transport: &impl Transport) {
+        let senders = rebuilding.iter().enumerate().filter(|(_, rebuilds)| **rebuilds).map(|(k, _)| k);
+        let senders: Vec<usize> = senders.collect();
+        let ranks: Vec<usize> = senders.iter().map(|&k| self.peers[k]).collect();
+        let mut messages: Vec<Vec<f64>> =
+            senders.iter().map(|&k| std::mem::take(&mut self.received[k])).collect();
+        let to: (&[usize], &[Vec<f64>]) = if sends { (&self.peers, &self.sent) } else { (&[], &[]) };
+        transport.send_and_receive(to, (&ranks, &mut messages));
+        senders.iter().zip(messages).for_each(|(&k, message)| self.received[k] = message);
+    }
+
+    /// Makes room for clones of own particles and for as many of others as there are.
+    fn make_room(&self, own: usize, particles: &mut Particles) {
+        let of_others = self.received.iter().map(|message| message.len() / self.clone_length(particles));
+        let kept = self.updates.filled.iter().map(Range::len);
+        particles.make_room(own + of_others.zip(kept).map(|(new, kept)| new.max(kept)).sum::<usize>());
     }
 
     /// Number of f64 that create a clone.
     fn clone_length(&self, particles: &Particles) -> usize {
         let of_film = if particles.is_wet() { FILM_UPDATE_LENGTH } else { 0 };
-        CLONE_LENGTH + of_film + usize::from(particles.is_warm()) + usize::from(self.updates.gathers())
+        CLONE_LENGTH
+            + REFERENCE_LENGTH
+            + of_film
+            + usize::from(particles.is_warm())
+            + usize::from(self.updates.gathers())
     }
 
-    /// Writes the clones that other ranks get into their messages.
-    fn write_clones(&mut self, particles: &Particles) {
+    /// Writes the clones that other ranks get into their messages; each begins with whether bonded particles have left.
+    fn write_clones(&mut self, particles: &Particles, references: &References, have_left: bool) {
         let identity = Rotation::identity();
         let gathers = self.updates.gathers();
         let buffer = &self.updates.buffer;
-        self.sent.iter_mut().for_each(Vec::clear);
+        for message in &mut self.sent {
+            message.clear();
+            message.push(f64::from(u8::from(have_left)));
+        }
         for link in self.links.iter().filter(|l| l.rank != self.own_rank) {
             let Ok(peer) = self.peers.binary_search(&link.rank) else { continue };
             for &i in &link.sent {
@@ -49,6 +128,9 @@ impl Exchange {
                 let orientation = particles.orientations.get(i).unwrap_or(&identity);
                 let message = &mut self.sent[peer];
                 write_clone(particles.ids[i], &particles.bodies[i], orientation, &link.image, message);
+                let Reference { position, allowance } = references.places[i];
+                let position = position + link.image.shift;
+                message.extend([position.x, position.y, position.z, allowance]);
                 message.extend(particles.films.get(i).map(BodyFilm::update).into_iter().flatten());
                 message.extend(particles.temperatures.get(i));
                 if gathers {
@@ -61,7 +143,7 @@ impl Exchange {
     }
 
     /// Appends the periodic images of own particles.
-    fn push_own_clones(&mut self, particles: &mut Particles) {
+    fn push_own_clones(&mut self, particles: &mut Particles, references: &mut References) {
         let identity = Rotation::identity();
         self.own_clones.clear();
         for (index, link) in self.links.iter().enumerate().filter(|(_, l)| l.rank == self.own_rank) {
@@ -72,6 +154,9 @@ impl Exchange {
                 (body.position, body.velocity) = link.image.motion_of(&body);
                 let orientation = *particles.orientations.get(i).unwrap_or(&identity);
                 particles.push_clone(particles.ids[i], body, orientation);
+                let Reference { position, allowance } = references.places[i];
+                let reference = Reference { position: position + link.image.shift, allowance };
+                references.push(reference, particles.has_orientations().then_some(orientation));
                 if let Some(clone) = particles.films.len().checked_sub(1) {
                     particles.films[clone] = particles.films[i];
                 }
@@ -82,52 +167,79 @@ impl Exchange {
         }
     }
 
-    /// Appends the clones received from other ranks.
-    fn read_clones(&mut self, particles: &mut Particles) {
-        let length = self.clone_length(particles);
-        for (k, message) in self.received.iter().enumerate() {
+    /// Appends the clones of other ranks' particles: those received from the peers that rebuild their lists, of the others those kept.
+    /// Returns whether bonded particles of the former have left the box.
+    fn push_clones_of_others(
+        &mut self,
+        (particles, references): (&mut Particles, &mut References),
+        rebuilding: &[bool],
+        kept: Option<&KeptClones>,
+    ) -> bool {
+        let mut have_left = false;
+        for k in 0..self.peers.len() {
             let first = particles.len();
-            self.updates.origins[k].clear();
-            for record in message.chunks_exact(length) {
-                let (id, body, orientation) = read_clone(record);
-                particles.push_clone(id, body, orientation);
-                let mut rest = &record[CLONE_LENGTH..];
-                if let Some(film) = particles.films.last_mut() {
-                    let (update, after) = rest.split_at(FILM_UPDATE_LENGTH);
-                    (*film, rest) = (BodyFilm::of_update(update), after);
-                }
-                if let (Some(temperature), Some((own, after))) =
-                    (particles.temperatures.last_mut(), rest.split_first())
-                {
-                    (*temperature, rest) = (*own, after);
-                }
-                if let Some(&code) = rest.first() {
-                    let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
-                    // Its way back is one of ours, with the opposite image.
-                    let back = self.links.iter().position(|l| l.direction.opposite().index() == way);
-                    let link = back.unwrap_or(0) as u32;
-                    self.updates.origins[k].push(Origin { slot: slot as u32, link });
+            if rebuilding[k] {
+                have_left |= self.received[k].first().is_some_and(|&flag| flag != 0.0);
+                self.read_clones(k, particles, references);
+            } else if let Some(kept) = kept {
+                for clone in kept.filled[k].clone() {
+                    particles.push_clone_from(&kept.particles, clone);
+                    references.push_from(&kept.references, clone);
                 }
             }
             self.updates.filled[k] = first..particles.len();
         }
+        have_left
+    }
+
+    /// Appends the clones received from a peer.
+    fn read_clones(&mut self, k: usize, particles: &mut Particles, references: &mut References) {
+        let length = self.clone_length(particles);
+        self.updates.origins[k].clear();
+        for record in self.received[k][1..].chunks_exact(length) {
+            let (id, body, orientation) = read_clone(record);
+            particles.push_clone(id, body, orientation);
+            let (reference, mut rest) = record[CLONE_LENGTH..].split_at(REFERENCE_LENGTH);
+            let position = Vec3::new(reference[0], reference[1], reference[2]);
+            let reference = Reference { position, allowance: reference[3] };
+            references.push(reference, particles.has_orientations().then_some(orientation));
+            if let Some(film) = particles.films.last_mut() {
+                let (update, after) = rest.split_at(FILM_UPDATE_LENGTH);
+                (*film, rest) = (BodyFilm::of_update(update), after);
+            }
+            if let (Some(temperature), Some((own, after))) =
+                (particles.temperatures.last_mut(), rest.split_first())
+            {
+                (*temperature, rest) = (*own, after);
+            }
+            if let Some(&code) = rest.first() {
+                let (slot, way) = (code as usize / Direction::COUNT, code as usize % Direction::COUNT);
+                // Its way back is one of ours, with the opposite image.
+                let back = self.links.iter().position(|l| l.direction.opposite().index() == way);
+                let link = back.unwrap_or(0) as u32;
+                self.updates.origins[k].push(Origin { slot: slot as u32, link });
+            }
+        }
     }
 
     /// Lists the owned particles of each direction: those nearer to the border than what can act across it.
-    fn choose_sent(&mut self, particles: &Particles, ranges: &[f64]) {
+    fn choose_sent(&mut self, particles: &Particles, references: &References, ranges: &[f64]) {
         let (lower, upper) = (self.decomposition.lower(), self.decomposition.upper());
         self.links.iter_mut().for_each(|l| l.sent.clear());
         self.updates.buffer.clear();
-        for (i, (body, &range)) in particles.bodies[..particles.owned].iter().zip(ranges).enumerate() {
-            let low = std::array::from_fn(|a| body.position[a] - lower[a] < range);
-            let high = std::array::from_fn(|a| upper[a] - body.position[a] < range);
+        for (i, (reference, &range)) in
+            references.places[..particles.owned].iter().zip(ranges).enumerate()
+        {
+            let position = &reference.position;
+            let low = std::array::from_fn(|a| position[a] - lower[a] < range);
+            let high = std::array::from_fn(|a| upper[a] - position[a] < range);
             if low == [false; 3] && high == [false; 3] {
                 continue;
             }
             let is_near = |link: &Link| match link.image.sliding {
                 Some((flow, _)) => {
                     // Where its image lies along the flow decides, not where it lies itself.
-                    let x = body.position[flow] + link.image.shift[flow];
+                    let x = position[flow] + link.image.shift[flow];
                     let is_there = x >= lower[flow] - range && x < upper[flow] + range;
                     is_there && link.direction.without(flow).needs_clone(low, high)
                 }
@@ -144,7 +256,14 @@ impl Exchange {
     }
 
     /// Brings clones of own particles up to date, and requests the updates of the others.
-    pub(crate) fn start_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
+    ///
+    /// `notice` tells each peer, by number, of this rank's lists.
+    pub(crate) fn start_update(
+        &mut self,
+        particles: &mut Particles,
+        notice: impl Fn(usize) -> Notice,
+        transport: &impl Transport,
+    ) {
         let turning = particles.has_orientations();
         for &(index, first) in &self.own_clones {
             let link = &self.links[index];
@@ -165,13 +284,18 @@ impl Exchange {
             }
         }
         if !self.peers.is_empty() {
-            self.updates.start(&self.links, particles, transport);
+            self.updates.start(&self.links, particles, notice, transport);
         }
     }
 
-    /// Brings the clones of other ranks' particles up to date, if that was begun.
-    pub(crate) fn finish_update(&mut self, particles: &mut Particles, transport: &impl Transport) {
-        self.updates.finish(&self.links, particles, transport);
+    /// Brings the clones of other ranks' particles up to date; returns whether that had been begun.
+    pub(crate) fn finish_update(&mut self, particles: &mut Particles, transport: &impl Transport) -> bool {
+        self.updates.finish(&self.links, particles, transport)
+    }
+
+    /// What each peer has told of its lists with its last update.
+    pub(crate) fn notices(&self) -> &[Notice] {
+        &self.updates.notices
     }
 
     /// Tells clones what changed of their owners within a step.

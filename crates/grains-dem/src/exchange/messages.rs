@@ -31,7 +31,14 @@ pub(crate) struct Exchange {
 
 impl Exchange {
     /// Messages of a subdomain; particles may leave the box through the faces that are `outlets`.
-    pub(crate) fn new(decomposition: &Decomposition, outlets: [bool; 6], strategy: ExchangeStrategy) -> Self {
+    ///
+    /// `are_apart` tells whether ranks rebuild their lists apart from each other.
+    pub(crate) fn new(
+        decomposition: &Decomposition,
+        outlets: [bool; 6],
+        strategy: ExchangeStrategy,
+        are_apart: bool,
+    ) -> Self {
         let own_rank = decomposition.rank_at(decomposition.coordinates);
         let links: Vec<Link> = Direction::all()
             .filter_map(|direction| {
@@ -51,7 +58,7 @@ impl Exchange {
             sliding: None,
             links,
             own_rank,
-            updates: Updates::new(&peers, strategy),
+            updates: Updates::new(&peers, strategy, are_apart),
             peers,
             sent: buffers.clone(),
             received: buffers,
@@ -85,6 +92,11 @@ impl Exchange {
     pub(crate) fn bytes(&self) -> usize {
         let links = self.links.iter().map(|link| heap_bytes(&link.sent)).sum::<usize>();
         links + self.sent.iter().chain(&self.received).map(heap_bytes).sum::<usize>() + self.updates.bytes()
+    }
+
+    /// Place of a rank among the peers.
+    pub(crate) fn peer(&self, rank: usize) -> Option<usize> {
+        self.peers.binary_search(&rank).ok()
     }
 
     /// Number of neighbour ranks.

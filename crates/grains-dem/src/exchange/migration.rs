@@ -18,6 +18,8 @@ pub(crate) struct Migration {
     pub(crate) bonds_left: u64,
     /// Those of them that carried something.
     pub(crate) carriers_left: Vec<(Body, Cargo)>,
+    /// What is wrong with one of them.
+    pub(crate) failure: Option<StepError>,
 }
 
 /// Faces of the box and whether particles may leave there.
@@ -25,21 +27,26 @@ pub(crate) const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 
 impl Exchange {
     /// Wraps owned particles into the box, drops those that left through an outlet, sends those that
-    /// crossed a border, and appends arrivals.
+    /// crossed a border to a peer that rebuilds its lists too, and appends arrivals. Who has to go to another peer stays until that
+    /// one does.
     pub(crate) fn migrate(
         &mut self,
         particles: &mut Particles,
         histories: &mut SavedHistories,
+        rebuilding: &[bool],
         transport: &impl Transport,
-    ) -> Result<Migration, StepError> {
-        particles.drop_clones();
+    ) -> Migration {
         let mut stays = Vec::new();
         self.sent.iter_mut().for_each(Vec::clear);
         let (mut failure, mut left, mut bonds_left, mut carriers_left) = (None, Vec::new(), 0, Vec::new());
         for i in 0..particles.owned {
             match self.destination(particles, i) {
-                Ok(Some(rank)) if rank == self.own_rank => stays.push(i as u32),
-                Ok(Some(rank)) => match self.peers.binary_search(&rank) {
+                Ok(Some((rank, _))) if rank == self.own_rank => stays.push(i as u32),
+                Ok(Some((rank, before))) => match self.peers.binary_search(&rank) {
+                    Ok(peer) if !rebuilding[peer] => {
+                        particles.bodies[i].position = before;
+                        stays.push(i as u32);
+                    }
                     Ok(peer) => {
                         particles.record(i).write(&mut self.sent[peer]);
                         self.sent[peer].extend(particles.cargo.get(i).into_iter().flatten());
@@ -48,21 +55,28 @@ impl Exchange {
                         self.sent[peer].extend(particles.amounts_of(i));
                         histories.write(i, &mut self.sent[peer]);
                     }
-                    Err(_) => failure = failure.or(Some(far_jump(particles, i))),
+                    Err(_) => {
+                        failure = failure.or(Some(far_jump(particles, i)));
+                        stays.push(i as u32);
+                    }
                 },
                 Ok(None) => {
                     left.push(i as u32);
                     bonds_left += histories.bonds.row(i).len() as u64;
                     carriers_left.extend(particles.cargo.get(i).map(|cargo| (particles.bodies[i], *cargo)));
                 }
-                Err(error) => failure = failure.or(Some(error)),
+                Err(error) => {
+                    failure = failure.or(Some(error));
+                    stays.push(i as u32);
+                }
             }
         }
-        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
-        if let Some(error) = failure {
-            return Err(error);
-        }
-        for message in &self.received {
+        let partners: Vec<usize> = (0..self.peers.len()).filter(|&k| rebuilding[k]).collect();
+        let ranks: Vec<usize> = partners.iter().map(|&k| self.peers[k]).collect();
+        let sent: Vec<Vec<f64>> = partners.iter().map(|&k| std::mem::take(&mut self.sent[k])).collect();
+        let mut received = vec![Vec::new(); partners.len()];
+        transport.exchange_unsized(&ranks, &sent, &mut received);
+        for message in &received {
             let mut rest = &message[..];
             while !rest.is_empty() {
                 stays.push(particles.owned as u32);
@@ -83,11 +97,11 @@ impl Exchange {
                 rest = histories.read(others);
             }
         }
-        Ok(Migration { stays, left, bonds_left, carriers_left })
+        Migration { stays, left, bonds_left, carriers_left, failure }
     }
 
-    /// Rank that must own particle `i`, whose position is wrapped; none if it left through an outlet.
-    fn destination(&self, particles: &mut Particles, i: usize) -> Result<Option<usize>, StepError> {
+    /// Rank that must own particle `i`, whose position is wrapped, and where it was (m) before; none if it left through an outlet.
+    fn destination(&self, particles: &mut Particles, i: usize) -> Result<Option<(usize, Vec3)>, StepError> {
         let global = &self.decomposition.global;
         let body = &mut particles.bodies[i];
         if !(body.position + body.velocity + body.angular_velocity).norm().is_finite() {
@@ -112,9 +126,9 @@ impl Exchange {
         if let Some((images, offset)) = &self.sliding {
             images.wrap(&mut body.position, [&mut body.velocity, &mut particles.half_velocity[i]], *offset);
         }
-        let wrapped = global.wrap(body.position.into());
+        let (before, wrapped) = (body.position, global.wrap(body.position.into()));
         body.position = Vec3::from(wrapped);
-        Ok(Some(self.decomposition.owner(wrapped)))
+        Ok(Some((self.decomposition.owner(wrapped), before)))
     }
 }
 

@@ -10,7 +10,10 @@ mod clones;
 mod link;
 mod messages;
 mod migration;
+mod notice;
 mod updates;
 
+pub(crate) use clones::KeptClones;
 pub(crate) use messages::Exchange;
+pub(crate) use notice::Notice;
 pub use updates::{ExchangeStrategy, Traffic};

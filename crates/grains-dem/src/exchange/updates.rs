@@ -13,6 +13,7 @@
 //! Persistent requests are started before the contacts and waited for after those that need no clone.
 
 use super::link::Link;
+use super::notice::Notice;
 use crate::films::{BodyFilm, FILM_UPDATE_LENGTH};
 use crate::memory_use::heap_bytes;
 use crate::particles::{
@@ -73,6 +74,10 @@ pub(crate) struct Updates {
     pub(crate) filled: Vec<Range<usize>>,
     /// Per peer, where they stand if it tells of all its buffer particles.
     pub(crate) origins: Vec<Vec<Origin>>,
+    /// What each peer has told of its lists with the last update.
+    pub(super) notices: Vec<Notice>,
+    /// Numbers that do so in a message: none where all ranks rebuild their lists together.
+    notice_length: usize,
     /// Numbers that tell of a clone.
     pub(super) length: usize,
     channel: Channel,
@@ -84,10 +89,12 @@ pub(crate) struct Updates {
 }
 
 impl Updates {
-    pub(crate) fn new(peers: &[usize], strategy: ExchangeStrategy) -> Self {
+    pub(crate) fn new(peers: &[usize], strategy: ExchangeStrategy, are_apart: bool) -> Self {
         let buffers = vec![Vec::new(); peers.len()];
         Self {
             strategy,
+            notices: vec![Notice::default(); peers.len()],
+            notice_length: if are_apart { Notice::LENGTH } else { 0 },
             peers: peers.to_vec(),
             filled: vec![0..0; peers.len()],
             origins: vec![Vec::new(); peers.len()],
@@ -105,10 +112,13 @@ impl Updates {
     /// Prepares the messages for the clones just made.
     pub(crate) fn prepare(&mut self, links: &[Link], length: usize, transport: &impl Transport) {
         self.length = length;
-        let sent: Vec<usize> = self.peers.iter().map(|&peer| length * sent_to(links, peer).count()).collect();
+        let notice = self.notice_length;
+        let of_peer = |&peer: &usize| notice + length * sent_to(links, peer).count();
+        let sent: Vec<usize> = self.peers.iter().map(of_peer).collect();
         match self.strategy {
             ExchangeStrategy::Persistent => {
-                let filled: Vec<usize> = self.filled.iter().map(|clones| length * clones.len()).collect();
+                let filled = self.filled.iter().map(|clones| notice + length * clones.len());
+                let filled: Vec<usize> = filled.collect();
                 self.channel = Channel::new(&self.peers, &sent, &filled);
                 transport.prepare(&mut self.channel);
             }
@@ -120,28 +130,47 @@ impl Updates {
     }
 
     /// Sends off what neighbours need, if the strategy can do so before it must wait.
-    pub(crate) fn start(&mut self, links: &[Link], particles: &Particles, transport: &impl Transport) {
+    pub(crate) fn start(
+        &mut self,
+        links: &[Link],
+        particles: &Particles,
+        notice: impl Fn(usize) -> Notice,
+        transport: &impl Transport,
+    ) {
         self.traffic.updates += 1;
         self.is_pending = true;
         if self.strategy == ExchangeStrategy::Persistent {
             for (k, &peer) in self.peers.iter().enumerate() {
-                fill(self.channel.outgoing(k), self.length, particles, sent_to(links, peer));
+                let (head, records) = self.channel.outgoing(k).split_at_mut(self.notice_length);
+                if !head.is_empty() {
+                    notice(k).write(head);
+                }
+                fill(records, self.length, particles, sent_to(links, peer));
             }
             transport.start(&mut self.channel);
             self.count(self.channel.messages_sent(), self.channel.numbers_sent());
         }
     }
 
-    /// Waits for the updates of all clones from other ranks, and applies them.
-    pub(crate) fn finish(&mut self, links: &[Link], particles: &mut Particles, transport: &impl Transport) {
+    /// Waits for the updates of all clones from other ranks, and applies them; returns whether there were any under way.
+    pub(crate) fn finish(
+        &mut self,
+        links: &[Link],
+        particles: &mut Particles,
+        transport: &impl Transport,
+    ) -> bool {
         if !std::mem::take(&mut self.is_pending) {
-            return;
+            return false;
         }
         match self.strategy {
             ExchangeStrategy::Persistent => {
                 self.timed(|updates| transport.finish(&mut updates.channel));
                 for (k, clones) in self.filled.iter().enumerate() {
-                    take_all(self.channel.incoming(k), self.length, clones.clone(), particles);
+                    let (head, records) = self.channel.incoming(k).split_at(self.notice_length);
+                    if !head.is_empty() {
+                        self.notices[k] = Notice::read(head);
+                    }
+                    take_all(records, self.length, clones.clone(), particles);
                 }
             }
             ExchangeStrategy::SendRecvLocalGeoloc => {
@@ -156,6 +185,7 @@ impl Updates {
             }
             _ => self.gather(links, particles, transport),
         }
+        true
     }
 
     /// Memory (B).

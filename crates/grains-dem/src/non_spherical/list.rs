@@ -22,11 +22,14 @@ impl PartPairList {
         heap_bytes(&self.pairs) + heap_bytes(&self.histories.items) + heap_bytes(&self.histories.free)
     }
 
-    /// Forgets all pairs.
-    pub(crate) fn clear(&mut self) {
-        self.pairs.clear();
-        self.histories.items.clear();
-        self.histories.free.clear();
+    /// Forgets all pairs but the first ones.
+    pub(crate) fn truncate(&mut self, kept: usize) {
+        self.pairs[kept..].iter_mut().for_each(|pair| self.histories.forget(pair));
+        self.pairs.truncate(kept);
+        if kept == 0 {
+            self.histories.items.clear();
+            self.histories.free.clear();
+        }
     }
 
     /// Adds a pair of parts whose centres are `between` (m) apart, with its history if it touched.
@@ -55,7 +58,15 @@ impl PartPairList {
 
     /// The pairs that touched in the last step and their histories.
     pub(crate) fn with_history(&self) -> impl Iterator<Item = (&PartPair, &ContactHistory)> {
-        let touching = self.pairs.iter().filter(|pair| pair.is_touching());
+        self.with_history_from(0)
+    }
+
+    /// Those of them from a place in the list on.
+    pub(crate) fn with_history_from(
+        &self,
+        first: usize,
+    ) -> impl Iterator<Item = (&PartPair, &ContactHistory)> {
+        let touching = self.pairs[first..].iter().filter(|pair| pair.is_touching());
         touching.map(|pair| (pair, &self.histories.items[pair.history as usize]))
     }
 }

@@ -109,6 +109,36 @@ impl Particles {
         self.temperatures.truncate(self.owned);
     }
 
+    /// Takes off the clones; frames are not among what is kept of them.
+    pub(crate) fn split_off_clones(&mut self) -> Self {
+        fn taken<T: Clone>(items: &mut Vec<T>, owned: usize) -> Vec<T> {
+            items.split_off(owned.min(items.len()))
+        }
+        let owned = self.owned;
+        let clones = Self {
+            bodies: taken(&mut self.bodies, owned),
+            ids: taken(&mut self.ids, owned),
+            orientations: taken(&mut self.orientations, owned),
+            films: taken(&mut self.films, owned),
+            temperatures: taken(&mut self.temperatures, owned),
+            ..Self::default()
+        };
+        self.drop_clones();
+        clones
+    }
+
+    /// Appends one of the clones taken off.
+    pub(crate) fn push_clone_from(&mut self, clones: &Self, k: usize) {
+        let orientation = clones.orientations.get(k).copied().unwrap_or_else(Rotation::identity);
+        self.push_clone(clones.ids[k], clones.bodies[k], orientation);
+        if let (Some(film), Some(kept)) = (self.films.last_mut(), clones.films.get(k)) {
+            *film = *kept;
+        }
+        if let (Some(temperature), Some(kept)) = (self.temperatures.last_mut(), clones.temperatures.get(k)) {
+            *temperature = *kept;
+        }
+    }
+
     /// Particles without orientation if all shapes are spheres.
     pub fn new(all_spheres: bool) -> Self {
         Self { has_orientations: !all_spheres, ..Self::default() }

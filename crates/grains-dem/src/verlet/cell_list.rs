@@ -1,13 +1,13 @@
 //! Particles sorted by cell.
 
-use super::allowances::nominal_allowance;
 use super::list_context::ListContext;
+use super::references::{Reference, nominal_allowance};
 use crate::particles::{Body, Particles};
 use grains_domain::{Cells, SIZE_CLASSES, size_class};
 use std::ops::Range;
 
 /// Cutoff (m) per size class: how far from its centre a particle among `stays` may act before the lists are rebuilt, at
-/// most; and the number of particles of each class.
+/// most, and while it strays beyond a border; and the number of particles of each class.
 pub(crate) fn cutoffs(
     particles: &Particles,
     stays: &[u32],
@@ -17,34 +17,33 @@ pub(crate) fn cutoffs(
     for &i in stays {
         let body = &particles.bodies[i as usize];
         let class = size_class(body.radius, context.largest_radius);
-        cutoffs[class] =
-            f64::max(cutoffs[class], body.radius + nominal_allowance(body, context) + 0.5 * context.gap());
+        let allowance = nominal_allowance(body, context);
+        let beyond = if context.is_apart { allowance.max(context.stray) } else { 0.0 };
+        let cutoff = body.radius + allowance + beyond + 0.5 * context.gap();
+        cutoffs[class] = f64::max(cutoffs[class], cutoff);
         counts[class] += 1;
     }
     (cutoffs, counts)
 }
 
-/// The owned particles sorted by cell.
+/// The owned particles by cell.
+#[derive(Debug, Default)]
 pub(crate) struct CellList {
-    /// What places they had before.
-    pub(crate) order: Vec<u32>,
     pub(super) cells: Cells,
     /// The first of every cell.
     pub(super) start: Vec<u32>,
 }
 
-impl CellList {
-    /// Sorts the particles in `stays`.
-    pub(crate) fn new(particles: &Particles, stays: &[u32], cells: Cells) -> Self {
-        let cell_of = |&i: &u32| {
-            let body = &particles.bodies[i as usize];
-            let grid = &cells.grids()[cells.grid_of(body.radius)];
-            grid.index(grid.own_place(body.position.into())) as u32
-        };
-        let (start, mut order) = bin(&stays.iter().map(cell_of).collect::<Vec<_>>(), cells.len());
-        order.iter_mut().for_each(|slot| *slot = stays[*slot as usize]);
-        Self { order, cells, start }
-    }
+/// The particles in `stays` sorted by cell, and what places they had before.
+pub(crate) fn sort(particles: &Particles, stays: &[u32], cells: Cells) -> (CellList, Vec<u32>) {
+    let cell_of = |&i: &u32| {
+        let body = &particles.bodies[i as usize];
+        let grid = &cells.grids()[cells.grid_of(body.radius)];
+        grid.index(grid.own_place(body.position.into())) as u32
+    };
+    let (start, mut order) = bin(&stays.iter().map(cell_of).collect::<Vec<_>>(), cells.len());
+    order.iter_mut().for_each(|slot| *slot = stays[*slot as usize]);
+    (CellList { cells, start }, order)
 }
 
 /// The clones by cell.
@@ -56,12 +55,14 @@ pub(super) struct Clones {
 }
 
 impl Clones {
-    pub(super) fn new(particles: &Particles, cells: &Cells) -> Self {
-        let cell_of = |body: &Body| {
+    /// Bins the clones by their references.
+    pub(super) fn new(particles: &Particles, references: &[Reference], cells: &Cells) -> Self {
+        let cell_of = |(body, reference): (&Body, &Reference)| {
             let grid = &cells.grids()[cells.grid_of(body.radius)];
-            grid.index(grid.place(body.position.into())) as u32
+            grid.index(grid.place(reference.position.into())) as u32
         };
-        let clones = particles.bodies[particles.owned..].iter().map(cell_of);
+        let clones = particles.owned..;
+        let clones = particles.bodies[clones.clone()].iter().zip(&references[clones]).map(cell_of);
         let (start, mut order) = bin(&clones.collect::<Vec<_>>(), cells.len());
         order.iter_mut().for_each(|slot| *slot += particles.owned as u32);
         Self { order, start }

@@ -1,21 +1,18 @@
 //! The Verlet lists of one rank.
 
 use super::pair_search::BondChanges;
-use super::skin::Reference;
+use super::references::References;
 use crate::bonds::BondList;
 use crate::contact_history::LawHistory;
 use crate::contacts::SpherePair;
 use crate::memory_use::heap_bytes;
 use crate::non_spherical::PartPairList;
 use crate::walls::WallList;
-use grains_geometry::Rotation;
 
 /// The Verlet lists of one rank.
 #[derive(Debug, Default)]
 pub(crate) struct VerletLists {
-    pub(crate) references: Vec<Reference>,
-    /// Orientations when the lists were built; empty if all shapes are spheres.
-    pub(crate) reference_orientations: Vec<Rotation>,
+    pub(crate) references: References,
     pub(crate) spheres: Vec<SpherePair>,
     /// What laws keep of these beside the tangential displacement; empty if nothing.
     pub(crate) sphere_laws: Vec<LawHistory>,
@@ -43,11 +40,13 @@ pub(crate) struct RestingPairs {
     pub(crate) walls: WallList,
 }
 
-/// Numbers of pairs of spheres, and of parts of bodies.
+/// Numbers of pairs of spheres, and of parts of bodies, with forces and without.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inner {
     pub(crate) spheres: usize,
     pub(crate) part_pairs: usize,
+    pub(crate) resting_spheres: usize,
+    pub(crate) resting_part_pairs: usize,
 }
 
 impl VerletLists {
@@ -55,7 +54,6 @@ impl VerletLists {
     pub(crate) fn bytes(&self) -> usize {
         let Self {
             references,
-            reference_orientations,
             spheres,
             sphere_laws,
             part_pairs,
@@ -64,8 +62,7 @@ impl VerletLists {
             resting,
             ..
         } = self;
-        heap_bytes(references)
-            + heap_bytes(reference_orientations)
+        references.bytes()
             + heap_bytes(spheres)
             + heap_bytes(sphere_laws)
             + part_pairs.bytes()

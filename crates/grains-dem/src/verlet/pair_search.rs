@@ -1,32 +1,34 @@
 //! The search for the pairs of the lists in the surrounding cells.
 
-use super::allowances::clone_allowance;
 use super::cell_list::{CellList, Clones, held};
 use super::list_context::ListContext;
 use super::lists::{Inner, VerletLists};
+use super::references::{Reference, References};
 use super::wall_search::WallSearch;
 use crate::bonds::{Made, are_bonded};
-use crate::catalogue::Catalogue;
 use crate::contact_history::SavedHistories;
 use crate::contacts::SpherePair;
 use crate::error::StepError;
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
+use crate::rotation::frame;
 use grains_domain::CellGrid;
-use grains_geometry::Vec3;
+use grains_geometry::{Mat3, Vec3};
 use grains_geometry::obb::boxes_apart;
 use std::ops::Range;
 
 /// What a search for pairs reads.
 struct Search<'a> {
     particles: &'a Particles,
+    references: &'a References,
     cell_list: &'a CellList,
     clones: Clones,
-    /// Position, and radius plus allowance and half the reach (m), of owned particles and clones.
+    /// Position of the reference, and radius plus allowance and half the reach (m), of owned particles and clones.
     probes: Vec<[f64; 4]>,
-    /// By the places of the owned particles before they were sorted.
     histories: &'a SavedHistories,
+    /// Rows of the owned particles in the histories: what places they had before they were sorted; the same if they were not.
+    order: Option<&'a [u32]>,
     context: &'a ListContext<'a>,
     all_spheres: bool,
     has_bonds: bool,
@@ -47,52 +49,142 @@ impl Search<'_> {
     fn allowance(&self, i: usize) -> f64 {
         self.probes[i][3] - self.particles.bodies[i].radius - 0.5 * self.context.reach
     }
+
+    /// Row of owned particle `i` in the histories.
+    #[inline]
+    fn row(&self, i: usize) -> usize {
+        self.order.map_or(i, |order| order[i] as usize)
+    }
+
+    /// Rotation of a particle where its reference is.
+    fn frame(&self, i: usize) -> Mat3 {
+        let reference = &self.references.orientations[i];
+        match *reference == self.particles.orientations[i] {
+            true => self.particles.frames[i],
+            false => frame(reference),
+        }
+    }
+}
+
+/// Position of the reference, and radius plus allowance and half the reach (m), of owned particles and clones.
+fn probes(particles: &Particles, references: &[Reference], context: &ListContext) -> Vec<[f64; 4]> {
+    let probe = |(body, reference): (&Body, &Reference)| {
+        let Reference { position: p, mut allowance } = *reference;
+        // Beyond the border that images slide along, how far they may slide.
+        if context.images.is_some_and(|images| images.side(&p) != 0.0) {
+            allowance += context.slide;
+        }
+        [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.reach]
+    };
+    particles.bodies.iter().zip(references).map(probe).collect()
 }
 
 impl VerletLists {
-    /// Builds all lists from sorted owned particles and their clones.
+    /// Builds all lists from sorted owned particles and their clones; `order` holds what places they had before.
     pub(crate) fn build(
         &mut self,
         particles: &mut Particles,
         cell_list: &CellList,
-        histories: &SavedHistories,
+        (histories, order): (&SavedHistories, &[u32]),
         context: &ListContext,
     ) -> BondChanges {
         particles.path_length.fill(0.0);
-        self.spheres.clear();
-        self.sphere_laws.clear();
-        self.part_pairs.clear();
-        self.resting.spheres.clear();
-        self.resting.part_pairs.clear();
-        let has_clones = particles.len() > particles.owned;
-        let clones = if has_clones { Clones::new(particles, &cell_list.cells) } else { Clones::default() };
-        let (probes, all_spheres) = (self.probes(particles, context), context.catalogue.all_spheres());
-        let has_bonds = !histories.bonds.is_empty() || context.forming.is_some();
-        let search =
-            Search { particles, cell_list, clones, probes, histories, context, all_spheres, has_bonds };
-        self.find_bonds(&search);
-        let grids = cell_list.cells.grids();
-        for (k, grid) in grids.iter().enumerate() {
-            self.pair_owned(&search, grid, &grids[..k]);
-        }
-        self.inner = Inner { spheres: self.spheres.len(), part_pairs: self.part_pairs.pairs.len() };
-        if has_clones {
+        self.forget_pairs(Inner::default());
+        self.search_with(particles, cell_list, (histories, Some(order)), context, |lists, search| {
+            let grids = cell_list.cells.grids();
             for (k, grid) in grids.iter().enumerate() {
-                self.pair_with_clones(&search, &grids[..=k], grid);
-                self.pair_small_clones(&search, &grids[..k], grid);
+                lists.pair_owned(search, grid, &grids[..k]);
             }
-        }
+            lists.inner = lists.numbers();
+            lists.pair_all_with_clones(search);
+            lists.find_walls(search);
+        })
+    }
+
+    /// Builds the lists of pairs with clones anew, as clones have changed; owned particles are where they were.
+    ///
+    /// `histories` are of these pairs, and of all bonds.
+    pub(crate) fn rebuild_border(
+        &mut self,
+        particles: &Particles,
+        cell_list: &CellList,
+        histories: &SavedHistories,
+        context: &ListContext,
+    ) -> BondChanges {
+        self.forget_pairs(self.inner);
+        self.search_with(particles, cell_list, (histories, None), context, Self::pair_all_with_clones)
+    }
+
+    /// Searches for pairs; the bonds are found before and sorted after.
+    fn search_with(
+        &mut self,
+        particles: &Particles,
+        cell_list: &CellList,
+        (histories, order): (&SavedHistories, Option<&[u32]>),
+        context: &ListContext,
+        find: impl FnOnce(&mut Self, &Search),
+    ) -> BondChanges {
+        let references = std::mem::take(&mut self.references);
+        let has_clones = particles.len() > particles.owned;
+        let search = Search {
+            particles,
+            references: &references,
+            cell_list,
+            clones: match has_clones {
+                true => Clones::new(particles, &references.places, &cell_list.cells),
+                false => Clones::default(),
+            },
+            probes: probes(particles, &references.places, context),
+            histories,
+            order,
+            context,
+            all_spheres: context.catalogue.all_spheres(),
+            has_bonds: !histories.bonds.is_empty() || context.forming.is_some(),
+        };
+        self.find_bonds(&search);
+        find(self, &search);
         self.part_pairs.reserve();
         self.resting.part_pairs.reserve();
-        self.find_walls(&search);
         self.bonds.sort(particles.owned);
+        self.references = references;
         std::mem::take(&mut self.bond_changes)
+    }
+
+    /// Numbers of pairs now.
+    fn numbers(&self) -> Inner {
+        Inner {
+            spheres: self.spheres.len(),
+            part_pairs: self.part_pairs.pairs.len(),
+            resting_spheres: self.resting.spheres.len(),
+            resting_part_pairs: self.resting.part_pairs.pairs.len(),
+        }
+    }
+
+    /// Forgets all pairs but the first ones.
+    fn forget_pairs(&mut self, kept: Inner) {
+        self.spheres.truncate(kept.spheres);
+        self.sphere_laws.truncate(kept.spheres);
+        self.part_pairs.truncate(kept.part_pairs);
+        self.resting.spheres.truncate(kept.resting_spheres);
+        self.resting.part_pairs.truncate(kept.resting_part_pairs);
+    }
+
+    /// Pairs of owned particles with clones.
+    fn pair_all_with_clones(&mut self, search: &Search) {
+        if search.clones.start.is_empty() {
+            return;
+        }
+        let grids = search.cell_list.cells.grids();
+        for (k, grid) in grids.iter().enumerate() {
+            self.pair_with_clones(search, &grids[..=k], grid);
+            self.pair_small_clones(search, &grids[..k], grid);
+        }
     }
 
     /// Finds the bonds there are; those to be made follow with the pairs.
     fn find_bonds(&mut self, search: &Search) {
-        let &Search { particles, cell_list, histories, context, .. } = search;
-        match self.bonds.find(particles, histories, &cell_list.order, context.may_leave) {
+        let &Search { particles, histories, context, .. } = search;
+        match self.bonds.find(particles, histories, |i| search.row(i), context.may_leave) {
             Ok(left) => self.bond_changes.left = left,
             Err(error) => self.bond_changes.error = Some(error),
         }
@@ -100,9 +192,9 @@ impl VerletLists {
 
     /// Whether two particles are bonded, maybe from now on.
     fn bonds_pair(&mut self, search: &Search, i: usize, j: usize) -> bool {
-        let &Search { particles, cell_list, histories, context, .. } = search;
+        let &Search { particles, histories, context, .. } = search;
         let (bonds, made) = (&mut self.bonds, &mut self.bond_changes.made);
-        are_bonded(histories, cell_list.order[i] as usize, particles.ids[j])
+        are_bonded(histories, search.row(i), particles.ids[j])
             || context
                 .forming
                 .is_some_and(|forming| forming.bond(bonds, particles, [i, j], context.catalogue, made))
@@ -112,7 +204,7 @@ impl VerletLists {
     fn pair_owned(&mut self, search: &Search, grid: &CellGrid, coarser: &[CellGrid]) {
         let start = &search.cell_list.start;
         for i in held(start, &grid.cells()) {
-            let position = search.particles.bodies[i].position.into();
+            let position = search.references.places[i].position.into();
             for (k, run) in grid.half_around(grid.own_place(position)).iter().enumerate() {
                 let first = if k == 0 { i + 1 } else { start[run.start] as usize };
                 self.pair_up(search, i, first..start[run.end] as usize);
@@ -129,7 +221,7 @@ impl VerletLists {
     fn pair_with_clones(&mut self, search: &Search, coarser: &[CellGrid], grid: &CellGrid) {
         let (owned, clones) = (&search.cell_list.start, &search.clones);
         for i in held(owned, &grid.cells()) {
-            let position = search.particles.bodies[i].position.into();
+            let position = search.references.places[i].position.into();
             for grid in coarser {
                 let place = grid.own_place(position);
                 if !grid.is_near_border(place) {
@@ -150,7 +242,7 @@ impl VerletLists {
         let (owned, clones) = (&search.cell_list.start, &search.clones);
         for slot in held(&clones.start, &grid.cells()) {
             let clone = clones.order[slot] as usize;
-            let position = search.particles.bodies[clone].position.into();
+            let position = search.references.places[clone].position.into();
             for grid in coarser.iter().filter(|grid| !held(owned, &grid.cells()).is_empty()) {
                 for run in grid.around(grid.place(position)) {
                     for i in held(owned, &run) {
@@ -163,7 +255,7 @@ impl VerletLists {
 
     /// Pairs of owned particles with walls.
     fn find_walls(&mut self, search: &Search) {
-        let &Search { particles, cell_list, histories, context, .. } = search;
+        let &Search { particles, references, histories, context, .. } = search;
         for list in [&mut self.walls, &mut self.resting.walls] {
             list.clear();
             list.keep_laws = context.catalogue.contacts.keep_law_history();
@@ -171,30 +263,19 @@ impl VerletLists {
         }
         let mut near_walls =
             WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };
-        for (i, &origin) in cell_list.order.iter().enumerate() {
-            if particles.bodies[i].is_prescribed() {
+        for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
+            let Reference { position, allowance } = references.places[i];
+            // From where it is; it is somewhere else than its reference only beyond a border.
+            let allowance = allowance + (body.position - position).norm();
+            if body.is_prescribed() {
                 if context.conducts {
-                    let allowance = self.references[i].allowance;
                     near_walls.search(&mut self.resting.walls, particles, i, allowance, &[]);
                 }
                 continue;
             }
-            let known = histories.walls.row(origin as usize);
-            near_walls.search(&mut self.walls, particles, i, self.references[i].allowance, known);
+            let known = histories.walls.row(search.row(i));
+            near_walls.search(&mut self.walls, particles, i, allowance, known);
         }
-    }
-
-    /// Position, and radius plus allowance and half the reach (m), of owned particles and clones.
-    ///
-    /// Faces may have shortened the allowance of a clone for its owner; that only makes this list longer.
-    fn probes(&self, particles: &Particles, context: &ListContext) -> Vec<[f64; 4]> {
-        let probe = |(i, body): (usize, &Body)| {
-            let allowance =
-                self.references.get(i).map_or_else(|| clone_allowance(body, context), |own| own.allowance);
-            let p = body.position;
-            [p.x, p.y, p.z, body.radius + allowance + 0.5 * context.reach]
-        };
-        particles.bodies.iter().enumerate().map(probe).collect()
     }
 
     /// Adds the pairs of owned particle `i` with the candidates within range.
@@ -207,7 +288,7 @@ impl VerletLists {
             if dx * dx + dy * dy + dz * dz >= range * range {
                 continue;
             }
-            let &Search { particles, cell_list, histories, context, all_spheres, .. } = search;
+            let &Search { particles, histories, context, all_spheres, .. } = search;
             let is_resting = particles.bodies[i].is_prescribed() && particles.bodies[j].is_prescribed();
             if is_resting && !context.conducts {
                 continue;
@@ -222,7 +303,7 @@ impl VerletLists {
                 let pair = SpherePair { a: i as u32, b: j as u32, tangential_displacement };
                 self.resting.spheres.push(pair);
             } else if both_spheres {
-                let (id, row) = (particles.ids[j], cell_list.order[i] as usize);
+                let (id, row) = (particles.ids[j], search.row(i));
                 let of_row = histories.spheres.row(row);
                 let known = of_row.iter().position(|m| m.partner == id);
                 let tangential_displacement =
@@ -244,14 +325,15 @@ impl VerletLists {
 
     /// Adds the pairs of parts of two bodies whose boxes come within allowance.
     fn pair_parts(&mut self, i: usize, j: usize, is_resting: bool, search: &Search) {
-        let &Search { particles, cell_list, histories, context, .. } = search;
+        let &Search { particles, references, histories, context, .. } = search;
         let (a, b) = if particles.ids[i] < particles.ids[j] { (i, j) } else { (j, i) };
         let margin = search.allowance(a) + search.allowance(b) + context.catalogue.contacts.reach();
-        let separation = particles.bodies[b].position - particles.bodies[a].position;
+        let separation = references.places[b].position - references.places[a].position;
+        let (bodies, frames) = ([a, b].map(|i| &particles.bodies[i]), [a, b].map(|i| search.frame(i)));
+        let poses = [0, 1].map(|k| Pose::of_body(bodies[k], &frames[k], context.catalogue));
         let mut near = std::mem::take(&mut self.near_parts);
-        parts_near(&mut near[0], particles, a, (b, &separation), margin, context.catalogue);
-        parts_near(&mut near[1], particles, b, (a, &-separation), margin, context.catalogue);
-        let poses = [a, b].map(|i| Pose::of(particles, i, context.catalogue));
+        parts_near(&mut near[0], &poses[0], &separation, bodies[1].radius + margin);
+        parts_near(&mut near[1], &poses[1], &-separation, bodies[0].radius + margin);
         for &part in &near[0] {
             let part_a = PlacedPart::of(&poses[0], part);
             for &other in &near[1] {
@@ -267,7 +349,7 @@ impl VerletLists {
                     continue;
                 }
                 let (partner, parts) = (particles.ids[j], [part, other]);
-                let known = histories.part_pairs.row(cell_list.order[i] as usize).iter();
+                let known = histories.part_pairs.row(search.row(i)).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
                 let list = if is_resting { &mut self.resting.part_pairs } else { &mut self.part_pairs };
                 list.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
@@ -277,24 +359,13 @@ impl VerletLists {
     }
 }
 
-/// The parts of particle `i` within `margin` (m) of the bounding sphere of another, `separation` (m) away.
-fn parts_near(
-    near: &mut Vec<u16>,
-    particles: &Particles,
-    i: usize,
-    (other, separation): (usize, &Vec3),
-    margin: f64,
-    catalogue: &Catalogue,
-) {
-    let body = &particles.bodies[i];
-    let shape = catalogue.shape(body.kind);
-    let scale = body.radius / shape.bounding_radius;
-    let allowance = particles.bodies[other].radius + margin;
+/// The parts of a body within a distance (m) of a point, `separation` (m) away.
+fn parts_near(near: &mut Vec<u16>, pose: &Pose, separation: &Vec3, distance: f64) {
+    let Pose { shape, frame, scale } = *pose;
     near.clear();
     near.extend((0..shape.parts.len() as u16).filter(|&k| {
         let part = &shape.parts[k as usize];
-        let range = part.bounding_radius * scale + allowance;
-        shape.parts.len() == 1
-            || (separation - particles.frames[i] * part.center * scale).norm_squared() < range * range
+        let range = part.bounding_radius * scale + distance;
+        shape.parts.len() == 1 || (separation - frame * part.center * scale).norm_squared() < range * range
     }));
 }

@@ -1,6 +1,6 @@
 //! Contact history saved from the pairs, row by row.
 
-use super::lists::VerletLists;
+use super::lists::{Inner, VerletLists};
 use crate::bonds::ListedBond;
 use crate::contact_history::{
     BondHistory, LawHistory, PartHistory, SavedHistories, SphereHistory, WallHistory,
@@ -13,22 +13,36 @@ use crate::walls::{Wall, WallPair};
 use grains_domain::GlobalBox;
 use grains_geometry::Vec3;
 
+/// Which pairs are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    All,
+    /// Those of owned particles with clones, and all bonds.
+    Border,
+}
+
 impl VerletLists {
-    /// Saves the contact history of all pairs in rows by owned particle.
+    /// Saves the contact history of pairs in rows by owned particle.
     pub(crate) fn save_history(
         &self,
         particles: &Particles,
         walls: &[Wall],
         global: &GlobalBox,
         histories: &mut SavedHistories,
+        extent: Extent,
     ) {
         let keeps_law_history = !self.sphere_laws.is_empty();
+        let inner = if extent == Extent::All { Inner::default() } else { self.inner };
         histories.fill(
             particles.owned,
             keeps_law_history,
-            |add| self.save_spheres(particles, add),
-            |add| self.save_parts(particles, add),
-            |add| self.save_walls(particles, walls, global, add),
+            |add| self.save_spheres(particles, inner.spheres, add),
+            |add| self.save_parts(particles, inner.part_pairs, add),
+            |add| {
+                if extent == Extent::All {
+                    self.save_walls(particles, walls, global, add);
+                }
+            },
             |add| self.save_bonds(particles, add),
         );
     }
@@ -44,9 +58,14 @@ impl VerletLists {
         }
     }
 
-    fn save_spheres(&self, particles: &Particles, add: &mut dyn FnMut(u32, SphereHistory, &LawHistory)) {
+    fn save_spheres(
+        &self,
+        particles: &Particles,
+        first: usize,
+        add: &mut dyn FnMut(u32, SphereHistory, &LawHistory),
+    ) {
         let (ids, owned) = (&particles.ids, particles.owned as u32);
-        for (k, &SpherePair { a, b, tangential_displacement }) in self.spheres.iter().enumerate() {
+        for (k, &SpherePair { a, b, tangential_displacement }) in self.spheres.iter().enumerate().skip(first) {
             let law = self.sphere_laws.get(k).copied().unwrap_or_default();
             if tangential_displacement == Vec3::zeros() && law.is_empty() {
                 continue;
@@ -63,8 +82,8 @@ impl VerletLists {
         }
     }
 
-    fn save_parts(&self, particles: &Particles, add: &mut dyn FnMut(u32, PartHistory)) {
-        for (&PartPair { a, b, parts, .. }, contact) in self.part_pairs.with_history() {
+    fn save_parts(&self, particles: &Particles, first: usize, add: &mut dyn FnMut(u32, PartHistory)) {
+        for (&PartPair { a, b, parts, .. }, contact) in self.part_pairs.with_history_from(first) {
             for (own, other) in [(a, b), (b, a)] {
                 if (own as usize) < particles.owned {
                     let partner = particles.ids[other as usize];

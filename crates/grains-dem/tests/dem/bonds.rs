@@ -262,7 +262,7 @@ fn bonds_of_particles_that_leave_are_accounted_for() {
 fn failure(scene: &Scene, steps: u64) -> StepError {
     let mut dem = scene.start([1; 3], 0);
     for _ in 0..steps {
-        if let Err(Failure::Here(error)) = dem.step(&SerialTransport) {
+        if let Err(Failure::Here { error, .. }) = dem.step(&SerialTransport) {
             return error;
         }
     }

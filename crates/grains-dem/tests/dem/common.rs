@@ -263,6 +263,7 @@ pub fn setup(upper: [f64; 3], periodic: [bool; 3], shapes: Vec<Shape>, law: Cont
     contacts.set(0, 1, wall_law);
     let largest_radius = 1.1 * shapes.iter().map(|s| s.bounding_radius).fold(0.0, f64::max);
     DemSetup {
+        rebuilds_together: false,
         global: GlobalBox::new([0.0; 3], upper, periodic),
         shear: None,
         outlets: [false; 6],

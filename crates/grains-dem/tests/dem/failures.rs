@@ -34,7 +34,7 @@ fn pair(gap: f64, velocity: Vec3) -> Dem {
 fn error_of(mut dem: Dem, steps: u64) -> StepError {
     let failure = (0..steps).find_map(|_| dem.step(&SerialTransport).err());
     match failure {
-        Some(Failure::Here(error)) => error,
+        Some(Failure::Here { error, .. }) => error,
         other => panic!("{other:?} instead of an error"),
     }
 }
@@ -105,10 +105,10 @@ fn a_force_that_is_none_of_contacts_has_no_limit() {
         results.collect::<Result<Vec<_>, _>>()
     };
     let failure = pushed(-1e-6, -5e3).unwrap_err();
-    assert!(matches!(&failure, Failure::Here(StepError::Load { .. })), "{failure:?}");
+    assert!(matches!(&failure, Failure::Here { error: StepError::Load { .. }, .. }), "{failure:?}");
     // Apart they fly off, which other checks may see, not this one.
     let found = pushed(0.1, 0.0);
-    assert!(!matches!(&found, Err(Failure::Here(StepError::Load { .. }))), "{found:?}");
+    assert!(!matches!(&found, Err(Failure::Here { error: StepError::Load { .. }, .. })), "{found:?}");
 }
 
 /// A fibre that turns, or a ball that flies, beside a thin plate or towards a sheet, for a quarter of a turn or 20 mm.
@@ -159,7 +159,7 @@ fn sweeping(dt: f64, fibre: bool, sheet: bool) -> Result<(), StepError> {
     }
     for _ in 0..(duration / dt) as u64 {
         dem.step(&SerialTransport).map_err(|failure| match failure {
-            Failure::Here(error) => error,
+            Failure::Here { error, .. } => error,
             Failure::Elsewhere => panic!("there is one rank"),
         })?;
         let speed = dem.particles.bodies.iter().map(|b| b.velocity.y + b.angular_velocity.x).sum::<f64>();

@@ -145,7 +145,7 @@ fn lid_and_ball_have_the_momentum_that_the_load_gives() {
 fn a_lid_that_nothing_holds_or_that_hits_too_hard_ends_the_run() {
     let until_error = |mut dem: Dem| {
         (0..200_000).find_map(|_| match dem.step(&SerialTransport) {
-            Err(Failure::Here(error)) => Some(error),
+            Err(Failure::Here { error, .. }) => Some(error),
             _ => None,
         })
     };

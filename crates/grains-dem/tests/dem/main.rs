@@ -20,6 +20,7 @@ mod oblique;
 mod open_tubes;
 mod part_seams;
 mod prescribed;
+mod rebuilds;
 mod same_bits;
 mod sheared;
 mod size_classes;
