@@ -1,6 +1,6 @@
 //! `grains-mpi bench`: time per particle and step, and per cell and step of a fluid, without output.
 
-use grains_dem::{Dem, Phase, Traffic};
+use grains_dem::{Dem, Phase, StepReport, Traffic};
 use grains_domain::Transport;
 use grains_simulation::{RunError, Simulation};
 use std::time::Instant;
@@ -15,7 +15,7 @@ pub fn time(mut simulation: Simulation, [warm, steps, segments]: [u64; 3]) -> Re
     }
     let is_first = simulation.transport().rank() == 0;
     let particles = simulation.dem().totals(simulation.transport()).particles as f64;
-    let traffic = simulation.dem().traffic();
+    let before = (simulation.dem().traffic(), simulation.dem().report);
     for _ in 0..segments {
         simulation.reset_clock();
         let fluid_before =
@@ -60,12 +60,12 @@ pub fn time(mut simulation: Simulation, [warm, steps, segments]: [u64; 3]) -> Re
     if is_first && particles > 0.0 {
         say!("contacts_per_particle {:.4} wall_contacts {}", counts[0] as f64 / 2.0 / particles, counts[1]);
     }
-    per_rank(dem, &traffic, transport);
+    per_rank(dem, &before, transport);
     Ok(())
 }
 
 /// Prints mean and maximum over the ranks of what can be counted.
-fn per_rank(dem: &Dem, before: &Traffic, transport: &impl Transport) {
+fn per_rank(dem: &Dem, (before, counted): &(Traffic, StepReport), transport: &impl Transport) {
     let now = dem.traffic();
     let updates = (now.updates - before.updates).max(1) as f64;
     let quantities = [
@@ -74,6 +74,9 @@ fn per_rank(dem: &Dem, before: &Traffic, transport: &impl Transport) {
         ("neighbours", dem.neighbour_ranks() as f64),
         ("messages", (now.messages - before.messages) as f64 / updates),
         ("bytes", (now.bytes - before.bytes) as f64 / updates),
+        ("rebuilds", (dem.report.rebuilds - counted.rebuilds) as f64),
+        ("border_rebuilds", (dem.report.border_rebuilds - counted.border_rebuilds) as f64),
+        ("common_rebuilds", (dem.report.common_rebuilds - counted.common_rebuilds) as f64),
         ("wait_us", 1e6 * (now.wait - before.wait) / updates),
         ("memory_bytes", dem.memory_use().total() as f64),
         ("memory_bytes_particles", dem.memory_use().particles as f64),

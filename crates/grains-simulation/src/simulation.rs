@@ -214,7 +214,7 @@ impl Simulation {
             self.checkpoint(state)?;
         }
         if is_last {
-            self.dem.check(&self.transport).map_err(|e| self.failed(e))?;
+            self.dem.settle(&self.transport).map_err(|e| self.failed(e))?;
             self.tell_of_steady();
             self.status = Status::Finished;
         } else if self.dem.interrupt {

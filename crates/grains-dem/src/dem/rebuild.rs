@@ -26,6 +26,7 @@ impl Dem {
     /// Rebuilds the lists of all ranks; collective.
     pub(super) fn rebuild_all(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         self.is_alone = self.is_alone(transport);
+        self.report.common_rebuilds += 1;
         self.save_history();
         let rebuilding = vec![true; self.exchange.neighbours()];
         self.rebuild(Partners { rebuilding, kept: None }, transport)
@@ -60,7 +61,7 @@ impl Dem {
         self.error = self.error.take().or(migration.failure);
         self.note_failure();
         if !self.are_apart {
-            self.check(transport)?;
+            self.settle(transport)?;
         }
         self.let_liquid_leave(&migration.left);
         self.let_heat_leave(&migration.left);
@@ -120,7 +121,7 @@ impl Dem {
         let speed = stays.iter().map(|&i| self.particles.bodies[i as usize].velocity.norm()).fold(0.0, f64::max);
         let stray = STRAY_STEPS * speed.max(self.wall_speed()) * self.setup.parameters.dt;
         let (bonds_way, mut have_left) = self.bonds_way(speed, have_left, transport);
-        let largest_range = self.largest_range();
+        let largest_range = if self.are_apart { self.largest_range() } else { f64::INFINITY };
         let Self { particles, histories, decomposition, setup, exchange, neighbours, agreement, .. } = self;
         let forming = due.contains(&true).then(|| Forming {
             kinds: &setup.bonds,
@@ -139,11 +140,7 @@ impl Dem {
         let (needs, counts) = cutoffs(particles, stays, &context);
         agreement.needs = needs;
         if is_of_all {
-            agreement.ranges = needs;
-            transport.max(&mut agreement.ranges);
-            if context.is_apart {
-                agreement.ranges.iter_mut().for_each(|range| *range = range.min(largest_range));
-            }
+            agreement.agree_on_ranges(largest_range, transport);
         }
         let ranges = &agreement.ranges;
         let cells = Cells::new(decomposition, setup.largest_radius, ranges, &counts);
@@ -169,7 +166,9 @@ impl Dem {
             neighbours.build(particles, &cell_list, (histories, &order), &context);
         let checked =
             forming.map_or(Ok(()), |forming| forming.check(&neighbours.bonds, particles, transport));
-        self.cell_list = cell_list;
+        if self.are_apart {
+            self.cell_list = cell_list;
+        }
         if checked.is_ok() {
             self.made_bonds.iter_mut().zip(due).for_each(|(made, is_due)| *made |= is_due);
         }
@@ -182,7 +181,7 @@ impl Dem {
             self.note_failure();
             return Ok(());
         }
-        self.check(transport)
+        self.settle(transport)
     }
 
     /// Takes the new clones of neighbours that have rebuilt their lists, and builds those of the pairs with clones anew.

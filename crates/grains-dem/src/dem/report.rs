@@ -28,6 +28,8 @@ pub struct StepReport {
     pub deep_penetrations: u64,
     /// Rebuilds of the lists since the start.
     pub rebuilds: u64,
+    /// Those of all ranks.
+    pub common_rebuilds: u64,
     /// Rebuilds of those with clones alone, as neighbours rebuilt theirs.
     pub border_rebuilds: u64,
     /// Those of them before which borders between subdomains moved.

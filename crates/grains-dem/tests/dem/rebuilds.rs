@@ -114,7 +114,7 @@ fn an_error_ends_all_ranks_at_the_same_step_and_names_the_one_it_was_met_in() {
         let told: Vec<_> = all.iter().filter(|(failure, _)| *failure != Failure::Elsewhere).collect();
         let [(Failure::Here { error: other, step: at }, end)] = told[..] else { panic!("{all:?}") };
         assert_eq!((other, at), (error, step), "{ranks:?}");
-        assert!(all.iter().all(|(_, step)| step == end) && end - at <= 3, "{all:?}");
+        assert!(all.iter().all(|(_, step)| step == end) && end - at <= 8, "{all:?}");
     }
 }
 
@@ -132,6 +132,6 @@ fn a_stop_asked_for_on_one_rank_reaches_all_at_the_same_step() {
             }
             panic!("nobody is told")
         });
-        assert!(ends.iter().all(|&step| step == ends[0]) && ends[0] <= 8, "{ends:?}");
+        assert!(ends.iter().all(|&step| step == ends[0]) && ends[0] <= 14, "{ends:?}");
     }
 }
