@@ -3,7 +3,7 @@
 //! # Flow of one step
 //!
 //! ```text
-//! refresh     stale lists: migrate, sort by cell, clone, rebuild     otherwise: send what clones need
+//! refresh     own lists stale: migrate, sort by cell, clone, rebuild     otherwise: send what clones need
 //! add_forces  pairs within the rank | walls | wait for the clones | pairs with clones; one load per particle
 //! advance     kick, drift, and the velocity of the next contact evaluation
 //! ```
@@ -24,6 +24,12 @@
 //! walls          surfaces, their motion, and contacts with them
 //! hard           collisions by impulses
 //! ```
+//!
+//! # Whom a step waits for
+//!
+//! For its neighbours. Each rank rebuilds its lists when its own particles need it; neighbours take its new clones and rebuild the lists of
+//! their pairs with clones alone. A pair is listed by where its particles were when their owners last rebuilt, and how far each may go from
+//! there. Errors and stops are agreed on by reductions that are read later.
 //!
 //! # Data
 //!

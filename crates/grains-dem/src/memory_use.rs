@@ -5,7 +5,7 @@
 pub struct MemoryUse {
     /// Owned particles and clones.
     pub particles: usize,
-    /// Pairs and contact history; cells exist only while lists are built.
+    /// Pairs, contact history, and the cells of ranks that rebuild their lists apart.
     pub lists: usize,
     /// Messages.
     pub messages: usize,

@@ -161,7 +161,8 @@ impl Dem {
         self.particles.loads.fill(Load::default());
         self.particles.half_velocity.fill(Vec3::zeros());
         self.particles.half_spin.fill(Vec3::zeros());
-        for (body, reference) in self.particles.bodies[..owned].iter_mut().zip(&self.neighbours.references.places)
+        for (body, reference) in
+            self.particles.bodies[..owned].iter_mut().zip(&self.neighbours.references.places)
         {
             (body.velocity, body.angular_velocity) = (Vec3::zeros(), Vec3::zeros());
             body.position = reference.position;

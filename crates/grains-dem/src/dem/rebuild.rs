@@ -118,7 +118,8 @@ impl Dem {
         let due: Vec<bool> = self.due_bonds().collect();
         let dt_of_bonds = self.dt_before.unwrap_or(self.setup.parameters.dt);
         let is_of_all = partners.kept.is_none();
-        let speed = stays.iter().map(|&i| self.particles.bodies[i as usize].velocity.norm()).fold(0.0, f64::max);
+        let speed =
+            stays.iter().map(|&i| self.particles.bodies[i as usize].velocity.norm()).fold(0.0, f64::max);
         let stray = STRAY_STEPS * speed.max(self.wall_speed()) * self.setup.parameters.dt;
         let (bonds_way, mut have_left) = self.bonds_way(speed, have_left, transport);
         let largest_range = if self.are_apart { self.largest_range() } else { f64::INFINITY };

@@ -176,9 +176,9 @@ impl Exchange {
         kept: Option<&KeptClones>,
     ) -> bool {
         let mut have_left = false;
-        for k in 0..self.peers.len() {
+        for (k, &rebuilds) in rebuilding.iter().enumerate() {
             let first = particles.len();
-            if rebuilding[k] {
+            if rebuilds {
                 have_left |= self.received[k].first().is_some_and(|&flag| flag != 0.0);
                 self.read_clones(k, particles, references);
             } else if let Some(kept) = kept {
@@ -227,9 +227,7 @@ impl Exchange {
         let (lower, upper) = (self.decomposition.lower(), self.decomposition.upper());
         self.links.iter_mut().for_each(|l| l.sent.clear());
         self.updates.buffer.clear();
-        for (i, (reference, &range)) in
-            references.places[..particles.owned].iter().zip(ranges).enumerate()
-        {
+        for (i, (reference, &range)) in references.places[..particles.owned].iter().zip(ranges).enumerate() {
             let position = &reference.position;
             let low = std::array::from_fn(|a| position[a] - lower[a] < range);
             let high = std::array::from_fn(|a| upper[a] - position[a] < range);

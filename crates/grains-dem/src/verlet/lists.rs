@@ -52,16 +52,7 @@ pub(crate) struct Inner {
 impl VerletLists {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        let Self {
-            references,
-            spheres,
-            sphere_laws,
-            part_pairs,
-            walls,
-            bonds,
-            resting,
-            ..
-        } = self;
+        let Self { references, spheres, sphere_laws, part_pairs, walls, bonds, resting, .. } = self;
         references.bytes()
             + heap_bytes(spheres)
             + heap_bytes(sphere_laws)

@@ -18,6 +18,6 @@ pub(crate) use cell_list::{CellList, cutoffs, sort};
 pub(crate) use list_context::ListContext;
 pub(crate) use lists::{Inner, RestingPairs, VerletLists};
 pub(crate) use pair_search::BondChanges;
-pub(crate) use save_history::Extent;
 pub(crate) use references::{Reference, References, Stray};
+pub(crate) use save_history::Extent;
 pub use skin::Skin;

@@ -14,8 +14,8 @@ use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
 use crate::rotation::frame;
 use grains_domain::CellGrid;
-use grains_geometry::{Mat3, Vec3};
 use grains_geometry::obb::boxes_apart;
+use grains_geometry::{Mat3, Vec3};
 use std::ops::Range;
 
 /// What a search for pairs reads.

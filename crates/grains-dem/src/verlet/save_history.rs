@@ -65,7 +65,8 @@ impl VerletLists {
         add: &mut dyn FnMut(u32, SphereHistory, &LawHistory),
     ) {
         let (ids, owned) = (&particles.ids, particles.owned as u32);
-        for (k, &SpherePair { a, b, tangential_displacement }) in self.spheres.iter().enumerate().skip(first) {
+        for (k, &SpherePair { a, b, tangential_displacement }) in self.spheres.iter().enumerate().skip(first)
+        {
             let law = self.sphere_laws.get(k).copied().unwrap_or_default();
             if tangential_displacement == Vec3::zeros() && law.is_empty() {
                 continue;

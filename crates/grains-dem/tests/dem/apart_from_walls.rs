@@ -100,8 +100,9 @@ fn pairs_with_walls_left_alone_change_no_bit() {
         for step in 0..STEPS {
             let ends = [&mut left_alone, &mut looked_at].map(|dem| dem.step(&SerialTransport).err());
             // A body squeezed between walls may be shot out, and through a wall that only lists with a skin hold already.
-            let is_shot =
-                |end: &Option<Failure>| matches!(end, Some(Failure::Here { error: StepError::Tunnelling { .. }, .. }));
+            let is_shot = |end: &Option<Failure>| {
+                matches!(end, Some(Failure::Here { error: StepError::Tunnelling { .. }, .. }))
+            };
             if ends.iter().any(is_shot) {
                 break;
             }
