@@ -8,7 +8,7 @@ mod common;
 use common::results::{
     Particle, assert_same_series, assert_same_state, checkpoints, series, snapshots, state, step_of,
 };
-use common::{Draw, case, folder, replaced, run_case};
+use common::{Draw, case, folder, replaced, run_case, run_case_on_nodes};
 use std::fs;
 use std::path::Path;
 
@@ -204,6 +204,24 @@ fn drum_with_batches_of_insertion_and_a_lifter() {
             volumes.is_sorted() && volumes.last().is_some_and(|&volume| volume > 0.0),
             "{wall}: {volumes:?}"
         );
+    }
+}
+
+#[test]
+fn a_silo_on_nodes_whose_ranks_lie_as_bricks() {
+    let home = folder("same_bits_bricks");
+    let text = case("silo.toml");
+    let place = |label: &str| {
+        let place = home.join(label);
+        fs::create_dir_all(&place).unwrap();
+        place
+    };
+    run_case(1, &place("1"), &text, &[]).succeeded();
+    for (ranks, per_node) in [([4, 2, 1], 4), ([2, 2, 2], 4), ([1, 2, 3], 3), ([2, 2, 1], 2)] {
+        let own = place(&format!("{ranks:?}-{per_node}"));
+        let text = replaced(&text, "[domain]\n", &format!("[domain]\nranks = {ranks:?}\n"));
+        run_case_on_nodes(ranks.iter().product(), per_node, &own, &text).succeeded();
+        assert_same_results(&home.join("1/results"), &own.join("results"));
     }
 }
 

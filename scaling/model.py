@@ -3,10 +3,10 @@
 **Counts.** The box is cut into equal subdomains L wide. A particle of diameter d is cloned to the neighbours beyond each
 border that is nearer than
 
-    w = d (1 + (s + s_max) / 2),
+    w = d (1 + (s + 1.25 s_max) / 2),
 
 s being how far it may go before lists are rebuilt, over its radius (0.025 at rest, 0.4 if fast), and s_max the
-largest s of all particles. In a direction (a, b, c) of the 26 goes what lies within w of each border that the direction
+largest s of all particles; the quarter is for particles beyond a border that have not changed hands yet. In a direction (a, b, c) of the 26 goes what lies within w of each border that the direction
 names,
 
     clones = density * sum over directions of |layer of the direction, where there are particles|,
@@ -25,17 +25,22 @@ of the largest of P normal numbers (Blom 1958). Where the bed does not fill the 
     clones     clones c_clone                      packing and unpacking
     messages   L + m o + B / b                     latency L (s), m messages, o (s) each; B bytes that leave the node, of
                                                    all its ranks, through its adapter of b (B/s)
-    agreement  ceil(log2 P) L                      a byte, whose greatest value all ranks learn
-    rebuild    2 (L + m o + B / b + ceil(log2 P) L) / n
-                                                   migration, and clones with all their constants (18 numbers), of lengths
-                                                   not known before; agreement on failures and on s_max
-    noise      sum tau (1 - exp(-P f T))           what the slowest rank loses to interrupts of duration tau (s) that come
-                                                   f times per second and core, in a step of T (s) otherwise
+    agreement  ceil(log2 P) o / 4                  its messages, every fourth step; nobody waits for them
+    rebuild    3 (L + m o + B / b) / n             notices, migration, and clones with all their constants (23 numbers), of
+                                                   lengths not known before
+    noise      sum tau min(1, 2 (f T)^(1/4))       what ranks lose to interrupts of duration tau (s) that come f times per
+                                                   second and core, in a step of T (s) otherwise
 
-Messages overlap with each other, and with contacts of particles that are not near a border if MPI carries them on in the
-meantime: both cases are given. Pairs of a particle and a clone are worked on by both
-sides; c(N) is that of a bed that is periodic across, where the same holds, so that it is in the work. That one particle
-of many makes all ranks rebuild their lists is not in n, which has to be given.
+Messages overlap with each other, and with contacts of owned particles among each other if MPI carries them on in the
+meantime: both cases are given. Of pairs d apart in any direction the two are on one side of the borders of an axis with the
+probability 1 - d / 2 L; P being the product of these, P / (2 - P) of the pairs that a rank works on are of owned particles. Pairs of a particle and a clone are worked on by both
+sides; c(N) is that of a bed that is periodic across, where the same holds, so that it is in the work. Each rank rebuilds its
+lists every n steps, whatever others do.
+
+**Noise** is what a rank loses that waits for its 26 neighbours alone. What an interrupt delays, others of the same step hide: the end
+of a step is the longest path through the ranks and steps before it, which meets one interrupt per k steps where the cone
+of ranks that k steps reach, 2 k^4 of them, holds one. Of 24^3 ranks that were simulated so, 2 (f T)^(1/4) is between 1.0 and 1.8
+times what is lost from f T = 1e-5 to 1e-2 (`noise.py`). If all waited for each other it would be 1 - exp(-P f T).
 """
 
 import itertools
@@ -45,6 +50,10 @@ from statistics import NormalDist
 
 # How far a particle may go before lists are rebuilt, over its radius, at rest and at most: the program's defaults.
 AT_REST, FAST = 0.025, 0.4
+# What is kept for particles that have not changed hands yet, over that.
+STRAYS = 1.25
+# Steps between two agreements.
+AGREEMENT_EVERY = 4
 NUMBERS = {"sphere": 9, "body": 13}  # per clone in an update
 DIRECTIONS = [d for d in itertools.product((-1, 0, 1), repeat=3) if any(d)]
 
@@ -76,7 +85,8 @@ class Bed:
 
     def layer(self):
         """Distance from a border within which particles are cloned (m)."""
-        return self.diameter * (1 + sum(self.reaches) / 2)
+        own, largest = self.reaches
+        return self.diameter * (1 + (own + STRAYS * largest) / 2)
 
 
 @dataclass
@@ -89,6 +99,7 @@ class Counts:
     neighbours: int  # other ranks
     messages: float
     off_node: float  # clones sent to other nodes
+    inner: float = 1.0  # share of the pairs that are of owned particles
 
     def bytes(self, kind="sphere"):
         return 8 * NUMBERS[kind] * self.remote
@@ -127,10 +138,12 @@ def row(bed, ranks_per_node):
 
 
 def brick(bed, ranks_per_node):
-    """Places of a node in the middle that holds a brick of ranks of least surface."""
+    """Places of a node in the middle, a brick of ranks of least surface, as the program places them; in a row where none fills the grid."""
     surface = lambda edges: sum(1 / (e * bed.subdomain(a)) for a, e in enumerate(edges) if e < bed.layout[a])
-    fitting = [edges for edges in grids(ranks_per_node) if all(e <= n for e, n in zip(edges, bed.layout))]
-    edges = min(fitting, key=surface, default=bed.layout)
+    fitting = [edges for edges in grids(ranks_per_node) if all(n % e == 0 for e, n in zip(edges, bed.layout))]
+    edges = min(fitting, key=surface, default=None)
+    if edges is None:
+        return row(bed, ranks_per_node)
     first = [n // 2 // e * e for e, n in zip(edges, bed.layout)]
     return set(itertools.product(*(range(at, min(at + e, n)) for at, e, n in zip(first, edges, bed.layout))))
 
@@ -161,6 +174,9 @@ def counts(bed, place, node=frozenset()):
             if there not in node:
                 found.off_node += of(direction)
     found.neighbours = len(others)
+    shared = [axis for axis in range(3) if bed.periodic[axis] or bed.layout[axis] > 1]
+    together = math.prod(1 - bed.diameter / (2 * bed.subdomain(axis)) for axis in shared)
+    found.inner = together / (2 - together)
     found.messages = sum(1 - math.exp(-expected) for expected in others.values())
     return found
 
@@ -184,7 +200,7 @@ def mean_and_most(bed):
     found = [(counts(bed, place), times) for place, times in kinds_of_place(bed)]
     whole = sum(times for _, times in found)
     names = {"owned": lambda c: c.owned, "clones": lambda c: c.clones, "neighbours": lambda c: c.neighbours,
-             "messages": lambda c: c.messages, "bytes": lambda c: c.bytes()}
+             "messages": lambda c: c.messages, "bytes": lambda c: c.bytes(), "inner_pairs": lambda c: c.inner}
     return {name: (sum(of(c) * times for c, times in found) / whole, max(of(c) for c, _ in found)) for name, of in names.items()}
 
 
@@ -215,6 +231,7 @@ class Constants:
     rebuild: float  # s per particle and rebuild
     clone: float  # s per clone and step
     message: float  # s per message
+    contacts: float = 0.86  # share of contacts in the work
     particle_bytes: float = 400.0  # memory per particle, lists included
 
     def cost(self, particles):
@@ -234,7 +251,7 @@ NOISE = [(250.0, 2e-6), (0.1, 100e-6)]
 TERMS = ["work", "clones", "messages", "agreement", "rebuild", "noise"]
 
 
-def step(bed, constants, network, ranks_per_node, steps_per_rebuild, nodes=row, overlap=False, noise=NOISE):
+def step(bed, constants, network, ranks_per_node, steps_per_rebuild, nodes=brick, overlap=False, noise=NOISE):
     """Terms of the time of a step (s) of the busiest rank; `nodes` is row or brick.
 
     With `overlap` messages travel while contacts away from the borders are worked on.
@@ -245,21 +262,22 @@ def step(bed, constants, network, ranks_per_node, steps_per_rebuild, nodes=row, 
     node = nodes(bed, ranks_per_node)
     leaving = sum(counts(bed, place, node).off_node for place in node)
     off_node = leaving * 8 * NUMBERS["sphere"] / network.bandwidth
-    agreeing = math.ceil(math.log2(ranks)) * network.latency
+    agreeing = math.ceil(math.log2(ranks)) * constants.message / AGREEMENT_EVERY
     work = owned * (constants.cost(owned) + constants.rebuild / steps_per_rebuild)
     handling = rank.messages * constants.message
     travelling = network.latency + off_node if rank.neighbours else 0.0
-    inner = work * max(0.0, 1 - rank.clones / rank.owned) if overlap else 0.0
+    inner = work * constants.contacts * rank.inner if overlap else 0.0
     terms = {
         "work": work,
         "clones": rank.clones * constants.clone,
         "messages": handling + max(0.0, travelling - inner),
         "agreement": agreeing,
-        "rebuild": 2 * (handling + travelling + agreeing) / steps_per_rebuild if rank.neighbours else 0.0,
+        "rebuild": 3 * (handling + travelling) / steps_per_rebuild if rank.neighbours else 0.0,
     }
     undisturbed = sum(terms.values())
     # A rank alone is disturbed as well, but that is in its work.
-    terms["noise"] = sum(tau * (1 - math.exp(-ranks * f * undisturbed)) for f, tau in noise) if ranks > 1 else 0.0
+    lost = lambda chance: min(1.0, 2 * chance**0.25, 1 - math.exp(-ranks * chance))
+    terms["noise"] = sum(tau * lost(f * undisturbed) for f, tau in noise) if ranks > 1 else 0.0
     return terms
 
 

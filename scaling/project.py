@@ -30,9 +30,9 @@ from weak import bed as settling_bed, per_rank
 DIAMETER = 2 * RADIUS
 SETTLED = 0.6  # solid fraction of a settled bed
 SPHERES = 10**9
-RANKS = [10**3, 10**4, 10**5]
+RANKS = [1024, 10_240, 102_400]  # whole nodes
 # Grids of ranks, and which of them share a node.
-ARRANGEMENTS = {"columns": ("columns", row), "blocks": ("blocks", row), "blocks, a brick per node": ("blocks", brick)}
+ARRANGEMENTS = {"columns": ("columns", brick), "blocks": ("blocks", brick), "blocks, a row per node": ("blocks", row)}
 DEPTH = 10  # width over height of the bed that is projected
 
 # Latencies are round figures as quoted for such networks; what they decide, agreement, is little beside bandwidth.
@@ -156,6 +156,8 @@ def measure(options):
         if falling.rebuilds:
             rebuild.append(1000 * 1e-6 * falling.phases[-1]["neighbour lists"] / falling.rebuilds)
         apart = seconds(settled, "neighbour lists", "clone update", "agreement of ranks")
+        contacts = seconds(settled, "particle contacts", "wall contacts")
+        contacts /= contacts + seconds(settled, "motion")
         work.append((spheres, 1e-6 * statistics.median(settled.times) - apart))
         clone.append(seconds(settled, "clone update") * spheres / settled.clones)
         if "memory_bytes" in settled.per_rank:
@@ -167,7 +169,7 @@ def measure(options):
     pair = bench(settling_bed(64, (2, 1, 1)), 2, 1000, 20000, options, "pair")
     message = seconds(pair, "clone update") * pair.particles - pair.clones * clone[0]
     constants = dict(machine=machine(), work=work, rebuild=statistics.median(rebuild), clone=statistics.median(clone),
-                     message=max(0.0, message), particle_bytes=memory[-1] if memory else 400.0)
+                     message=max(0.0, message), contacts=contacts, particle_bytes=memory[-1] if memory else 400.0)
     options.constants.write_text(json.dumps(constants, indent=1) + "\n")
     print(f"{constants['machine']}: {options.constants}")
 

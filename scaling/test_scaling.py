@@ -235,9 +235,9 @@ class Model(unittest.TestCase):
 
     def test_the_layer_grows_with_the_fastest(self):
         bed = cube(2, 8000)
-        self.assertAlmostEqual(bed.layer(), 1.2125)
+        self.assertAlmostEqual(bed.layer(), 1.2625)
         bed.reaches = (0.025, 0.025)
-        self.assertAlmostEqual(bed.layer(), 1.025)
+        self.assertAlmostEqual(bed.layer(), 1.028125)
 
     def test_messages_without_particles_are_not_sent(self):
         few, many = (model.counts(cube(4, particles), (1, 1, 1)) for particles in (50, 10**7))
@@ -278,6 +278,16 @@ class Model(unittest.TestCase):
         brick, row = model.brick(bed, 64), model.row(bed, 64)
         self.assertEqual((len(brick), len(row)), (64, 64))
         self.assertLess(leaving(brick), leaving(row))
+
+    def test_bricks_fill_the_grid_or_are_not_used(self):
+        bed = cube(5, 8000, periodic=False)
+        self.assertEqual(model.brick(bed, 4), model.row(bed, 4))
+
+    def test_pairs_are_of_owned_particles_unless_borders_are_near(self):
+        shares = [model.counts(cube(4, particles), (1, 1, 1)).inner for particles in (10, 1000, 10**6)]
+        self.assertEqual(shares, sorted(shares))
+        self.assertGreater(shares[-1], 0.95)
+        self.assertEqual(model.counts(cube(1, 1000, periodic=False), (0, 0, 0)).inner, 1.0)
 
     def test_grids(self):
         best = model.layouts(64, (1.0, 1.0, 1.0))

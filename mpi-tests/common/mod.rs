@@ -190,6 +190,13 @@ pub fn run_alone(folder: &Path, arguments: &[&str]) -> Output {
     Output { code: done.status.code(), stdout: text(&done.stdout), stderr: text(&done.stderr) }
 }
 
+/// Writes a case into the folder and runs it as if each node had a number of ranks, which then lie in the grid of ranks as bricks.
+pub fn run_case_on_nodes(ranks: usize, per_node: usize, folder: &Path, case: &str) -> Output {
+    fs::write(folder.join("case.toml"), case).unwrap();
+    let environment = [("GRAINS_RANKS_PER_NODE", per_node.to_string())];
+    start_with(ranks, folder, &["case.toml"], (0, &environment)).wait()
+}
+
 /// Writes a case into the folder and runs it, with further arguments.
 pub fn run_case(ranks: usize, folder: &Path, case: &str, arguments: &[&str]) -> Output {
     fs::write(folder.join("case.toml"), case).unwrap();

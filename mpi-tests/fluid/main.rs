@@ -14,7 +14,7 @@ mod steady;
 mod walls;
 
 use common::results::{checkpoints, series};
-use common::{case, folder, replaced, run_case};
+use common::{case, folder, replaced, run_case, run_case_on_nodes};
 use hdf5::File;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,6 +81,12 @@ fn a_fluid_alone_is_the_same_on_any_ranks_and_across_restarts() {
         assert_same_fluid(&one, &result(&ranks.to_string(), ranks), 1e-10);
     }
     assert_same_fluid(&one, &continued(&home, "2", 3, &text), 1e-10);
+    // Two nodes, each a brick of 2 x 2 ranks: ranks 2 and 4 change places.
+    let grid = replaced(&text, "[domain]\n", "[domain]\nranks = [4, 2, 1]\n");
+    let own = home.join("bricks");
+    fs::create_dir_all(&own).unwrap();
+    run_case_on_nodes(8, 4, &own, &grid).succeeded();
+    assert_same_fluid(&one, &own.join("results"), 1e-10);
     let table = series(&one);
     let inflow = |t: f64| (0.1 * 0.06 - 0.03 * 0.03) * 0.1 * (1.0 + (20.0 * t).sin()) + 0.03 * 0.03 * 0.3;
     for (t, flow) in table.column("time").iter().zip(table.column("middle_flow")).skip(1) {

@@ -506,8 +506,10 @@ fn a_run_killed_after_a_restart_does_not_go_on_from_a_later_checkpoint() {
     // The rows after step 50 are cut off; until the next checkpoint it is the newest one.
     let from = "results/checkpoint-000000000050.h5";
     let stop = run_case(2, &home, &text, &["--restart", from, "--max-walltime", "0"]).succeeded();
-    assert!(stop.stdout.contains("stopped at step 51"), "{}", stop.text());
-    assert_eq!(checkpoints(&results).iter().map(|p| step_of(p)).collect::<Vec<_>>(), [50, 51]);
+    let steps: Vec<u64> = checkpoints(&results).iter().map(|p| step_of(p)).collect();
+    // All ranks hear of the stop within eight steps.
+    assert!(steps.len() == 2 && steps[0] == 50 && (51..=58).contains(&steps[1]), "{steps:?}");
+    assert!(stop.stdout.contains(&format!("stopped at step {}", steps[1])), "{}", stop.text());
     run_case(2, &home, &text, &["--restart", "latest"]).succeeded();
     assert_eq!(series(&results).column("step"), (0..=20).map(|k| 10.0 * f64::from(k)).collect::<Vec<_>>());
 }

@@ -71,7 +71,7 @@ class Simulation:
             self._running.run_to(min([until] + [event[0] for event in self._events]))
 
     def stop(self) -> None:
-        """Asks for the end: a checkpoint is written at the next step but one, which is the last."""
+        """Asks for the end: a checkpoint is written at one of the next ten steps, which is the last."""
         self._running.stop()
 
     def close(self) -> dict:

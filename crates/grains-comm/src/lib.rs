@@ -9,9 +9,11 @@ mod transport;
 
 pub use transport::MpiTransport;
 
+use grains_domain::Bricks;
+use mpi::collective::SystemOperation;
 use mpi::environment::Universe;
 use mpi::topology::{Color, SimpleCommunicator};
-use mpi::traits::{Communicator, FromRaw};
+use mpi::traits::{Communicator, CommunicatorCollectives, FromRaw, Root};
 use std::mem::ManuallyDrop;
 
 /// Exit code of a job in which some rank panicked: a bug.
@@ -89,7 +91,6 @@ impl Job {
 
     /// The text of rank 0 on every rank (an error text likewise).
     pub fn broadcast(&self, text: Result<String, String>) -> Result<String, String> {
-        use mpi::traits::Root;
         let world = self.world();
         let root = world.process_at_rank(0);
         let is_ok = text.is_ok();
@@ -118,16 +119,40 @@ pub fn abort(code: i32) -> ! {
     std::process::exit(code)
 }
 
-/// Cartesian communicator whose ranks are numbered with x fastest, as the decomposition numbers them.
+/// Variable of the environment: ranks per node, as if each node had that many. To try what many nodes would do on one.
+const RANKS_PER_NODE: &str = "GRAINS_RANKS_PER_NODE";
+
+/// The ranks of `world` numbered as the decomposition does, x fastest, so that those of a node lie together as a brick in the grid of
+/// ranks, whose subdomains are `widths` (m) wide. Where bricks do not fill the grid they are numbered as in `world`. Rank 0 stays; collective.
 ///
-/// MPI numbers the last axis fastest, so the axes are handed over as z, y, x. MPI may reorder the ranks to
-/// bring neighbours together. `ranks` must multiply to the size of `world`.
-pub fn cartesian(world: &SimpleCommunicator, ranks: [usize; 3], periodic: [bool; 3]) -> SimpleCommunicator {
-    let dims = [ranks[2] as i32, ranks[1] as i32, ranks[0] as i32];
-    let periods = [periodic[2], periodic[1], periodic[0]];
-    // The plain communicator of the same group and order is what the rest of the program works with.
-    world
-        .create_cartesian_communicator(&dims, &periods, true)
-        .and_then(|cartesian| cartesian.split_by_color(Color::with_value(0)))
-        .unwrap_or_else(|| world.duplicate())
+/// `ranks` must multiply to the size of `world`.
+pub fn cartesian(world: &SimpleCommunicator, ranks: [usize; 3], widths: [f64; 3]) -> SimpleCommunicator {
+    let own = world.rank() as usize;
+    let (node, rank_of_node, per_node) = place_on_nodes(world);
+    let bricks = per_node.and_then(|per_node| Bricks::of(ranks, widths, per_node));
+    let number = bricks.map_or(own, |bricks| bricks.rank(node, rank_of_node));
+    world.split_by_color_with_key(Color::with_value(0), number as i32).unwrap_or_else(|| world.duplicate())
+}
+
+/// Number of the own node, by its first rank, number of the own rank on it, and how many ranks there are on each node, if on all as many;
+/// collective.
+fn place_on_nodes(world: &SimpleCommunicator) -> (usize, usize, Option<usize>) {
+    let (own, size) = (world.rank() as usize, world.size() as usize);
+    let given = std::env::var(RANKS_PER_NODE).ok().and_then(|text| text.parse().ok());
+    if let Some(given) = given.filter(|&n: &usize| n > 0 && size.is_multiple_of(n)) {
+        return (own / given, own % given, Some(given));
+    }
+    let shared = world.split_shared(world.rank());
+    let (rank_of_node, per_node) = (shared.rank() as usize, shared.size() as usize);
+    let mut firsts = vec![0_i32; size];
+    let mut first = [world.rank()];
+    shared.process_at_rank(0).broadcast_into(&mut first[..]);
+    world.all_gather_into(&first[0], &mut firsts[..]);
+    firsts.sort_unstable();
+    firsts.dedup();
+    let node = firsts.partition_point(|&other| other < first[0]);
+    let mut largest = [0_i32, 0];
+    let of_own = per_node as i32;
+    world.all_reduce_into(&[of_own, -of_own][..], &mut largest[..], SystemOperation::max());
+    (node, rank_of_node, (largest[0] == -largest[1]).then_some(per_node))
 }

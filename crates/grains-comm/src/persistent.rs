@@ -13,8 +13,13 @@ const TAG_CHANNEL: i32 = 3;
 
 /// Persistent requests for the buffers of a channel.
 pub(crate) struct Persistent {
+    /// Those that receive come first.
     requests: Vec<ffi::MPI_Request>,
-    is_running: bool,
+    receives: usize,
+    /// How many of them are under way, from the first on.
+    running: usize,
+    /// Requests that send the heads of messages.
+    heads: Vec<ffi::MPI_Request>,
 }
 
 impl Persistent {
@@ -42,6 +47,7 @@ impl Persistent {
                 requests.push(request.assume_init());
             }
         }
+        let receives = requests.len();
         for (&peer, buffer) in peers.iter().zip(sent).filter(|(_, buffer)| !buffer.is_empty()) {
             let mut request = MaybeUninit::uninit();
             // SAFETY: as above.
@@ -58,30 +64,61 @@ impl Persistent {
                 requests.push(request.assume_init());
             }
         }
-        Self { requests, is_running: false }
+        Self { requests, receives, running: 0, heads: Vec::new() }
     }
 
     pub(crate) fn start(&mut self) {
+        self.start_first(self.requests.len());
+    }
+
+    /// Receives what the channel does, and sends the first `length` numbers of its messages: what receives them may be longer.
+    pub(crate) fn start_heads(
+        &mut self,
+        (peers, sent): (&[usize], &[Vec<f64>]),
+        length: usize,
+        communicator: &SimpleCommunicator,
+    ) {
+        self.start_first(self.receives);
+        for (&peer, buffer) in peers.iter().zip(sent).filter(|(_, buffer)| !buffer.is_empty()) {
+            let (head, mut request) = (&buffer[..length.min(buffer.len())], MaybeUninit::uninit());
+            // SAFETY: the channel owns the buffer and does not touch it before `finish` has completed the request.
+            unsafe {
+                ffi::MPI_Isend(
+                    head.as_ptr().cast(),
+                    count(head.len()),
+                    ffi::RSMPI_DOUBLE,
+                    peer as i32,
+                    TAG_CHANNEL,
+                    communicator.as_raw(),
+                    request.as_mut_ptr(),
+                );
+                self.heads.push(request.assume_init());
+            }
+        }
+    }
+
+    fn start_first(&mut self, number: usize) {
         // SAFETY: the requests are persistent and not active.
         unsafe {
-            ffi::MPI_Startall(count(self.requests.len()), self.requests.as_mut_ptr());
+            ffi::MPI_Startall(count(number), self.requests.as_mut_ptr());
         }
-        self.is_running = true;
+        self.running = number;
     }
 
     pub(crate) fn finish(&mut self) {
         // SAFETY: the requests are active; persistent ones stay valid.
         unsafe {
-            let (count, requests) = (count(self.requests.len()), self.requests.as_mut_ptr());
-            ffi::MPI_Waitall(count, requests, ffi::RSMPI_STATUSES_IGNORE);
+            ffi::MPI_Waitall(count(self.running), self.requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE);
+            ffi::MPI_Waitall(count(self.heads.len()), self.heads.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE);
         }
-        self.is_running = false;
+        self.running = 0;
+        self.heads.clear();
     }
 }
 
 impl Drop for Persistent {
     fn drop(&mut self) {
-        if self.is_running {
+        if self.running > 0 || !self.heads.is_empty() {
             self.finish();
         }
         for request in &mut self.requests {

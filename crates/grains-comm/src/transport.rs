@@ -121,6 +121,15 @@ impl Transport for MpiTransport {
         }
     }
 
+    fn start_heads(&self, channel: &mut Channel, length: usize) {
+        channel.set_open(true);
+        let ChannelParts { peers, sent, prepared, .. } = channel.parts();
+        if let Some(persistent) = prepared.as_mut().and_then(|prepared| prepared.downcast_mut::<Persistent>())
+        {
+            persistent.start_heads((peers, sent), length, &self.communicator);
+        }
+    }
+
     fn finish(&self, channel: &mut Channel) {
         if let Some(persistent) = prepared_in(channel) {
             persistent.finish();

@@ -2,7 +2,7 @@
 
 use crate::catalogue::Catalogue;
 use crate::particles::Particles;
-use grains_domain::GlobalBox;
+use grains_domain::{GlobalBox, Transport};
 use grains_geometry::Vec3;
 
 /// Sums over all particles of all ranks.
@@ -27,63 +27,107 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Sums over the owned particles of one rank.
+    /// Sums over the owned particles of all ranks, the same in every bit however particles are shared out among them; collective.
     pub(crate) fn of(
         particles: &Particles,
         catalogue: &Catalogue,
         gravity: &Vec3,
         global: &GlobalBox,
+        transport: &impl Transport,
     ) -> Self {
-        let mut totals = Totals { particles: particles.owned as u64, ..Totals::default() };
+        let terms = |i: usize| terms(particles, i, catalogue, (gravity, global));
+        let mut largest = [0.0_f64; TERMS + 1];
         for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
-            let (m, v, w) = (body.mass, body.velocity, body.angular_velocity);
-            // Which image a rank holds depends on when lists were rebuilt.
-            let position = Vec3::from(global.wrap(body.position.into()));
-            let inertia = catalogue.inertia(body);
-            let spin = match particles.frames.get(i) {
-                Some(frame) => frame * inertia.component_mul(&frame.tr_mul(&w)),
-                None => inertia.component_mul(&w),
-            };
-            totals.mass += m;
-            totals.kinetic_translation += 0.5 * m * v.norm_squared();
-            totals.kinetic_rotation += 0.5 * w.dot(&spin);
-            totals.potential -= m * gravity.dot(&position);
-            totals.momentum += v * m;
-            totals.angular_momentum += position.cross(&v) * m + spin;
-            totals.max_speed = totals.max_speed.max(v.norm());
+            largest[..TERMS].iter_mut().zip(terms(i)).for_each(|(max, term)| *max = max.max(term.abs()));
+            largest[TERMS] = largest[TERMS].max(body.velocity.norm());
         }
-        totals
-    }
-
-    /// The sums as plain numbers, without the maximum.
-    pub(crate) fn sums(&self) -> [f64; 11] {
-        let (p, l) = (self.momentum, self.angular_momentum);
-        let t = self;
-        [
-            t.particles as f64,
-            t.mass,
-            t.kinetic_translation,
-            t.kinetic_rotation,
-            t.potential,
-            p.x,
-            p.y,
-            p.z,
-            l.x,
-            l.y,
-            l.z,
-        ]
-    }
-
-    pub(crate) fn from_sums(s: [f64; 11], max_speed: f64) -> Self {
+        transport.max(&mut largest);
+        let quanta = std::array::from_fn::<_, TERMS, _>(|k| quantum_below(largest[k]));
+        let mut sums = [0_i128; TERMS + 1];
+        sums[TERMS] = particles.owned as i128;
+        for i in 0..particles.owned {
+            for ((sum, term), quantum) in sums.iter_mut().zip(terms(i)).zip(quanta) {
+                *sum += (term / quantum) as i128;
+            }
+        }
+        let sums = sum_signed(sums, transport);
+        let of = |k: usize| sums[k] as f64 * quanta[k];
+        let vector = |k: usize| Vec3::new(of(k), of(k + 1), of(k + 2));
         Self {
-            particles: s[0] as u64,
-            mass: s[1],
-            kinetic_translation: s[2],
-            kinetic_rotation: s[3],
-            potential: s[4],
-            momentum: Vec3::new(s[5], s[6], s[7]),
-            angular_momentum: Vec3::new(s[8], s[9], s[10]),
-            max_speed,
+            particles: sums[TERMS] as u64,
+            mass: of(0),
+            kinetic_translation: of(1),
+            kinetic_rotation: of(2),
+            potential: of(3),
+            momentum: vector(4),
+            angular_momentum: vector(7),
+            max_speed: largest[TERMS],
         }
+    }
+}
+
+/// Numbers that are summed over the particles.
+const TERMS: usize = 10;
+
+/// Those of an owned particle: mass, energies of translation, rotation and in gravity, momentum, angular momentum.
+fn terms(
+    particles: &Particles,
+    i: usize,
+    catalogue: &Catalogue,
+    (gravity, global): (&Vec3, &GlobalBox),
+) -> [f64; TERMS] {
+    let body = &particles.bodies[i];
+    let (m, v, w) = (body.mass, body.velocity, body.angular_velocity);
+    // Which image a rank holds depends on when lists were rebuilt.
+    let position = Vec3::from(global.wrap(body.position.into()));
+    let inertia = catalogue.inertia(body);
+    let spin = match particles.frames.get(i) {
+        Some(frame) => frame * inertia.component_mul(&frame.tr_mul(&w)),
+        None => inertia.component_mul(&w),
+    };
+    let (p, l) = (v * m, position.cross(&v) * m + spin);
+    let energies = [0.5 * m * v.norm_squared(), 0.5 * w.dot(&spin), -m * gravity.dot(&position)];
+    [m, energies[0], energies[1], energies[2], p.x, p.y, p.z, l.x, l.y, l.z]
+}
+
+/// A power of two of which sums of multiples are exact in 128 bits: 2⁻⁷⁵ of the power above the largest of up to 2⁵¹ terms. What it cuts
+/// off a term is below the rounding of any sum.
+fn quantum_below(largest: f64) -> f64 {
+    // The exponent of the power of two at or below it; numbers below 1e-280 are nothing here.
+    let exponent = (largest.max(1e-280).to_bits() >> 52) as i32 - 1023;
+    2.0_f64.powi(exponent + 1 - 75)
+}
+
+/// Sums over all ranks, in parts of 32 bits of which no sum overflows; collective.
+fn sum_signed<const N: usize>(numbers: [i128; N], transport: &impl Transport) -> [i128; N] {
+    let part = |number: i128, k: usize| (number as u128 >> (32 * k)) as u64 & u64::from(u32::MAX);
+    let mut parts: Vec<u64> = numbers.iter().flat_map(|&n| (0..4).map(move |k| part(n, k))).collect();
+    transport.sum_counts(&mut parts);
+    std::array::from_fn(|n| {
+        let sums = (0..4).map(|k| u128::from(parts[4 * n + k]) << (32 * k));
+        sums.fold(0_u128, u128::wrapping_add) as i128
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grains_domain::SerialTransport;
+
+    #[test]
+    fn sums_of_quanta_do_not_depend_on_the_order_and_are_right() {
+        let terms: Vec<f64> =
+            (1..2000).map(|k| (f64::from(k) * 0.7).sin() * 10.0_f64.powi(k % 12 - 6)).collect();
+        let largest = terms.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let quantum = quantum_below(largest);
+        let sum = |terms: &[f64]| terms.iter().map(|x| (x / quantum) as i128).sum::<i128>();
+        let (front, back) = terms.split_at(731);
+        let whole = sum(&terms);
+        assert_eq!(whole, sum(back) + sum(front));
+        assert_eq!(sum_signed([whole, -whole], &SerialTransport), [whole, -whole]);
+        let plain: f64 = terms.iter().sum();
+        assert!((whole as f64 * quantum - plain).abs() < 1e-12 * terms.iter().map(|x| x.abs()).sum::<f64>());
+        assert!(largest / quantum < 2.0_f64.powi(75) && largest / quantum >= 2.0_f64.powi(74));
+        assert_eq!(0.0 / quantum_below(0.0), 0.0);
     }
 }

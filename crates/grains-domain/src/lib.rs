@@ -14,6 +14,7 @@ mod cells;
 mod decomposition;
 mod direction;
 mod global_box;
+mod placement;
 mod quantum;
 mod transport;
 
@@ -22,5 +23,6 @@ pub use cells::{CellGrid, Cells, SIZE_CLASSES, size_class};
 pub use decomposition::{Decomposition, DecompositionError, choose_ranks};
 pub use direction::Direction;
 pub use global_box::GlobalBox;
+pub use placement::Bricks;
 pub use quantum::Quantum;
 pub use transport::{Channel, ChannelParts, SerialTransport, Transport};

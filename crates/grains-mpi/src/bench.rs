@@ -74,6 +74,7 @@ fn per_rank(dem: &Dem, (before, counted): &(Traffic, StepReport), transport: &im
         ("neighbours", dem.neighbour_ranks() as f64),
         ("messages", (now.messages - before.messages) as f64 / updates),
         ("bytes", (now.bytes - before.bytes) as f64 / updates),
+        ("inner_pairs", dem.inner_share()),
         ("rebuilds", (dem.report.rebuilds - counted.rebuilds) as f64),
         ("border_rebuilds", (dem.report.border_rebuilds - counted.border_rebuilds) as f64),
         ("common_rebuilds", (dem.report.common_rebuilds - counted.common_rebuilds) as f64),

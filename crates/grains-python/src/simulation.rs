@@ -109,7 +109,7 @@ impl Simulation {
         self.go_on(py, Running::is_paused)
     }
 
-    /// Asks for the end: the next step but one writes a checkpoint and is the last.
+    /// Asks for the end: one of the next ten steps writes a checkpoint and is the last.
     fn stop(&mut self) -> PyResult<()> {
         self.running.as_mut().ok_or_else(is_closed)?.stop();
         Ok(())

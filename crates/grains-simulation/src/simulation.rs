@@ -263,7 +263,7 @@ impl Simulation {
         self.advance()
     }
 
-    /// Asks for the end, on any rank: the next step but one writes a checkpoint and is the last.
+    /// Asks for the end, on any rank: one of the next ten steps, the same on all ranks, writes a checkpoint and is the last.
     pub fn stop(&mut self) {
         self.is_asked_to_stop = true;
     }

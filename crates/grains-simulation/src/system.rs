@@ -190,7 +190,8 @@ pub fn transport(case: &Case, setup: &DemSetup, job: &Job) -> Result<MpiTranspor
         );
         return Err(RunError::case(case.about("domain.ranks", message)));
     }
-    Ok(MpiTransport::new(cartesian(job.world(), setup.ranks, setup.global.periodic)))
+    let widths = std::array::from_fn(|a| setup.global.length(a) / setup.ranks[a] as f64);
+    Ok(MpiTransport::new(cartesian(job.world(), setup.ranks, widths)))
 }
 
 /// Shapes, densities and laws of a case.

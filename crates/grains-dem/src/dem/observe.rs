@@ -45,16 +45,8 @@ impl Dem {
 
     /// Sums over all ranks.
     pub fn totals(&self, transport: &impl Transport) -> Totals {
-        let own = Totals::of(
-            &self.particles,
-            &self.setup.catalogue,
-            &self.setup.parameters.gravity,
-            &self.setup.global,
-        );
-        let (mut sums, mut speed) = (own.sums(), [own.max_speed]);
-        transport.sum(&mut sums);
-        transport.max(&mut speed);
-        Totals::from_sums(sums, speed[0])
+        let (gravity, global) = (&self.setup.parameters.gravity, &self.setup.global);
+        Totals::of(&self.particles, &self.setup.catalogue, gravity, global, transport)
     }
 
     /// Checks that every particle inserted is inside or has left; returns the sums of all ranks.
@@ -197,6 +189,12 @@ impl Dem {
     /// Lengths of the lists (sphere pairs, body pairs, wall pairs) and clones sent per step.
     pub fn list_sizes(&self) -> ([usize; 3], usize) {
         (self.neighbours.sizes(), self.exchange.clones_sent())
+    }
+
+    /// Share of the listed pairs of particles that are of two owned ones: those are worked on while clones are updated.
+    pub fn inner_share(&self) -> f64 {
+        let ([spheres, bodies, _], inner) = (self.neighbours.sizes(), self.neighbours.inner);
+        (inner.spheres + inner.part_pairs) as f64 / (spheres + bodies).max(1) as f64
     }
 
     /// What the updates of clones cost this rank so far.

@@ -35,7 +35,7 @@ impl Dem {
     /// Rebuilds the lists of this rank, while neighbours say with their updates whether they do so too.
     pub(super) fn rebuild_own(&mut self, transport: &impl Transport) -> Result<(), Failure> {
         let Self { exchange, particles, times, .. } = self;
-        exchange.start_update(particles, |peer| times.notice(true, peer), transport);
+        exchange.start_notices(|peer| times.notice(true, peer), transport);
         exchange.finish_update(particles, transport);
         let rebuilding = exchange.notices().iter().map(|notice| notice.rebuilds).collect();
         self.clock.charge(Phase::Clones);

@@ -110,7 +110,8 @@ impl Dem {
             };
             shortest = shortest.min(time_until(&way, &v, reference.allowance - turned, turning));
         }
-        let steps = (shortest / setup.parameters.dt).min(1e6);
+        let of_walls = self.wall_steps.saturating_sub(self.steps_since_build);
+        let steps = (shortest / setup.parameters.dt).min(1e6).min(of_walls as f64);
         if steps <= AHEAD as f64 {
             self.times.plan_for(self.step + (steps as u64).max(1));
         } else {

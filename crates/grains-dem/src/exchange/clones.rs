@@ -286,6 +286,13 @@ impl Exchange {
         }
     }
 
+    /// Tells neighbours of the lists of this rank as it rebuilds them, and requests the updates of their clones.
+    pub(crate) fn start_notices(&mut self, notice: impl Fn(usize) -> Notice, transport: &impl Transport) {
+        if !self.peers.is_empty() {
+            self.updates.start_notices(notice, transport);
+        }
+    }
+
     /// Brings the clones of other ranks' particles up to date; returns whether that had been begun.
     pub(crate) fn finish_update(&mut self, particles: &mut Particles, transport: &impl Transport) -> bool {
         self.updates.finish(&self.links, particles, transport)

@@ -140,15 +140,28 @@ impl Updates {
         self.traffic.updates += 1;
         self.is_pending = true;
         if self.strategy == ExchangeStrategy::Persistent {
+            self.write_notices(notice);
             for (k, &peer) in self.peers.iter().enumerate() {
-                let (head, records) = self.channel.outgoing(k).split_at_mut(self.notice_length);
-                if !head.is_empty() {
-                    notice(k).write(head);
-                }
+                let records = &mut self.channel.outgoing(k)[self.notice_length..];
                 fill(records, self.length, particles, sent_to(links, peer));
             }
             transport.start(&mut self.channel);
             self.count(self.channel.messages_sent(), self.channel.numbers_sent());
+        }
+    }
+
+    /// Tells neighbours that new clones follow, in place of updates.
+    pub(crate) fn start_notices(&mut self, notice: impl Fn(usize) -> Notice, transport: &impl Transport) {
+        self.traffic.updates += 1;
+        self.is_pending = true;
+        self.write_notices(notice);
+        transport.start_heads(&mut self.channel, self.notice_length);
+        self.count(self.peers.len(), self.peers.len() * self.notice_length);
+    }
+
+    fn write_notices(&mut self, notice: impl Fn(usize) -> Notice) {
+        for k in (0..self.peers.len()).filter(|_| self.notice_length > 0) {
+            notice(k).write(&mut self.channel.outgoing(k)[..self.notice_length]);
         }
     }
 
@@ -170,7 +183,10 @@ impl Updates {
                     if !head.is_empty() {
                         self.notices[k] = Notice::read(head);
                     }
-                    take_all(records, self.length, clones.clone(), particles);
+                    // New clones follow from who rebuilds its lists.
+                    if !self.notices[k].rebuilds {
+                        take_all(records, self.length, clones.clone(), particles);
+                    }
                 }
             }
             ExchangeStrategy::SendRecvLocalGeoloc => {

@@ -52,8 +52,9 @@ impl PartPairList {
     /// Makes room for the histories of all pairs, so that no step has to.
     pub(crate) fn reserve(&mut self) {
         let Histories { items, free } = &mut self.histories;
-        items.reserve(self.pairs.len() - items.len());
-        free.reserve(self.pairs.len() - free.len());
+        // There may be more histories than pairs once pairs with clones were forgotten.
+        items.reserve(self.pairs.len().saturating_sub(items.len()));
+        free.reserve(items.len().max(self.pairs.len()) - free.len());
     }
 
     /// The pairs that touched in the last step and their histories.

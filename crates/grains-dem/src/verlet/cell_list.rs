@@ -1,7 +1,7 @@
 //! Particles sorted by cell.
 
 use super::list_context::ListContext;
-use super::references::{Reference, nominal_allowance};
+use super::references::{Reference, STRAY_SHARE, nominal_allowance};
 use crate::particles::{Body, Particles};
 use grains_domain::{Cells, SIZE_CLASSES, size_class};
 use std::ops::Range;
@@ -18,7 +18,7 @@ pub(crate) fn cutoffs(
         let body = &particles.bodies[i as usize];
         let class = size_class(body.radius, context.largest_radius);
         let allowance = nominal_allowance(body, context);
-        let beyond = if context.is_apart { allowance.max(context.stray) } else { 0.0 };
+        let beyond = if context.is_apart { (STRAY_SHARE * allowance).max(context.stray) } else { 0.0 };
         let cutoff = body.radius + allowance + beyond + 0.5 * context.gap();
         cutoffs[class] = f64::max(cutoffs[class], cutoff);
         counts[class] += 1;

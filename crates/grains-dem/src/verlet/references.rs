@@ -6,6 +6,9 @@ use crate::particles::{Body, Particles};
 use grains_domain::{Decomposition, SIZE_CLASSES, size_class};
 use grains_geometry::{Rotation, Vec3};
 
+/// How far particles may be beyond the border of their rank, beside their allowance, over it (-): for that they are cloned farther.
+pub(super) const STRAY_SHARE: f64 = 0.25;
+
 /// Where a particle was when its owner last rebuilt its lists, and how far it may go from there.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
@@ -68,7 +71,7 @@ impl References {
                 let room = ranges[size_class(body.radius, context.largest_radius)]
                     - body.radius
                     - 0.5 * context.gap();
-                allowance = allowance.min(0.5 * room).min(room - context.stray).max(0.0);
+                allowance = allowance.min(room / (1.0 + STRAY_SHARE)).min(room - context.stray).max(0.0);
                 position = nearest_within(context.decomposition, &body.position);
                 if position != body.position {
                     let beyond = (body.position - position).norm();

@@ -60,6 +60,13 @@ impl MassProperties {
     }
 }
 
+/// Cores for this process: those it may run on, shared with the other ranks that a launcher of MPI has started on this machine.
+fn share_of_cores() -> usize {
+    let given = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"];
+    let ranks = given.iter().find_map(|name| std::env::var(name).ok()?.parse::<usize>().ok());
+    thread::available_parallelism().map_or(1, usize::from) / ranks.unwrap_or(1).max(1)
+}
+
 /// Larger relative difference of volume and principal moments.
 fn difference(a: &MassProperties, b: &MassProperties) -> f64 {
     let (of_a, of_b) = (principal_axes(&a.inertia).1, principal_axes(&b.inertia).1);
@@ -93,7 +100,7 @@ fn integrate(solids: &[Solid], lines: u32) -> MassProperties {
         }
         sum
     };
-    let threads = thread::available_parallelism().map_or(1, |n| n.get() as u32).clamp(1, lines);
+    let threads = (share_of_cores() as u32).clamp(1, lines);
     let mut slabs: Vec<(u32, Moments)> = Vec::with_capacity(lines as usize);
     thread::scope(|scope| {
         let slab = &slab;
