@@ -191,10 +191,12 @@ impl Watch {
         }
         headers.iter().for_each(|(name, value)| text += &format!("{name}: {value}\r\n"));
         stream.write_all(format!("{text}\r\n").as_bytes()).unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
+        // It comes in chunks, which may end within a character.
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let answer = String::from_utf8_lossy(&bytes);
         let code = answer.split(' ').nth(1).unwrap().parse().unwrap();
-        (code, answer)
+        (code, answer.into_owned())
     }
 
     fn get(&self, what: &str) -> (u16, String) {
