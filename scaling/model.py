@@ -138,7 +138,7 @@ def row(bed, ranks_per_node):
 
 
 def brick(bed, ranks_per_node):
-    """Places of a node in the middle, a brick of ranks of least surface, as the program places them; in a row where none fills the grid."""
+    """Places of a node in the middle, a brick of ranks of minimum surface, as the program places them; in a row where none fills the grid."""
     surface = lambda edges: sum(1 / (e * bed.subdomain(a)) for a, e in enumerate(edges) if e < bed.layout[a])
     fitting = [edges for edges in grids(ranks_per_node) if all(n % e == 0 for e, n in zip(edges, bed.layout))]
     edges = min(fitting, key=surface, default=None)

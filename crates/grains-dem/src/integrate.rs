@@ -199,14 +199,10 @@ impl Turning {
 /// Whether particle `i` has moved and turned less than its allowance; false if it is no longer a number.
 #[inline(always)]
 fn is_within_allowance(particles: &Particles, neighbours: &VerletLists, i: usize) -> bool {
-    let body = &particles.bodies[i];
     let Reference { position, allowance } = neighbours.references.places[i];
-    let moved = body.position - position;
-    let Some(before) = neighbours.references.orientations.get(i) else {
-        return moved.norm_squared() < allowance * allowance;
-    };
-    // A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body,
-    // at most √3 R away, by more than √3 R θ; the factor 4 covers angles up to a radian.
-    let turned = (particles.orientations[i].coords - before.coords).norm();
-    moved.norm() + 4.0 * body.radius * turned < allowance
+    let moved = particles.bodies[i].position - position;
+    match neighbours.references.turned(particles, i) {
+        None => moved.norm_squared() < allowance * allowance,
+        Some(turned) => moved.norm() + turned < allowance,
+    }
 }

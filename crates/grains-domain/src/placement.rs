@@ -1,7 +1,7 @@
 //! Where the ranks of a node lie in the grid of ranks.
 //!
-//! Ranks numbered along x put a node into a row of subdomains, whose neighbours are nearly all on other nodes. In a brick most
-//! neighbours are on the same node, and less has to pass through the network adapter that its ranks share.
+//! Ranks numbered along x put a node into a row of subdomains, whose neighbours are nearly all on other nodes. In a brick more of
+//! them are on the same node, and less has to pass through the network adapter that its ranks share.
 
 /// The ranks of all nodes as like bricks of a grid of ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct Bricks {
 }
 
 impl Bricks {
-    /// Bricks of least surface within a grid of subdomains that are `widths` (m) wide, for `per_node` ranks on each node; none if
+    /// Bricks of minimum surface within a grid of subdomains that are `widths` (m) wide, for `per_node` ranks on each node; none if
     /// they do not fill the grid.
     pub fn of(ranks: [usize; 3], widths: [f64; 3], per_node: usize) -> Option<Self> {
         let divides = |n: &usize, of: usize| of.is_multiple_of(*n);
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn bricks_have_the_least_surface_and_must_fill_the_grid() {
+    fn bricks_have_the_minimum_surface_and_must_fill_the_grid() {
         assert_eq!(Bricks::of([8, 8, 8], [1.0; 3], 8).unwrap().edges, [2, 2, 2]);
         // Flat subdomains: the wide faces are those across the short axis.
         assert_eq!(Bricks::of([16, 16, 16], [3.0, 3.0, 1.0], 16).unwrap().edges, [2, 2, 4]);

@@ -34,7 +34,7 @@ pub(super) struct Agreement {
     pub(super) ranges: [f64; SIZE_CLASSES],
     /// What the particles of this rank need (m).
     pub(super) needs: [f64; SIZE_CLASSES],
-    /// What the ranges are to be at least when all ranks rebuild next (m).
+    /// Lower bounds (m) of the ranges when all ranks rebuild next.
     pub(super) wanted: [f64; SIZE_CLASSES],
     /// Whether a reduction has not been read.
     is_unread: bool,

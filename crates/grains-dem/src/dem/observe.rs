@@ -211,7 +211,7 @@ impl Dem {
     pub fn memory_use(&self) -> MemoryUse {
         MemoryUse {
             particles: self.particles.bytes(),
-            lists: self.neighbours.bytes() + self.histories.bytes(),
+            lists: self.neighbours.bytes() + self.histories.bytes() + self.cell_list.bytes(),
             messages: self.exchange.bytes(),
         }
     }

@@ -160,8 +160,8 @@ impl Dem {
         };
         let of_each: Vec<f64> = (0..particles.owned).map(of_each).collect();
         let others = (&partners.rebuilding[..], partners.kept.as_ref());
-        let held = (&mut *particles, &mut neighbours.references);
-        have_left |= exchange.create_clones(held, &of_each, others, have_left, transport);
+        let both = (&mut *particles, &mut neighbours.references);
+        have_left |= exchange.create_clones(both, &of_each, others, have_left, transport);
         context.may_leave = have_left;
         let BondChanges { made, left, error } =
             neighbours.build(particles, &cell_list, (histories, &order), &context);
@@ -193,8 +193,8 @@ impl Dem {
         self.store_history(extent);
         let Self { particles, histories, decomposition, setup, exchange, neighbours, .. } = self;
         let kept = exchange.take_clones(particles, &mut neighbours.references);
-        let held = (&mut *particles, &mut neighbours.references);
-        let may_leave = exchange.take_new_clones(held, (&rebuilding, &kept), transport);
+        let both = (&mut *particles, &mut neighbours.references);
+        let may_leave = exchange.take_new_clones(both, (&rebuilding, &kept), transport);
         let images = self.images.as_ref();
         let context = ListContext {
             may_leave,

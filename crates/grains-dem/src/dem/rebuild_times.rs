@@ -19,7 +19,8 @@ const AHEAD: u64 = 4;
 /// Steps from a rebuild until one that neighbours were asked for then.
 const REQUEST: u64 = 2;
 
-/// Steps at its present speed for which a particle beyond a border must have room: a request, its delay, and one more of each.
+/// Steps at its present speed for which a particle beyond a border must have room: more than pass from a request until both ranks
+/// rebuild.
 pub(super) const STRAY_STEPS: f64 = 8.0;
 
 /// When the lists of this rank are rebuilt.
@@ -93,22 +94,17 @@ impl Dem {
             return;
         }
         let Self { particles, neighbours, setup, .. } = &*self;
-        let turns = particles.has_orientations();
         let mut shortest = f64::INFINITY;
         let references = &neighbours.references;
         for (i, (body, reference)) in
             particles.bodies[..particles.owned].iter().zip(&references.places).enumerate()
         {
             let (way, v) = (body.position - reference.position, body.velocity);
-            // Turning takes of the allowance at a rate of its own.
-            let (turned, turning) = match turns {
-                true => {
-                    let turned = particles.orientations[i].coords - references.orientations[i].coords;
-                    (4.0 * body.radius * turned.norm(), body.radius * body.angular_velocity.norm())
-                }
-                false => (0.0, 0.0),
-            };
-            shortest = shortest.min(time_until(&way, &v, reference.allowance - turned, turning));
+            let turned = references.turned(particles, i);
+            // What turning takes of the allowance grows by 2 R ω.
+            let turning = turned.map_or(0.0, |_| 2.0 * body.radius * body.angular_velocity.norm());
+            let left = reference.allowance - turned.unwrap_or(0.0);
+            shortest = shortest.min(time_until(&way, &v, left, turning));
         }
         let of_walls = self.wall_steps.saturating_sub(self.steps_since_build);
         let steps = (shortest / setup.parameters.dt).min(1e6).min(of_walls as f64);

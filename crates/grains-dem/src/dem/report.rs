@@ -32,7 +32,7 @@ pub struct StepReport {
     pub common_rebuilds: u64,
     /// Rebuilds of those with clones alone, as neighbours rebuilt theirs.
     pub border_rebuilds: u64,
-    /// Those of them before which borders between subdomains moved.
+    /// Rebuilds of all ranks before which borders between subdomains moved.
     pub moves: u64,
     /// Work until the last rebuild, in pairs of spheres.
     pub work: u64,

@@ -84,7 +84,7 @@ pub struct Dem {
     pub(super) are_apart: bool,
     pub(super) times: RebuildTimes,
     pub(super) agreement: Agreement,
-    /// Whether there is one particle at most, and no wall.
+    /// Whether there are fewer than two particles, and no wall.
     pub(super) is_alone: bool,
     pub(super) histories: SavedHistories,
     pub(super) collisions: Collisions,

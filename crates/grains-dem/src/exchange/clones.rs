@@ -55,7 +55,7 @@ impl Exchange {
         self.write_clones(particles, references, have_left);
         self.exchange_clones(true, rebuilding, transport);
         let own = self.links.iter().filter(|l| l.rank == self.own_rank).map(|l| l.sent.len()).sum::<usize>();
-        self.make_room(own, particles);
+        self.make_room(own, particles, references);
         self.push_own_clones(particles, references);
         let others_have_left = self.push_clones_of_others((particles, references), rebuilding, kept);
         self.updates.prepare(&self.links, record_length(particles), transport);
@@ -73,7 +73,7 @@ impl Exchange {
         self.exchange_clones(false, rebuilding, transport);
         let first = kept.filled.iter().map(|filled| filled.start).min();
         let own = first.unwrap_or(kept.particles.bodies.len());
-        self.make_room(own, particles);
+        self.make_room(own, particles, references);
         for k in 0..own {
             particles.push_clone_from(&kept.particles, k);
             references.push_from(&kept.references, k);
@@ -96,10 +96,12 @@ impl Exchange {
     }
 
     /// Makes room for clones of own particles and for as many of others as there are.
-    fn make_room(&self, own: usize, particles: &mut Particles) {
+    fn make_room(&self, own: usize, particles: &mut Particles, references: &mut References) {
         let of_others = self.received.iter().map(|message| message.len() / self.clone_length(particles));
         let kept = self.updates.filled.iter().map(Range::len);
-        particles.make_room(own + of_others.zip(kept).map(|(new, kept)| new.max(kept)).sum::<usize>());
+        let clones = own + of_others.zip(kept).map(|(new, kept)| new.max(kept)).sum::<usize>();
+        particles.make_room(clones);
+        references.make_room(clones);
     }
 
     /// Number of f64 that create a clone.

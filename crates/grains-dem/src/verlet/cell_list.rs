@@ -2,6 +2,7 @@
 
 use super::list_context::ListContext;
 use super::references::{Reference, STRAY_SHARE, nominal_allowance};
+use crate::memory_use::heap_bytes;
 use crate::particles::{Body, Particles};
 use grains_domain::{Cells, SIZE_CLASSES, size_class};
 use std::ops::Range;
@@ -32,6 +33,13 @@ pub(crate) struct CellList {
     pub(super) cells: Cells,
     /// The first of every cell.
     pub(super) start: Vec<u32>,
+}
+
+impl CellList {
+    /// Memory (B).
+    pub(crate) fn bytes(&self) -> usize {
+        heap_bytes(&self.start)
+    }
 }
 
 /// The particles in `stays` sorted by cell, and what places they had before.

@@ -44,6 +44,17 @@ impl References {
         heap_bytes(&self.places) + heap_bytes(&self.orientations)
     }
 
+    /// What turning has taken of the allowance of an owned particle (m); none where all shapes are spheres.
+    ///
+    /// A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body, √3 R away or nearer, by more
+    /// than √3 R θ; the factor 4 covers angles up to a radian.
+    #[inline(always)]
+    pub(crate) fn turned(&self, particles: &Particles, i: usize) -> Option<f64> {
+        let before = self.orientations.get(i)?;
+        let turned = (particles.orientations[i].coords - before.coords).norm();
+        Some(4.0 * particles.bodies[i].radius * turned)
+    }
+
     /// Takes the present poses of all owned particles for their references, and forgets clones.
     ///
     /// A particle beyond the border of its rank has the nearest place within as its reference, so that neighbours, who know the border,
@@ -59,6 +70,7 @@ impl References {
         self.places.clear();
         self.orientations.clear();
         self.strays.clear();
+        self.places.reserve_exact(particles.owned);
         for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
             let mut allowance = nominal_allowance(body, context);
             for a in (0..3).filter(|&a| !global.periodic[a]) {
@@ -90,6 +102,14 @@ impl References {
     /// Distance (m) from the reference within which owned particle `i` may act before its lists are rebuilt.
     pub(crate) fn range_of(&self, particles: &Particles, i: usize, gap: f64) -> f64 {
         particles.bodies[i].radius + self.places[i].allowance + 0.5 * gap
+    }
+
+    /// Makes room for just so many clones.
+    pub(crate) fn make_room(&mut self, clones: usize) {
+        self.places.reserve_exact(clones);
+        if !self.orientations.is_empty() {
+            self.orientations.reserve_exact(clones);
+        }
     }
 
     /// Takes off the references of clones.
