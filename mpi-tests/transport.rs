@@ -4,7 +4,7 @@
 
 mod ranks;
 
-use grains_domain::Transport;
+use grains_domain::{Channel, Transport};
 use ranks::on_ranks;
 
 /// Value k of the message of a round between two ranks.
@@ -60,6 +60,64 @@ fn arrays_are_gathered_and_counts_add_up_in_rank_order() {
         assert_eq!(before, [(own * (own + 1) / 2) as u64, 10 * own as u64]);
         assert_eq!(transport.first_rank_with(own + 2 >= size), Some(size.saturating_sub(2)));
         assert_eq!(transport.first_rank_with(false), None);
+    });
+}
+
+#[test]
+fn maxima_ended_later_come_in_the_order_in_which_they_were_begun() {
+    on_ranks(&[1, 2, 5], "maxima_ended_later_come_in_the_order_in_which_they_were_begun", |job| {
+        let transport = job.new_transport();
+        let (rank, size) = (transport.rank(), transport.size());
+        let values = |round: usize, rank: usize| [0, 1, 2].map(|k| value(round, rank, 0, k));
+        for round in 0..6 {
+            transport.begin_max(&values(round, rank));
+            // What others do in the meantime does not mix with it.
+            let mut sum = [1.0];
+            transport.sum(&mut sum);
+            assert_eq!(sum, [size as f64]);
+            // Three are under way at a time.
+            if round >= 2 {
+                let mut found = [0.0; 3];
+                transport.end_max(&mut found);
+                let of_ranks = (0..size).map(|other| values(round - 2, other));
+                let wanted = of_ranks
+                    .fold([f64::NEG_INFINITY; 3], |max, own| std::array::from_fn(|k| max[k].max(own[k])));
+                assert_eq!(found, wanted, "round {round}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_channel_takes_heads_of_messages_where_it_awaits_whole_ones() {
+    on_ranks(&[2, 3, 5], "a_channel_takes_heads_of_messages_where_it_awaits_whole_ones", |job| {
+        let transport = job.new_transport();
+        let (rank, size) = (transport.rank(), transport.size());
+        let peers: Vec<usize> = (0..size).filter(|&other| other != rank).collect();
+        let lengths = |of: fn(usize, usize) -> (usize, usize)| -> Vec<usize> {
+            peers.iter().map(|&peer| of(rank, peer)).map(|(from, to)| 3 + length(1, from, to)).collect()
+        };
+        let mut channel =
+            Channel::new(&peers, &lengths(|own, peer| (own, peer)), &lengths(|own, peer| (peer, own)));
+        transport.prepare(&mut channel);
+        for round in 0..8 {
+            for (k, &peer) in peers.iter().enumerate() {
+                let message = channel.outgoing(k).iter_mut().enumerate();
+                message.for_each(|(place, number)| *number = value(round, rank, peer, place));
+            }
+            let sends_heads = |rank: usize| (round + rank).is_multiple_of(3);
+            match sends_heads(rank) {
+                true => transport.start_heads(&mut channel, 2),
+                false => transport.start(&mut channel),
+            }
+            transport.finish(&mut channel);
+            for (k, &peer) in peers.iter().enumerate() {
+                let arrived = if sends_heads(peer) { 2 } else { channel.incoming(k).len() };
+                for (place, &number) in channel.incoming(k)[..arrived].iter().enumerate() {
+                    assert_eq!(number, value(round, peer, rank, place), "round {round}");
+                }
+            }
+        }
     });
 }
 
