@@ -6,8 +6,10 @@
 
 use crate::{Decomposition, GlobalBox, Transport};
 
-/// Slices of the box per axis in which work is summed, whatever the number of ranks.
-const SLICES: usize = 1024;
+/// Slices of the box per axis in which work is summed.
+const MIN_SLICES: usize = 1024;
+/// The same for each rank along an axis, where that is more: a slab is cut from as many on average.
+const SLICES_PER_RANK: usize = 16;
 
 /// When borders move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,24 +56,35 @@ impl OtherWork {
 /// How much there is to do where along each axis.
 #[derive(Clone, Debug)]
 pub struct WorkProfile {
+    /// Where the slices of each axis begin and those of the last end.
+    first: [usize; 4],
     /// Work per slice, axis by axis.
     slices: Vec<u64>,
 }
 
-impl Default for WorkProfile {
-    fn default() -> Self {
-        Self { slices: vec![0; 3 * SLICES] }
-    }
-}
-
 impl WorkProfile {
+    /// No work yet, for so many ranks along each axis.
+    pub fn new(ranks: [usize; 3]) -> Self {
+        let mut first = [0; 4];
+        for (a, ranks) in ranks.into_iter().enumerate() {
+            first[a + 1] = first[a] + MIN_SLICES.max(SLICES_PER_RANK * ranks);
+        }
+        Self { first, slices: vec![0; first[3]] }
+    }
+
+    /// Slices along an axis.
+    fn count(&self, axis: usize) -> usize {
+        self.first[axis + 1] - self.first[axis]
+    }
+
     /// Adds work at a position (m), which may be a period off.
     #[inline]
     pub fn add(&mut self, global: &GlobalBox, position: [f64; 3], work: u64) {
         for (a, &x) in position.iter().enumerate() {
             let x = if global.periodic[a] { global.wrap_along(a, x) } else { x };
-            let slice = ((x - global.lower[a]) / global.length(a) * SLICES as f64) as usize;
-            self.slices[a * SLICES + slice.min(SLICES - 1)] += work;
+            let count = self.count(a);
+            let slice = ((x - global.lower[a]) / global.length(a) * count as f64) as usize;
+            self.slices[self.first[a] + slice.min(count - 1)] += work;
         }
     }
 
@@ -80,13 +93,14 @@ impl WorkProfile {
         let counts = nodes.each_ref().map(|nodes| nodes.len() - 1);
         for (a, nodes) in nodes.iter().enumerate() {
             let layer = per_cell * counts.iter().product::<usize>() as f64 / counts[a] as f64;
+            let slices = self.count(a);
             let below = |slice: usize| {
-                let x = global.lower[a] + global.length(a) * slice as f64 / SLICES as f64;
+                let x = global.lower[a] + global.length(a) * slice as f64 / slices as f64;
                 let cell = nodes[1..counts[a]].partition_point(|&node| node <= x);
                 let share = (x - nodes[cell]) / (nodes[cell + 1] - nodes[cell]);
                 (layer * (cell as f64 + share)).round() as u64
             };
-            for (slice, sum) in self.slices[a * SLICES..(a + 1) * SLICES].iter_mut().enumerate() {
+            for (slice, sum) in self.slices[self.first[a]..self.first[a + 1]].iter_mut().enumerate() {
                 *sum += below(slice + 1) - below(slice);
             }
         }
@@ -106,7 +120,7 @@ impl WorkProfile {
     fn cumulative(&self, axis: usize) -> Vec<f64> {
         let mut sum = 0.0;
         let mut below = vec![0.0];
-        for &work in &self.slices[axis * SLICES..(axis + 1) * SLICES] {
+        for &work in &self.slices[self.first[axis]..self.first[axis + 1]] {
             sum += work as f64;
             below.push(sum);
         }
@@ -123,10 +137,11 @@ impl Decomposition {
     /// Work of every slab between borders (m) across an axis, over the mean (-).
     fn shares(&self, axis: usize, cuts: &[f64], profile: &WorkProfile) -> Vec<f64> {
         let below = profile.cumulative(axis);
-        let (global, all) = (&self.global, below[SLICES]);
+        let slices = profile.count(axis);
+        let (global, all) = (&self.global, below[slices]);
         let at = |cut: f64| {
-            let place = ((cut - global.lower[axis]) / global.length(axis) * SLICES as f64).max(0.0);
-            let slice = (place as usize).min(SLICES - 1);
+            let place = ((cut - global.lower[axis]) / global.length(axis) * slices as f64).max(0.0);
+            let slice = (place as usize).min(slices - 1);
             below[slice] + (place - slice as f64).min(1.0) * (below[slice + 1] - below[slice])
         };
         let mean = all / self.ranks[axis] as f64;
@@ -143,13 +158,9 @@ impl Decomposition {
                 continue;
             }
             let below = profile.cumulative(axis);
-            let moved = |cuts: &[f64]| self.moved(axis, cuts, &below, balance.min_width[axis]);
-            let first = moved(cuts);
+            let first = self.moved(axis, cuts, &below, balance.min_width[axis]);
             // The busiest slab may have to wait until its neighbours have made room: what counts is where borders will be.
-            let mut last = first.clone();
-            for _ in 0..2 * self.ranks[axis] {
-                last = moved(&last);
-            }
+            let last = self.wanted(axis, &below, balance.min_width[axis]);
             let unevenness = |cuts: &[f64]| -> f64 {
                 self.shares(axis, cuts, profile).into_iter().map(|share| share * share).sum()
             };
@@ -160,16 +171,35 @@ impl Decomposition {
         (cuts != self.cuts).then_some(cuts)
     }
 
+    /// Where the work below a border is the wanted share of all (m).
+    fn quantile(&self, axis: usize, below: &[f64], share: f64) -> f64 {
+        let slices = below.len() - 1;
+        let wanted = below[slices] * share;
+        let slice = below.partition_point(|&work| work < wanted).clamp(1, slices) - 1;
+        let within = (wanted - below[slice]) / (below[slice + 1] - below[slice]);
+        self.global.lower[axis] + self.global.length(axis) * (slice as f64 + within) / slices as f64
+    }
+
+    /// Borders across an axis at the quantiles of the work below them, apart by a width (m) at least.
+    fn wanted(&self, axis: usize, below: &[f64], min_width: f64) -> Vec<f64> {
+        let (ranks, mut cuts) = (self.ranks[axis], self.cuts[axis].clone());
+        let min_width = min_width + 2.0 * self.global.quantum.size();
+        for k in 1..ranks {
+            cuts[k] = self.quantile(axis, below, k as f64 / ranks as f64).max(cuts[k - 1] + min_width);
+        }
+        for k in (1..ranks).rev() {
+            cuts[k] = cuts[k].min(cuts[k + 1] - min_width);
+        }
+        cuts
+    }
+
     /// Inner borders across an axis, moved towards the quantiles of the work below them.
     fn moved(&self, axis: usize, old: &[f64], below: &[f64], min_width: f64) -> Vec<f64> {
-        let (ranks, global, mut moved) = (self.ranks[axis], &self.global, old.to_vec());
+        let (ranks, quantum, mut moved) = (self.ranks[axis], &self.global.quantum, old.to_vec());
         for k in 1..ranks {
-            let wanted = below[SLICES] * k as f64 / ranks as f64;
-            let slice = below.partition_point(|&work| work < wanted).clamp(1, SLICES) - 1;
-            let within = (wanted - below[slice]) / (below[slice + 1] - below[slice]);
-            let quantile = global.lower[axis] + global.length(axis) * (slice as f64 + within) / SLICES as f64;
+            let quantile = self.quantile(axis, below, k as f64 / ranks as f64);
             // Rounding must not make a subdomain too thin.
-            let (quantum, min_width) = (&global.quantum, min_width + 2.0 * global.quantum.size());
+            let min_width = min_width + 2.0 * quantum.size();
             let (low, high) = (old[k - 1].max(moved[k - 1]) + min_width, old[k + 1] - min_width);
             if low <= high {
                 moved[k] = quantum.snap(quantile.clamp(low, high));
@@ -192,7 +222,7 @@ mod tests {
 
     /// Work that falls off along x.
     fn profile(global: &GlobalBox) -> WorkProfile {
-        let mut profile = WorkProfile::default();
+        let mut profile = WorkProfile::new([8, 1, 1]);
         for k in 0..8000 {
             let x = (k as f64 + 0.5) * 1e-3;
             profile.add(global, [x, 0.5, 0.5], (1000.0 * (-x).exp()) as u64);
@@ -221,9 +251,33 @@ mod tests {
     }
 
     #[test]
+    fn borders_of_thousands_of_slabs_share_work_that_lies_in_layers() {
+        let (ranks, layers, points) = (2000, 1500.0, 1_000_000);
+        let global = GlobalBox::new([0.0; 3], [8.0, 1.0, 1.0], [false; 3]);
+        let mut d = Decomposition::new(global, [ranks, 1, 1], 0, 1e-4).unwrap();
+        let mut profile = WorkProfile::new(d.ranks);
+        // Layers with gaps between them, twice as dense in the middle of the box as at its ends.
+        for k in 0..points {
+            let x = (f64::from(k) + 0.5) / f64::from(points);
+            let work = if (layers * x).fract() < 0.5 { 1000.0 * (1.0 + 4.0 * x * (1.0 - x)) } else { 0.0 };
+            profile.add(&d.global, [8.0 * x, 0.5, 0.5], work as u64);
+        }
+        let before = d.imbalance(0, &profile);
+        let balance = Balance { min_width: [1e-4, 0.1, 0.1], ..BALANCE };
+        let mut moves = 0;
+        while let Some(cuts) = d.rebalanced(&profile, &balance) {
+            d.cuts = cuts;
+            moves += 1;
+            assert!(moves < ranks);
+        }
+        let after = d.imbalance(0, &profile);
+        assert!(before > 1.9 && after < 1.06, "{before}, {after} after {moves} moves");
+    }
+
+    #[test]
     fn no_subdomain_gets_thinner_than_the_range_and_even_work_moves_nothing() {
         let mut d = decomposition([4, 1, 1]);
-        let mut profile = WorkProfile::default();
+        let mut profile = WorkProfile::new(d.ranks);
         (0..200).for_each(|k| profile.add(&d.global, [1e-3 * k as f64, 0.5, 0.5], 1));
         while let Some(cuts) = d.rebalanced(&profile, &BALANCE) {
             d.cuts = cuts;
@@ -243,7 +297,7 @@ mod tests {
         // did, and so will the third after the second.
         let global = GlobalBox::new([0.0; 3], [0.36, 0.06, 0.06], [false; 3]);
         let mut d = Decomposition::new(global, [8, 1, 1], 0, 0.024).unwrap();
-        let mut profile = WorkProfile::default();
+        let mut profile = WorkProfile::new(d.ranks);
         (0..30).for_each(|k| profile.add(&d.global, [0.003 + 0.00303 * k as f64, 0.03, 0.03], 300));
         let balance = Balance { min_width: [0.024; 3], ..BALANCE };
         let mut unevenness = Vec::new();
@@ -264,19 +318,19 @@ mod tests {
         // Three cells in the lower eighth, one in the rest.
         let nodes = [vec![0.0, 0.25, 0.5, 1.0, 8.0], vec![0.0, 1.0], vec![0.0, 0.5, 1.0]];
         let cells = OtherWork { nodes, per_cell: 1000.0, per_particle: 7 };
-        let mut profile = WorkProfile::default();
+        let mut profile = WorkProfile::new(d.ranks);
         cells.add_cells(&mut profile, &d.global);
         for axis in 0..3 {
-            assert_eq!(profile.cumulative(axis)[SLICES], 8000.0);
+            assert_eq!(profile.cumulative(axis).last(), Some(&8000.0));
         }
-        assert_eq!(profile.cumulative(0)[SLICES / 8], 6000.0);
+        assert_eq!(profile.cumulative(0)[MIN_SLICES / 8], 6000.0);
         assert_eq!(cells.of_rank(2, &d), 7 * 2 + 6000);
         let cuts = d.rebalanced(&profile, &BALANCE).unwrap();
-        assert!((cuts[0][1] - 0.5).abs() < 8.0 / SLICES as f64, "{cuts:?}");
+        assert!((cuts[0][1] - 0.5).abs() < 8.0 / MIN_SLICES as f64, "{cuts:?}");
         d.cuts = cuts;
         assert!(d.imbalance(0, &profile) < 1.01);
         let none = OtherWork::default();
         none.add_cells(&mut profile, &d.global);
-        assert_eq!((profile.cumulative(2)[SLICES], none.of_rank(5, &d)), (8000.0, 0));
+        assert_eq!((profile.cumulative(2).last(), none.of_rank(5, &d)), (Some(&8000.0), 0));
     }
 }
