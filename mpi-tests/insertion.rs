@@ -23,6 +23,8 @@ const LISTED: [([f64; 4], &str); 3] = [
 fn listed_in(file: &str) -> String {
     let text = replaced(&case("base.toml"), LATTICE, &format!("{{ kind = \"file\", path = \"{file}\" }}"));
     let cube = "[[shape]]\nname = \"cube\"\nkind = \"box\"\nedges = [8e-3, 8e-3, 8e-3]\n\n[[insert]]";
+    // What is foretold of the surfaces asks every rank for its rows.
+    let text = replaced(&text, "particles = 0.01\n", "particles = 0.01\nsurfaces = 0.02\n");
     replaced(&replaced(&text, "count = 16\n", ""), "[[insert]]", cube)
 }
 

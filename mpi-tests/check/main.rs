@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod oddities;
+mod ranks;
 mod resources;
 
 use common::{Output, case, folder, replaced, run, run_alone};

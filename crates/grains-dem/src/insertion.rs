@@ -124,17 +124,30 @@ pub struct Occupancy {
     members: [Vec<u32>; SIZE_CLASSES],
     largest_radius: f64,
     held: Vec<NewParticle>,
+    /// Corners (m) of the box around their centres.
+    corners: [Vec3; 2],
 }
 
 impl Occupancy {
+    /// One without particles, for some of a radius (m) up to `largest`.
+    pub fn empty(largest: f64) -> Self {
+        let nowhere = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Vec3::from_element(x));
+        Self {
+            cells: HashMap::new(),
+            members: Default::default(),
+            largest_radius: largest,
+            held: Vec::new(),
+            corners: nowhere,
+        }
+    }
+
     /// Particles owned by this rank that could touch one placed between two corners (m), of a radius (m) up to `largest`.
     pub fn near(dem: &Dem, [lower, upper]: [&Vec3; 2], largest: f64) -> Self {
         // Particles that stay where they are have no width to the search for contacts.
         let owned = &dem.particles.bodies[..dem.particles.owned];
         let largest_radius = owned.iter().map(|body| body.radius).fold(largest, f64::max);
         let width = 2.0 * largest_radius;
-        let mut occupancy =
-            Self { cells: HashMap::new(), members: Default::default(), largest_radius, held: Vec::new() };
+        let mut occupancy = Self::empty(largest_radius);
         let (particles, global) = (&dem.particles, &dem.setup.global);
         let is_near = |position: &Vec3| {
             (0..3).all(|a| {
@@ -168,6 +181,8 @@ impl Occupancy {
         let place = self.held.len() as u32;
         self.members[class].push(place);
         self.cells.entry(key).or_default().push(place);
+        let [lower, upper] = self.corners;
+        self.corners = [lower.inf(&particle.position), upper.sup(&particle.position)];
         self.held.push(particle);
     }
 
@@ -214,9 +229,8 @@ impl Occupancy {
             }
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
-            let outside =
-                (0..3).any(|a| image[a] < global.lower[a] - range || image[a] > global.upper[a] + range);
-            if outside {
+            let [lower, upper] = &self.corners;
+            if (0..3).any(|a| image[a] < lower[a] - range || image[a] > upper[a] + range) {
                 continue;
             }
             for class in (0..SIZE_CLASSES).filter(|&class| !self.members[class].is_empty()) {

@@ -210,9 +210,9 @@ fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(
     match command {
         Command::Check { case, ranks } => {
             let case = load(&case, job)?;
+            let asked = ranks.map(|n| n as usize);
+            let report = check::report_by(&case, asked.unwrap_or(job.size()), job)?;
             if is_first {
-                let asked = ranks.map(|n| n as usize);
-                let report = check::report(&case, asked.unwrap_or(job.size()))?;
                 warn_of_ranks(&case, asked);
                 report.warnings.iter().for_each(|w| log::warn!("{w}"));
                 explanation::tell(&case, &report);

@@ -30,9 +30,10 @@ use crate::insertion::Insertions;
 use crate::plausibility;
 use crate::system::{self, System};
 use crate::wall_triangles::{WallTriangles, triangles_of};
-use crate::{Case, RunError};
+use crate::{Case, RunError, agreed};
+use grains_comm::Job;
 use grains_dem::{Catalogue, DemSetup, Failure};
-use grains_domain::{Decomposition, SerialTransport};
+use grains_domain::{Decomposition, SerialTransport, Transport};
 
 /// A case on a number of ranks.
 #[derive(Clone, Debug)]
@@ -55,30 +56,41 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
-/// Examines a case for a number of ranks, and inserts in a trial what is inserted at the beginning.
+/// Examines a case for a number of ranks, and inserts in a trial what is inserted at the beginning; this process does so alone.
 ///
 /// # Errors
 /// Whatever would stop the run before its first step.
 pub fn report(case: &Case, ranks: usize) -> Result<Report, RunError> {
-    examine(case, ranks).map_err(RunError::case)
+    examine(case, ranks, &SerialTransport)
 }
 
-fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
-    let catalogue = system::catalogue(case)?;
-    let insertions = Insertions::read(case, &catalogue, &SerialTransport).map_err(|e| e.message)?;
-    let system = system::build(case, ranks, catalogue.clone(), insertions.kinds())?;
+/// The same by all ranks of a job, each of which holds its share of the particles; collective.
+///
+/// # Errors
+/// As for [`report`]; also a domain that cannot be divided among the ranks of the job.
+pub fn report_by(case: &Case, ranks: usize, job: &Job) -> Result<Report, RunError> {
+    examine(case, ranks, job.transport())
+}
+
+fn examine(case: &Case, ranks: usize, transport: &impl Transport) -> Result<Report, RunError> {
+    let catalogue = all(transport, system::catalogue(case))?;
+    let insertions = Insertions::read(case, &catalogue, transport)?;
+    let system = all(transport, system::build(case, ranks, catalogue.clone(), insertions.kinds()))?;
     let warnings = plausibility::warnings(case, &system, &insertions);
     let System { setup, step } = system;
-    let decomposition = decomposition(case, &setup, ranks)?;
+    let decomposition = all(transport, decomposition(case, &setup, ranks))?;
     let ranks = setup.ranks.iter().product();
-    let (placed, walls) = trial(case, catalogue, insertions.clone())?;
-    let cost = Cost::of(case, &setup.catalogue, &insertions, (&walls, placed[1]), ranks);
-    fluid::verify(case, (&setup, insertions.kinds()), &decomposition)?;
-    let fluid = fluid::check::report(case, &setup.catalogue, &insertions)?;
+    let (placed, walls) = trial(case, catalogue, insertions.clone(), transport)?;
+    let cost = Cost::of(case, &setup.catalogue, &insertions, (&walls, placed[1]), ranks, transport);
+    all(transport, fluid::verify(case, (&setup, insertions.kinds()), &decomposition))?;
+    let fluid = all(transport, fluid::check::report(case, &setup.catalogue, &insertions, transport))?;
     let heat = HeatReport::of(case, &setup, insertions.kinds());
     let particles = match case.inserts.is_empty() {
         true => None,
-        false => Some(ParticleReport::of(case, (&setup, &insertions), step, (placed, ranks))?),
+        false => {
+            let of = ParticleReport::of(case, (&setup, &insertions), step, (placed, ranks), transport);
+            Some(all(transport, of)?)
+        }
     };
     let (lower, upper) = (decomposition.lower(), decomposition.upper());
     Ok(Report {
@@ -91,6 +103,11 @@ fn examine(case: &Case, ranks: usize) -> Result<Report, String> {
         cost,
         warnings,
     })
+}
+
+/// The outcome for all ranks.
+fn all<T>(transport: &impl Transport, outcome: Result<T, String>) -> Result<T, RunError> {
+    agreed(transport, outcome.map_err(RunError::case))
 }
 
 /// The first of the subdomains that the ranks get.
@@ -107,27 +124,29 @@ fn decomposition(case: &Case, setup: &DemSetup, ranks: usize) -> Result<Decompos
     Ok(decomposition)
 }
 
-/// Inserts what a run would insert at its first step; returns how many, how many bonds they have, and the walls as they are then.
+/// Inserts what a run would insert at its first step; returns how many, how many bonds they have, and the walls as they are then;
+/// collective.
 fn trial(
     case: &Case,
     catalogue: Catalogue,
     mut insertions: Insertions,
-) -> Result<([u64; 2], WallTriangles), String> {
-    let mut setup = system::build(case, 1, catalogue, insertions.kinds())?.setup;
-    setup.ranks = [1; 3];
-    let mut dem = system::dem(case, setup, 0)?;
+    transport: &impl Transport,
+) -> Result<([u64; 2], WallTriangles), RunError> {
+    // Those that examine the case are seldom as many as will run it.
+    let mut undivided = case.clone();
+    undivided.domain.ranks = None;
+    let system = all(transport, system::build(&undivided, transport.size(), catalogue, insertions.kinds()))?;
+    let mut dem = all(transport, system::dem(case, system.setup, transport.rank()))?;
     dem.prescribe(insertions.prescribed_motions(case));
-    insertions.insert_due(case, &mut dem, &SerialTransport)?;
-    dem.refresh(&SerialTransport).map_err(|failure| match failure {
-        Failure::Here { error, .. } => error.to_string(),
-        Failure::Elsewhere => String::new(),
+    insertions.insert_due(case, &mut dem, transport).map_err(RunError::case)?;
+    dem.refresh(transport).map_err(|failure| match failure {
+        Failure::Here { error, .. } => RunError::case(error.to_string()),
+        Failure::Elsewhere => RunError::case(""),
     })?;
-    match insertions.starting_overlap(case, &dem) {
-        Some(message) => Err(message),
-        None => {
-            let [bonds, _] = dem.check_bonds(&SerialTransport).map_err(|e| e.to_string())?;
-            let walls = triangles_of(&dem, &dem.worn_volumes(&SerialTransport));
-            Ok(([dem.particles.owned as u64, bonds], walls))
-        }
-    }
+    all(transport, insertions.starting_overlap(case, &dem).map_or(Ok(()), Err))?;
+    let [bonds, _] = all(transport, dem.check_bonds(transport).map_err(|e| e.to_string()))?;
+    let walls = triangles_of(&dem, &dem.worn_volumes(transport));
+    let mut placed = [dem.particles.owned as u64];
+    transport.sum_counts(&mut placed);
+    Ok(([placed[0], bonds], walls))
 }

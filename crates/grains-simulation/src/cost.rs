@@ -7,6 +7,7 @@ use crate::insertion::Insertions;
 use crate::wall_triangles::{WallTriangles, wall_fields};
 use grains_case::{Case, Precision};
 use grains_dem::Catalogue;
+use grains_domain::Transport;
 use grains_geometry::Shape;
 use grains_output::{FieldSpec, Kind};
 
@@ -41,13 +42,14 @@ pub struct Cost {
 
 impl Cost {
     /// That of a case with all its particles on a number of ranks, with the walls as they are drawn and the bonds there are at the
-    /// beginning.
+    /// beginning; collective.
     pub fn of(
         case: &Case,
         catalogue: &Catalogue,
         insertions: &Insertions,
         (walls, bonds): (&WallTriangles, u64),
         ranks: usize,
+        transport: &impl Transport,
     ) -> Self {
         let out = &case.output;
         let particles = insertions.total() as f64;
@@ -56,7 +58,10 @@ impl Cost {
         let checkpoints = times(case, out.checkpoint).max(1.0).min(out.keep_checkpoints as f64);
         let real = bytes_per_real(case);
         let surfaces = match out.surfaces > 0.0 {
-            true => insertions.sum(case, catalogue, |kind, _| surface_bytes(catalogue.shape(kind), real)),
+            true => {
+                let bytes = |kind: grains_dem::Kind, _: f64| surface_bytes(catalogue.shape(kind), real);
+                insertions.sum(case, catalogue, bytes, transport)
+            }
             false => 0.0,
         };
         let of_walls = match case.walls.is_empty() {
@@ -81,7 +86,7 @@ impl Cost {
             + particles * MEMORY[other]
             + at_once
             + fluid::check::bytes_in_memory(case, ranks)
-            + fluid::check::bytes_at_surfaces(case, catalogue, insertions);
+            + fluid::check::bytes_at_surfaces(case, catalogue, insertions, transport);
         Self { memory, snapshots, checkpoints, disk }.with_bonds(bonds)
     }
 

@@ -8,6 +8,7 @@ use crate::timestep::TimeStepChoice;
 use crate::wall_triangles::WallTriangles;
 use grains_case::Case;
 use grains_dem::Dem;
+use grains_domain::Transport;
 
 /// What a whole case is expected to take.
 #[derive(Clone, Debug)]
@@ -27,14 +28,15 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// That of a system before its first step, without bonds.
+    /// That of a system before its first step, without bonds; collective.
     pub(crate) fn of(
         case: &Case,
         (dem, insertions): (&Dem, &Insertions),
         step: &TimeStepChoice,
         walls: &WallTriangles,
-        ranks: usize,
+        transport: &impl Transport,
     ) -> Self {
+        let ranks = transport.size();
         let catalogue = &dem.setup.catalogue;
         let steps = case.time.end / step.dt;
         let moves = !case.inserts.is_empty() && !case.holds_particles();
@@ -46,7 +48,7 @@ impl Prediction {
             time_step_reason: step.reason.to_string(),
             steps,
             max_overlap: (moves && !case.collisions.is_hard()).then(|| max_overlap(step)),
-            cost: Cost::of(case, catalogue, insertions, (walls, 0), ranks),
+            cost: Cost::of(case, catalogue, insertions, (walls, 0), ranks, transport),
             seconds: seconds.map(|seconds| seconds / ranks as f64),
         }
     }

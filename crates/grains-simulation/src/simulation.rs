@@ -131,7 +131,7 @@ impl Simulation {
             log::info!("time step {:e} s: {}; {}", step.dt, step.resolution(case), step.reason);
         }
         let walls = triangles_of(&dem, &dem.worn_volumes(&transport));
-        let prediction = Prediction::of(case, (&dem, &insertions), &step, &walls, transport.size());
+        let prediction = Prediction::of(case, (&dem, &insertions), &step, &walls, &transport);
         let Options { restart, writes_files, program, petsc } = options;
         let mut fluid = FluidPhase::new(case, &petsc, &mut dem, insertions.kinds(), &transport)?;
         let open = |path: &PathBuf| restart::open(case, &transport, path);

@@ -9,6 +9,7 @@ use crate::timestep::{Encounter, TimeStepChoice, recommended_without_fines};
 use grains_case::{Case, Face, Insert};
 use grains_contact::Sharing;
 use grains_dem::{Catalogue, CollisionModel, DemSetup, FaceContact, Motion, Surface, Wall};
+use grains_domain::Transport;
 use grains_geometry::{DecompositionReport, MassReport, MassSource, Shape};
 
 /// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
@@ -88,6 +89,7 @@ impl ParticleReport {
         (setup, insertions): (&DemSetup, &Insertions),
         step: TimeStepChoice,
         ([placed, placed_bonds], ranks): ([u64; 2], usize),
+        transport: &impl Transport,
     ) -> Result<Self, String> {
         let catalogue = &setup.catalogue;
         let is_mixed = !catalogue.all_spheres();
@@ -102,7 +104,7 @@ impl ParticleReport {
             count: insertions.total(),
             placed,
             placed_bonds,
-            mass: insertions.mass(case, catalogue),
+            mass: insertions.mass(case, catalogue, transport),
             shapes: catalogue.shapes.iter().map(ShapeReport::of).collect::<Result<_, _>>()?,
             sizes: SizeReport::of_all(case, catalogue, insertions),
             faces: is_mixed.then_some(catalogue.faces),

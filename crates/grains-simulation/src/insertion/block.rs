@@ -4,7 +4,7 @@ use super::draws::{choose, orientation, purpose};
 use super::kinds::{KindRange, of_component, of_rows};
 use super::lattice::Sites;
 use super::rows::{Extremes, FileRows, component_kind};
-use super::window::{bounds, place_in_window};
+use super::window::{Round, Turns, bounds};
 use crate::error::RunError;
 use crate::heat;
 use crate::random::Draw;
@@ -146,16 +146,30 @@ impl Block {
         Some(PrescribedMotion { name: self.insert.name.clone(), ids, motion, about_centres })
     }
 
-    /// Sum of something over the kind and scale of all its particles; of more than a million it is that of the first million,
-    /// scaled up. For a single rank, and before any is inserted.
-    pub fn sum(&self, case: &Case, seed: u64, catalogue: &Catalogue, of: impl Fn(Kind, f64) -> f64) -> f64 {
+    /// Sum of something over the kind and scale of all its particles, before any is inserted: this rank's share of it. Of more than a
+    /// million that are not in a file it is that of the first million, scaled up.
+    pub fn sum(
+        &self,
+        case: &Case,
+        seed: u64,
+        catalogue: &Catalogue,
+        of: impl Fn(Kind, f64) -> f64,
+        rank: usize,
+    ) -> f64 {
         const SAMPLE: u64 = 1_000_000;
-        let sample = if self.is_listed() { self.count } else { self.count.min(SAMPLE) };
-        let of_sample: f64 = (self.first_id..self.first_id + sample)
-            .map(|id| self.kind_and_scale(id, case, seed, catalogue))
+        let (numbers, weight) = match &self.rows {
+            Some(rows) => (rows.own().start.min(self.count)..rows.own().end.min(self.count), 1.0),
+            None if rank == 0 => {
+                let sample = self.count.min(SAMPLE);
+                (0..sample, self.count as f64 / sample.max(1) as f64)
+            }
+            None => (0..0, 0.0),
+        };
+        let of_numbers: f64 = numbers
+            .map(|number| self.kind_and_scale(self.first_id + number, case, seed, catalogue))
             .map(|(kind, scale)| of(kind, scale))
             .sum();
-        of_sample * (self.count as f64 / sample.max(1) as f64)
+        of_numbers * weight
     }
 
     /// The largest numbers of its file, if it has one.
@@ -236,7 +250,7 @@ impl Block {
         Ok(self.done > begun_at)
     }
 
-    /// Inserts particles one by one where a window has room; returns how many are done.
+    /// Inserts particles where a window has room; returns how many are done.
     fn insert_through_window(
         &self,
         until: u64,
@@ -255,27 +269,31 @@ impl Block {
         let coming = done..if dem.setup.largest_radius > 0.0 { done } else { until };
         let radius = |k: u64| self.particle(self.first_id + k, case, seed, dem).radius(&dem.setup.catalogue);
         let largest = coming.map(radius).fold(dem.setup.largest_radius, f64::max);
-        let mut occupancy = Occupancy::near(dem, [&lower, &upper], largest);
+        let mut there = Occupancy::near(dem, [&lower, &upper], largest);
+        let mut turns = Turns::new(window, attempts, seed);
         while done < until {
-            let new = self.particle(self.first_id + done, case, seed, dem);
-            match place_in_window(new, window, attempts, seed, &occupancy, dem, transport) {
-                Some(placed) => {
-                    // The owner alone keeps its place: the occupancy test is collective.
-                    if dem.owns(&placed.position) {
-                        dem.insert(&placed.record(dem));
-                        occupancy.add(placed, &dem.setup.catalogue);
-                    }
-                    done += 1;
+            let takers = done..until.min(done + turns.takers() as u64);
+            let takers = takers.map(|k| self.particle(self.first_id + k, case, seed, dem)).collect();
+            let Round { placed, is_full } = turns.take(takers, &there, dem, transport);
+            done += placed.len() as u64;
+            for new in placed {
+                if dem.owns(&new.position) {
+                    there.add(new, &dem.setup.catalogue);
+                    dem.insert(&new.record(dem));
                 }
-                // During the run the rest waits for room; at the first batch there is nothing to wait for.
-                None if retry.is_some() || dem.step > 0 || self.insert.interval > 0.0 => break,
-                None => {
+            }
+            // During the run the rest waits for room; at the first batch there is nothing to wait for.
+            let may_wait = retry.is_some() || dem.step > 0 || self.insert.interval > 0.0;
+            match is_full {
+                true if may_wait => break,
+                true => {
                     return Err(format!(
                         "no room for particle {} of {} after {attempts} attempts; enlarge the window, insert fewer, or give place.retry (s) to wait for room",
                         done + 1,
                         self.count
                     ));
                 }
+                false => {}
             }
         }
         Ok(done)
@@ -359,7 +377,7 @@ impl Block {
     }
 
     /// The particle of an id; in a window its position is still to be found.
-    fn particle(&self, id: u64, case: &Case, seed: u64, dem: &Dem) -> NewParticle {
+    pub fn particle(&self, id: u64, case: &Case, seed: u64, dem: &Dem) -> NewParticle {
         let catalogue = &dem.setup.catalogue;
         let insert = &self.insert;
         let (kind, scale) = self.kind_and_scale(id, case, seed, catalogue);

@@ -86,14 +86,23 @@ impl Insertions {
         self.blocks.get(insert).map_or(0, |block| block.count)
     }
 
-    /// Mass of all particles (kg), those still to come included; for a single rank, and before any is inserted.
-    pub fn mass(&self, case: &Case, catalogue: &Catalogue) -> f64 {
-        self.sum(case, catalogue, |kind, scale| catalogue.mass(kind, scale))
+    /// Mass of all particles (kg), those still to come included, before any is inserted; collective.
+    pub fn mass(&self, case: &Case, catalogue: &Catalogue, transport: &impl Transport) -> f64 {
+        self.sum(case, catalogue, |kind, scale| catalogue.mass(kind, scale), transport)
     }
 
     /// Sum of something over the kind and scale of all particles; as for [`Self::mass`].
-    pub fn sum(&self, case: &Case, catalogue: &Catalogue, of: impl Fn(Kind, f64) -> f64) -> f64 {
-        self.blocks.iter().map(|block| block.sum(case, self.seed, catalogue, &of)).sum()
+    pub fn sum(
+        &self,
+        case: &Case,
+        catalogue: &Catalogue,
+        of: impl Fn(Kind, f64) -> f64,
+        transport: &impl Transport,
+    ) -> f64 {
+        let share = |block: &Block| block.sum(case, self.seed, catalogue, &of, transport.rank());
+        let mut sum = [self.blocks.iter().map(share).sum()];
+        transport.sum(&mut sum);
+        sum[0]
     }
 
     /// Whether particles of a kind and of scales (-) are among those that can be inserted, but for rounding.

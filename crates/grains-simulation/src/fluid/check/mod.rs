@@ -14,6 +14,7 @@ use crate::insertion::Insertions;
 use crate::timestep;
 use grains_case::{Case, Coupling, Fluid, FluidField, PressureMethod, TimeStep};
 use grains_dem::{Catalogue, Kind};
+use grains_domain::Transport;
 pub use kinds::{ParticlesInFluid, SettlingMotion};
 use kinds::{SETTLED, kinds};
 pub use resolved::{LubricationRange, ResolvedReport, TooCoarse};
@@ -129,7 +130,7 @@ pub struct PressureDrop {
     pub section: f64,
 }
 
-/// The fluid of a case and the particles to be inserted; none without a fluid.
+/// The fluid of a case and the particles to be inserted; none without a fluid; collective.
 ///
 /// # Errors
 /// Shapes without a surface, or a time step that cannot be used.
@@ -137,6 +138,7 @@ pub fn report(
     case: &Case,
     catalogue: &Catalogue,
     insertions: &Insertions,
+    transport: &impl Transport,
 ) -> Result<Option<FluidReport>, String> {
     let Some(fluid) = &case.fluid else { return Ok(None) };
     let has_particles = !case.inserts.is_empty();
@@ -149,11 +151,12 @@ pub fn report(
         }
         _ => limited_step(case, fluid, coupling.map_or(1.0, |_| SETTLED)),
     };
-    let coupling = coupling.map(|given| coupled(case, catalogue, (fluid, given), insertions, &step));
+    let coupling =
+        coupling.map(|given| coupled(case, catalogue, (fluid, given), insertions, &step, transport));
     Ok(Some(FluidReport {
         cells: fluid.cells,
         widths: [0, 1, 2].map(|a| fluid.cell_widths(&case.domain, a)),
-        memory: bytes_in_memory(case, 1) + bytes_at_surfaces(case, catalogue, insertions),
+        memory: bytes_in_memory(case, 1) + bytes_at_surfaces(case, catalogue, insertions, transport),
         step,
         coupling: coupling.transpose()?,
         resolved: resolved.map(|given| resolved::report(case, catalogue, fluid, given, insertions.kinds())),
@@ -172,6 +175,7 @@ fn coupled(
     (fluid, coupling): (&Fluid, &Coupling),
     insertions: &Insertions,
     step: &FluidStep,
+    transport: &impl Transport,
 ) -> Result<CouplingReport, String> {
     let kinds = kinds(case, catalogue, fluid, coupling.drag, insertions.kinds())?;
     let longest = step.longest();
@@ -184,7 +188,7 @@ fn coupled(
     };
     Ok(CouplingReport {
         void_fraction: SETTLED,
-        pressure_drop: pressure_drop(case, catalogue, fluid, insertions)?,
+        pressure_drop: pressure_drop(case, catalogue, fluid, insertions, transport)?,
         step,
         particle_steps,
         shortest_relaxation: kinds.iter().map(|k| k.shortest_relaxation()).fold(f64::INFINITY, f64::min),
@@ -281,8 +285,13 @@ pub fn bytes_in_memory(case: &Case, ranks: usize) -> f64 {
         + of_scalars
 }
 
-/// What scalars take about particles that the grid resolves (bytes): on their surfaces and in them.
-pub fn bytes_at_surfaces(case: &Case, catalogue: &Catalogue, insertions: &Insertions) -> f64 {
+/// What scalars take about particles that the grid resolves (bytes): on their surfaces and in them; collective.
+pub fn bytes_at_surfaces(
+    case: &Case,
+    catalogue: &Catalogue,
+    insertions: &Insertions,
+    transport: &impl Transport,
+) -> f64 {
     let Some(fluid) = case.fluid.as_ref().filter(|fluid| fluid.resolved.is_some()) else { return 0.0 };
     if fluid.scalar.is_empty() {
         return 0.0;
@@ -291,7 +300,7 @@ pub fn bytes_at_surfaces(case: &Case, catalogue: &Catalogue, insertions: &Insert
     let extents = case.domain.extents();
     let cell = extents.iter().product::<f64>() / cells;
     let area = |kind: Kind, scale: f64| catalogue.shape(kind).area() * scale * scale;
-    let squares = insertions.sum(case, catalogue, area) / libm::pow(cell, 2.0 / 3.0);
+    let squares = insertions.sum(case, catalogue, area, transport) / libm::pow(cell, 2.0 / 3.0);
     let [of_cell, of_square] = BYTES_AT_SURFACES;
     fluid.scalar.len() as f64 * (of_cell * cells + of_square * squares)
 }
@@ -314,13 +323,14 @@ fn pressure_drop(
     catalogue: &Catalogue,
     fluid: &Fluid,
     insertions: &Insertions,
+    transport: &impl Transport,
 ) -> Result<Option<PressureDrop>, String> {
     let axes: Vec<usize> = (0..3).filter(|a| case.gravity[*a] != 0.0).collect();
     let &[axis] = &axes[..] else { return Ok(None) };
     // The mass of particles of the difference in density is what the fluid does not carry by itself.
     let mut buoyant = catalogue.clone();
     buoyant.densities.iter_mut().for_each(|density| *density -= fluid.density);
-    let weight = insertions.mass(case, &buoyant) * case.gravity[axis].abs();
+    let weight = insertions.mass(case, &buoyant, transport) * case.gravity[axis].abs();
     let grid = setup::grid(case, fluid)?;
     let section = PlacedWalls::at_beginning(&FluidWalls::new(case)?, &grid).open_section(axis, &grid);
     Ok(Some(PressureDrop { pressure: weight / section, weight, section }))

@@ -54,7 +54,7 @@ fn found(text: &str) -> FluidReport {
     let case = Case::parse(text, "bed.toml", Path::new("")).unwrap();
     let catalogue = catalogue(&case).unwrap();
     let insertions = Insertions::read(&case, &catalogue, &SerialTransport).unwrap();
-    report(&case, &catalogue, &insertions).unwrap().unwrap()
+    report(&case, &catalogue, &insertions, &SerialTransport).unwrap().unwrap()
 }
 
 fn assert_close(found: f64, wanted: f64) {
