@@ -105,6 +105,20 @@ impl Persistent {
         self.running = number;
     }
 
+    /// Lets messages go on: MPI carries long ones on only while it is called.
+    pub(crate) fn advance(&mut self) {
+        let mut is_done = 0;
+        // SAFETY: as for `finish`, which may follow whether or not this completes the requests.
+        unsafe {
+            ffi::MPI_Testall(
+                count(self.running),
+                self.requests.as_mut_ptr(),
+                &mut is_done,
+                ffi::RSMPI_STATUSES_IGNORE,
+            );
+        }
+    }
+
     pub(crate) fn finish(&mut self) {
         // SAFETY: the requests are active; persistent ones stay valid.
         unsafe {

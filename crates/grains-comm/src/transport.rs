@@ -130,6 +130,12 @@ impl Transport for MpiTransport {
         }
     }
 
+    fn advance(&self, channel: &mut Channel) {
+        if let Some(persistent) = prepared_in(channel) {
+            persistent.advance();
+        }
+    }
+
     fn finish(&self, channel: &mut Channel) {
         if let Some(persistent) = prepared_in(channel) {
             persistent.finish();

@@ -97,6 +97,8 @@ pub trait Transport {
     fn start_heads(&self, channel: &mut Channel, _length: usize) {
         self.start(channel);
     }
+    /// Lets the messages of a channel that are on their way go on, without waiting for them.
+    fn advance(&self, _: &mut Channel) {}
     /// Waits until the messages of a channel have arrived.
     fn finish(&self, channel: &mut Channel) {
         let ChannelParts { peers, sent, received, .. } = channel.parts();

@@ -84,7 +84,7 @@ pub struct Summary {
     pub deep_penetrations: u64,
     /// Largest overlap over the inscribed radius (-).
     pub worst_overlap: f64,
-    /// Hard collisions, those of bodies at rest on each other among them, and rounds in which they were worked off.
+    /// Hard collisions, those of bodies at rest on each other among them, and max. rounds in which a rank worked them off.
     pub collisions: [u64; 3],
     /// Insertions that are not complete, and how many particles each lacks.
     pub missing: Vec<(String, u64)>,
@@ -127,8 +127,10 @@ impl Summary {
         ];
         transport.sum_counts(&mut counts);
         let [inside, work, inserted, left, deep_penetrations, collisions, resting, particle_steps] = counts;
-        let [particles, own_work, rebuilds] = [own[0], own[1], report.rebuilds].map(|n| n as f64);
-        let mut extremes = [particles, -particles, report.worst_overlap, own_work, rebuilds, -rebuilds];
+        let [particles, own_work, rebuilds, rounds] =
+            [own[0], own[1], report.rebuilds, report.rounds].map(|n| n as f64);
+        let mut extremes =
+            [particles, -particles, report.worst_overlap, own_work, rebuilds, -rebuilds, rounds];
         transport.max(&mut extremes);
         let ranks = transport.size();
         Self {
@@ -147,7 +149,7 @@ impl Summary {
             rebuilds: [-extremes[5] as u64, extremes[4] as u64],
             deep_penetrations,
             worst_overlap: extremes[2],
-            collisions: [collisions, resting, report.rounds],
+            collisions: [collisions, resting, extremes[6] as u64],
             missing: done.insertions.missing().map(|(name, n)| (name.to_string(), n)).collect(),
             fluid: done.fluid.map(FluidSummary::of),
         }

@@ -5,6 +5,7 @@ use super::state::Dem;
 use crate::bonds::{self, BondPass};
 use crate::clock::Phase;
 use crate::contacts::{ContactPass, PassStatistics, add_sphere_forces};
+use crate::exchange::Exchange;
 use crate::hard::{CollisionModel, ContactSolver, HardModel};
 use crate::lubrication;
 use crate::non_spherical;
@@ -13,6 +14,9 @@ use crate::verlet::{Inner, VerletLists};
 use crate::walls::{self, WallLoad, WallScene, WallSums};
 use grains_contact::Lubrication;
 use grains_domain::Transport;
+
+/// Pairs of spheres between two moments in which messages may go on: some 0.1 ms of work, in whole blocks of lanes.
+const PAIRS_BETWEEN: usize = 4096;
 
 /// Whom contacts are with.
 #[derive(Clone, Copy)]
@@ -35,13 +39,14 @@ impl Dem {
         let mut statistics = PassStatistics::new(self.setup.overlap_limit);
         self.touching.clear();
         self.begin_virial();
-        self.add_pair_forces(With::Owned, &mut statistics);
+        self.add_pair_forces(With::Owned, &mut statistics, transport);
         self.add_bond_forces(With::Owned);
+        self.exchange.advance_update(transport);
         self.clock.charge(Phase::Contacts);
         self.add_wall_forces(&mut statistics);
         self.clock.charge(Phase::Walls);
         self.finish_update(transport);
-        self.add_pair_forces(With::Clones, &mut statistics);
+        self.add_pair_forces(With::Clones, &mut statistics, transport);
         self.add_bond_forces(With::Clones);
         self.clock.charge(Phase::Contacts);
         self.add_lubrication(&mut statistics);
@@ -68,7 +73,7 @@ impl Dem {
     /// The parts of the system that a pass over the contacts works on.
     fn contact_pass<'a>(&'a mut self, statistics: &'a mut PassStatistics) -> PassParts<'a> {
         let time = self.time();
-        let Self { particles, neighbours, setup, quanta, states, wall_loads, sliding, .. } = self;
+        let Self { particles, neighbours, exchange, setup, quanta, states, wall_loads, sliding, .. } = self;
         let liquid = &mut self.liquid_ledger;
         let is_due = setup.thermal.as_ref().is_some_and(|thermal| self.step.is_multiple_of(thermal.every));
         let touching = is_due.then_some(&mut self.touching);
@@ -76,6 +81,7 @@ impl Dem {
         PassParts {
             particles,
             neighbours,
+            exchange,
             wall_sums: WallSums { loads: wall_loads, sliding },
             scene: setup.wall_scene(states, time),
             lubrication: setup.lubrication.as_ref(),
@@ -84,8 +90,8 @@ impl Dem {
     }
 
     /// Adds the loads of the contacts of owned particles with each other, or with clones.
-    fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics) {
-        let PassParts { particles, neighbours, mut pass, .. } = self.contact_pass(statistics);
+    fn add_pair_forces(&mut self, with: With, statistics: &mut PassStatistics, transport: &impl Transport) {
+        let PassParts { particles, neighbours, exchange, mut pass, .. } = self.contact_pass(statistics);
         let Inner { spheres, part_pairs, .. } = neighbours.inner;
         let VerletLists { spheres: pairs, sphere_laws: laws, .. } = neighbours;
         let (pairs, others) = pairs.split_at_mut(spheres);
@@ -95,7 +101,12 @@ impl Dem {
             With::Owned => ((pairs, laws), 0..part_pairs),
             With::Clones => ((others, laws_of_others), part_pairs..neighbours.part_pairs.pairs.len()),
         };
-        add_sphere_forces(particles, spheres, &mut pass);
+        let (pairs, laws) = spheres;
+        let mut laws = laws.chunks_mut(PAIRS_BETWEEN);
+        for pairs in pairs.chunks_mut(PAIRS_BETWEEN) {
+            add_sphere_forces(particles, (pairs, laws.next().unwrap_or_default()), &mut pass);
+            exchange.advance_update(transport);
+        }
         non_spherical::add_forces(particles, (&mut neighbours.part_pairs, range), &mut pass);
     }
 
@@ -128,7 +139,7 @@ impl Dem {
     /// Adds the lubrication forces of spheres with each other and with walls.
     fn add_lubrication(&mut self, statistics: &mut PassStatistics) {
         let parts = self.contact_pass(statistics);
-        let PassParts { particles, neighbours, wall_sums, scene, lubrication, pass } = parts;
+        let PassParts { particles, neighbours, wall_sums, scene, lubrication, pass, .. } = parts;
         let Some(law) = lubrication else { return };
         lubrication::add_between_spheres(particles, &neighbours.spheres, law, &pass.quanta, pass.dt);
         lubrication::add_at_walls(particles, &neighbours.walls, &scene, law, wall_sums.loads, pass);
@@ -166,6 +177,7 @@ impl Dem {
 struct PassParts<'a> {
     particles: &'a mut Particles,
     neighbours: &'a mut VerletLists,
+    exchange: &'a mut Exchange,
     wall_sums: WallSums<'a>,
     scene: WallScene<'a>,
     lubrication: Option<&'a Lubrication>,

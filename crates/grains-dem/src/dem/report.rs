@@ -40,7 +40,7 @@ pub struct StepReport {
     pub collisions: u64,
     /// Those of them whose restitution was taken as 0: the bodies rest on each other.
     pub resting_collisions: u64,
-    /// Rounds since the start in which hard collisions were worked off, the same on all ranks.
+    /// Rounds since the start in which hard collisions were worked off, each with an exchange with some neighbours.
     pub rounds: u64,
 }
 

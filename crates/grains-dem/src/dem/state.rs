@@ -170,7 +170,7 @@ impl Dem {
             stale: true,
             has_broken: false,
             steps_since_build: 0,
-            work: WorkProfile::default(),
+            work: WorkProfile::new(decomposition.ranks),
             next_balance: 0,
             wall_steps: u64::MAX,
             images: setup.sliding_images(),

@@ -295,6 +295,11 @@ impl Exchange {
         }
     }
 
+    /// Lets the updates of clones that are under way go on, without waiting for them.
+    pub(crate) fn advance_update(&mut self, transport: &impl Transport) {
+        self.updates.advance(transport);
+    }
+
     /// Brings the clones of other ranks' particles up to date; returns whether that had been begun.
     pub(crate) fn finish_update(&mut self, particles: &mut Particles, transport: &impl Transport) -> bool {
         self.updates.finish(&self.links, particles, transport)
@@ -305,44 +310,86 @@ impl Exchange {
         &self.updates.notices
     }
 
-    /// Tells clones what changed of their owners within a step.
-    ///
-    /// `write` appends `numbers` numbers about an owned particle, or returns false if there is nothing to
-    /// tell; `read` takes them for a clone of it.
-    pub(crate) fn forward_to_clones<State>(
+    /// The ranks that own the clones here, or have clones from here.
+    pub(crate) fn peers(&self) -> &[usize] {
+        &self.peers
+    }
+
+    /// Number of the peer that owns the particle of a clone; none of the clones of own particles.
+    pub(crate) fn peer_of_clone(&self, clone: usize) -> Option<usize> {
+        self.updates.filled.iter().position(|filled| filled.contains(&clone))
+    }
+
+    /// Tells every peer some numbers, and hears those it tells; peers by their number.
+    pub(crate) fn tell_peers(
+        &mut self,
+        write: impl Fn(usize, &mut Vec<f64>),
+        mut read: impl FnMut(usize, &[f64]),
+        transport: &impl Transport,
+    ) {
+        if self.peers.is_empty() {
+            return;
+        }
+        for (peer, message) in self.sent.iter_mut().enumerate() {
+            message.clear();
+            write(peer, message);
+        }
+        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
+        self.received.iter().enumerate().for_each(|(peer, message)| read(peer, message));
+    }
+
+    /// Tells clones what changed of their owners within a step: own ones, and those of the peers that are told and tell.
+    pub(crate) fn forward_to_clones<State: Forwarded>(
         &mut self,
         state: &mut State,
-        numbers: usize,
-        write: impl Fn(&State, usize, &mut Vec<f64>) -> bool,
-        read: impl Fn(&mut State, usize, &[f64]),
         transport: &impl Transport,
     ) {
         for &(index, first) in &self.own_clones {
             for (&i, clone) in self.links[index].sent.iter().zip(first..) {
                 self.update.clear();
-                if write(state, i as usize, &mut self.update) {
-                    read(state, clone, &self.update);
+                if state.write(i as usize, &mut self.update) {
+                    state.read(clone, &self.update);
                 }
             }
         }
-        if self.peers.is_empty() {
+        // The messages of those that take part are the first ones, in their order.
+        let Self { told, told_ranks, peers, links, sent, received, updates, .. } = self;
+        told.clear();
+        told.extend((0..peers.len()).filter(|&k| state.is_told(k)));
+        if told.is_empty() {
             return;
         }
-        for (&peer, message) in self.peers.iter().zip(&mut self.sent) {
+        told_ranks.clear();
+        told_ranks.extend(told.iter().map(|&k| peers[k]));
+        let count = told.len();
+        for (message, &rank) in sent.iter_mut().zip(&*told_ranks) {
             message.clear();
-            let sent = self.links.iter().filter(|l| l.rank == peer).flat_map(|l| &l.sent);
-            for (slot, &i) in sent.enumerate() {
+            let cloned = links.iter().filter(|l| l.rank == rank).flat_map(|l| &l.sent);
+            for (slot, &i) in cloned.enumerate() {
                 message.push(slot as f64);
-                if !write(state, i as usize, message) {
+                if !state.write(i as usize, message) {
                     message.pop();
                 }
             }
         }
-        transport.exchange_unsized(&self.peers, &self.sent, &mut self.received);
-        for (message, filled) in self.received.iter().zip(&self.updates.filled) {
-            for record in message.chunks_exact(1 + numbers) {
-                read(state, filled.start + record[0] as usize, &record[1..]);
+        transport.exchange_unsized(told_ranks, &sent[..count], &mut received[..count]);
+        for (message, &k) in received.iter().zip(&*told) {
+            let first = updates.filled[k].start;
+            for record in message.chunks_exact(1 + State::NUMBERS) {
+                state.read(first + record[0] as usize, &record[1..]);
             }
         }
     }
+}
+
+/// What clones are told of their owners within a step.
+pub(crate) trait Forwarded {
+    /// Numbers about a particle.
+    const NUMBERS: usize;
+    /// Whether a peer, by its number, takes part; both sides know.
+    fn is_told(&self, peer: usize) -> bool;
+    /// Appends the numbers of an owned particle, or returns false if there is nothing to tell.
+    fn write(&self, i: usize, message: &mut Vec<f64>) -> bool;
+    /// Takes the numbers for a clone.
+    fn read(&mut self, clone: usize, numbers: &[f64]);
 }

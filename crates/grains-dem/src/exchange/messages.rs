@@ -27,6 +27,9 @@ pub(crate) struct Exchange {
     pub(super) own_clones: Vec<(usize, usize)>,
     /// What one clone of this rank's own particles is told.
     pub(super) update: Vec<f64>,
+    /// Numbers of the peers that take part in what is told within a step, and their ranks.
+    pub(super) told: Vec<usize>,
+    pub(super) told_ranks: Vec<usize>,
 }
 
 impl Exchange {
@@ -64,6 +67,8 @@ impl Exchange {
             received: buffers,
             own_clones: Vec::new(),
             update: Vec::new(),
+            told: Vec::new(),
+            told_ranks: Vec::new(),
         }
     }
 

@@ -13,7 +13,7 @@ mod migration;
 mod notice;
 mod updates;
 
-pub(crate) use clones::KeptClones;
+pub(crate) use clones::{Forwarded, KeptClones};
 pub(crate) use messages::Exchange;
 pub(crate) use notice::Notice;
 pub use updates::{ExchangeStrategy, Traffic};

@@ -165,6 +165,13 @@ impl Updates {
         }
     }
 
+    /// Lets the updates that are under way go on.
+    pub(crate) fn advance(&mut self, transport: &impl Transport) {
+        if self.is_pending && self.strategy == ExchangeStrategy::Persistent {
+            transport.advance(&mut self.channel);
+        }
+    }
+
     /// Waits for the updates of all clones from other ranks, and applies them; returns whether there were any under way.
     pub(crate) fn finish(
         &mut self,

@@ -26,6 +26,11 @@ impl Key {
         Self(chain(0x243f_6a88_85a3_08d3), chain(0x1319_8a2e_0370_7344))
     }
 
+    /// 53 bits of it.
+    pub(crate) fn bits(self) -> u64 {
+        self.0
+    }
+
     /// The key as numbers of a message.
     pub(crate) fn numbers(self) -> [f64; 2] {
         [self.0 as f64, self.1 as f64]

@@ -1,4 +1,9 @@
 //! Works off the contacts of a step in rounds, in the same order on any ranks.
+//!
+//! A contact between a particle and a clone is due in a round if its key was the lowest of both when the round began, as their owners
+//! then said: both ranks see that alike, and work it out alike. Between contacts of its own particles and walls a rank waits for nobody:
+//! it goes on with them until what is left waits for a contact with a clone. Two ranks exchange as long as there are contacts between
+//! them, which both know; nobody else takes part.
 
 use super::contacts::{Counterpart, HardContact, collect};
 use super::key::Key;
@@ -7,7 +12,7 @@ use super::solver::{ContactSolver, Outcome};
 use crate::catalogue::Catalogue;
 use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Forwarded};
 use crate::particles::Particles;
 use crate::verlet::VerletLists;
 use crate::walls::WallScene;
@@ -20,6 +25,10 @@ pub(crate) struct Collisions {
     contacts: Vec<HardContact>,
     /// Contacts still to be worked off in this sweep.
     pending: Vec<u32>,
+    /// How many of them are with clones from each peer.
+    shared: Vec<u32>,
+    /// The keys of these together, bit by bit.
+    keys: Vec<u64>,
     /// Lowest key among the pending contacts of each particle, clones included.
     lowest: Vec<Key>,
     /// Relocation of each particle (m), on the position quanta, clones included.
@@ -35,20 +44,18 @@ pub(crate) struct Counts {
     pub(crate) collisions: u64,
     /// Those of bodies at rest on each other.
     pub(crate) resting: u64,
-    /// Rounds, the same on all ranks.
+    /// Rounds, each with an exchange with those ranks that share contacts still to be worked off.
     pub(crate) rounds: u64,
 }
 
 /// What the ranks agree on: the highest wins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Level {
-    /// Nothing is pending.
-    Done,
-    /// What is pending waits for contacts of other ranks.
-    Waiting,
-    /// There is more to do.
+    /// There are no contacts.
+    Idle,
+    /// There are.
     Working,
-    /// Some contact was not found.
+    /// Some contact was not found, or by one of two ranks only.
     Failed,
 }
 
@@ -80,10 +87,14 @@ impl Collisions {
         self.has_changed.clear();
         self.has_changed.resize(owned, false);
         let mut counts = Counts::default();
+        if let Some(unmet) = self.unmet(owned, exchange, transport) {
+            let error = || unmet_by_other_rank(&self.contacts[unmet], solver.particles);
+            statistics.error.get_or_insert_with(error);
+        }
         let level = match (&statistics.error, self.contacts.is_empty()) {
             (Some(_), _) => Level::Failed,
             (None, false) => Level::Working,
-            (None, true) => Level::Done,
+            (None, true) => Level::Idle,
         };
         // A contact that one rank missed must not be waited for.
         if transport.highest(level as u8) != Level::Working as u8 {
@@ -91,17 +102,44 @@ impl Collisions {
         }
         for _ in 0..model.sweeps {
             let before = counts.collisions;
-            self.begin_sweep(all, owned);
-            if !self.work_off(solver, model, exchange, &mut counts, transport) {
-                let unmet = self.pending.first().map(|&k| &self.contacts[k as usize]);
-                statistics.error = unmet.map(|contact| waits_for_ever(contact, solver.particles));
-                break;
+            self.begin_sweep(all, owned, exchange);
+            while !self.pending.is_empty() {
+                let mut state = SolverState { particles: solver.particles, collisions: self };
+                exchange.forward_to_clones(&mut state, transport);
+                self.has_changed.fill(false);
+                self.round(solver, model, exchange, &mut counts);
+                counts.rounds += 1;
             }
             if model.sweeps > 1 && !transport.any(counts.collisions > before) {
                 break;
             }
         }
         counts
+    }
+
+    /// The first contact with a clone of another rank that does not have the same contacts with clones of this one; collective.
+    fn unmet(&mut self, owned: usize, exchange: &mut Exchange, transport: &impl Transport) -> Option<usize> {
+        let Self { contacts, shared, keys, .. } = self;
+        shared.clear();
+        shared.resize(exchange.peers().len(), 0);
+        keys.clear();
+        keys.resize(exchange.peers().len(), 0);
+        for contact in &*contacts {
+            if let Some(peer) = contact.peer(owned, exchange) {
+                shared[peer] += 1;
+                keys[peer] ^= contact.key.bits();
+            }
+        }
+        let own = |peer: usize| [f64::from(shared[peer]), keys[peer] as f64];
+        let mut differing = None;
+        let mut compare = |peer: usize, other: &[f64]| {
+            if own(peer)[..] != *other {
+                differing = Some(peer);
+            }
+        };
+        exchange.tell_peers(|peer, message| message.extend(own(peer)), &mut compare, transport);
+        let differing = differing?;
+        contacts.iter().position(|contact| contact.peer(owned, exchange) == Some(differing))
     }
 
     /// Applies the relocations (m) of this step, which then are done.
@@ -115,9 +153,14 @@ impl Collisions {
         self.relocations.clear();
     }
 
-    fn begin_sweep(&mut self, all: usize, owned: usize) {
+    fn begin_sweep(&mut self, all: usize, owned: usize, exchange: &Exchange) {
         self.pending.clear();
         self.pending.extend(0..self.contacts.len() as u32);
+        self.shared.clear();
+        self.shared.resize(exchange.peers().len(), 0);
+        for peer in self.contacts.iter().filter_map(|contact| contact.peer(owned, exchange)) {
+            self.shared[peer] += 1;
+        }
         self.lowest.clear();
         self.lowest.resize(all, Key::NONE);
         self.find_lowest(owned);
@@ -141,51 +184,42 @@ impl Collisions {
         }
     }
 
-    /// Works off every pending contact once, round by round; returns whether that came to an end.
-    fn work_off(
+    /// Works off the contacts that are due, and then all between own particles and walls that wait for no clone.
+    fn round(
         &mut self,
         solver: &mut ContactSolver,
         model: &HardModel,
-        exchange: &mut Exchange,
+        exchange: &Exchange,
         counts: &mut Counts,
-        transport: &impl Transport,
-    ) -> bool {
-        // A rank that has worked off its last contact says `Done` while others still wait to hear of it.
-        let mut waits = 0;
-        while waits <= transport.size() {
-            let mut state = SolverState { particles: solver.particles, collisions: self };
-            exchange.forward_to_clones(
-                &mut state,
-                SolverState::NUMBERS,
-                SolverState::write,
-                SolverState::read,
-                transport,
-            );
-            self.has_changed.fill(false);
+    ) {
+        let owned = solver.particles.owned;
+        let mut with_clones = true;
+        loop {
             let before = self.pending.len();
-            self.round(solver, model, counts);
-            self.find_lowest(solver.particles.owned);
-            counts.rounds += 1;
-            let level = match self.pending.len() {
-                0 => Level::Done,
-                left if left < before => Level::Working,
-                _ => Level::Waiting,
-            };
-            let highest = transport.highest(level as u8);
-            if highest == Level::Done as u8 {
-                return true;
+            self.pass(with_clones, solver, model, exchange, counts);
+            self.find_lowest(owned);
+            if self.pending.len() == before && !with_clones {
+                return;
             }
-            waits = if highest == Level::Waiting as u8 { waits + 1 } else { 0 };
+            with_clones = false;
         }
-        false
     }
 
     /// Works off the contacts whose key is the lowest of both their bodies; no two of them share a body.
-    fn round(&mut self, solver: &mut ContactSolver, model: &HardModel, counts: &mut Counts) {
-        let Self { contacts, pending, lowest, relocations, has_changed } = self;
+    fn pass(
+        &mut self,
+        with_clones: bool,
+        solver: &mut ContactSolver,
+        model: &HardModel,
+        exchange: &Exchange,
+        counts: &mut Counts,
+    ) {
+        let Self { contacts, pending, shared, lowest, relocations, has_changed, .. } = self;
+        let owned = has_changed.len();
         pending.retain(|&k| {
             let contact = &contacts[k as usize];
-            if contact.particles().any(|i| lowest[i] != contact.key) {
+            let waits = !with_clones && contact.clone(owned).is_some();
+            if waits || contact.particles().any(|i| lowest[i] != contact.key) {
                 return true;
             }
             let outcome = solver.collide(contact, model);
@@ -193,8 +227,11 @@ impl Collisions {
             for i in contact.particles() {
                 has_changed.get_mut(i).into_iter().for_each(|update| *update = true);
             }
+            if let Some(peer) = contact.peer(owned, exchange) {
+                shared[peer] -= 1;
+            }
             // The rank that owns the first body counts.
-            if (contact.a as usize) < has_changed.len() {
+            if (contact.a as usize) < owned {
                 counts.collisions += u64::from(outcome != Outcome::Separating);
                 counts.resting += u64::from(outcome == Outcome::Rest);
             }
@@ -212,6 +249,16 @@ impl HardContact {
         };
         std::iter::once(self.a as usize).chain(counterpart)
     }
+
+    /// The clone among them, of this rank or another.
+    fn clone(&self, owned: usize) -> Option<usize> {
+        self.particles().find(|&i| i >= owned)
+    }
+
+    /// The peer whose particle that is a clone of.
+    fn peer(&self, owned: usize, exchange: &Exchange) -> Option<usize> {
+        exchange.peer_of_clone(self.clone(owned)?)
+    }
 }
 
 /// What is forwarded to clones of their owners.
@@ -220,9 +267,14 @@ struct SolverState<'a> {
     collisions: &'a mut Collisions,
 }
 
-impl SolverState<'_> {
+impl Forwarded for SolverState<'_> {
     /// Velocity, angular velocity, relocation, lowest key.
     const NUMBERS: usize = 11;
+
+    /// As long as contacts with its clones are pending.
+    fn is_told(&self, peer: usize) -> bool {
+        self.collisions.shared[peer] > 0
+    }
 
     /// Appends how an owned particle fared, if that has changed.
     fn write(&self, i: usize, message: &mut Vec<f64>) -> bool {
@@ -248,7 +300,7 @@ impl SolverState<'_> {
 }
 
 #[cold]
-fn waits_for_ever(contact: &HardContact, particles: &Particles) -> StepError {
+fn unmet_by_other_rank(contact: &HardContact, particles: &Particles) -> StepError {
     let a = contact.a as usize;
     let other = match contact.counterpart {
         Counterpart::Particle(b, _) => format!("particle {}", particles.ids[b as usize]),
