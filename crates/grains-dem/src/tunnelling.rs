@@ -85,7 +85,7 @@ pub(crate) fn check(
         let is_near = || {
             let mut near = false;
             surface.for_each_near(&state.to_wall(&center), body.radius + way, |element| {
-                near |= element == pair.element;
+                near |= surface.is_of(element, pair.element);
             });
             near
         };

@@ -74,5 +74,5 @@ pub use shape::{Part, Shape};
 pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use superellipsoid::Superellipsoid;
-pub use surface::{SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};
+pub use surface::{Facet, OverFacet, SMOOTH_ANGLE, TriangleContact, WallMesh, WallReport};
 pub use turn::{rotation_about, rotation_by, rotation_onto, rotation_vector};

@@ -6,12 +6,16 @@
 //! of a valley shallower than the smooth angle, is reduced to the nearest by comparing neighbours.
 
 mod conform;
+mod facets;
 mod topology;
 
 use crate::Vec3;
 use crate::bvh::Bvh;
 use crate::mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
+use facets::Facets;
 use topology::{Edge, Triangle, Vertex};
+
+pub use facets::{Facet, OverFacet};
 
 /// Rounding of distances from an edge, relative to the diagonal of the mesh.
 const SIDE_TOLERANCE: f64 = 1e-14;
@@ -77,6 +81,7 @@ pub struct WallMesh {
     spoke_edges: Vec<u32>,
     /// Triangles sharing a vertex with a triangle, triangle by triangle.
     neighbours: Vec<u32>,
+    facets: Facets,
     bvh: Bvh,
     side_tolerance: f64,
     corner_tolerance: f64,
@@ -97,6 +102,7 @@ impl WallMesh {
         let parts = topology::build(&mesh);
         Ok(WallMesh {
             report: WallReport { weld, duplicate_triangles, split_triangles, mesh: mesh.report() },
+            facets: Facets::of(&parts.triangles, parts.edges.len(), WELD_TOLERANCE * diagonal),
             triangles: parts.triangles,
             edges: parts.edges,
             vertices: parts.vertices,
@@ -143,6 +149,66 @@ impl WallMesh {
         from_box.max((height * height + outside * outside).sqrt())
     }
 
+    /// The facet of triangle `t`: the triangles that lie in its plane, but for the rounding that is welded, and that edges of two
+    /// triangles, one on each side, join to it.
+    #[inline]
+    pub fn facet(&self, t: u32) -> &Facet {
+        &self.facets.all[self.facets.of_triangle[t as usize] as usize]
+    }
+
+    /// Distance (m) from the rim of a facet beyond which a ball of a radius (m) over it touches it as it would touch its plane: no
+    /// neighbour of the facet, even in a smooth valley, competes.
+    #[inline]
+    pub fn clearance(&self, radius: f64) -> f64 {
+        radius * (1.0 + self.smooth_sine * self.smooth_sine).sqrt() + 2.0 * self.side_tolerance
+    }
+
+    /// Where `c` lies over triangle `t` of its facet.
+    pub fn over_triangle(&self, t: u32, c: &Vec3) -> OverFacet {
+        let triangle = &self.triangles[t as usize];
+        let [a, b, d] = triangle.depths(c);
+        let is_inside = a.min(b).min(d) >= -self.side_tolerance;
+        let rims = (0..3).filter(|&k| self.facets.rims[t as usize][k]).map(|k| {
+            let edge = &self.edges[triangle.edges[k] as usize];
+            let from_origin = c - edge.origin;
+            let along = from_origin.dot(&edge.direction).clamp(0.0, edge.length);
+            (from_origin - edge.direction * along).norm()
+        });
+        OverFacet { is_inside, from_rim: rims.fold(f64::INFINITY, f64::min) }
+    }
+
+    /// Where `c` lies over the facet of triangle `t`, by its triangles within `range` (m): the rim is looked for so far.
+    pub fn over_facet(&self, t: u32, c: &Vec3, range: f64) -> OverFacet {
+        let facet = self.facets.of_triangle[t as usize];
+        let half = Vec3::repeat(range);
+        let mut over = OverFacet::outside(range);
+        self.for_each_in_box(&(c - half), &(c + half), |other| {
+            if self.facets.of_triangle[other as usize] == facet {
+                over = over.joined(&self.over_triangle(other, c));
+            }
+        });
+        over
+    }
+
+    /// Triangle of the facet of triangle `t` over which a point lies (m), deepest within its edges.
+    pub fn triangle_below(&self, t: u32, point: &Vec3) -> u32 {
+        let facet = self.facets.of_triangle[t as usize];
+        let point = point - self.facet(t).normal * self.facet(t).height(point);
+        let half =
+            Vec3::repeat(10.0 * WELD_TOLERANCE * (self.report.mesh.upper - self.report.mesh.lower).norm());
+        let mut best = (f64::NEG_INFINITY, self.facet(t).first);
+        self.for_each_in_box(&(point - half), &(point + half), |other| {
+            if self.facets.of_triangle[other as usize] == facet {
+                let [a, b, c] = self.triangles[other as usize].depths(&point);
+                let depth = a.min(b).min(c);
+                if depth > best.0 || depth == best.0 && other < best.1 {
+                    best = (depth, other);
+                }
+            }
+        });
+        best.1
+    }
+
     /// Whether plane and edges of triangle `t` allow it to meet a ball of a radius (m) around `c`.
     #[inline]
     fn may_touch(&self, t: u32, c: &Vec3, radius: f64) -> bool {
@@ -158,8 +224,7 @@ impl WallMesh {
     /// distance from `c` over the surface.
     pub fn closest_on_triangle(&self, t: u32, c: &Vec3) -> Option<TriangleContact> {
         let own = self.local_minimum(t, c)?;
-        // A neighbour can only compete within the strip of a shallow valley along the border.
-        if own.margin > self.side_tolerance + own.contact.distance * self.smooth_sine {
+        if self.is_alone(&self.triangles[t as usize], own.margin, own.contact.distance) {
             return Some(own.contact);
         }
         let duplicated = self.neighbours[self.triangles[t as usize].neighbours()].iter().any(|&other| {
@@ -178,12 +243,22 @@ impl WallMesh {
         let [a, b, d] = triangle.depths(c);
         let height = triangle.normal.dot(&(c - triangle.corners[0]));
         let distance = height.abs();
-        // Well inside the triangle, where most contacts are, no neighbour competes.
-        if a.min(b).min(d) > self.side_tolerance + distance * self.smooth_sine {
+        if self.is_alone(triangle, a.min(b).min(d), distance) {
             let contact = face_contact(triangle, c, height);
             return (radius * radius - height * height > 0.0 && distance < radius).then_some(contact);
         }
         self.closest_near_border(t, c, radius)
+    }
+
+    /// Whether no neighbour of a triangle competes for a minimum `margin` within its border at a distance (m).
+    ///
+    /// One can only within the strip of a shallow valley along the border, and there no nearer than over a place `margin` aside
+    /// that rises towards the point by the relief.
+    #[inline(always)]
+    fn is_alone(&self, triangle: &Triangle, margin: f64, distance: f64) -> bool {
+        let rise = 2.0 * (triangle.relief + self.side_tolerance) + 10.0 * TIE * distance;
+        let is_flat = margin > self.side_tolerance && margin * margin > distance * rise;
+        is_flat || margin > self.side_tolerance + distance * self.smooth_sine
     }
 
     #[inline(never)]

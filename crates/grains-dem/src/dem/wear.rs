@@ -59,7 +59,7 @@ impl Dem {
     /// Whether a wall has an element (0 of a surface that is no mesh) that can wear off.
     pub fn has_element(&self, wall: u16, surface: u16, element: u32) -> bool {
         let surface = self.setup.walls[usize::from(wall)].surfaces.get(usize::from(surface));
-        surface.is_some_and(|surface| surface.has_element(element))
+        surface.is_some_and(|surface| surface.has_worn_element(element))
     }
 
     /// Adds what had worn off an element of a wall (on one rank; nothing on the others), as after a restart.

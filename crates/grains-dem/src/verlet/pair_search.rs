@@ -261,8 +261,7 @@ impl VerletLists {
             list.keep_laws = context.catalogue.contacts.keep_law_history();
             list.shifts = images::shifts(&context.decomposition.global);
         }
-        let mut near_walls =
-            WallSearch { context, wall_allowance: self.wall_allowance, elements: Vec::new() };
+        let mut near_walls = WallSearch::new(context, self.wall_allowance);
         for (i, body) in particles.bodies[..particles.owned].iter().enumerate() {
             let Reference { position, allowance } = references.places[i];
             // From where it is; it is somewhere else than its reference only beyond a border.

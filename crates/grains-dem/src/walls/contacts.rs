@@ -190,6 +190,13 @@ pub(super) fn find_contacts(
     pose.frame = frame;
     let reach = approach.reach(catalogue);
     let (mut start, mut were_apart) = (pairs.start, false);
+    if let Surface::Mesh(mesh) = approach.surface
+        && approach.way >= list.groups[group].rim_until
+    {
+        let ball = (&**mesh, center, body.radius + reach);
+        list.choose_facets(group, ball, |free_path| approach.apart_until(free_path));
+        were_apart = true;
+    }
     while start < pairs.end {
         let end = list.part_end(start, pairs.end);
         let part = PlacedPart::of(&pose, list.pairs[start].part);
@@ -303,7 +310,7 @@ fn find_contacts_of_part(
 
 /// Contacts of one part with nearly the same normal are one: a flat patch is one contact, however it is
 /// tessellated. Spheres need no such rule: they meet a flat patch in one point.
-fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
+pub(super) fn join_flat_patches(contacts: &mut [Option<SurfaceContact>]) {
     const SAME_DIRECTION: f64 = 1.0 - 1e-6;
     for k in 1..contacts.len() {
         for l in 0..k {

@@ -45,6 +45,8 @@ pub(super) struct WallGroup {
     gone: f64,
     /// Way (m) up to which no pair need be looked at.
     pub(super) apart_until: f64,
+    /// Way (m) up to which the same facets stand for their triangles.
+    pub(super) rim_until: f64,
 }
 
 impl WallGroup {
@@ -118,8 +120,9 @@ impl WallList {
         });
     }
 
-    /// Makes a group of the pairs from `start` on, whose particle lies so in the wall's frame.
-    pub(crate) fn close_group(&mut self, start: usize, seen: Vec3, frame: Option<&Mat3>) {
+    /// Makes a group of the pairs from `start` on, whose particle lies so in the wall's frame; which facets stand for their triangles
+    /// is known up to a way (m).
+    pub(crate) fn close_group(&mut self, start: usize, (seen, frame): (Vec3, Option<&Mat3>), rim_until: f64) {
         let end = self.pairs.len();
         if start == end {
             return;
@@ -130,6 +133,7 @@ impl WallList {
             seen,
             gone: 0.0,
             apart_until: 0.0,
+            rim_until,
         });
         self.seen_frames.extend(frame);
         self.leave(self.groups.len() - 1);
@@ -157,9 +161,9 @@ impl WallList {
     /// Finds up to which way no pair of a group need be looked at.
     #[inline(always)]
     pub(super) fn leave(&mut self, group: usize) {
-        let WallGroup { start, end, apart_until, .. } = &mut self.groups[group];
+        let WallGroup { start, end, apart_until, rim_until, .. } = &mut self.groups[group];
         let pairs = &self.apart_until[*start as usize..*end as usize];
-        *apart_until = pairs.iter().fold(f64::INFINITY, |min, &way| min.min(way));
+        *apart_until = pairs.iter().fold(*rim_until, |min, &way| min.min(way));
     }
 
     /// What a pair keeps of its contact.

@@ -269,7 +269,9 @@ fn add_contact(
     load.torque += loads.torques[0];
     sums.add(pair.wall, &loads, &point, quanta);
     if sums.sliding.counts(pair.wall) {
-        sums.sliding.note(pair, &contact.encounter(), &loads.force, pass.dt);
+        let surface = &wall.surfaces[usize::from(pair.surface)];
+        let worn = (&*pair, surface.worn_element(pair.element, &found.point));
+        sums.sliding.note(worn, &contact.encounter(), &loads.force, pass.dt);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Walls: surfaces with a material, fixed or moving, present for all or part of a run.
 
 mod contacts;
+mod facets;
 mod list;
 mod loading;
 mod loads;
@@ -17,6 +18,7 @@ mod wall_point;
 mod wear;
 
 pub(crate) use contacts::{WallMeeting, for_each_contact, meet, not_found};
+pub(crate) use facets::{facet_element, may_stand, stands, triangle_of_facet};
 pub(crate) use list::{WallList, apart_until};
 pub use loading::{Loading, Travel};
 pub(crate) use loads::add_forces;

@@ -131,7 +131,7 @@ impl SphereBatch {
             sums.add(pair.wall, &loads, &self.points[k], &quanta);
             if sums.sliding.counts(pair.wall) {
                 let encounter = self.batch.columns.contact(k).point.encounter();
-                sums.sliding.note(pair, &encounter, &loads.force, pass.dt);
+                sums.sliding.note((pair, pair.element), &encounter, &loads.force, pass.dt);
             }
             pass.statistics.note(self.batch.depth(k), || overlapping(particles, pair, scene));
         }

@@ -1,5 +1,6 @@
 //! The surfaces walls are made of, and their contact with a sphere in closed form.
 
+use super::facets::{facet_meets_part, triangle_of_facet};
 use super::open_tube::OpenTube;
 use super::surface_contact::{PartMeeting, SphereTouch, SurfaceContact};
 use crate::catalogue::FaceContact;
@@ -62,15 +63,36 @@ impl Surface {
     }
 
     /// Whether there is such a triangle; surfaces that are no meshes have elements of their own, which wear as one.
-    pub(crate) fn has_element(&self, element: u32) -> bool {
+    pub(crate) fn has_worn_element(&self, element: u32) -> bool {
         !matches!(self, Surface::Mesh(_)) || (element as usize) < self.worn_elements()
+    }
+
+    /// Whether there is such a triangle or facet of a mesh; of other surfaces any.
+    pub(crate) fn has_element(&self, element: u32) -> bool {
+        self.has_worn_element(triangle_of_facet(element).unwrap_or(element))
+    }
+
+    /// What wears where an element is touched at a point (m): a triangle of a mesh.
+    pub(super) fn worn_element(&self, element: u32, point: &Vec3) -> u32 {
+        match (self, triangle_of_facet(element)) {
+            (Surface::Mesh(mesh), Some(triangle)) => mesh.triangle_below(triangle, point),
+            _ => element,
+        }
+    }
+
+    /// Whether an element found by [`Surface::for_each_near`] is another, or on its facet.
+    pub(crate) fn is_of(&self, found: u32, element: u32) -> bool {
+        match (self, triangle_of_facet(element)) {
+            (Surface::Mesh(mesh), Some(triangle)) => mesh.facet(found).first == mesh.facet(triangle).first,
+            _ => found == element,
+        }
     }
 
     /// Corners (m) of a box that holds it; none if it has no end.
     pub fn extents(&self) -> Option<[Vec3; 2]> {
         let around = |center: &Vec3, reach: f64| Some([center.add_scalar(-reach), center.add_scalar(reach)]);
         match self {
-            Surface::Mesh(mesh) => Some(mesh.mesh().extents().into()),
+            Surface::Mesh(mesh) => Some([mesh.report().mesh.lower, mesh.report().mesh.upper]),
             Surface::Solid { center, bounding_radius, .. } => around(center, *bounding_radius),
             Surface::OpenTube(tube) => around(&tube.center, libm::hypot(tube.half_length, tube.radius)),
             Surface::Plane { .. } | Surface::Tube { .. } => None,
@@ -89,12 +111,16 @@ impl Surface {
         self.extents().is_none_or(|[from, to]| (0..3).all(|a| from[a] <= upper[a] && to[a] >= lower[a]))
     }
 
-    /// Whether contacts of all shapes with it need no distance query.
-    pub(crate) fn has_closed_form(&self) -> bool {
-        matches!(self, Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_))
+    /// Whether contacts of all shapes with an element need no distance query.
+    pub(crate) fn has_closed_form(&self, element: u32) -> bool {
+        match self {
+            Surface::Plane { .. } | Surface::Tube { .. } | Surface::OpenTube(_) => true,
+            Surface::Mesh(_) => triangle_of_facet(element).is_some(),
+            Surface::Solid { .. } => false,
+        }
     }
 
-    /// Calls `found` with every element (triangle, or 0) that may lie within `range` (m) of a point.
+    /// Calls `found` with every element (triangle, or 0; no facet) that may lie within `range` (m) of a point.
     pub(crate) fn for_each_near(&self, center: &Vec3, range: f64, mut found: impl FnMut(u32)) {
         let is_near = |element: u32| self.distance_bound(element, center) < range;
         match self {
@@ -126,7 +152,10 @@ impl Surface {
             Surface::Solid { center: middle, bounding_radius, .. } => {
                 (center - middle).norm() - bounding_radius
             }
-            Surface::Mesh(mesh) => mesh.distance_bound(element, center),
+            Surface::Mesh(mesh) => match triangle_of_facet(element) {
+                Some(triangle) => mesh.facet(triangle).height(center).abs(),
+                None => mesh.distance_bound(element, center),
+            },
         }
     }
 
@@ -226,6 +255,12 @@ impl Surface {
                 Ok(PartMeeting::Touching(SurfaceContact::found(&found, center, patch)))
             }
             Surface::Mesh(mesh) => {
+                if let Some(triangle) = triangle_of_facet(element) {
+                    let meets_plane = |plane: (&Vec3, &Vec3), part: &PlacedPart| {
+                        plane_meets_part(plane, center, part, is_multi_point)
+                    };
+                    return Ok(facet_meets_part(mesh.facet(triangle), center, part, meets_plane));
+                }
                 let core = Core::Triangle(mesh.mesh().corners(element as usize));
                 let placement = part.placement(&Mat3::identity(), 1.0, &-center);
                 let mut found = match core_meets_part(&core, &placement, part, simplex)? {
@@ -268,6 +303,9 @@ impl Surface {
         match self {
             Surface::Plane { normal, .. } => Some(*normal),
             Surface::Mesh(mesh) => {
+                if let Some(triangle) = triangle_of_facet(element) {
+                    return Some(mesh.facet(triangle).normal);
+                }
                 let [a, b, c] = mesh.mesh().corners(element as usize);
                 Some((b - a).cross(&(c - a)).normalize())
             }

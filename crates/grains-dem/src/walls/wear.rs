@@ -101,9 +101,15 @@ impl SlidingSums {
         self.slides.clear();
     }
 
-    /// Notes a contact that exerts a force (N) on its particle through a step of `dt` (s).
+    /// Notes a contact with an element that wears, which exerts a force (N) on its particle through a step of `dt` (s).
     #[inline]
-    pub(super) fn note(&mut self, pair: &WallPair, encounter: &Encounter, force: &Vec3, dt: f64) {
+    pub(super) fn note(
+        &mut self,
+        (pair, element): (&WallPair, u32),
+        encounter: &Encounter,
+        force: &Vec3,
+        dt: f64,
+    ) {
         let Encounter { normal, overlap, velocity, .. } = encounter;
         // What presses over a gap is liquid.
         if *overlap <= 0.0 {
@@ -113,7 +119,7 @@ impl SlidingSums {
         let sliding = velocity - normal * velocity.dot(normal);
         let quanta = (pressing * sliding.norm() * dt / self.quantum).round();
         if quanta > 0.0 {
-            let WallPair { wall, surface, element, .. } = *pair;
+            let WallPair { wall, surface, .. } = *pair;
             self.slides.push(Slide { wall, surface, element, quanta });
         }
     }

@@ -8,6 +8,7 @@ mod bounce;
 mod cargo;
 mod common;
 mod contact_patches;
+mod facets;
 mod failures;
 mod films;
 mod hard;

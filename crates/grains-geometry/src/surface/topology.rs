@@ -17,6 +17,8 @@ pub(super) struct Triangle {
     pub vertices: [u32; 3],
     pub owned_edges: [bool; 3],
     pub owned_vertices: [bool; 3],
+    /// How far (m) the triangles that share a vertex with it rise over its plane, to either side.
+    pub relief: f64,
     first_neighbour: u32,
     end_neighbour: u32,
 }
@@ -154,6 +156,7 @@ fn triangle(mesh: &TriMesh, t: usize, fans: &[Vec<u32>]) -> Triangle {
         vertices,
         owned_edges: [false; 3],
         owned_vertices: vertices.map(|v| fans[v as usize].first() == Some(&(t as u32))),
+        relief: 0.0,
         first_neighbour: 0,
         end_neighbour: 0,
     }
@@ -199,6 +202,10 @@ fn list_neighbours(mesh: &TriMesh, fans: &[Vec<u32>], triangles: &mut [Triangle]
             mesh.triangles[t].iter().flat_map(|&v| fans[v as usize].iter().copied()).collect();
         around.sort_unstable();
         around.dedup();
+        let height = |corner: &Vec3| triangle.normal.dot(&(corner - triangle.corners[0])).abs();
+        let rises =
+            around.iter().flat_map(|&other| mesh.corners(other as usize)).map(|corner| height(&corner));
+        triangle.relief = rises.fold(0.0, f64::max);
         triangle.first_neighbour = neighbours.len() as u32;
         neighbours.extend(around.into_iter().filter(|&other| other != t as u32));
         triangle.end_neighbour = neighbours.len() as u32;

@@ -8,6 +8,7 @@ mod closest_surface;
 mod composites;
 mod decomposition;
 mod discrete;
+mod facets;
 mod gjk_certificate;
 mod gjk_closed_forms;
 mod gjk_common;

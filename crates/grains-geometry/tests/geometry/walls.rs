@@ -18,7 +18,7 @@ fn height(p: &[Vec3; 3]) -> f64 {
 }
 
 /// Triangles (x, y) of the square [-1, 1]², split at random; slivers have heights down to `thin`.
-fn tessellated_square(random: &mut Random, splits: usize, thin: f64) -> TriMesh {
+pub fn tessellated_square(random: &mut Random, splits: usize, thin: f64) -> TriMesh {
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let mut vertices: Vec<Vec3> = corners.iter().map(|p| Vec3::new(p[0], p[1], 0.0)).collect();
     let mut triangles = vec![[0u32, 1, 2], [0, 2, 3]];
