@@ -349,11 +349,6 @@ impl ContactHistory {
             && law.is_empty()
     }
 
-    /// Forgets all but where to look for the contact: it bears no force.
-    pub(crate) fn rest(&mut self) {
-        *self = Self { simplex: self.simplex, ..Self::default() };
-    }
-
     fn write(&self, message: &mut Vec<f64>) {
         let Self { tangential_displacement, torsional_angle, law, simplex } = self;
         let has_law = !law.is_empty();

@@ -18,6 +18,13 @@ impl MemoryUse {
     }
 }
 
+/// Makes room for more items by an eighth where an array is too short: lists of pairs are much of all memory and do not double.
+pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize) {
+    if items.capacity() - items.len() < more {
+        items.reserve_exact(items.len() / 8 + more.max(64));
+    }
+}
+
 /// Memory (B) of an array.
 pub(crate) fn heap_bytes<T>(items: &Vec<T>) -> usize {
     items.capacity() * size_of::<T>()

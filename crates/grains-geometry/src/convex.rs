@@ -101,6 +101,30 @@ pub(crate) trait Convex: Support {
     /// Calls `visit` with the points whose hull the core is; with none of a curved core.
     fn for_each_vertex(&self, visit: impl FnMut(Vec3));
 
+    /// The vertex of a number, in the order of [`Convex::for_each_vertex`]; the origin if there is none.
+    fn vertex(&self, number: usize) -> Vec3 {
+        let (mut k, mut found) = (0, Vec3::zeros());
+        self.for_each_vertex(|vertex| {
+            if k == number {
+                found = vertex;
+            }
+            k += 1;
+        });
+        found
+    }
+
+    /// Number of a vertex; `None` of another point.
+    fn number_of(&self, point: &Vec3) -> Option<u16> {
+        let (mut k, mut found) = (0, None);
+        self.for_each_vertex(|vertex| {
+            if vertex == *point && found.is_none() {
+                found = Some(k);
+            }
+            k += 1;
+        });
+        found
+    }
+
     /// From a point to the nearest point of the core (m), zero inside; `None` without a closed form.
     fn offset_from(&self, point: &Vec3) -> Option<Vec3>;
 

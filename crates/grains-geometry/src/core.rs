@@ -221,6 +221,15 @@ impl Core {
         }
     }
 
+    /// The body the core is in by an inset, if it is an ellipsoid.
+    #[inline(always)]
+    pub fn ellipsoid(&self) -> Option<&Superellipsoid> {
+        match self {
+            Self::Superellipsoid(body) if body.is_ellipsoid() => Some(body),
+            _ => None,
+        }
+    }
+
     /// Whether the body is a polyhedron, whose corners are those of its surface.
     pub(crate) fn is_solid_polyhedron(&self) -> bool {
         match self {

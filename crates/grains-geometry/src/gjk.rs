@@ -20,8 +20,11 @@ mod point;
 mod query;
 mod search;
 mod smooth;
+mod start;
 
+pub use ellipsoids::EllipsoidQueries;
 pub(crate) use smooth::penetration as smooth_penetration;
+pub use start::{StartForm, read_surfaces, write_surfaces};
 
 use crate::core::with_convex;
 use crate::{Core, GjkError, Placement, Vec3};

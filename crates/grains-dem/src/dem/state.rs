@@ -317,7 +317,8 @@ impl Dem {
     /// Stores the contact history of pairs in rows.
     pub(super) fn store_history(&mut self, extent: Extent) {
         let Self { particles, setup, histories, neighbours, .. } = self;
-        neighbours.save_history(particles, &setup.walls, &setup.global, histories, extent);
+        let definition = (&setup.catalogue, &setup.walls[..]);
+        neighbours.save_history(particles, definition, &setup.global, histories, extent);
     }
 
     /// Contact history of each owned particle, packed; for a checkpoint.
@@ -328,7 +329,7 @@ impl Dem {
         } else {
             self.neighbours.save_history(
                 &self.particles,
-                &self.setup.walls,
+                (&self.setup.catalogue, &self.setup.walls),
                 &self.setup.global,
                 &mut history_saved,
                 Extent::All,

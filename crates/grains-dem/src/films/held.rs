@@ -94,10 +94,10 @@ impl Held {
             add([pair.a, pair.b], law.bridge);
         }
         let mut counted = None;
-        for (pair, history) in lists.part_pairs.with_history() {
+        for (pair, law) in lists.part_pairs.with_laws() {
             let ends = [pair.a, pair.b];
-            if history.law.bridge > 0.0 && counted != Some(ends) {
-                add(ends, history.law.bridge);
+            if law.bridge > 0.0 && counted != Some(ends) {
+                add(ends, law.bridge);
                 counted = Some(ends);
             }
         }

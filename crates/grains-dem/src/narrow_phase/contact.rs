@@ -75,27 +75,43 @@ pub(crate) fn touch(
     slack: f64,
     simplex: &mut Simplex,
 ) -> Result<Meeting, GjkError> {
-    let crusts = part.crust + other_crust;
-    let cutoff = (crusts + slack) / part.scale;
-    let (gap, normal, point_a, point_b, is_deep_penetration) =
-        match distance(part.core, other, placement, cutoff, simplex)? {
-            Separation::Beyond { axis } => return Ok(Meeting::Apart(part.rotation * axis)),
-            Separation::Apart { distance, normal, point_a, point_b } => {
-                (distance, normal, point_a, point_b, false)
-            }
-            Separation::Meeting => {
-                let p = penetration(part.core, other, placement, simplex)?;
-                (-p.depth, p.normal, p.point_a, p.point_b, true)
-            }
-        };
-    let overlap = crusts - gap * part.scale;
+    let cutoff = (part.crust + other_crust + slack) / part.scale;
+    let found = distance(part.core, other, placement, cutoff, simplex)?;
+    if let Some(meeting) = across_gap(part, other_crust, &found) {
+        return Ok(meeting);
+    }
+    let p = penetration(part.core, other, placement, simplex)?;
+    Ok(at_nearest_points(part, other_crust, (-p.depth, &p.normal), (p.point_a + p.point_b, true)))
+}
+
+/// Meeting of a part with another core whose distance was found; `None` if the cores meet.
+#[inline(always)]
+pub(crate) fn across_gap(part: &PlacedPart, other_crust: f64, found: &Separation) -> Option<Meeting> {
+    match found {
+        Separation::Beyond { axis } => Some(Meeting::Apart(part.rotation * axis)),
+        Separation::Apart { distance, normal, point_a, point_b } => {
+            Some(at_nearest_points(part, other_crust, (*distance, normal), (point_a + point_b, false)))
+        }
+        Separation::Meeting => None,
+    }
+}
+
+/// Meeting across a gap of the cores along a normal, with the sum of their nearest points, in the frame of the part; whether it is of a
+/// deep penetration.
+#[inline(always)]
+fn at_nearest_points(
+    part: &PlacedPart,
+    other_crust: f64,
+    (gap, normal): (f64, &Vec3),
+    (points, is_deep_penetration): (Vec3, bool),
+) -> Meeting {
+    let overlap = part.crust + other_crust - gap * part.scale;
     if overlap <= 0.0 {
-        return Ok(Meeting::Apart(part.rotation * normal));
+        return Meeting::Apart(part.rotation * normal);
     }
     let normal = part.rotation * normal;
-    let point = part.rotation * (point_a + point_b) * (0.5 * part.scale)
-        + between_surfaces(part, other_crust, &normal);
-    Ok(Meeting::Touching(PartContact { normal, overlap, point, is_deep_penetration }))
+    let point = part.rotation * points * (0.5 * part.scale) + between_surfaces(part, other_crust, &normal);
+    Meeting::Touching(PartContact { normal, overlap, point, is_deep_penetration })
 }
 
 /// From between the cores to between the surfaces.

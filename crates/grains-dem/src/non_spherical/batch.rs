@@ -1,9 +1,10 @@
 //! Contacts of particles that touch in one point each, of one pair of materials, evaluated together.
 
-use super::pairs::{Histories, PartPair};
+use super::histories::Histories;
+use super::pairs::PartPair;
 use super::point_contact::PartPoint;
 use crate::catalogue::Catalogue;
-use crate::contact_history::ContactHistory;
+use crate::contact_history::LawHistory;
 use crate::contacts::{
     BLOCK, Batch, BatchedContact, Columns, ContactColumns, ContactLoads, ContactPass, LoadQuanta, set,
     vector_at,
@@ -11,6 +12,7 @@ use crate::contacts::{
 use crate::narrow_phase::{PartContact, Pose};
 use crate::particles::Body;
 use grains_contact::PreparedLaw;
+use grains_geometry::Vec3;
 use multiversion::multiversion;
 
 /// Contact points of two bodies, column by column.
@@ -93,7 +95,7 @@ impl PointBatch {
         (place, found): (usize, &PartContact),
         [a, b]: [&Body; 2],
         poses: &[Pose; 2],
-        (history, films): (&ContactHistory, f64),
+        (displacement, law_history, films): (&Vec3, &LawHistory, f64),
         catalogue: &Catalogue,
     ) {
         if self.batch.len == 0 {
@@ -107,8 +109,8 @@ impl PointBatch {
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
         let effective_radius = catalogue.effective_radius([a, b], law);
         self.batch.columns.set(self.batch.len, &point, inverse_mass, [radius, effective_radius]);
-        self.batch.push(place as u32, &history.tangential_displacement);
-        self.batch.set_law_history(&history.law);
+        self.batch.push(place as u32, displacement);
+        self.batch.set_law_history(law_history);
         self.batch.set_films(films);
     }
 
@@ -125,9 +127,8 @@ impl PointBatch {
         evaluate(&mut self.batch, &law, &pass.quanta, pass.dt);
         for k in 0..self.batch.len.min(BLOCK) {
             let pair = &mut pairs[self.batch.pair[k] as usize];
-            let history = histories.of(pair);
-            history.tangential_displacement = self.batch.tangential_displacement(k);
-            history.law = self.batch.law_history(k);
+            histories.springs(pair).tangential_displacement = self.batch.tangential_displacement(k);
+            histories.set_law(pair, &self.batch.law_history(k));
             visit(pass, pair, self.batch.depth(k), self.batch.loads(k));
         }
         self.batch.len = 0;

@@ -8,15 +8,16 @@
 //! only.
 
 use super::found::Contacts;
+use super::histories::Histories;
 use super::list::PartPairList;
-use super::pairs::{Histories, PartPair};
+use super::pairs::PartPair;
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
 use crate::narrow_phase::{
     Meeting, PartContact, PlacedPart, Pose, contact_patch, gap_across_plane, meet_parts,
 };
 use crate::particles::Particles;
-use grains_geometry::{ContactPatch, GjkError, Simplex, Vec3};
+use grains_geometry::{ContactPatch, GjkError, Vec3};
 
 /// Calls `visit` with every pair of parts that touch, their contact, and where they touch if not in a point.
 ///
@@ -59,7 +60,6 @@ pub(super) fn find_contacts(
     if separation.norm_squared() >= range * range {
         let gap = separation.norm() - range;
         for pair in group {
-            histories.forget(pair);
             pair.stay_apart(gone, gap);
         }
         return Ok(());
@@ -103,26 +103,25 @@ fn find_contact(
     let between = separation + (part_b.offset - part_a.offset);
     let range = part_a.bounding_radius + part_b.bounding_radius + reach;
     if between.norm_squared() >= range * range {
-        histories.forget(pair);
+        pair.part();
         pair.separate_by(&between);
         return Ok(());
     }
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
-    let mut cold = Simplex::default();
-    let simplex = if pair.is_touching() { &mut histories.of(pair).simplex } else { &mut cold };
+    let cores = [part_a.core, part_b.core];
+    let simplex = histories.start(pair, cores, &mut found.simplex);
     let mut meeting = meet_parts(&part_a, &part_b, &placement, simplex)?;
     if let (Meeting::Apart(_), true) = (&meeting, reach > 0.0) {
         meeting = meet_parts(&part_a.swollen(reach), &part_b, &placement, simplex)?.shrunk(reach);
     }
     match meeting {
         Meeting::Apart(normal) => {
-            histories.forget(pair);
+            pair.part();
             pair.separate_by(&normal);
         }
         Meeting::Touching(mut contact) => {
-            if !pair.is_touching() {
-                histories.of(pair).simplex = cold;
-            }
+            histories.begin(pair);
+            histories.keep_start(pair, cores, &found.simplex);
             let touches = contact.overlap > 0.0;
             let is_multi_point = touches && faces == FaceContact::MultiPoint && part_a.vertices.is_none();
             let footprint = is_multi_point

@@ -2,100 +2,168 @@
 
 use super::batch::PointBatch;
 use super::contacts::find_contacts;
+use super::ellipsoids::EllipsoidBatch;
 use super::found::{Contacts, Found};
+use super::histories::{Histories, Springs};
 use super::list::PartPairList;
-use super::pairs::{Histories, PartPair};
+use super::pairs::PartPair;
 use super::point_contact::PartPoint;
 use crate::catalogue::{Catalogue, ContactTable};
-use crate::contact_history::ContactHistory;
+use crate::contact_history::LawHistory;
 use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, either};
 use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::heat::TouchingParts;
-use crate::narrow_phase::Pose;
+use crate::narrow_phase::{PartContact, Pose};
 use crate::particles::Particles;
 use grains_contact::PreparedLaw;
-use grains_geometry::DepthNorm;
+use grains_geometry::{ContactPatch, DepthNorm};
 use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
 ///
-/// Particles that touch in one point, the majority, wait for others like them; sums of loads are exact in any order.
+/// Ellipsoids that touched in the last step wait for others before their distance is found, and particles that touch in one point, the
+/// majority, before their loads are; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     (list, range): (&mut PartPairList, Range<usize>),
     pass: &mut ContactPass,
 ) {
-    let PartPairList { pairs, histories, found, batch } = list;
-    let pairs = &mut pairs[range];
-    let catalogue = pass.catalogue;
+    let PartPairList { pairs, histories, found, batch, ellipsoids } = list;
+    let mut forces = PairForces { particles, pairs: &mut pairs[range], histories, found, batch, pass };
     let mut start = 0;
-    while start < pairs.len() {
-        let group = start..end_of_group(pairs, start);
+    while start < forces.pairs.len() {
+        let group = start..end_of_group(forces.pairs, start);
         start = group.end;
-        let mut bridge = bridge_of(&pairs[group.clone()], histories, particles);
-        if let Err(error) = find_contacts(particles, &mut pairs[group.clone()], histories, catalogue, found) {
+        if !forces.leaves_to(ellipsoids, &group) {
+            forces.add_group(group);
+        } else if ellipsoids.is_full() {
+            forces.add_ellipsoids(ellipsoids);
+        }
+    }
+    forces.add_ellipsoids(ellipsoids);
+    forces.finish();
+}
+
+/// The pairs whose loads are added, and what that takes.
+struct PairForces<'a, 'b> {
+    particles: &'a mut Particles,
+    pairs: &'a mut [PartPair],
+    histories: &'a mut Histories,
+    found: &'a mut Contacts,
+    batch: &'a mut PointBatch,
+    pass: &'a mut ContactPass<'b>,
+}
+
+impl PairForces<'_, '_> {
+    /// Whether the pairs of two particles are one of ellipsoids, which waits for others.
+    #[inline(always)]
+    fn leaves_to(&self, ellipsoids: &mut EllipsoidBatch, group: &Range<usize>) -> bool {
+        let Self { particles, pairs, histories, pass, .. } = self;
+        let pair = (group.start, &pairs[group.start]);
+        // A bridge fed by films changes these, in the order of the list.
+        group.len() == 1
+            && !particles.is_wet()
+            && ellipsoids.takes(pair, histories, particles, pass.catalogue)
+    }
+
+    /// Adds the loads of the ellipsoids that wait.
+    fn add_ellipsoids(&mut self, ellipsoids: &mut EllipsoidBatch) {
+        for k in 0..ellipsoids.solve() {
+            let place = ellipsoids.place(k);
+            let Self { particles, pairs, histories, pass, .. } = self;
+            let pair = &pairs[place];
+            match ellipsoids.contact((k, pair), histories, particles, pass.catalogue) {
+                Some(contact) => {
+                    note_heat(pass, pair, histories, (contact.overlap, None));
+                    self.add_point(place, &contact, 0.0);
+                }
+                None => self.add_group(place..place + 1),
+            }
+        }
+        ellipsoids.clear();
+    }
+
+    /// Adds the loads of the pairs of two particles.
+    #[inline(always)]
+    fn add_group(&mut self, group: Range<usize>) {
+        let Self { particles, pairs, histories, found, pass, .. } = self;
+        let pairs = &mut pairs[group.clone()];
+        let mut bridge = bridge_of(pairs, histories, particles);
+        if let Err(error) = find_contacts(particles, pairs, histories, pass.catalogue, found) {
             pass.statistics.error = Some(error);
-            continue;
+            return;
         }
-        if let Some(touching) = &mut pass.touching {
-            let touches = found.items.iter().map(|item| {
-                let pair = &pairs[group.start + item.place];
-                let memory = histories.law_of(pair).memory;
-                let place = (item.contact.overlap, found.footprint(item));
-                TouchingParts::of_particles([pair.a, pair.b], place, memory)
-            });
-            touching.extend(touches);
+        for item in &found.items {
+            note_heat(pass, &pairs[item.place], histories, (item.contact.overlap, found.footprint(item)));
         }
-        let pair = pairs[group.start];
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        match &found.items[..] {
+        match found.items[..] {
             [] => {
                 if bridge != 0.0 {
-                    let (contacts, law) = law_of(particles, [a, b], catalogue);
+                    let [a, b] = [pairs[0].a, pairs[0].b].map(|i| i as usize);
+                    let (contacts, law) = law_of(particles, [a, b], pass.catalogue);
                     let bodies = (a, Partner::Particle(b));
                     end_bridge(particles, bodies, (law, contacts), (&mut bridge, pass.liquid));
                 }
             }
-            [item] if found.footprint(item).is_none() => {
-                if !batch.has_room_for([a, b].map(|i| &particles.bodies[i])) {
-                    finish(batch, (pairs, histories), particles, pass);
-                }
-                let films = follow(&mut bridge, -item.contact.overlap, [a, b], particles, pass);
-                let bodies = [a, b].map(|i| &particles.bodies[i]);
-                let poses = [a, b].map(|i| Pose::of(particles, i, catalogue));
-                let place = group.start + item.place;
-                let history = histories.of(&mut pairs[place]);
-                history.torsional_angle = 0.0;
-                if particles.is_wet() {
-                    history.law.bridge = bridge;
-                }
-                pass.statistics.deep_penetrations += u64::from(item.contact.is_deep_penetration);
-                batch.take((place, &item.contact), bodies, &poses, (history, films), catalogue);
+            [item] if found.footprint(&item).is_none() => {
+                self.add_point(group.start + item.place, &item.contact, bridge);
             }
-            _ => add_contacts(particles, (&mut pairs[group], histories, found), &mut bridge, pass),
+            _ => add_contacts(particles, (pairs, histories, found), &mut bridge, pass),
         }
     }
-    finish(batch, (pairs, histories), particles, pass);
+
+    /// Leaves the only contact of two particles, in a point, to the batch; `bridge` is the volume of their bridge (m³), if films feed it.
+    #[inline(always)]
+    fn add_point(&mut self, place: usize, contact: &PartContact, mut bridge: f64) {
+        let pair = self.pairs[place];
+        let [a, b] = [pair.a, pair.b].map(|i| i as usize);
+        if !self.batch.has_room_for([a, b].map(|i| &self.particles.bodies[i])) {
+            self.finish();
+        }
+        let Self { particles, histories, batch, pass, .. } = self;
+        let films = follow(&mut bridge, -contact.overlap, [a, b], particles, pass);
+        let bodies = [a, b].map(|i| &particles.bodies[i]);
+        let poses = [a, b].map(|i| Pose::of(particles, i, pass.catalogue));
+        let springs = histories.springs(&pair);
+        springs.torsional_angle = 0.0;
+        let displacement = springs.tangential_displacement;
+        let mut law = histories.law(&pair);
+        if particles.is_wet() {
+            law.bridge = bridge;
+        }
+        pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
+        batch.take((place, contact), bodies, &poses, (&displacement, &law, films), pass.catalogue);
+    }
+
+    /// Adds the loads of the contacts that wait.
+    fn finish(&mut self) {
+        let Self { particles, pairs, histories, batch, pass, .. } = self;
+        batch.finish((pairs, histories), pass, |pass, pair, depth, loads| {
+            loads.add_to(particles, [pair.a, pair.b]);
+            let catalogue = pass.catalogue;
+            pass.statistics.note(depth, || overlapping(particles, pair, catalogue));
+        });
+    }
 }
 
-/// Adds the loads of the contacts that wait.
-fn finish(
-    batch: &mut PointBatch,
-    waiting: (&mut [PartPair], &mut Histories),
-    particles: &mut Particles,
+/// Notes that parts of two particles overlap (m), in a point or over a patch, where heat flows between them.
+#[inline(always)]
+fn note_heat(
     pass: &mut ContactPass,
+    pair: &PartPair,
+    histories: &Histories,
+    place: (f64, Option<&ContactPatch>),
 ) {
-    batch.finish(waiting, pass, |pass, pair, depth, loads| {
-        loads.add_to(particles, [pair.a, pair.b]);
-        let catalogue = pass.catalogue;
-        pass.statistics.note(depth, || overlapping(particles, pair, catalogue));
-    });
+    if let Some(touching) = &mut pass.touching {
+        let memory = histories.law(pair).memory;
+        touching.push(TouchingParts::of_particles([pair.a, pair.b], place, memory));
+    }
 }
 
 /// Adds the loads of all contacts of two particles that touch in several points, or over a patch.
 fn add_contacts(
     particles: &mut Particles,
-    (group, histories, found): (&mut [PartPair], &mut Histories, &Contacts),
+    (group, histories, found): (&[PartPair], &mut Histories, &Contacts),
     bridge: &mut f64,
     pass: &mut ContactPass,
 ) {
@@ -124,12 +192,14 @@ fn add_contacts(
         dt,
         films,
     };
-    let mut kept = several.kept(found.items.iter().map(|item| histories.of(&mut group[item.place]).law));
+    let mut kept = several.kept(found.items.iter().map(|item| histories.law(&group[item.place])));
     if particles.is_wet() {
         kept[1] = *bridge;
     }
     let wound = several.wound(found.items.iter().map(|item| {
-        let wound = kept_by(histories.of(&mut group[item.place])).wound();
+        let pair = &group[item.place];
+        let mut law = histories.law(pair);
+        let wound = kept_by(histories.springs(pair), &mut law).wound();
         (item.contact.overlap, patch(item), wound)
     }));
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
@@ -138,21 +208,26 @@ fn add_contacts(
         let Found { place, contact, .. } = item;
         pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
         deepest = deepest.max(contact.overlap);
-        let history = histories.of(&mut group[*place]);
+        let pair = &group[*place];
+        let (mut springs, mut history) = (*histories.springs(pair), histories.law(pair));
         if several.is_idle(contact.overlap) {
-            history.rest();
+            // It bears no force.
+            *histories.springs(pair) = Springs::default();
+            histories.set_law(pair, &LawHistory::default());
             continue;
         }
         if several.is_one() {
-            [history.law.memory, history.law.bridge] = kept;
+            [history.memory, history.bridge] = kept;
         }
         let point = PartPoint::of([a, b].map(|i| &particles.bodies[i]), contact, inverse_inertia);
         let patch = found.footprint(item).map(|f| PatchShare { screw: Screw::of(Some(f)), second: f.second });
-        let mut kept = kept_by(history);
+        let mut kept = kept_by(&mut springs, &mut history);
         if several.is_one() {
             kept.begin_with(&wound);
         }
         let loads = several.loads(&point, patch, &law, kept, &quanta);
+        *histories.springs(pair) = springs;
+        histories.set_law(pair, &history);
         loads.add_to(particles, [group[0].a, group[0].b]);
     }
     pass.statistics.note(deepest / radius, || overlapping(particles, &group[0], catalogue));
@@ -171,7 +246,7 @@ fn law_of<'a>(
 /// The bridge of two bodies whose liquid came from films: all their contacts have the same.
 fn bridge_of(group: &[PartPair], histories: &Histories, particles: &Particles) -> f64 {
     match particles.is_wet() {
-        true => group.iter().fold(0.0, |bridge, pair| either(bridge, histories.law_of(pair).bridge)),
+        true => group.iter().fold(0.0, |bridge, pair| either(bridge, histories.law(pair).bridge)),
         false => 0.0,
     }
 }
@@ -195,12 +270,9 @@ fn follow(
     follow_bridge(particles, pair, of_law, (gap, radii, solid), (bridge, pass.liquid))
 }
 
-fn kept_by(history: &mut ContactHistory) -> Kept<'_> {
-    Kept {
-        displacement: &mut history.tangential_displacement,
-        torsional_angle: &mut history.torsional_angle,
-        history: &mut history.law,
-    }
+fn kept_by<'a>(springs: &'a mut Springs, law: &'a mut LawHistory) -> Kept<'a> {
+    let Springs { tangential_displacement, torsional_angle } = springs;
+    Kept { displacement: tangential_displacement, torsional_angle, history: law }
 }
 
 #[cold]

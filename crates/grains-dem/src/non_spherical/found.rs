@@ -1,7 +1,7 @@
 //! Contacts found in a group of pairs.
 
 use crate::narrow_phase::PartContact;
-use grains_geometry::ContactPatch;
+use grains_geometry::{ContactPatch, Simplex};
 
 /// Contacts of the pairs of two particles.
 #[derive(Clone, Debug, Default)]
@@ -9,6 +9,8 @@ pub(super) struct Contacts {
     pub(super) items: Vec<Found>,
     /// Where those of them touch that do not in a point.
     footprints: Vec<ContactPatch>,
+    /// Room for the simplex of the query of a pair.
+    pub(super) simplex: Simplex,
 }
 
 /// A contact of a pair of a group.

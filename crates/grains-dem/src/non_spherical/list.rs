@@ -1,11 +1,15 @@
 //! All pairs of parts of a rank.
 
 use super::batch::PointBatch;
+use super::ellipsoids::EllipsoidBatch;
 use super::found::Contacts;
-use super::pairs::{Histories, PartPair};
-use crate::contact_history::ContactHistory;
-use crate::memory_use::heap_bytes;
-use grains_geometry::Vec3;
+use super::histories::Histories;
+use super::pairs::PartPair;
+use crate::catalogue::Catalogue;
+use crate::contact_history::{ContactHistory, LawHistory};
+use crate::memory_use::{heap_bytes, make_room};
+use crate::particles::Particles;
+use grains_geometry::{Core, Vec3};
 
 /// All pairs of parts of a rank, those of two particles side by side.
 #[derive(Clone, Debug, Default)]
@@ -14,60 +18,64 @@ pub(crate) struct PartPairList {
     pub(super) histories: Histories,
     pub(super) found: Contacts,
     pub(super) batch: Box<PointBatch>,
+    pub(super) ellipsoids: Box<EllipsoidBatch>,
 }
 
 impl PartPairList {
     /// Memory (B).
     pub(crate) fn bytes(&self) -> usize {
-        heap_bytes(&self.pairs) + heap_bytes(&self.histories.items) + heap_bytes(&self.histories.free)
+        heap_bytes(&self.pairs) + self.histories.bytes()
     }
 
-    /// Forgets all pairs but the first ones.
-    pub(crate) fn truncate(&mut self, kept: usize) {
-        self.pairs[kept..].iter_mut().for_each(|pair| self.histories.forget(pair));
+    /// Forgets all pairs but the first ones; of others to come it is kept what laws keep, or not.
+    pub(crate) fn truncate(&mut self, kept: usize, keep_laws: bool) {
         self.pairs.truncate(kept);
-        if kept == 0 {
-            self.histories.items.clear();
-            self.histories.free.clear();
-        }
+        self.histories.truncate(kept);
+        self.histories.keep_laws = keep_laws;
     }
 
-    /// Adds a pair of parts whose centres are `between` (m) apart, with its history if it touched.
+    /// Adds a pair of parts with these cores whose centres are `between` (m) apart, with its history if it touched.
     pub(crate) fn push(
         &mut self,
         [a, b]: [u32; 2],
-        parts: [u16; 2],
+        (parts, cores): ([u16; 2], [&Core; 2]),
         between: &Vec3,
-        known: Option<ContactHistory>,
+        known: Option<&ContactHistory>,
     ) {
-        let mut pair =
-            PartPair { a, b, parts, axis: Vec3::zeros(), separated_until: 0.0, history: PartPair::APART };
+        let separated_until = if known.is_some() { PartPair::TOUCHING } else { 0.0 };
+        let place = self.pairs.len() as u32;
+        let mut pair = PartPair { a, b, parts, place, axis: Vec3::zeros(), separated_until };
         pair.separate_by(between);
-        if let Some(known) = known {
-            *self.histories.of(&mut pair) = known;
-        }
+        self.histories.push(cores, known.unwrap_or(&ContactHistory::default()));
+        make_room(&mut self.pairs, 1);
         self.pairs.push(pair);
     }
 
-    /// Makes room for the histories of all pairs, so that no step has to.
-    pub(crate) fn reserve(&mut self) {
-        let Histories { items, free } = &mut self.histories;
-        // There may be more histories than pairs once pairs with clones were forgotten.
-        items.reserve(self.pairs.len().saturating_sub(items.len()));
-        free.reserve(items.len().max(self.pairs.len()) - free.len());
+    /// The pairs that touched in the last step and what laws keep of them.
+    pub(crate) fn with_laws(&self) -> impl Iterator<Item = (&PartPair, LawHistory)> {
+        self.touching_from(0).map(|pair| (pair, self.histories.law(pair)))
     }
 
-    /// The pairs that touched in the last step and their histories.
-    pub(crate) fn with_history(&self) -> impl Iterator<Item = (&PartPair, &ContactHistory)> {
-        self.with_history_from(0)
-    }
-
-    /// Those of them from a place in the list on.
+    /// The pairs that touched in the last step, from a place in the list on, and their histories.
     pub(crate) fn with_history_from(
         &self,
         first: usize,
-    ) -> impl Iterator<Item = (&PartPair, &ContactHistory)> {
-        let touching = self.pairs[first..].iter().filter(|pair| pair.is_touching());
-        touching.map(|pair| (pair, &self.histories.items[pair.history as usize]))
+        (particles, catalogue): (&Particles, &Catalogue),
+    ) -> impl Iterator<Item = (&PartPair, ContactHistory)> {
+        self.touching_from(first).map(move |pair| {
+            let cores = cores(pair, particles, catalogue);
+            (pair, self.histories.of(pair, cores))
+        })
     }
+
+    fn touching_from(&self, first: usize) -> impl Iterator<Item = &PartPair> {
+        self.pairs[first..].iter().filter(|pair| pair.is_touching())
+    }
+}
+
+/// Cores of the parts of a pair.
+#[inline(always)]
+pub(super) fn cores<'a>(pair: &PartPair, particles: &Particles, catalogue: &'a Catalogue) -> [&'a Core; 2] {
+    let [a, b] = [pair.a, pair.b].map(|i| catalogue.shape(particles.bodies[i as usize].kind));
+    [&a.parts[pair.parts[0] as usize].core, &b.parts[pair.parts[1] as usize].core]
 }

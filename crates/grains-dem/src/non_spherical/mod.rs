@@ -2,8 +2,10 @@
 
 mod batch;
 mod contacts;
+mod ellipsoids;
 mod forces;
 mod found;
+mod histories;
 mod list;
 mod pairs;
 mod point_contact;

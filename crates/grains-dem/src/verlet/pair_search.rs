@@ -9,6 +9,7 @@ use crate::bonds::{Made, are_bonded};
 use crate::contact_history::SavedHistories;
 use crate::contacts::SpherePair;
 use crate::error::StepError;
+use crate::memory_use::make_room;
 use crate::narrow_phase::{PlacedPart, Pose};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
@@ -89,7 +90,7 @@ impl VerletLists {
         context: &ListContext,
     ) -> BondChanges {
         particles.path_length.fill(0.0);
-        self.forget_pairs(Inner::default());
+        self.forget_pairs(Inner::default(), context);
         self.search_with(particles, cell_list, (histories, Some(order)), context, |lists, search| {
             let grids = cell_list.cells.grids();
             for (k, grid) in grids.iter().enumerate() {
@@ -111,7 +112,7 @@ impl VerletLists {
         histories: &SavedHistories,
         context: &ListContext,
     ) -> BondChanges {
-        self.forget_pairs(self.inner);
+        self.forget_pairs(self.inner, context);
         self.search_with(particles, cell_list, (histories, None), context, Self::pair_all_with_clones)
     }
 
@@ -143,8 +144,6 @@ impl VerletLists {
         };
         self.find_bonds(&search);
         find(self, &search);
-        self.part_pairs.reserve();
-        self.resting.part_pairs.reserve();
         self.bonds.sort(particles.owned);
         self.references = references;
         std::mem::take(&mut self.bond_changes)
@@ -161,12 +160,13 @@ impl VerletLists {
     }
 
     /// Forgets all pairs but the first ones.
-    fn forget_pairs(&mut self, kept: Inner) {
+    fn forget_pairs(&mut self, kept: Inner, context: &ListContext) {
+        let keep_laws = context.catalogue.contacts.keep_law_history();
         self.spheres.truncate(kept.spheres);
         self.sphere_laws.truncate(kept.spheres);
-        self.part_pairs.truncate(kept.part_pairs);
+        self.part_pairs.truncate(kept.part_pairs, keep_laws);
         self.resting.spheres.truncate(kept.resting_spheres);
-        self.resting.part_pairs.truncate(kept.resting_part_pairs);
+        self.resting.part_pairs.truncate(kept.resting_part_pairs, keep_laws);
     }
 
     /// Pairs of owned particles with clones.
@@ -307,10 +307,7 @@ impl VerletLists {
                 let known = of_row.iter().position(|m| m.partner == id);
                 let tangential_displacement =
                     known.map_or(Vec3::zeros(), |k| of_row[k].tangential_displacement);
-                if self.spheres.len() == self.spheres.capacity() {
-                    // Pairs are a quarter of all memory: they do not double.
-                    self.spheres.reserve_exact(self.spheres.len() / 8 + 64);
-                }
+                make_room(&mut self.spheres, 1);
                 self.spheres.push(SpherePair { a: i as u32, b: j as u32, tangential_displacement });
                 if context.catalogue.contacts.keep_law_history() {
                     let law = known.and_then(|k| histories.sphere_laws.row(row).get(k));
@@ -351,7 +348,8 @@ impl VerletLists {
                 let known = histories.part_pairs.row(search.row(i)).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
                 let list = if is_resting { &mut self.resting.part_pairs } else { &mut self.part_pairs };
-                list.push([a, b].map(|i| i as u32), parts, &between, known.map(|m| m.contact));
+                let cores = [part_a.core, part_b.core];
+                list.push([a, b].map(|i| i as u32), (parts, cores), &between, known.map(|m| &m.contact));
             }
         }
         self.near_parts = near;

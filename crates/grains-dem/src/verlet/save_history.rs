@@ -2,6 +2,7 @@
 
 use super::lists::{Inner, VerletLists};
 use crate::bonds::ListedBond;
+use crate::catalogue::Catalogue;
 use crate::contact_history::{
     BondHistory, LawHistory, PartHistory, SavedHistories, SphereHistory, WallHistory,
 };
@@ -26,7 +27,7 @@ impl VerletLists {
     pub(crate) fn save_history(
         &self,
         particles: &Particles,
-        walls: &[Wall],
+        (catalogue, walls): (&Catalogue, &[Wall]),
         global: &GlobalBox,
         histories: &mut SavedHistories,
         extent: Extent,
@@ -37,7 +38,7 @@ impl VerletLists {
             particles.owned,
             keeps_law_history,
             |add| self.save_spheres(particles, inner.spheres, add),
-            |add| self.save_parts(particles, inner.part_pairs, add),
+            |add| self.save_parts((particles, catalogue), inner.part_pairs, add),
             |add| {
                 if extent == Extent::All {
                     self.save_walls(particles, walls, global, add);
@@ -83,12 +84,18 @@ impl VerletLists {
         }
     }
 
-    fn save_parts(&self, particles: &Particles, first: usize, add: &mut dyn FnMut(u32, PartHistory)) {
-        for (&PartPair { a, b, parts, .. }, contact) in self.part_pairs.with_history_from(first) {
+    fn save_parts(
+        &self,
+        (particles, catalogue): (&Particles, &Catalogue),
+        first: usize,
+        add: &mut dyn FnMut(u32, PartHistory),
+    ) {
+        let touching = self.part_pairs.with_history_from(first, (particles, catalogue));
+        for (&PartPair { a, b, parts, .. }, contact) in touching {
             for (own, other) in [(a, b), (b, a)] {
                 if (own as usize) < particles.owned {
                     let partner = particles.ids[other as usize];
-                    add(own, PartHistory { partner, parts, contact: *contact });
+                    add(own, PartHistory { partner, parts, contact });
                 }
             }
         }

@@ -67,8 +67,18 @@ impl Convex for Cuboid {
     }
 
     fn for_each_vertex(&self, visit: impl FnMut(Vec3)) {
-        let corner = |k: usize| Vec3::from_fn(|a, _| if k >> a & 1 == 0 { self.0[a] } else { -self.0[a] });
-        (0..8).map(corner).for_each(visit);
+        (0..8).map(|k| self.vertex(k)).for_each(visit);
+    }
+
+    #[inline(always)]
+    fn vertex(&self, number: usize) -> Vec3 {
+        Vec3::from_fn(|a, _| if number >> a & 1 == 0 { self.0[a] } else { -self.0[a] })
+    }
+
+    #[inline(always)]
+    fn number_of(&self, point: &Vec3) -> Option<u16> {
+        let side = |a: usize| u16::from(point[a].is_sign_negative()) << a;
+        (point.abs() == self.0).then_some(side(0) | side(1) | side(2))
     }
 
     #[inline]

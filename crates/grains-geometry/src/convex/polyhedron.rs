@@ -153,6 +153,16 @@ impl Convex for Polyhedron {
         self.vertices.iter().copied().for_each(visit);
     }
 
+    #[inline]
+    fn vertex(&self, number: usize) -> Vec3 {
+        self.vertices[number]
+    }
+
+    #[inline]
+    fn number_of(&self, point: &Vec3) -> Option<u16> {
+        self.vertices.iter().position(|vertex| vertex == point).map(|k| k as u16)
+    }
+
     fn offset_from(&self, _point: &Vec3) -> Option<Vec3> {
         None
     }

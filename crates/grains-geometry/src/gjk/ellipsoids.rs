@@ -13,11 +13,18 @@
 //!
 //! The cores, an inset r within their bodies, have the gap g + r_A + r_B, which |w + (r_A + r_B) n| bounds from
 //! above: the answer is certified as any other.
+//!
+//! A step has no branches, so that many pairs take it at once in the lanes of the processor.
+
+mod lanes;
+mod symmetric;
 
 use super::query::Query;
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::superellipsoid::Superellipsoid;
 use crate::{Mat3, Vec3};
+pub use lanes::EllipsoidQueries;
+use symmetric::Symmetric;
 
 /// Newton steps before giving up; a start 1e-4 off takes one or two.
 const MAX_STEPS: usize = 10;
@@ -28,64 +35,126 @@ pub(super) fn pair(
     a: &Superellipsoid,
     b: &Superellipsoid,
     query: &Query,
-    size: f64,
     simplex: &mut Simplex,
 ) -> Option<Separation> {
-    let (matrix, t) = (&query.placement.matrix, &query.placement.translation);
-    let form_a = a.semi_axes().component_mul(a.semi_axes());
-    let squares = b.semi_axes().component_mul(b.semi_axes());
-    let form_b = scaled_columns(matrix, &squares) * matrix.transpose();
-    let scale = matrix.column(0).norm();
-    let insets = a.inset() + b.inset() * scale;
-    let gradient = simplex.a[0].component_div(&form_a);
-    let mut normal = gradient * (1.0 / gradient.norm());
+    let (matrix, translation) = (&query.placement.matrix, query.placement.translation);
+    let pair = Pair::new([*a.semi_axes(), *b.semi_axes()], [a.inset(), b.inset()], matrix, translation);
+    let mut normal = pair.normal_at(&simplex.a[0]);
     for _ in 0..MAX_STEPS {
-        let (across_a, across_b) = (form_a.component_mul(&normal), form_b * normal);
-        let (height_a, height_b) = (across_a.dot(&normal).sqrt(), across_b.dot(&normal).sqrt());
-        let (inverse_a, inverse_b) = (1.0 / height_a, 1.0 / height_b);
-        let (point_a, reach_b) = (across_a * inverse_a, across_b * inverse_b);
-        let w = t - reach_b - point_a;
-        let gap = w.dot(&normal);
-        let (aside, lower) = (w - normal * gap, gap + insets);
-        let is_beyond = lower > query.cutoff;
-        // |v| − lower = |τ|²/(|v| + lower)
-        if is_beyond || (lower > MEETING * size && aside.norm_squared() <= 2.0 * lower * TOLERANCE * size) {
-            let point_b = matrix.tr_mul(&reach_b) * (-1.0 / (scale * scale));
-            (simplex.len, simplex.a[0], simplex.b[0]) = (1, point_a, point_b);
+        let plane = pair.across(&normal);
+        let is_beyond = plane.lower > query.cutoff;
+        if is_beyond || pair.has_nearest_points(&plane) {
+            (simplex.len, simplex.a[0]) = (1, plane.point_a);
+            simplex.b[0] = pair.in_frame_of_b(matrix, &plane.point_b);
             if is_beyond {
                 return Some(Separation::Beyond { axis: normal });
             }
-            let point_a = point_a - normal * a.inset();
-            let point_b = point_a + normal * lower;
-            return Some(Separation::Apart { distance: lower, normal, point_a, point_b });
+            let point_a = plane.point_a - normal * a.inset();
+            let point_b = point_a + normal * plane.lower;
+            return Some(Separation::Apart { distance: plane.lower, normal, point_a, point_b });
         }
-        // δ is across n whatever stands for the curvature along n: there R n = 0.
-        let along = (inverse_a + inverse_b) * size * size;
-        let mut curvature = form_b * inverse_b;
-        curvature.ger(-inverse_b, &reach_b, &reach_b, 1.0);
-        curvature.ger(-inverse_a, &point_a, &point_a, 1.0);
-        curvature.ger(along, &normal, &normal, 1.0);
-        for axis in 0..3 {
-            curvature[(axis, axis)] += form_a[axis] * inverse_a + gap;
-        }
-        let turned = normal + solve(&curvature, &aside)?;
-        normal = turned * (1.0 / turned.norm());
+        normal = pair.turned(&normal, &plane);
     }
     None
 }
 
-/// The matrix with its columns multiplied.
-#[inline(always)]
-fn scaled_columns(matrix: &Mat3, factors: &Vec3) -> Mat3 {
-    let [x, y, z] = [0, 1, 2].map(|k| matrix.column(k) * factors[k]);
-    Mat3::from_columns(&[x, y, z])
+/// Two ellipsoids in the frame of the first.
+struct Pair {
+    /// Squares of the semi-axes of A (m²).
+    form_a: Vec3,
+    /// B (m²).
+    form_b: Symmetric,
+    /// Centre of B (m).
+    translation: Vec3,
+    /// Sum of the insets (m).
+    insets: f64,
+    /// Square of the scale of B (-).
+    scale_squared: f64,
+    /// A length like the largest coordinate (m).
+    size: f64,
 }
 
-/// Solution of m x = y for a symmetric m by its adjugate; `None` if m is singular.
+/// Both bodies as seen along a unit normal.
+struct Plane {
+    /// Surface point of A farthest along the normal (m).
+    point_a: Vec3,
+    /// Surface point of B farthest against it, from the centre of B (m).
+    point_b: Vec3,
+    /// Inverse support values of both (1/m).
+    inverses: [f64; 2],
+    /// Gap of the bodies (m).
+    gap: f64,
+    /// Gap of the cores, a lower bound of their distance (m).
+    lower: f64,
+    /// From the point of A to that of B, across the normal (m).
+    aside: Vec3,
+}
+
+impl Pair {
+    /// Ellipsoids of these semi-axes and insets (m), B at `matrix`, a rotation times a scale, and `translation` (m).
+    #[inline(always)]
+    fn new([a, b]: [Vec3; 2], insets: [f64; 2], matrix: &Mat3, translation: Vec3) -> Self {
+        let scale_squared = matrix.column(0).norm_squared();
+        let scale = scale_squared.sqrt();
+        Self {
+            form_a: a.component_mul(&a),
+            form_b: Symmetric::turned(&b.component_mul(&b), matrix),
+            translation,
+            insets: insets[0] + insets[1] * scale,
+            scale_squared,
+            size: largest(&a) + largest(&b) * scale + largest(&translation),
+        }
+    }
+
+    /// Unit normal of A at a point of its surface.
+    #[inline(always)]
+    fn normal_at(&self, point: &Vec3) -> Vec3 {
+        let gradient = point.component_div(&self.form_a);
+        gradient * (1.0 / gradient.norm())
+    }
+
+    /// The bodies as a unit normal sees them.
+    #[inline(always)]
+    fn across(&self, normal: &Vec3) -> Plane {
+        let (across_a, across_b) = (self.form_a.component_mul(normal), self.form_b.times(normal));
+        let inverses = [1.0 / across_a.dot(normal).sqrt(), 1.0 / across_b.dot(normal).sqrt()];
+        let (point_a, point_b) = (across_a * inverses[0], across_b * -inverses[1]);
+        let w = self.translation + point_b - point_a;
+        let gap = w.dot(normal);
+        Plane { point_a, point_b, inverses, gap, lower: gap + self.insets, aside: w - normal * gap }
+    }
+
+    /// Whether the points that a normal sees are the nearest of cores that are apart: |v| − lower = |τ|²/(|v| + lower).
+    #[inline(always)]
+    fn has_nearest_points(&self, plane: &Plane) -> bool {
+        let Plane { lower, aside, .. } = plane;
+        (*lower > MEETING * self.size) & (aside.norm_squared() <= 2.0 * lower * TOLERANCE * self.size)
+    }
+
+    /// The normal after a step of Newton's method; not a number where it fails.
+    #[inline(always)]
+    fn turned(&self, normal: &Vec3, plane: &Plane) -> Vec3 {
+        let Plane { point_a, point_b, inverses: [inverse_a, inverse_b], gap, aside, .. } = plane;
+        // δ is across n whatever stands for the curvature along n: there R n = 0.
+        let along = (inverse_a + inverse_b) * self.size * self.size;
+        let mut curvature = self.form_b.scaled(*inverse_b);
+        curvature.diagonal += (self.form_a * *inverse_a).add_scalar(*gap);
+        curvature.add_square(normal, along);
+        curvature.add_square(point_a, -inverse_a);
+        curvature.add_square(point_b, -inverse_b);
+        let turned = normal + curvature.solution(aside);
+        turned * (1.0 / turned.norm())
+    }
+
+    /// A point given from the centre of B, in the frame of B (m).
+    #[inline(always)]
+    fn in_frame_of_b(&self, matrix: &Mat3, point: &Vec3) -> Vec3 {
+        matrix.tr_mul(point) * (1.0 / self.scale_squared)
+    }
+}
+
+/// Largest component of a vector, without a sign.
 #[inline(always)]
-fn solve(m: &Mat3, y: &Vec3) -> Option<Vec3> {
-    let [p, q, r] = [0, 1, 2].map(|k| m.column(k).into_owned());
-    let (qr, rp, pq) = (q.cross(&r), r.cross(&p), p.cross(&q));
-    let x = Vec3::new(qr.dot(y), rp.dot(y), pq.dot(y)) * (1.0 / p.dot(&qr));
-    x.x.is_finite().then_some(x)
+fn largest(v: &Vec3) -> f64 {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
 }

@@ -156,7 +156,7 @@ impl Query<'_> {
         let size = self.size(a, b);
         match (a.superellipsoid(), b.superellipsoid()) {
             (Some(a), Some(b)) if weights.is_none() && a.is_ellipsoid() && b.is_ellipsoid() => {
-                ellipsoids::pair(a, b, self, size, simplex)
+                ellipsoids::pair(a, b, self, simplex)
                     .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
             }
             (Some(a), Some(b)) => smooth::pair(a, b, self, size, simplex, weights),
