@@ -88,26 +88,31 @@ impl Halo {
     /// Adds what the halos hold to the owners' cells and clears it; what lies beyond a side without neighbour
     /// stays in the halo.
     pub fn add(&mut self, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+        self.add_to(self.layout.halo, fields, transport);
+    }
+
+    /// The same for so many layers next to the own cells alone; there is nothing in those beyond.
+    pub fn add_to(&mut self, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
         for a in (0..3).rev() {
-            self.add_axis(a, fields, transport);
+            self.add_axis(a, depth.min(self.layout.halo), fields, transport);
         }
     }
 
-    fn add_axis(&mut self, axis: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    fn add_axis(&mut self, axis: usize, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
         let (layout, own) = (self.layout, self.own);
         let (n, h) = (layout.cells[axis], layout.halo);
         let exchange = &mut self.axes[axis];
-        let inner = |side: usize| if side == 0 { h } else { n };
-        let outer = |side: usize| if side == 0 { 0 } else { n + h };
-        exchange.pack(layout, (axis, h), fields, outer);
+        let inner = |side: usize| if side == 0 { h } else { n + h - depth };
+        let outer = |side: usize| if side == 0 { h - depth } else { n + h };
+        exchange.pack(layout, (axis, depth), fields, outer);
         exchange.communicate(transport);
-        exchange.unpack(layout, (axis, h), fields, inner, |to, from| {
+        exchange.unpack(layout, (axis, depth), fields, inner, |to, from| {
             to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
         });
         for side in 0..2 {
             let Some(rank) = exchange.neighbours[side] else { continue };
             for field in fields.iter_mut() {
-                for layer in 0..h {
+                for layer in 0..depth {
                     let at = outer(side) + layer;
                     let home = h + (at as isize - h as isize).rem_euclid(n as isize) as usize;
                     take_layer(layout, axis, field, at, (rank == own).then_some(home));

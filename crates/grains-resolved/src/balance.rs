@@ -110,18 +110,3 @@ impl Action {
         Self { force: vector(0), torque: vector(3), carried_over: std::array::from_fn(|a| sums[6 + a]) }
     }
 }
-
-/// Torque about the centre of a force f along axis `component` at an arm.
-fn moment(arm: &Vec3, component: usize, force: f64) -> Vec3 {
-    let mut along = Vec3::zeros();
-    along[component] = force;
-    arm.cross(&along)
-}
-
-/// (e, r × e) for the unit vector e of an axis: e·(U + ω × r) = row · (U, ω), and force and torque of a unit force.
-pub(crate) fn unit_row(arm: &Vec3, component: usize) -> Vector6<f64> {
-    let torque = moment(arm, component, 1.0);
-    let mut row = Vector6::new(0.0, 0.0, 0.0, torque.x, torque.y, torque.z);
-    row[component] = 1.0;
-    row
-}

@@ -16,6 +16,7 @@
 
 use crate::body::others;
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::nodes::Holders;
 use crate::wall::{ClosestPoint, Solids};
 use crate::wall_load::turning;
 use crate::{Extrapolation, RigidBody, Subgrid};
@@ -114,19 +115,19 @@ fn mean_of_positive(middle: f64, [wide, narrow]: [f64; 2], k: i32) -> f64 {
 }
 
 impl CutFaces {
-    /// The stencils of cut faces, own and halo, with who holds the velocities of a component.
+    /// The stencils of cut faces, own and halo, with who holds the velocities.
     pub fn find(
         &mut self,
         faces: [&[CutFace]; 3],
-        holder: &impl Fn(usize, usize) -> Option<u32>,
+        holders: [Holders; 3],
         solids: &Solids,
         extrapolation: Extrapolation,
     ) {
         let (subgrid, first_wall) = (solids.subgrid, (solids.bodies.len() - solids.walls.len()) as u32);
         let is_cut = |component: usize, face: &CutFace| {
-            holder(component, face.place as usize).is_none_or(|body| body == first_wall + face.wall)
+            holders[component].body(face.place as usize).is_none_or(|body| body == first_wall + face.wall)
         };
-        self.close_cells(faces, holder, subgrid);
+        self.close_cells(faces, holders, subgrid);
         for (component, faces) in faces.into_iter().enumerate() {
             let passed = &mut self.passed[component];
             passed.clear();
@@ -139,11 +140,11 @@ impl CutFaces {
                 let unit = pitch(&face.out.surface.direction, subgrid);
                 let surface = &face.out.surface;
                 let profile = Profile {
-                    rule: rule.at(place, subgrid, |p| holder(component, p).is_some()),
+                    rule: rule.at(place, subgrid, holders[component]),
                     subgrid,
                     component,
                     solids,
-                    holder: |place| holder(component, place),
+                    holders: holders[component],
                     start: subgrid.position(component, place) + surface.direction * surface.distance,
                     out: face.out,
                     wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
@@ -156,20 +157,14 @@ impl CutFaces {
     }
 
     /// Finds the cells without a free velocity beside cut faces, own ones and those next to them.
-    fn close_cells(
-        &mut self,
-        faces: [&[CutFace]; 3],
-        holder: &impl Fn(usize, usize) -> Option<u32>,
-        subgrid: &Subgrid,
-    ) {
+    fn close_cells(&mut self, faces: [&[CutFace]; 3], holders: [Holders; 3], subgrid: &Subgrid) {
         let strides = subgrid.layout.strides();
         let axes: Vec<usize> = (0..3).filter(|&a| subgrid.active[a]).collect();
         let open: HashMap<(usize, u32), f64> = (faces.iter().enumerate())
             .flat_map(|(a, faces)| faces.iter().map(move |face| ((a, face.place), face.open)))
             .collect();
-        let is_closed = |cell: usize| {
-            axes.iter().all(|&a| holder(a, cell).is_some() && holder(a, cell - strides[a]).is_some())
-        };
+        let is_closed =
+            |cell: usize| axes.iter().all(|&a| holders[a].holds(cell) && holders[a].holds(cell - strides[a]));
         let beside = |a: usize, faces: &[CutFace]| -> Vec<u32> {
             let near = faces.iter().filter(|face| subgrid.is_beside_own(face.place as usize));
             near.flat_map(|face| [face.place, face.place + strides[a] as u32]).collect()

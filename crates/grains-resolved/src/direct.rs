@@ -23,7 +23,7 @@ impl Resolved {
             flow.refresh_velocity(self.subgrid.layout.halo, transport);
         }
         if let Some(motions) = motions {
-            self.move_bodies(motions, flow, dt, transport);
+            self.move_bodies((motions, |_| true), flow, dt, transport);
         }
         let mut actions = vec![[0.0; 12]; self.bodies.len()];
         let (density, volume) = (flow.setup.density, self.subgrid.cell_volume());
@@ -154,14 +154,21 @@ impl Resolved {
         }
     }
 
-    /// New velocities of the bodies from the balance of momentum of each and of the fluid that turns with it.
+    /// New velocities of the bodies from the balance of momentum of each and of the fluid that turns with it, at nodes that count;
+    /// returns the inertia of the own ones with that fluid. Collective.
     ///
     /// (m − m_f + C m_f)(U − Uⁿ) + C m_f (Uⁿ⁻¹ − Uⁿ) = −J + E − Eⁿ + K
     ///
     /// with K the impulse of all but the flow, J that on the fluid, C the virtual mass, and E the momentum of the fluid
     /// inside beyond that of rigid motion, which jumps when nodes come and go; likewise for the angular momentum.
-    fn move_bodies(&mut self, motions: &[BodyMotion], flow: &Flow, dt: f64, transport: &dyn Transport) {
-        let Some(immersed) = &flow.immersed else { return };
+    pub(crate) fn move_bodies(
+        &mut self,
+        (motions, counts): (&[BodyMotion], impl Fn(&Node) -> bool),
+        flow: &Flow,
+        dt: f64,
+        transport: &dyn Transport,
+    ) -> Vec<Matrix6<f64>> {
+        let Some(immersed) = &flow.immersed else { return Vec::new() };
         let (density, volume) = (flow.setup.density, self.subgrid.cell_volume());
         // Per body: the 6 x 6 response of the impulse to the velocities, and the impulse at rest.
         let mut sums = vec![[0.0; 42]; self.bodies.len()];
@@ -176,7 +183,7 @@ impl Resolved {
             for group in nodes.chunk_by(|n, m| n.body == m.body) {
                 // Impulse on the fluid along e: V (f Δt + ρ (e·(U + ω × r) − u)), with e·(ω × r) = ω_b r_c − ω_c r_b.
                 let (mut squares, mut at_rest) = ([0.0; 6], [0.0; 3]);
-                for (node, number) in group.iter().zip(&mut numbers) {
+                for (node, number) in group.iter().zip(&mut numbers).filter(|(node, _)| counts(node)) {
                     let (place, arm) = (node.place as usize, arms.to(number, node));
                     let (p, q) = (arm[c], -arm[b]);
                     let impulse = dt * force[place] - density * velocity[place];
@@ -198,11 +205,13 @@ impl Resolved {
         }
         self.ghosts.gather(&mut sums, &self.subgrid, transport);
         let mut values = vec![[0.0; 6]; self.bodies.len()];
+        let mut inertia = Vec::with_capacity(motions.len());
         for ((value, sum), motion) in values.iter_mut().zip(&sums).zip(motions) {
             let (matrix, right) = motion.balance();
             let matrix = matrix + Matrix6::from_row_slice(&sum[..36]);
             let right = right - Vector6::from_column_slice(&sum[36..]);
             *value = motion.solved(matrix, right).into();
+            inertia.push(matrix);
         }
         values.truncate(self.first_wall());
         self.ghosts.scatter(&mut values, &self.subgrid, transport);
@@ -210,6 +219,7 @@ impl Resolved {
             body.velocity = Vec3::from_column_slice(&value[..3]);
             body.spin = Vec3::from_column_slice(&value[3..]);
         }
+        inertia
     }
 }
 

@@ -1,9 +1,10 @@
 //! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
 
 use crate::Subgrid;
+use crate::nodes::Holders;
 use crate::subgrid::Stencil;
 use crate::wall::{ClosestPoint, Solids};
-use grains_geometry::{Mat3, Vec3};
+use grains_geometry::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -79,17 +80,21 @@ impl Rule {
     /// The same for the velocity at a place.
     ///
     /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are extrapolated.
-    pub fn at(self, place: usize, subgrid: &Subgrid, is_hidden: impl Fn(usize) -> bool) -> Self {
-        let hidden = |place: usize| around(subgrid, place).filter(|&p| is_hidden(p)).count();
-        let max = around(subgrid, place).filter(|&p| !is_hidden(p)).map(hidden).max();
-        Self { max_weight: self.max_weight / max.unwrap_or(1).max(1) as f64, ..self }
+    pub fn at(self, place: usize, subgrid: &Subgrid, holders: Holders) -> Self {
+        let mut max = 1;
+        for place in around(subgrid, place).filter(|&p| !holders.holds(p)) {
+            max = max.max(around(subgrid, place).filter(|&p| holders.holds(p)).count());
+        }
+        Self { max_weight: self.max_weight / max as f64, ..self }
     }
 }
 
 /// Places next to one along the axes on which the flow varies.
+#[inline]
 fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
     let (strides, active) = (subgrid.layout.strides(), subgrid.active);
-    (0..3).filter(move |&a| active[a]).flat_map(move |a| [place - strides[a], place + strides[a]])
+    let places = strides.map(|stride| [place - stride, place + stride]);
+    (0..6).filter(move |k| active[k / 2]).map(move |k| places[k / 2][k % 2])
 }
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
@@ -126,13 +131,34 @@ enum Sample {
     Opposite(f64, u32, Vec3),
 }
 
+/// Up to three values that a profile takes, from the surface on.
+struct Samples {
+    values: [Sample; 3],
+    count: usize,
+}
+
+impl Samples {
+    fn of(given: impl Iterator<Item = Sample>) -> Self {
+        let mut samples = Self { values: [Sample::Opposite(0.0, 0, Vec3::zeros()); 3], count: 0 };
+        for (place, sample) in samples.values.iter_mut().zip(given) {
+            *place = sample;
+            samples.count += 1;
+        }
+        samples
+    }
+
+    fn all(&self) -> &[Sample] {
+        &self.values[..self.count]
+    }
+}
+
 /// The profiles along the normal at a point of a surface.
-pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
+pub(crate) struct Profile<'a> {
     pub subgrid: &'a Subgrid,
     pub component: usize,
     pub solids: &'a Solids<'a>,
-    /// The body that holds a place.
-    pub holder: H,
+    /// Who holds the velocities of the component.
+    pub holders: Holders<'a>,
     /// The point of the surface (m).
     pub start: Vec3,
     /// The surface point closest to it.
@@ -144,7 +170,7 @@ pub(crate) struct Profile<'a, H: Fn(usize) -> Option<u32>> {
     pub wanted: Vec3,
 }
 
-impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
+impl Profile<'_> {
     /// The extrapolation to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
     /// none where there is nothing to extrapolate.
     ///
@@ -153,15 +179,15 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
         let Rule { samples, spacing, .. } = self.rule;
         let step = spacing * pitch(&self.out.surface.direction, self.subgrid);
-        let flow: Vec<Sample> = (1..=samples).map_while(|n| self.flow(n as f64 * step)).collect();
-        let whole = || self.fit(&flow).filter(|_| flow.len() == samples);
+        let flow = Samples::of((1..=samples).map_while(|n| self.flow(n as f64 * step)));
+        let flow = flow.all();
+        let whole = || self.fit(flow).filter(|_| flow.len() == samples);
         let across = || {
             let (width, end) = flow.iter().find_map(|sample| self.opposite(sample))?;
             let before =
                 flow.iter().enumerate().take(samples - 1).take_while(|(n, _)| (*n + 1) as f64 * step < width);
-            let mut samples: Vec<Sample> = before.map(|(_, sample)| *sample).collect();
-            samples.push(end);
-            self.fit(&samples).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
+            let samples = Samples::of(before.map(|(_, sample)| *sample).chain([end]));
+            self.fit(samples.all()).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
         };
         let fewer = || (1..samples).rev().find_map(|n| self.fit(flow.get(..n)?));
         whole().or_else(|| if samples > 1 { across() } else { None }).or_else(fewer)
@@ -177,25 +203,24 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
     fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
         let unit = pitch(&self.out.surface.direction, self.subgrid);
-        let mut values = Mat3::identity();
-        let (mut wanted, mut hidden, mut response) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
+        let strides = self.subgrid.layout.strides();
+        let (mut powers, mut hidden, mut response) = ([Vec3::zeros(); 3], Vec3::zeros(), Vec3::zeros());
         for (n, sample) in samples.iter().enumerate() {
-            wanted[n] = self.wanted[n];
-            values[(n, n)] = 0.0;
-            let powers = match sample {
-                Sample::Opposite(width, ..) => [1, 2, 3].map(|k| (width / unit).powi(k)),
+            powers[n] = match sample {
+                Sample::Opposite(width, ..) => {
+                    let y = width / unit;
+                    Vec3::new(y, y * y, y * y * y)
+                }
                 Sample::Flow(distance, stencil) => {
-                    let is_hidden = |place| f64::from(u8::from((self.holder)(place).is_some()));
-                    hidden[n] = stencil.mean(self.subgrid.layout.strides(), is_hidden);
+                    hidden[n] = stencil.hidden(strides, self.holders);
                     if n < NEAR && self.rule.max_response.is_finite() {
                         response[n] = self.response(stencil);
                     }
                     self.powers(distance / unit, stencil, unit)
                 }
             };
-            (0..samples.len()).for_each(|k| values[(k, n)] = powers[k]);
         }
-        let weights = values.lu().solve(&wanted)?;
+        let weights = solve(&powers[..samples.len()], &self.wanted)?;
         if weights.abs().dot(&hidden) > self.rule.max_feedback + ROUNDING
             || weights.abs().sum() > self.rule.max_weight + ROUNDING
             || -weights.dot(&response) > self.rule.max_response + ROUNDING
@@ -206,15 +231,15 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
         let (weights_of_fluid, bases, fractions) = Default::default();
         let mut interface =
             InterfaceStencil { foot, weights: weights_of_fluid, bases, fractions, opposite: None };
-        for (n, (sample, &weight)) in samples.iter().zip(&weights).enumerate() {
+        for (n, sample) in samples.iter().enumerate() {
             match *sample {
                 Sample::Flow(_, Stencil { base, fractions }) => {
-                    interface.weights[n] = weight;
+                    interface.weights[n] = weights[n];
                     interface.bases[n] = base as u32;
                     interface.fractions[n] = fractions;
                 }
                 Sample::Opposite(_, body, foot) => {
-                    interface.opposite = Some(Box::new(Opposite { body, foot, weight }));
+                    interface.opposite = Some(Box::new(Opposite { body, foot, weight: weights[n] }));
                 }
             }
         }
@@ -224,17 +249,17 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
     /// Mean over the fluid's corners of a stencil of the number of their neighbours inside bodies.
     fn response(&self, stencil: &Stencil) -> f64 {
         let strides = self.subgrid.layout.strides();
-        let holds = |place: usize| (self.holder)(place).is_some();
-        let of_corner = |(place, weight): (usize, f64)| match holds(place) {
+        let holders = self.holders;
+        let of_corner = |(place, weight): (usize, f64)| match holders.holds(place) {
             true => 0.0,
-            false => weight * around(self.subgrid, place).filter(|&p| holds(p)).count() as f64,
+            false => weight * around(self.subgrid, place).filter(|&p| holders.holds(p)).count() as f64,
         };
         stencil.corners(strides).map(of_corner).sum()
     }
 
     /// What multilinear interpolation makes of y, y², y³ at y, the distance along the normal in a unit (m): their means over
     /// corners whose coordinates are independent of each other.
-    fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> [f64; 3] {
+    fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> Vec3 {
         let (mut variance, mut third) = (0.0, 0.0);
         for a in (0..3).filter(|&a| self.subgrid.active[a]) {
             let (t, step) =
@@ -243,7 +268,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             variance += spread;
             third += spread * (1.0 - 2.0 * t) * step;
         }
-        [y, y * y + variance, y * y * y + 3.0 * y * variance + third]
+        Vec3::new(y, y * y + variance, y * y * y + 3.0 * y * variance + third)
     }
 
     /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and that surface.
@@ -257,7 +282,7 @@ impl<H: Fn(usize) -> Option<u32>> Profile<'_, H> {
             if best.is_some_and(|(max, _)| max + ROUNDING >= weight) {
                 continue;
             }
-            let Some(body) = (self.holder)(place) else { continue };
+            let Some(body) = self.holders.body(place) else { continue };
             let corner = self.subgrid.position(self.component, place);
             let Some(ClosestPoint { arm, surface }) = self.solids.closest_point(body as usize, &corner)
             else {
@@ -302,11 +327,28 @@ impl InterfaceStencil {
             sum += weight * relative;
             max = max.max(relative.abs());
         };
-        self.fluid()
-            .for_each(|(weight, stencil)| add(weight, stencil.mean(strides, |place| velocity[place])));
+        self.fluid().for_each(|(weight, stencil)| add(weight, stencil.mean(strides, velocity)));
         opposite.into_iter().for_each(|(weight, sample)| add(weight, sample));
         surface + sum.clamp(-MAX_EXTRAPOLATION * max, MAX_EXTRAPOLATION * max)
     }
+}
+
+/// The weights b with Σ b_n p_nk = w_k, of as many powers k as there are columns p_n; none where there are no such.
+fn solve(columns: &[Vec3], wanted: &Vec3) -> Option<Vec3> {
+    let (determinant, weights) = match *columns {
+        [p] => (p.x, Vec3::new(wanted.x, 0.0, 0.0)),
+        [p, q] => {
+            let cross = |a: &Vec3, b: &Vec3| a.x * b.y - a.y * b.x;
+            (cross(&p, &q), Vec3::new(cross(wanted, &q), cross(&p, wanted), 0.0))
+        }
+        [p, q, r] => {
+            let volume = |a: &Vec3, b: &Vec3, c: &Vec3| a.dot(&b.cross(c));
+            let weights = Vec3::new(volume(wanted, &q, &r), volume(&p, wanted, &r), volume(&p, &q, wanted));
+            (volume(&p, &q, &r), weights)
+        }
+        _ => return None,
+    };
+    (determinant != 0.0).then(|| weights / determinant)
 }
 
 /// Distance (m) of two parallel planes between which a cell fits.
@@ -318,6 +360,33 @@ pub(crate) fn pitch(normal: &Vec3, subgrid: &Subgrid) -> f64 {
 impl InterfaceStencil {
     /// What velocities in the fluid add to the extrapolated one.
     pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
-        self.fluid().map(|(weight, stencil)| weight * stencil.mean(strides, |p| velocity[p])).sum()
+        self.fluid().map(|(weight, stencil)| weight * stencil.mean(strides, velocity)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::Random;
+
+    #[test]
+    fn weights_give_as_many_powers_as_there_are_samples() {
+        let mut random = Random(3);
+        for k in 0..300 {
+            // Samples up to 3 and 0.8 or more apart, as those of profiles are.
+            let at = |n: usize, shift: f64| (n as f64 + 1.0) * 0.8 + 0.2 * shift;
+            let columns = [0, 1, 2].map(|n| {
+                let y = at(n, random.next());
+                Vec3::new(y, y * y + 0.2 * random.next(), y * y * y + random.next())
+            });
+            let wanted = Vec3::from_fn(|_, _| 2.0 * random.next() - 1.0);
+            let count = 1 + k % 3;
+            let weights = solve(&columns[..count], &wanted).unwrap();
+            let found: Vec3 = columns.iter().zip(&weights).map(|(column, weight)| column * *weight).sum();
+            let error = (found - wanted).rows(0, count).amax();
+            assert!(error < 1e-11, "{columns:?} {wanted:?} {weights:?}");
+            assert!(weights.iter().skip(count).all(|weight| *weight == 0.0));
+        }
+        assert!(solve(&[Vec3::new(1.0, 2.0, 0.0), Vec3::new(2.0, 4.0, 1.0)], &Vec3::x()).is_none());
     }
 }

@@ -53,9 +53,9 @@
 //! # Multipliers
 //!
 //! [`Method::Multiplier`] is the method of the thesis: multipliers at velocities deep inside and at points of the surface
-//! ([`surface_points`]), interpolated multilinearly or by parabolas that reach outwards, found by conjugate gradients in a
-//! number of iterations that does not grow with resolution. It is of order 1.3 and costs three times as much for fixed bodies, ten for free ones;
-//! cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
+//! ([`surface_points`]), interpolated multilinearly or by parabolas that reach outwards. Those deep inside are eliminated, the others are
+//! found by conjugate gradients, from those of the last step, in a number of iterations that does not grow with resolution. It is of order
+//! 1.3 and costs some three times as much; cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
 //!
 //! # Bodies of any density
 //!
@@ -110,14 +110,19 @@
 mod balance;
 mod body;
 mod body_ghosts;
+#[cfg(test)]
+mod classification;
 mod constraints;
 mod cut_faces;
 mod direct;
+#[cfg(test)]
+mod elimination;
 mod error;
 mod interface_stencil;
 mod motion;
 mod multiplier;
 mod nodes;
+mod point_stencil;
 mod points;
 mod resolved;
 mod solid;

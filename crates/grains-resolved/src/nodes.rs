@@ -16,7 +16,7 @@ const OUTSIDE: u32 = 0;
 const HALO: u32 = 1 << 31;
 
 /// Relative difference of distances that counts as rounding: velocities a cell deep are so on all ranks.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// A velocity of the fluid that a body imposes.
 #[derive(Clone, Debug)]
@@ -27,6 +27,14 @@ pub(crate) struct Node {
     pub body: u32,
     /// Number of its [`InterfaceStencil`], or one of the two below.
     interface: u32,
+}
+
+/// What is known of a node that a body claims.
+struct Claimed {
+    /// Whether it is this rank's own.
+    is_own: bool,
+    /// Whether it is surely inside and not next to the surface.
+    is_deep: bool,
 }
 
 /// A node that is not next to the surface.
@@ -49,6 +57,31 @@ impl Arms<'_> {
         match self.of_walls.get(number) {
             Some(arm) => *arm,
             None => self.positions.at(node.place as usize) - self.bodies[node.body as usize].center,
+        }
+    }
+}
+
+/// Who holds the velocities of a component, halo included.
+#[derive(Clone, Copy)]
+pub(crate) struct Holders<'a> {
+    marks: &'a [u32],
+    nodes: &'a [Node],
+}
+
+impl Holders<'_> {
+    /// Whether a body holds a place.
+    #[inline]
+    pub fn holds(&self, place: usize) -> bool {
+        self.marks[place] != OUTSIDE
+    }
+
+    /// The body that holds a place.
+    #[inline]
+    pub fn body(&self, place: usize) -> Option<u32> {
+        match self.marks[place] {
+            OUTSIDE => None,
+            mark @ HALO.. => Some(mark - HALO),
+            own => Some(self.nodes[own as usize - 1].body),
         }
     }
 }
@@ -123,36 +156,46 @@ impl Nodes {
             for number in 0..first_wall {
                 self.claim(component, number, solids);
             }
-            let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
-            interfaces.clear();
-            let made: Vec<Option<InterfaceStencil>> = {
-                let nodes = &self.of[component];
-                let next_to_surface = nodes.iter().filter(|node| node.interface != DEEP);
-                let make = |node: &Node| {
-                    let out = self.closest_points[node.interface as usize];
-                    let place = node.place as usize;
-                    let start =
-                        subgrid.position(component, place) + out.surface.direction * out.surface.distance;
-                    let holder = |place: usize| holder(marks[place], nodes);
-                    let rule = extrapolation.rule()?.at(place, subgrid, |p| marks[p] != OUTSIDE);
-                    let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
-                    let wanted = Vec3::from_fn(|k, _| depth.powi(k as i32 + 1));
-                    Profile { rule, subgrid, component, solids, holder, start, out, wanted }
-                        .interface_stencil()
-                };
-                next_to_surface.map(make).collect()
-            };
-            let next_to_surface = self.of[component].iter_mut().filter(|node| node.interface != DEEP);
-            for (node, interface) in next_to_surface.zip(made) {
-                node.interface = interface.map_or(RIGID, |interface| {
-                    interfaces.push(interface);
-                    interfaces.len() as u32 - 1
-                });
-            }
+            self.extrapolate(component, solids, extrapolation);
         }
-        let holder = |a: usize, place: usize| holder(self.marks[a][place], &self.of[a]);
         let faces = self.in_walls.each_ref().map(|found| &found.cut[..]);
-        self.cut_faces.find(faces, &holder, solids, extrapolation);
+        let holders = [0, 1, 2].map(|a| Holders { marks: &self.marks[a], nodes: &self.of[a] });
+        self.cut_faces.find(faces, holders, solids, extrapolation);
+    }
+
+    /// Finds how the velocities of a component next to a surface are extrapolated.
+    fn extrapolate(&mut self, component: usize, solids: &Solids, extrapolation: Extrapolation) {
+        let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
+        let subgrid = solids.subgrid;
+        let mut positions = subgrid.positions(component);
+        interfaces.clear();
+        for number in 0..self.of[component].len() {
+            let nodes = &self.of[component];
+            let node = &nodes[number];
+            if node.is_deep() {
+                continue;
+            }
+            let (place, holders) = (node.place as usize, Holders { marks, nodes });
+            let made = extrapolation.rule().and_then(|rule| {
+                let out = self.closest_points[node.interface as usize];
+                let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
+                let profile = Profile {
+                    rule: rule.at(place, subgrid, holders),
+                    subgrid,
+                    component,
+                    solids,
+                    holders,
+                    start: positions.at(place) + out.surface.direction * out.surface.distance,
+                    out,
+                    wanted: Vec3::new(depth, depth * depth, depth * depth * depth),
+                };
+                profile.interface_stencil()
+            });
+            self.of[component][number].interface = made.map_or(RIGID, |interface| {
+                interfaces.push(interface);
+                interfaces.len() as u32 - 1
+            });
+        }
     }
 
     /// Begins with the velocities inside walls, the first of which is a body with this number.
@@ -188,9 +231,20 @@ impl Nodes {
         matches!(self.marks[component][place], 1..HALO)
     }
 
+    /// Whether a place is that of an own node not next to the surface.
+    #[inline]
+    pub fn is_deep(&self, component: usize, place: usize) -> bool {
+        let mark = self.marks[component][place];
+        (1..HALO).contains(&mark) && self.of[component][mark as usize - 1].is_deep()
+    }
+
     /// The body that holds a velocity, halo included.
     pub fn holder(&self, component: usize, place: usize) -> Option<u32> {
-        holder(self.marks[component][place], &self.of[component])
+        self.holders(component).body(place)
+    }
+
+    fn holders(&self, component: usize) -> Holders<'_> {
+        Holders { marks: &self.marks[component], nodes: &self.of[component] }
     }
 
     /// Places of the own nodes per component, those with the velocity of the body apart.
@@ -208,7 +262,7 @@ impl Nodes {
     pub fn solid_stresses(&self, subgrid: &Subgrid) -> SolidStresses {
         let (layout, strides, active) = (subgrid.layout, subgrid.layout.strides(), subgrid.active);
         let range = |a: usize| if active[a] { -1..layout.cells[a] as isize + 1 } else { 0..1 };
-        let holds = |component: usize, place: usize| self.marks[component][place] != OUTSIDE;
+        let holds = |component: usize, place: usize| self.holders(component).holds(place);
         let mut solid = SolidStresses::default();
         for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
             for place in range(0).map(|i| layout.index(i, j, k)) {
@@ -254,17 +308,24 @@ impl Nodes {
     fn claim(&mut self, component: usize, number: usize, solids: &Solids) {
         let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
         let radius = body.radius(solids.shapes);
+        // From here the way out is longer than a cell in any direction.
+        let deep = (solids.inscribed_radius(number) - subgrid.diagonal()).max(0.0);
         let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
+        let coordinate = |a: usize, i: isize| subgrid.coordinate(component, a, i);
+        let own = subgrid.unknowns(component).map(|n| 0..n as isize);
         for k in z {
             for j in y.clone() {
+                let (row, is_own) =
+                    (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
                 for i in x.clone() {
-                    let index = [i, j, k];
-                    let position = Vec3::from_fn(|a, _| subgrid.coordinate(component, a, index[a]));
-                    let arm = position - body.center;
-                    if arm.norm_squared() >= radius * radius {
-                        continue;
+                    let position = Vec3::new(coordinate(0, i), coordinate(1, j), coordinate(2, k));
+                    let square = (position - body.center).norm_squared();
+                    if square < radius * radius {
+                        let place = row.wrapping_add_signed(i);
+                        let is =
+                            Claimed { is_own: is_own && own[0].contains(&i), is_deep: square < deep * deep };
+                        self.claim_node((component, place), number, (&position, is), solids);
                     }
-                    self.claim_node((component, index), number, &position, solids);
                 }
             }
         }
@@ -273,27 +334,32 @@ impl Nodes {
     /// Gives a node inside a body to it, unless a wall or a body with a nearer centre has it.
     fn claim_node(
         &mut self,
-        (component, index): (usize, [isize; 3]),
+        (component, place): (usize, usize),
         number: usize,
-        position: &Vec3,
+        (position, Claimed { is_own, is_deep }): (&Vec3, Claimed),
         solids: &Solids,
     ) {
         let (nodes, marks) = (&mut self.of[component], &mut self.marks[component]);
         let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
-        let place = subgrid.layout.index(index[0], index[1], index[2]);
-        let held = holder(marks[place], nodes).map(|m| &solids.bodies[m as usize]);
+        let held = Holders { marks, nodes }.body(place).map(|m| &solids.bodies[m as usize]);
         if held.is_some_and(|other| {
             let [from_other, from_body] = [other, body].map(|body| (position - body.center).norm_squared());
             other.is_wall() || (from_other, other.id) <= (from_body, body.id)
         }) {
             return;
         }
-        let Some(out) = solids.closest_point(number, position) else { return };
-        if !subgrid.is_own(component, index) {
+        let out = if is_deep { None } else { solids.closest_point(number, position) };
+        if out.is_none() && !is_deep {
+            return;
+        }
+        if !is_own {
             marks[place] = HALO | number as u32;
             return;
         }
-        let node = Node::new(place, number as u32, &out, subgrid, &mut self.closest_points);
+        let node = match &out {
+            Some(out) => Node::new(place, number as u32, out, subgrid, &mut self.closest_points),
+            None => Node { place: place as u32, body: number as u32, interface: DEEP },
+        };
         match marks[place] {
             OUTSIDE => {
                 nodes.push(node);
@@ -376,15 +442,5 @@ impl Node {
     /// Whether it is not next to the surface.
     pub fn is_deep(&self) -> bool {
         self.interface == DEEP
-    }
-}
-
-/// The body that holds a face with a mark.
-#[inline]
-fn holder(mark: u32, nodes: &[Node]) -> Option<u32> {
-    match mark {
-        OUTSIDE => None,
-        HALO.. => Some(mark - HALO),
-        own => Some(nodes[own as usize - 1].body),
     }
 }

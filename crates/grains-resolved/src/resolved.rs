@@ -134,7 +134,8 @@ impl Resolved {
         }
         self.nodes.find(&solids, extrapolation);
         if let Method::Multiplier(method) = self.forcing.method {
-            self.multipliers.place(&method, &self.nodes, &self.bodies, shapes, &self.subgrid);
+            let bodies = (&self.bodies[..], shapes);
+            self.multipliers.place(&method, &self.nodes, bodies, &self.subgrid, transport);
         }
         if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
         {

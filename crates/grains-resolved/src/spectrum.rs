@@ -11,15 +11,15 @@ use nalgebra::Rotation3;
 const ITERATIONS: usize = 300;
 
 /// Numbers from 0 to 1.
-struct Random(u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn turn(&mut self) -> f64 {
+    pub fn turn(&mut self) -> f64 {
         std::f64::consts::TAU * self.next()
     }
 }

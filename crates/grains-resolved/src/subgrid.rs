@@ -1,6 +1,8 @@
 //! The uniform cells of one rank: where velocities lie, and the ranks around.
 
 use crate::SetupError;
+use crate::nodes::Holders;
+use crate::point_stencil::PointStencil;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
@@ -110,7 +112,7 @@ impl Subgrid {
 
     /// Where the velocities along `component` lie, at places that for the most part follow one another along x.
     pub(crate) fn positions(&self, component: usize) -> Positions<'_> {
-        Positions { subgrid: self, component, row: 0..0, first: Vec3::zeros() }
+        Positions { subgrid: self, component, row: 0..0, first: Vec3::zeros(), left: 0 }
     }
 
     /// The axis along which nothing varies, of a flow in two dimensions.
@@ -149,6 +151,12 @@ impl Subgrid {
     /// Volume (m³) of a cell.
     pub fn cell_volume(&self) -> f64 {
         self.spacing.product()
+    }
+
+    /// Diagonal (m) of a cell along the axes on which the flow varies: no two parallel planes between which a cell fits are further
+    /// apart.
+    pub(crate) fn diagonal(&self) -> f64 {
+        (0..3).filter(|&a| self.active[a]).map(|a| self.spacing[a].powi(2)).sum::<f64>().sqrt()
     }
 
     /// Own faces per axis that carry an unknown velocity along `component`.
@@ -214,11 +222,6 @@ impl Subgrid {
         self.cell_about(component, point, &self.valid)
     }
 
-    /// The same; none if one of them is imposed by a boundary.
-    pub(crate) fn unknown_stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
-        self.cell_about(component, point, &self.unknown)
-    }
-
     /// Places and weights of 3 x 3 x 3 velocities about a point (m): the cell about it, and on from there the way the
     /// normal points; parabolas along each axis. None if one of them is imposed by a boundary.
     pub(crate) fn outward_block(
@@ -226,44 +229,53 @@ impl Subgrid {
         component: usize,
         point: &Vec3,
         normal: &Vec3,
-    ) -> Option<Vec<(usize, f64)>> {
-        let mut entries = vec![([0; 3], 1.0)];
+    ) -> Option<PointStencil> {
+        let (mut lowest, mut weights) = ([0; 3], [[1.0, 0.0, 0.0]; 3]);
         for a in (0..3).filter(|&a| self.active[a]) {
             let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
             let (floor, is_up) = (place.floor(), normal[a] >= 0.0);
-            let (first, step, t) =
-                if is_up { (floor, 1, place - floor) } else { (floor + 1.0, -1, floor + 1.0 - place) };
-            let [low, high] = self.unknown[a][usize::from(a != component)];
-            let first = first as isize;
-            if [first, first + 2 * step].iter().any(|i| !(low..=high).contains(i)) {
+            let (low, t) = if is_up { (floor, place - floor) } else { (floor - 1.0, floor + 1.0 - place) };
+            let [first, last] = self.unknown[a][usize::from(a != component)];
+            lowest[a] = low as isize;
+            if lowest[a] < first || lowest[a] + 2 > last {
                 return None;
             }
-            let weights = [0.5 * (1.0 - t) * (2.0 - t), t * (2.0 - t), -0.5 * t * (1.0 - t)];
-            let all = std::mem::take(&mut entries);
-            for (m, weight) in weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0) {
-                entries.extend(all.iter().map(|&(mut at, product): &([isize; 3], f64)| {
-                    at[a] = first + step * m as isize;
-                    (at, product * weight)
-                }));
+            weights[a] = [0.5 * (1.0 - t) * (2.0 - t), t * (2.0 - t), -0.5 * t * (1.0 - t)];
+            if !is_up {
+                weights[a].reverse();
             }
         }
-        Some(entries.into_iter().map(|([i, j, k], w)| (self.layout.index(i, j, k), w)).collect())
+        let [i, j, k] = lowest;
+        Some(PointStencil { first: self.layout.index(i, j, k) as u32, weights })
+    }
+
+    /// Places and weights of the cell of velocities about a point (m); none if one of them is imposed by a boundary.
+    pub(crate) fn block_about(&self, component: usize, point: &Vec3) -> Option<PointStencil> {
+        let Stencil { base, fractions } = self.cell_about(component, point, &self.unknown)?;
+        let weights = fractions.map(|t| [1.0 - t, t, 0.0]);
+        Some(PointStencil { first: base as u32, weights })
     }
 
     fn cell_about(&self, component: usize, point: &Vec3, allowed: &[[[isize; 2]; 2]; 3]) -> Option<Stencil> {
-        let mut base = [0; 3];
-        let mut fractions = [0.0; 3];
-        for a in (0..3).filter(|&a| self.active[a]) {
+        let (mut base, mut fractions) = (0, [0.0; 3]);
+        let (strides, halo) = (self.layout.strides(), self.layout.halo as isize);
+        for a in 0..3 {
+            if !self.active[a] {
+                base += halo as usize * strides[a];
+                continue;
+            }
             let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
             let [low, high] = allowed[a][usize::from(a != component)];
-            if !(place > low as f64 - ROUNDING && place < high as f64 + ROUNDING) {
+            // In cells from the first; those that are not negative are rounded down as they become whole numbers.
+            let from_first = place - low as f64 + ROUNDING;
+            if !(from_first > 0.0 && place < high as f64 + ROUNDING) {
                 return None;
             }
-            let floor = (place + ROUNDING).floor().min(high as f64 - 1.0);
-            base[a] = floor as isize;
-            fractions[a] = (place - floor).clamp(0.0, 1.0);
+            let cell = low + (from_first as isize).min(high - 1 - low);
+            base += (cell + halo) as usize * strides[a];
+            fractions[a] = (place - cell as f64).clamp(0.0, 1.0);
         }
-        Some(Stencil { base: self.layout.index(base[0], base[1], base[2]), fractions })
+        Some(Stencil { base, fractions })
     }
 
     /// Sends a message to the rank below (0) and above (1); returns what came from below and above; collective.
@@ -301,6 +313,8 @@ pub(crate) struct Positions<'a> {
     /// Places of the row, and where its first velocity lies (m).
     row: Range<usize>,
     first: Vec3,
+    /// Rows after it in its plane.
+    left: usize,
 }
 
 impl Positions<'_> {
@@ -308,13 +322,26 @@ impl Positions<'_> {
     #[inline]
     pub fn at(&mut self, place: usize) -> Vec3 {
         if !self.row.contains(&place) {
-            let [_, length, _] = self.subgrid.layout.strides();
-            let start = place - place % length;
-            self.row = start..start + length;
-            self.first = self.subgrid.position(self.component, start);
+            self.find_row(place);
         }
         let i = (place - self.row.start) as isize - self.subgrid.layout.halo as isize;
         Vec3::new(self.subgrid.coordinate(self.component, 0, i), self.first.y, self.first.z)
+    }
+
+    /// Takes the row of a place: for the most part it is the next one.
+    fn find_row(&mut self, place: usize) {
+        let [_, length, _] = self.subgrid.layout.strides();
+        let next = self.row.end..self.row.end + length;
+        if next.contains(&place) && self.left > 0 {
+            (self.row, self.left) = (next, self.left - 1);
+            let j = (self.subgrid.layout.cells[1] + self.subgrid.layout.halo - 1 - self.left) as isize;
+            self.first.y = self.subgrid.coordinate(self.component, 1, j);
+            return;
+        }
+        let (start, rows) = (place - place % length, self.subgrid.layout.dims()[1]);
+        self.row = start..start + length;
+        self.left = rows - 1 - start / length % rows;
+        self.first = self.subgrid.position(self.component, start);
     }
 }
 
@@ -346,12 +373,33 @@ impl Stencil {
     }
 
     /// Multilinear interpolation of the values at the corners.
-    #[inline(always)]
-    pub fn mean(&self, [sx, sy, sz]: [usize; 3], value: impl Fn(usize) -> f64) -> f64 {
+    #[inline]
+    pub fn mean(&self, strides: [usize; 3], values: &[f64]) -> f64 {
+        self.between(self.rows(strides).map(|row| [values[row], values[row + 1]]))
+    }
+
+    /// Weight of the corners that are held (-).
+    #[inline]
+    pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
+        let held = self.rows(strides).map(|row| [row, row + 1].map(|place| holders.holds(place)));
+        match held.as_flattened().contains(&true) {
+            true => self.between(held.map(|row| row.map(|is_held| f64::from(u8::from(is_held))))),
+            false => 0.0,
+        }
+    }
+
+    /// Lower corners of the four edges along x.
+    #[inline]
+    fn rows(&self, [_, sy, sz]: [usize; 3]) -> [usize; 4] {
+        [0, sy, sz, sy + sz].map(|offset| self.base + offset)
+    }
+
+    /// Multilinear interpolation of values on the four edges along x.
+    #[inline]
+    fn between(&self, edges: [[f64; 2]; 4]) -> f64 {
         let [x, y, z] = self.fractions;
-        let between = |low: f64, high: f64, t: f64| low + t * (high - low);
-        let along_x = |place: usize| between(value(place), value(place + sx), x);
-        let along_y = |place: usize| between(along_x(place), along_x(place + sy), y);
-        between(along_y(self.base), along_y(self.base + sz), z)
+        let between = |[low, high]: [f64; 2], t: f64| low + t * (high - low);
+        let [a, b, c, d] = edges.map(|edge| between(edge, x));
+        between([between([a, b], y), between([c, d], y)], z)
     }
 }

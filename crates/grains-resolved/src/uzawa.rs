@@ -1,20 +1,39 @@
 //! Distributed Lagrange multipliers: the constraint at points inside and on the surface of the bodies, by conjugate gradients
 //! (Uzawa) on the multipliers (Wachs et al. 2009; Rakotonirina 2016, 7.3).
 //!
-//! With C the interpolation to the points, R the velocities of the bodies there, M their inertia, V the volume of a cell,
-//! and the multipliers Λ (N) at the points:
+//! With C the interpolation to the points of the surfaces, R the velocities of the bodies there and R_d those at nodes deep inside,
+//! M the inertia of the bodies, V the volume of a cell, and the multipliers Λ (N) at the points:
 //!
 //! ```text
-//!  u = û + Δt/(ρ V) Cᵀ Λ,   M X = b − Δt Rᵀ Λ,   C u = R X      →      (Δt/(ρ V) C Cᵀ + Δt R M⁻¹ Rᵀ) Λ = R M⁻¹ b − C û
+//!  u = û + Δt/(ρ V) Cᵀ Λ,   M X = b − Δt Rᵀ Λ − Δt R_dᵀ Λ_d,   C u = R X,   u = R_d X deep inside
 //! ```
+//!
+//! Each multiplier Λ_d acts on its own node alone. They are eliminated: deep inside the fluid turns with the bodies, whose inertia
+//! it adds to, and which get what surfaces do to it there,
+//!
+//! ```text
+//!  (M + ρ V R_dᵀ R_d) X = b + ρ V R_dᵀ û − Δt (Rᵀ − R_dᵀ Cᵀ) Λ
+//! ```
+//!
+//! What remains are those on the surfaces, a few per body: symmetric and positive, solved with the sizes of the rows of C for a
+//! preconditioner, from the multipliers that the same points had in the last step.
 
-use crate::balance::unit_row;
-use crate::multiplier::{MultiplierMethod, Multipliers};
+use crate::body::others;
+use crate::multiplier::{MultiplierMethod, Multipliers, REACH};
+use crate::nodes::Node;
 use crate::{Action, BodyMotion, ConstraintError, Resolved};
 use grains_domain::Transport;
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
+
+/// What turns the loads on the fluid into changes of the bodies' velocities.
+struct Recoil<'a> {
+    motions: &'a [BodyMotion],
+    /// Inertia of the own bodies with the fluid deep inside.
+    inertia: Vec<Matrix6<f64>>,
+    dt: f64,
+}
 
 impl Resolved {
     /// Solves for the multipliers, and applies them to fluid and bodies; collective.
@@ -27,53 +46,63 @@ impl Resolved {
         transport: &dyn Transport,
     ) -> Result<Vec<Action>, ConstraintError> {
         self.take_back(flow, dt);
-        flow.refresh_velocity(flow.setup.halo, transport);
-        let inverse_diagonal = dt / (flow.setup.density * self.subgrid.cell_volume());
-        self.velocities_without_flow(motions, transport);
-        let count = self.multipliers.constraints.rows.len();
-        let mut residual = vec![0.0; count];
-        self.multipliers.constraints.interpolate(flow.state.velocity.components(), &mut residual);
-        for (value, row) in residual.iter_mut().zip(&self.multipliers.constraints.rows) {
-            let body = &self.bodies[row.body as usize];
-            *value = body.velocity_at(&row.arm)[row.component as usize] - *value;
-        }
-        let wanted = sum_of_squares(&residual, transport);
+        let recoil = motions.map(|motions| {
+            let inertia = self.move_bodies((motions, Node::is_deep), flow, dt, transport);
+            Recoil { motions, inertia, dt }
+        });
+        let inside = self.impose_deep(flow, dt);
+        flow.refresh_velocity(REACH, transport);
+        let scale = dt / (flow.setup.density * self.subgrid.cell_volume());
+        let strides = self.subgrid.layout.strides();
+        let of_row = |row: &crate::constraints::Row| {
+            let component = usize::from(row.component);
+            let here = row.stencil.mean(strides, flow.state.velocity.component(component));
+            self.bodies[row.body as usize].component_at(component, &row.arm) - here
+        };
+        let mut residual: Vec<f64> = self.multipliers.rows.iter().map(of_row).collect();
+        let mut sums = [inside + square(&residual)];
+        transport.sum(&mut sums);
+        let enough = method.tolerance * method.tolerance * sums[0];
+        let inverse: Vec<f64> = self.multipliers.rows.iter().map(|r| 1.0 / r.stencil.square()).collect();
+        let count = residual.len();
         let mut values = std::mem::take(&mut self.multipliers.values);
-        values.resize(count, 0.0);
         let mut response = vec![0.0; count];
         if transport.any(values.iter().any(|v| *v != 0.0)) {
-            self.respond(&values, &mut response, inverse_diagonal, dt, motions, transport);
+            self.respond(&values, &mut response, scale, recoil.as_ref(), transport);
             residual.iter_mut().zip(&response).for_each(|(r, s)| *r -= s);
         }
-        let mut direction = residual.clone();
-        let mut squared = sum_of_squares(&residual, transport);
-        let enough = method.tolerance * method.tolerance * wanted;
+        let mut direction: Vec<f64> = residual.iter().zip(&inverse).map(|(r, d)| r * d).collect();
+        let mut sums = [square(&residual), dot(&residual, &direction)];
+        transport.sum(&mut sums);
+        let [mut squared, mut weighed] = sums;
         let mut iterations = 0;
         // A residual that is no number is never enough.
         while squared.is_nan() || squared > enough {
             if iterations == method.iterations || squared.is_nan() {
-                return Err(ConstraintError::NotConverged {
-                    iterations,
-                    residual: (squared / wanted).sqrt(),
-                });
+                let residual = (squared / enough).sqrt() * method.tolerance;
+                return Err(ConstraintError::NotConverged { iterations, residual });
             }
-            self.respond(&direction, &mut response, inverse_diagonal, dt, motions, transport);
-            let mut curvature = [direction.iter().zip(&response).map(|(d, s)| d * s).sum::<f64>()];
+            self.respond(&direction, &mut response, scale, recoil.as_ref(), transport);
+            let mut curvature = [dot(&direction, &response)];
             transport.sum(&mut curvature);
-            let step = squared / curvature[0];
+            let step = weighed / curvature[0];
             for k in 0..count {
                 values[k] += step * direction[k];
                 residual[k] -= step * response[k];
             }
-            let next = sum_of_squares(&residual, transport);
-            let beta = next / squared;
-            direction.iter_mut().zip(&residual).for_each(|(d, r)| *d = r + beta * *d);
-            squared = next;
+            let weighed_square = residual.iter().zip(&inverse).map(|(r, d)| r * r * d).sum::<f64>();
+            let mut sums = [square(&residual), weighed_square];
+            transport.sum(&mut sums);
+            let beta = sums[1] / weighed;
+            for k in 0..count {
+                direction[k] = residual[k] * inverse[k] + beta * direction[k];
+            }
+            [squared, weighed] = sums;
             iterations += 1;
         }
         self.multipliers.iterations = iterations;
-        let actions = self.apply(values, motions, flow, dt, transport);
-        flow.refresh_velocity(flow.setup.halo, transport);
+        let actions = self.apply(values, recoil.as_ref(), flow, dt, transport);
+        flow.refresh_velocity(REACH, transport);
         Ok(actions)
     }
 
@@ -90,107 +119,155 @@ impl Resolved {
         }
     }
 
-    /// Gives free bodies the velocities they would have without the flow; collective.
-    fn velocities_without_flow(&mut self, motions: Option<&[BodyMotion]>, transport: &dyn Transport) {
-        let Some(motions) = motions else { return };
-        let mut values = vec![[0.0; 6]; self.bodies.len()];
-        for (value, motion) in values.iter_mut().zip(motions) {
-            let (matrix, right) = motion.balance();
-            *value = motion.solved(matrix, right).into();
+    /// Gives the fluid deep inside the velocities of the bodies, and notes the force that this takes; returns Σ (R_d X − u)² of the
+    /// own nodes (m²/s²).
+    fn impose_deep(&self, flow: &mut Flow, dt: f64) -> f64 {
+        let density = flow.setup.density;
+        let Some(immersed) = &mut flow.immersed else { return 0.0 };
+        let mut sum = 0.0;
+        for component in (0..3).filter(|&c| self.subgrid.active[c]) {
+            let velocity = flow.state.velocity.component_mut(component);
+            let force = immersed.force.component_mut(component);
+            let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
+            for (number, node) in self.nodes.of[component].iter().enumerate().filter(|(_, n)| n.is_deep()) {
+                let place = node.place as usize;
+                let arm = arms.to(number, node);
+                let change = self.bodies[node.body as usize].component_at(component, &arm) - velocity[place];
+                velocity[place] += change;
+                force[place] += density / dt * change;
+                sum += change * change;
+            }
         }
-        self.ghosts.scatter(&mut values, &self.subgrid, transport);
-        for (body, value) in self.bodies.iter_mut().zip(&values) {
-            body.velocity = Vec3::from_column_slice(&value[..3]);
-            body.spin = Vec3::from_column_slice(&value[3..]);
-        }
+        sum
     }
 
-    /// Force and torque of multipliers on the fluid per body, ghosts included; collective.
-    fn loads(&self, values: &[f64], transport: &dyn Transport) -> Vec<[f64; 6]> {
+    /// Force and torque (N, N m) of the multipliers on surfaces on the fluid per body, ghosts included, less those of the field on the
+    /// fluid deep inside it, and of the force there of `flow` if it is given; collective.
+    fn loads(&self, values: &[f64], forces: Option<&Flow>, transport: &dyn Transport) -> Vec<[f64; 6]> {
         let mut loads = vec![[0.0; 6]; self.bodies.len()];
-        for (row, value) in self.multipliers.constraints.rows.iter().zip(values) {
-            let along = unit_row(&row.arm, row.component as usize);
+        let Multipliers { rows, field, deep, .. } = &self.multipliers;
+        for (row, value) in rows.iter().zip(values) {
+            let (axes, factors) = row.of_body();
             let load = &mut loads[row.body as usize];
-            (0..6).for_each(|a| load[a] += along[a] * value);
+            axes.into_iter().zip(factors).for_each(|(a, factor)| load[a] += factor * value);
+        }
+        for component in (0..3).filter(|&c| self.subgrid.active[c]) {
+            let nodes = &self.nodes.of[component];
+            let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
+            let [b, c] = others(component);
+            let mut add = |number: usize, value: f64| {
+                let arm = arms.to(number, &nodes[number]);
+                let load = &mut loads[nodes[number].body as usize];
+                load[component] += value;
+                load[3 + b] += arm[c] * value;
+                load[3 + c] -= arm[b] * value;
+            };
+            let field = field.component(component);
+            for &number in &deep[component] {
+                add(number as usize, -field[nodes[number as usize].place as usize]);
+            }
+            if let Some(immersed) = forces.and_then(|flow| flow.immersed.as_ref()) {
+                let (force, volume) = (immersed.force.component(component), self.subgrid.cell_volume());
+                for (number, node) in nodes.iter().enumerate().filter(|(_, node)| node.is_deep()) {
+                    add(number, volume * force[node.place as usize]);
+                }
+            }
         }
         self.ghosts.gather(&mut loads, &self.subgrid, transport);
         loads
     }
 
-    /// Change of the bodies' velocities by loads of theirs on the fluid; collective.
-    fn recoil(
-        &self,
-        loads: &[[f64; 6]],
-        dt: f64,
-        motions: &[BodyMotion],
-        transport: &dyn Transport,
-    ) -> Vec<[f64; 6]> {
-        let mut values = vec![[0.0; 6]; self.bodies.len()];
-        for ((value, load), motion) in values.iter_mut().zip(loads).zip(motions) {
-            *value = motion.change(motion.balance().0, Vector6::from_column_slice(load) * -dt).into();
-        }
-        self.ghosts.scatter(&mut values, &self.subgrid, transport);
-        values
-    }
-
-    /// (Δt/(ρ V) C Cᵀ + Δt R M⁻¹ Rᵀ) Λ; collective.
+    /// (Δt/(ρ V) C Cᵀ + …) Λ; collective.
     fn respond(
         &mut self,
         values: &[f64],
         response: &mut [f64],
-        inverse_diagonal: f64,
-        dt: f64,
-        motions: Option<&[BodyMotion]>,
+        scale: f64,
+        recoil: Option<&Recoil>,
         transport: &dyn Transport,
     ) {
         self.multipliers.spread(values, transport);
-        let Multipliers { constraints, field, .. } = &self.multipliers;
-        constraints.interpolate(field.components(), response);
-        response.iter_mut().for_each(|r| *r *= inverse_diagonal);
-        let Some(motions) = motions else { return };
-        let recoil = self.recoil(&self.loads(values, transport), dt, motions, transport);
-        for (r, row) in response.iter_mut().zip(&constraints.rows) {
-            let change = Vector6::from_column_slice(&recoil[row.body as usize]);
-            *r -= unit_row(&row.arm, row.component as usize).dot(&change);
+        let changes = recoil.map(|recoil| self.changes(values, recoil, transport));
+        // Deep inside the fluid goes with the bodies.
+        for component in (0..3).filter(|&c| self.subgrid.active[c]) {
+            let nodes = &self.nodes.of[component];
+            let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
+            let field = self.multipliers.field.component_mut(component);
+            for &number in &self.multipliers.deep[component] {
+                let node = &nodes[number as usize];
+                let change = changes.as_ref().map_or(0.0, |changes| {
+                    component_at(&changes[node.body as usize], component, &arms.to(number as usize, node))
+                });
+                field[node.place as usize] = change / scale;
+            }
         }
+        self.multipliers.fill(transport);
+        let Multipliers { rows, field, .. } = &self.multipliers;
+        let strides = self.subgrid.layout.strides();
+        for (response, row) in response.iter_mut().zip(rows) {
+            let component = usize::from(row.component);
+            *response = scale * row.stencil.mean(strides, field.component(component));
+            if let Some(changes) = &changes {
+                *response -= component_at(&changes[row.body as usize], component, &row.arm);
+            }
+        }
+    }
+
+    /// Changes of the velocities of all bodies by multipliers that have been spread; collective.
+    fn changes(&self, values: &[f64], recoil: &Recoil, transport: &dyn Transport) -> Vec<[f64; 6]> {
+        let mut changes = self.loads(values, None, transport);
+        for ((change, motion), inertia) in changes.iter_mut().zip(recoil.motions).zip(&recoil.inertia) {
+            *change = motion.change(*inertia, Vector6::from_column_slice(change) * -recoil.dt).into();
+        }
+        self.ghosts.scatter(&mut changes, &self.subgrid, transport);
+        changes
     }
 
     /// Applies the multipliers to fluid and bodies, and keeps them; collective.
     fn apply(
         &mut self,
         values: Vec<f64>,
-        motions: Option<&[BodyMotion]>,
+        recoil: Option<&Recoil>,
         flow: &mut Flow,
         dt: f64,
         transport: &dyn Transport,
     ) -> Vec<Action> {
         self.multipliers.spread(&values, transport);
-        let loads = self.loads(&values, transport);
-        if let Some(motions) = motions {
-            let recoil = self.recoil(&loads, dt, motions, transport);
-            for (body, change) in self.bodies.iter_mut().zip(&recoil) {
+        if let Some(recoil) = recoil {
+            let changes = self.changes(&values, recoil, transport);
+            for (body, change) in self.bodies.iter_mut().zip(&changes) {
                 body.velocity += Vec3::from_column_slice(&change[..3]);
                 body.spin += Vec3::from_column_slice(&change[3..]);
             }
         }
+        self.impose_deep(flow, dt);
+        let (density, volume) = (flow.setup.density, self.subgrid.cell_volume());
+        for component in (0..3).filter(|&c| self.subgrid.active[c]) {
+            let nodes = &self.nodes.of[component];
+            let field = self.multipliers.field.component(component);
+            let velocity = flow.state.velocity.component_mut(component);
+            let Some(immersed) = &mut flow.immersed else { continue };
+            let force = immersed.force.component_mut(component);
+            let forced = &mut self.forced[component];
+            forced.clear();
+            forced.extend(nodes.iter().filter(|node| node.is_deep()).map(|node| node.place as usize));
+            let is_deep = |place: usize| self.nodes.is_deep(component, place);
+            for place in self.multipliers.touched[component].iter().map(|&place| place as usize) {
+                if is_deep(place) || !self.subgrid.is_own(component, self.subgrid.indices(place)) {
+                    continue;
+                }
+                let f = field[place] / volume;
+                velocity[place] += dt / density * f;
+                force[place] = f;
+                forced.push(place);
+            }
+        }
+        let loads = self.loads(&values, Some(flow), transport);
         self.multipliers.values = values;
-        let (layout, volume) = (self.subgrid.layout, self.subgrid.cell_volume());
-        let density = flow.setup.density;
         if let Some(immersed) = &mut flow.immersed {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
-                let own = self.multipliers.field.component(component);
-                let velocity = flow.state.velocity.component_mut(component);
                 let force = immersed.force.component_mut(component);
-                let forced = &mut self.forced[component];
-                forced.clear();
-                for row in layout.rows() {
-                    for place in (row..row + layout.cells[0]).filter(|&place| own[place] != 0.0) {
-                        let f = own[place] / volume;
-                        velocity[place] += dt / density * f;
-                        force[place] = self.forcing.explicit * f;
-                        forced.push(place);
-                    }
-                }
+                self.forced[component].iter().for_each(|&place| force[place] *= self.forcing.explicit);
             }
         }
         let action = |load: &[f64; 6]| {
@@ -202,8 +279,17 @@ impl Resolved {
     }
 }
 
-fn sum_of_squares(values: &[f64], transport: &dyn Transport) -> f64 {
-    let mut sum = [values.iter().map(|v| v * v).sum::<f64>()];
-    transport.sum(&mut sum);
-    sum[0]
+/// Component of U + ω × r at an arm r (m) from the centre of a body that moves with (U, ω).
+#[inline]
+fn component_at(velocities: &[f64; 6], a: usize, arm: &Vec3) -> f64 {
+    let [b, c] = others(a);
+    velocities[a] + velocities[3 + b] * arm[c] - velocities[3 + c] * arm[b]
+}
+
+fn square(values: &[f64]) -> f64 {
+    dot(values, values)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

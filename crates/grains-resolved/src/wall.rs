@@ -139,6 +139,17 @@ pub(crate) struct ClosestPoint {
     pub surface: ClosestSurface,
 }
 
+impl ClosestPoint {
+    /// That of a sphere of a radius (m) to a point at an arm (m) from its centre; none from outside.
+    #[inline]
+    fn of_sphere(arm: Vec3, radius: f64) -> Option<Self> {
+        let length = arm.norm();
+        let direction = if length > 0.0 { arm / length } else { Vec3::x() };
+        let surface = ClosestSurface { distance: radius - length, direction };
+        (length <= radius).then_some(Self { arm, surface })
+    }
+}
+
 /// A run of velocities along x in a wall, or one in the fluid beside it.
 pub(crate) struct WallRun {
     /// Whether they are in the wall.
@@ -161,12 +172,23 @@ pub(crate) struct Solids<'a> {
 }
 
 impl Solids<'_> {
+    /// Radius (m) of a ball about the centre of a body that lies in it; 0 of composites, of which none is known.
+    pub fn inscribed_radius(&self, body: usize) -> f64 {
+        let body = &self.bodies[body];
+        let convex = body.shape(self.shapes).filter(|shape| shape.parts.len() == 1);
+        convex.map_or(0.0, |shape| body.scale * shape.inscribed_radius)
+    }
+
     /// The surface point of a body closest to a point (m); none from outside.
     pub fn closest_point(&self, body: usize, point: &Vec3) -> Option<ClosestPoint> {
         let body = &self.bodies[body];
         match body.form {
             Form::Shape(shape) => {
                 let arm = point - body.center;
+                let is_flat = self.subgrid.flat().is_some();
+                if !is_flat && self.shapes[usize::from(shape)].is_sphere() {
+                    return ClosestPoint::of_sphere(arm, body.radius(self.shapes));
+                }
                 let local = body.rotation.tr_mul(&arm) / body.scale;
                 let across = self.subgrid.flat().map(|a| body.rotation.row(a).transpose());
                 let surface = self.shapes[usize::from(shape)].closest_surface(&local, across.as_ref())?;
@@ -197,7 +219,7 @@ impl Solids<'_> {
             let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
             if active[a] { -h..n + h } else { 0..1 }
         };
-        let diagonal = (0..3).filter(|&a| active[a]).map(|a| spacing[a].powi(2)).sum::<f64>().sqrt();
+        let diagonal = self.subgrid.diagonal();
         let width = spacing.x;
         for k in range(2) {
             for j in range(1) {
