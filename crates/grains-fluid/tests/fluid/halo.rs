@@ -78,6 +78,9 @@ fn check(periodic: [bool; 3], ranks: [usize; 3], halo: usize) {
                 );
             }
         }
+        for depth in 1..halo {
+            check_layers((&mut exchange, layout), depth, |p| number(global(p), periodic), &transport);
+        }
         // One into every place that stands for a cell: owners find how often they are seen.
         for [i, j, k] in places(layout) {
             one.set(i, j, k, f64::from(u8::from(number(global([i, j, k]), periodic).is_some())));
@@ -92,6 +95,35 @@ fn check(periodic: [bool; 3], ranks: [usize; 3], halo: usize) {
     let sums = joined(counts.into_iter().map(|c| c.1).collect());
     assert_eq!(seen, sums.iter().sum::<f64>(), "nothing is lost");
     assert!(sums.iter().all(|s| *s >= 1.0));
+}
+
+/// So many layers next to the own cells are filled and given back as they are with all others.
+fn check_layers(
+    (exchange, layout): (&mut Halo, Layout),
+    depth: usize,
+    number: impl Fn([isize; 3]) -> Option<f64>,
+    transport: &dyn Transport,
+) {
+    let is_within = |p: &[isize; 3], depth: usize| {
+        let d = depth as isize;
+        (0..3).all(|a| (-d..layout.cells[a] as isize + d).contains(&p[a]))
+    };
+    let mut some = Field::<Centre>::new(layout);
+    for p in places(layout).into_iter().filter(|p| is_within(p, 0)) {
+        some.set(p[0], p[1], p[2], number(p).unwrap());
+    }
+    exchange.fill_to(depth, &mut [some.data_mut()], transport);
+    for p in places(layout).into_iter().filter(|p| is_within(p, depth)) {
+        assert_eq!(some.at(p[0], p[1], p[2]), number(p).unwrap_or(0.0), "{depth} {p:?}");
+    }
+    some.fill(0.0);
+    for (n, p) in places(layout).into_iter().filter(|p| is_within(p, depth)).enumerate() {
+        some.set(p[0], p[1], p[2], number(p).map_or(0.0, |_| (n % 17) as f64));
+    }
+    let mut all = some.clone();
+    exchange.add_to(depth, &mut [some.data_mut()], transport);
+    exchange.add(&mut [all.data_mut()], transport);
+    assert_eq!(some, all, "{depth}");
 }
 
 #[test]
