@@ -176,9 +176,7 @@ fn particles(summary: &Summary, case: &Case) {
     if is_hard {
         let [collisions, resting, rounds] = summary.collisions;
         let rounds = rounds as f64 / steps.max(1) as f64;
-        say!(
-            "{collisions} collisions, {resting} of them at rest, at most {rounds:.1} exchanges of a rank per step"
-        );
+        say!("{collisions} collisions, {resting} of them at rest, in {rounds:.1} rounds per step at most");
     }
     let (overlap, limit) = (summary.worst_overlap, case.limits.overlap);
     let judgement = match (overlap > 0.5 * limit, is_hard) {
