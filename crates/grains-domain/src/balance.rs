@@ -149,8 +149,7 @@ impl Decomposition {
         cuts.windows(2).map(share).collect()
     }
 
-    /// Borders on their way to where they share the work better, by a hundredth of its squares at least; none if no axis is
-    /// worth it.
+    /// Borders on their way to where they share the work better, by a hundredth at least; none if no axis is worth it.
     pub fn rebalanced(&self, profile: &WorkProfile, balance: &Balance) -> Option<[Vec<f64>; 3]> {
         let mut cuts = self.cuts.clone();
         for (axis, cuts) in cuts.iter_mut().enumerate() {
@@ -161,10 +160,13 @@ impl Decomposition {
             let first = self.moved(axis, cuts, &below, balance.min_width[axis]);
             // The busiest slab may have to wait until its neighbours have made room: what counts is where borders will be.
             let last = self.wanted(axis, &below, balance.min_width[axis]);
-            let unevenness = |cuts: &[f64]| -> f64 {
-                self.shares(axis, cuts, profile).into_iter().map(|share| share * share).sum()
+            // Work of the busiest slab, which all wait for, and the squares, as another slab may be the next.
+            let unevenness = |cuts: &[f64]| {
+                let add = |[max, squares]: [f64; 2], share: f64| [max.max(share), squares + share * share];
+                self.shares(axis, cuts, profile).into_iter().fold([0.0; 2], add)
             };
-            if unevenness(&last) < 0.99 * unevenness(cuts) {
+            let (now, then) = (unevenness(cuts), unevenness(&last));
+            if then.iter().zip(now).any(|(then, now)| *then < 0.99 * now) {
                 *cuts = first;
             }
         }
@@ -271,7 +273,7 @@ mod tests {
             assert!(moves < ranks);
         }
         let after = d.imbalance(0, &profile);
-        assert!(before > 1.9 && after < 1.06, "{before}, {after} after {moves} moves");
+        assert!(before > 1.5 && after < 1.06, "{before}, {after} after {moves} moves");
     }
 
     #[test]
