@@ -70,9 +70,7 @@ fn a_funnel_of_surfaces_of_revolution_bounds_a_flow_and_its_particles() {
     let text = replaced(&case("funnel.toml"), "[0.04, 0.0095]]", "[0.04, 0.0095]]\nfluid = \"inside\"");
     let text = replaced(&text, "height = 0.005", "height = 0.005\nfluid = \"particles\"");
     let text = replaced(&text, "[-0.001, 0.006]]", "[-0.001, 0.006]]\nfluid = \"outside\"");
-    // Cubes between ring and neighbours turn 1e-14 of the inflow into turns of their own within 2 ms of touching, whatever shares the
-    // work; until they do, ranks agree.
-    let text = replaced(&text, "end = 0.05", "end = 0.004")
+    let text = replaced(&text, "end = 0.05", "end = 0.006")
         + r#"
 [fluid]
 density = 1.2
@@ -113,9 +111,12 @@ at = 0.0085
     assert!(largest("momentum_imbalance") < 1e-10 * largest("momentum_z"), "momentum is lost");
     let mut others = vec![result(2), result(4)];
     others.push(series(&continued(&home, "2", 3, &text)));
+    // Within the last 2 ms two cubes are wedged between the ring and others: one rank alone, given 1 + 1e-14 of the inflow, turns them by
+    // hundreds of rad/s more or less. Until 4 ms, when particles have begun to touch, ranks agree.
     for (k, found) in others.iter().enumerate() {
         for name in ["pressure_drop", "fluid_kinetic", "kinetic_translation", "funnel_flow_fz"] {
-            assert_close(&table.column(name), &found.column(name), 1e-6, &format!("{name} of {k}"));
+            let [wanted, found] = [&table, found].map(|table| table.column(name)[..3].to_vec());
+            assert_close(&wanted, &found, 1e-6, &format!("{name} of {k}"));
         }
     }
 }
