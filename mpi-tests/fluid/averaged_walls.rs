@@ -111,8 +111,8 @@ at = 0.0085
     assert!(largest("momentum_imbalance") < 1e-10 * largest("momentum_z"), "momentum is lost");
     let mut others = vec![result(2), result(4)];
     others.push(series(&continued(&home, "2", 3, &text)));
-    // Within the last 2 ms two cubes are wedged between the ring and others: one rank alone, given 1 + 1e-14 of the inflow, turns them by
-    // hundreds of rad/s more or less. Until 4 ms, when particles have begun to touch, ranks agree.
+    // Within the last 2 ms two cubes are wedged between the ring and others: one rank alone, given 2e-14 more inflow, turns them by
+    // hundreds of rad/s faster or slower. Until 4 ms, when particles have begun to touch, ranks agree.
     for (k, found) in others.iter().enumerate() {
         for name in ["pressure_drop", "fluid_kinetic", "kinetic_translation", "funnel_flow_fz"] {
             let [wanted, found] = [&table, found].map(|table| table.column(name)[..3].to_vec());
