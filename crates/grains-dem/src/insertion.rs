@@ -131,7 +131,7 @@ pub struct Occupancy {
 impl Occupancy {
     /// One without particles, for some of a radius (m) up to `largest`.
     pub fn empty(largest: f64) -> Self {
-        let nowhere = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Vec3::from_element(x));
+        let nowhere = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::from_element);
         Self {
             cells: HashMap::new(),
             members: Default::default(),
