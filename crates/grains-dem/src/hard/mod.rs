@@ -9,11 +9,10 @@
 //!
 //! Each contact sees the velocities that the earlier ones left, so their order is part of the result. It is that
 //! of a [`key::Key`], a hash of the identities of the two bodies: the same on any ranks, and mixed, so that a chain of
-//! contacts that wait for each other is short. A contact is due when
-//! its key is the lowest pending one of both its bodies; then no two that are due share a body. Contacts are worked off in
-//! rounds ([`rounds`]). Between rounds the
-//! clones learn velocities, relocations and lowest keys from their owners, and a contact of an owned particle
-//! with a clone is worked out alike on both ranks. All ranks agree once per step, and once per sweep if there are several.
+//! contacts that wait for each other is short. A contact is due when its key is the lowest pending one of both its bodies; then no two
+//! that are due share a body. Contacts are worked off in rounds ([`rounds`]). Between rounds the clones learn velocities, relocations and
+//! lowest keys from their owners, and a contact of an owned particle with a clone is worked out alike on both ranks. All ranks agree
+//! once per step, and once per sweep if there are several.
 //!
 //! # Relocation
 //!

@@ -1,9 +1,9 @@
 //! Works off the contacts of a step in rounds, in the same order on any ranks.
 //!
 //! A contact between a particle and a clone is due in a round if its key was the lowest of both when the round began, as their owners
-//! then said: both ranks see that alike, and work it out alike. Between contacts of its own particles and walls a rank waits for nobody:
-//! it goes on with them until what is left waits for a contact with a clone. Two ranks exchange as long as there are contacts between
-//! them, which both know; nobody else takes part.
+//! then said: both ranks see that alike, and work it out alike. Contacts of own particles with each other and with walls wait for nobody
+//! else: gone through in the order of their keys, each is due unless an earlier one of its bodies is left pending. Two ranks exchange
+//! as long as there are contacts between them, which both know; nobody else takes part.
 
 use super::contacts::{Counterpart, HardContact, collect};
 use super::key::Key;
@@ -23,14 +23,16 @@ use grains_geometry::Vec3;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Collisions {
     contacts: Vec<HardContact>,
-    /// Contacts still to be worked off in this sweep.
+    /// Contacts still to be worked off in this sweep, in the order of their keys.
     pending: Vec<u32>,
     /// How many of them are with clones from each peer.
     shared: Vec<u32>,
-    /// The keys of these together, bit by bit.
+    /// Scratch: what the keys of contacts with clones come to.
     keys: Vec<u64>,
-    /// Lowest key among the pending contacts of each particle, clones included.
+    /// Lowest key among the contacts of each particle that were pending when the round began, clones included.
     lowest: Vec<Key>,
+    /// The same of owned particles as the round leaves it.
+    left: Vec<Key>,
     /// Relocation of each particle (m), on the position quanta, clones included.
     relocations: Vec<Vec3>,
     /// Whether the clones of an owned particle are out of date.
@@ -88,7 +90,7 @@ impl Collisions {
         self.has_changed.resize(owned, false);
         let mut counts = Counts::default();
         if let Some(unmet) = self.unmet(owned, exchange, transport) {
-            let error = || unmet_by_other_rank(&self.contacts[unmet], solver.particles);
+            let error = || not_met_from_both_sides(&self.contacts[unmet], solver.particles);
             statistics.error.get_or_insert_with(error);
         }
         let level = match (&statistics.error, self.contacts.is_empty()) {
@@ -117,21 +119,27 @@ impl Collisions {
         counts
     }
 
-    /// The first contact with a clone of another rank that does not have the same contacts with clones of this one; collective.
+    /// The first contact with a clone that is not met from the other side: by the rank of its owner, or, if that is this one, by the
+    /// owner and a clone. Whoever waits for it would do so for ever; collective.
     fn unmet(&mut self, owned: usize, exchange: &mut Exchange, transport: &impl Transport) -> Option<usize> {
         let Self { contacts, shared, keys, .. } = self;
+        let peers = exchange.peers().len();
         shared.clear();
-        shared.resize(exchange.peers().len(), 0);
+        shared.resize(peers, 0);
+        // All bits of the keys shared with each peer, and of those with own clones: each of these is there twice.
         keys.clear();
-        keys.resize(exchange.peers().len(), 0);
+        keys.resize(peers + 1, 0);
+        let side = |contact: &HardContact, exchange: &Exchange| {
+            contact.clone(owned).map(|clone| exchange.peer_of_clone(clone).unwrap_or(peers))
+        };
         for contact in &*contacts {
-            if let Some(peer) = contact.peer(owned, exchange) {
-                shared[peer] += 1;
-                keys[peer] ^= contact.key.bits();
+            if let Some(side) = side(contact, exchange) {
+                shared.get_mut(side).into_iter().for_each(|count| *count += 1);
+                keys[side] ^= contact.key.bits();
             }
         }
         let own = |peer: usize| [f64::from(shared[peer]), keys[peer] as f64];
-        let mut differing = None;
+        let mut differing = (keys[peers] != 0).then_some(peers);
         let mut compare = |peer: usize, other: &[f64]| {
             if own(peer)[..] != *other {
                 differing = Some(peer);
@@ -139,7 +147,7 @@ impl Collisions {
         };
         exchange.tell_peers(|peer, message| message.extend(own(peer)), &mut compare, transport);
         let differing = differing?;
-        contacts.iter().position(|contact| contact.peer(owned, exchange) == Some(differing))
+        contacts.iter().position(|contact| side(contact, exchange) == Some(differing))
     }
 
     /// Applies the relocations (m) of this step, which then are done.
@@ -154,37 +162,26 @@ impl Collisions {
     }
 
     fn begin_sweep(&mut self, all: usize, owned: usize, exchange: &Exchange) {
-        self.pending.clear();
-        self.pending.extend(0..self.contacts.len() as u32);
-        self.shared.clear();
-        self.shared.resize(exchange.peers().len(), 0);
-        for peer in self.contacts.iter().filter_map(|contact| contact.peer(owned, exchange)) {
-            self.shared[peer] += 1;
+        let Self { contacts, pending, shared, lowest, has_changed, .. } = self;
+        pending.clear();
+        pending.extend(0..contacts.len() as u32);
+        pending.sort_unstable_by_key(|&k| contacts[k as usize].key);
+        shared.clear();
+        shared.resize(exchange.peers().len(), 0);
+        for peer in contacts.iter().filter_map(|contact| contact.peer(owned, exchange)) {
+            shared[peer] += 1;
         }
-        self.lowest.clear();
-        self.lowest.resize(all, Key::NONE);
-        self.find_lowest(owned);
-        for (has_changed, lowest) in self.has_changed.iter_mut().zip(&self.lowest) {
-            *has_changed |= *lowest < Key::NONE;
-        }
-    }
-
-    /// Brings the lowest keys of owned particles up to date; those of clones come from their owners.
-    fn find_lowest(&mut self, owned: usize) {
-        for (lowest, _) in
-            self.lowest.iter_mut().zip(&self.has_changed).filter(|(_, has_changed)| **has_changed)
-        {
-            *lowest = Key::NONE;
-        }
-        for &k in &self.pending {
-            let contact = &self.contacts[k as usize];
+        lowest.clear();
+        lowest.resize(all, Key::NONE);
+        for contact in &*contacts {
             for i in contact.particles().filter(|&i| i < owned) {
-                self.lowest[i] = self.lowest[i].min(contact.key);
+                lowest[i] = lowest[i].min(contact.key);
+                has_changed[i] = true;
             }
         }
     }
 
-    /// Works off the contacts that are due, and then all between own particles and walls that wait for no clone.
+    /// Works off the contacts that are due, in the order of their keys.
     fn round(
         &mut self,
         solver: &mut ContactSolver,
@@ -192,34 +189,20 @@ impl Collisions {
         exchange: &Exchange,
         counts: &mut Counts,
     ) {
-        let owned = solver.particles.owned;
-        let mut with_clones = true;
-        loop {
-            let before = self.pending.len();
-            self.pass(with_clones, solver, model, exchange, counts);
-            self.find_lowest(owned);
-            if self.pending.len() == before && !with_clones {
-                return;
-            }
-            with_clones = false;
-        }
-    }
-
-    /// Works off the contacts whose key is the lowest of both their bodies; no two of them share a body.
-    fn pass(
-        &mut self,
-        with_clones: bool,
-        solver: &mut ContactSolver,
-        model: &HardModel,
-        exchange: &Exchange,
-        counts: &mut Counts,
-    ) {
-        let Self { contacts, pending, shared, lowest, relocations, has_changed, .. } = self;
+        let Self { contacts, pending, shared, lowest, left, relocations, has_changed, .. } = self;
         let owned = has_changed.len();
+        left.clear();
+        left.resize(owned, Key::NONE);
         pending.retain(|&k| {
             let contact = &contacts[k as usize];
-            let waits = !with_clones && contact.clone(owned).is_some();
-            if waits || contact.particles().any(|i| lowest[i] != contact.key) {
+            let is_due = match contact.clone(owned) {
+                Some(_) => contact.particles().all(|i| lowest[i] == contact.key),
+                None => contact.particles().all(|i| left[i] == Key::NONE),
+            };
+            if !is_due {
+                for i in contact.particles().filter(|&i| i < owned) {
+                    left[i] = left[i].min(contact.key);
+                }
                 return true;
             }
             let outcome = solver.collide(contact, model);
@@ -237,6 +220,7 @@ impl Collisions {
             }
             false
         });
+        lowest[..owned].copy_from_slice(left);
     }
 }
 
@@ -300,11 +284,60 @@ impl Forwarded for SolverState<'_> {
 }
 
 #[cold]
-fn unmet_by_other_rank(contact: &HardContact, particles: &Particles) -> StepError {
+fn not_met_from_both_sides(contact: &HardContact, particles: &Particles) -> StepError {
     let a = contact.a as usize;
     let other = match contact.counterpart {
         Counterpart::Particle(b, _) => format!("particle {}", particles.ids[b as usize]),
         Counterpart::Wall { wall, .. } => format!("wall {wall}"),
     };
     StepError::Unmatched { id: particles.ids[a], other, place: vector(&particles.bodies[a].position) }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+mod tests {
+    use super::*;
+    use crate::exchange::ExchangeStrategy;
+    use grains_domain::{Decomposition, GlobalBox, SerialTransport};
+
+    /// A contact of two bodies of a rank.
+    fn contact(a: u32, b: u32, ids: [u64; 2]) -> HardContact {
+        HardContact {
+            key: Key::of_pair(ids, [0, 0]),
+            a,
+            counterpart: Counterpart::Particle(b, Vec3::zeros()),
+            normal: Vec3::x(),
+            overlap: 1e-6,
+            arm: Vec3::zeros(),
+            restitution: 1.0,
+            friction: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_contact_across_a_period_that_one_side_misses_is_not_waited_for() {
+        let global = GlobalBox::new([0.0; 3], [1.0; 3], [true; 3]);
+        let decomposition = Decomposition::new(global, [1; 3], 0, 0.1).unwrap();
+        let mut exchange = Exchange::new(&decomposition, [false; 6], ExchangeStrategy::default(), false);
+        // Eight particles, and a clone of each.
+        let owned = 8;
+        for missing in 0..12 {
+            let mut collisions = Collisions::default();
+            for a in 0..6 {
+                let (b, ids) = (a + 1, [u64::from(a), u64::from(a) + 1]);
+                collisions.contacts.push(contact(a, owned + b, ids));
+                collisions.contacts.push(contact(owned + a, b, ids));
+                // Within the box it is there once.
+                collisions.contacts.push(contact(a, a + 2, [u64::from(a), u64::from(a) + 2]));
+            }
+            let found = collisions.unmet(owned as usize, &mut exchange, &SerialTransport);
+            assert_eq!(found, None);
+            collisions.contacts.remove(missing / 2 * 3 + missing % 2);
+            let found = collisions.unmet(owned as usize, &mut exchange, &SerialTransport);
+            assert!(
+                found.is_some_and(|k| collisions.contacts[k].clone(owned as usize).is_some()),
+                "{missing}"
+            );
+        }
+    }
 }

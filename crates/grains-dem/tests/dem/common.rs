@@ -73,6 +73,23 @@ pub fn state_of(dem: &Dem) -> State {
     state
 }
 
+/// Asserts that two states agree bit for bit.
+pub fn assert_same(a: &State, b: &State, what: &str) {
+    assert_eq!(a.len(), b.len(), "{what}: number of particles");
+    for (p, q) in a.iter().zip(b) {
+        assert_eq!(p.0, q.0, "{what}: identities");
+        let first = (0..p.1.len().max(q.1.len())).find(|&k| p.1.get(k) != q.1.get(k));
+        assert_eq!(
+            first,
+            None,
+            "{what}: particle {} differs first in word {first:?} of {} and {}",
+            p.0,
+            p.1.len(),
+            q.1.len()
+        );
+    }
+}
+
 /// All ranks' states merged, by id.
 pub fn merged(states: Vec<State>) -> State {
     let mut all: State = states.into_iter().flatten().collect();

@@ -1,6 +1,8 @@
 //! Flat faces of meshes: however they are cut into triangles, bodies touch them as planes.
 
-use crate::common::{Random, Scene, knobbly_shapes, merged, mixed_shapes, setup, state_of, wall};
+use crate::common::{
+    Random, Scene, assert_same, knobbly_shapes, merged, mixed_shapes, setup, state_of, wall,
+};
 use grains_contact::{ContactLaw, Sharing, Tangential};
 use grains_dem::{Dem, FaceContact, Kind, Motion, NewParticle, Skin, Surface, Wear};
 use grains_domain::SerialTransport;
@@ -247,7 +249,7 @@ fn a_cube_wears_the_triangles_below_its_path() {
     }
 }
 
-/// What is listed changes no bit: floors of all sizes of triangles, skins and none.
+/// What is listed changes no bit: floors of all sizes of triangles, skins and none, ranks and restarts.
 #[test]
 fn lists_of_facets_and_triangles_change_no_bit() {
     let mut random = Random(9);
@@ -284,5 +286,18 @@ fn lists_of_facets_and_triangles_change_no_bit() {
                 assert!(states[0] == states[1] && states[0] == states[2], "round {round}, step {step}");
             }
         }
+        let reference = merged(vec![state_of(&dems[0])]);
+        for grid in [[2, 1, 1], [1, 3, 1], [2, 2, 2]] {
+            assert_same(&reference, &scene.run(grid, 1500), &format!("round {round}, grid {grid:?}"));
+        }
+        let [first, second] =
+            [[2, 1, 2], [1, 1, 1]].map(|grid| if random.unit() < 0.5 { [1, 3, 1] } else { grid });
+        let before = 100 + random.index(1300) as u64;
+        let restarted = scene.run_with_restart(first, before, second, 1500 - before);
+        assert_same(
+            &reference,
+            &restarted,
+            &format!("round {round}, {first:?}, then {second:?} from {before}"),
+        );
     }
 }

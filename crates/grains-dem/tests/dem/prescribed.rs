@@ -1,6 +1,6 @@
 //! Particles of prescribed motion among free ones: poses, contacts as with bodies of infinite mass, momentum, and bits.
 
-use crate::common::{Scene, State, lattice, law, mixed_shapes, setup, wall};
+use crate::common::{Scene, assert_same, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{ContactLaw, ImpulseScheme, Tangential};
 use grains_dem::{
     CollisionModel, Dem, DemSetup, HardModel, Kind, Motion, MotionTable, NewParticle, PrescribedMotion, Skin,
@@ -259,13 +259,6 @@ fn mill(shapes: Vec<Shape>) -> Scene {
     ];
     let kinds = setup.catalogue.shapes.len() as u16;
     Scene { setup, particles: lattice([0.0, 0.0, 1e-3], [0.03, 0.03, 0.02], 3e-3, kinds, 0.5) }
-}
-
-fn assert_same(a: &State, b: &State, what: &str) {
-    assert_eq!(a.len(), b.len(), "{what}");
-    for ((id, a), (other, b)) in a.iter().zip(b) {
-        assert_eq!((id, a), (other, b), "{what}: particle {id}");
-    }
 }
 
 #[test]

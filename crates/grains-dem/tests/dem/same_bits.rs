@@ -1,6 +1,6 @@
 //! The state does not depend on the number of ranks, the decomposition, or a restart: bit for bit.
 
-use crate::common::{Scene, State, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
+use crate::common::{Scene, assert_same, knobbly_shapes, lattice, law, mixed_shapes, setup, wall};
 use grains_contact::{ImpulseScheme, Lubrication, Sharing};
 use grains_dem::{CollisionModel, ExchangeStrategy, FaceContact, HardModel, Motion, Skin, Surface};
 use grains_domain::{Balance, SerialTransport, Transport};
@@ -9,22 +9,6 @@ use grains_testing::on_ranks;
 use std::sync::Arc;
 
 const GRIDS: [[usize; 3]; 6] = [[2, 1, 1], [1, 3, 1], [2, 2, 1], [1, 1, 4], [2, 2, 2], [4, 1, 2]];
-
-fn assert_same(a: &State, b: &State, what: &str) {
-    assert_eq!(a.len(), b.len(), "{what}: number of particles");
-    for (p, q) in a.iter().zip(b) {
-        assert_eq!(p.0, q.0, "{what}: identities");
-        let first = (0..p.1.len().max(q.1.len())).find(|&k| p.1.get(k) != q.1.get(k));
-        assert_eq!(
-            first,
-            None,
-            "{what}: particle {} differs first in word {first:?} of {} and {}",
-            p.0,
-            p.1.len(),
-            q.1.len()
-        );
-    }
-}
 
 /// Bed of spheres of several sizes between a vibrating floor, a plane and a mesh hopper, settling.
 fn silo() -> Scene {

@@ -269,22 +269,23 @@ impl Block {
         let coming = done..if dem.setup.largest_radius > 0.0 { done } else { until };
         let radius = |k: u64| self.particle(self.first_id + k, case, seed, dem).radius(&dem.setup.catalogue);
         let largest = coming.map(radius).fold(dem.setup.largest_radius, f64::max);
-        let mut there = Occupancy::near(dem, [&lower, &upper], largest);
+        let mut occupancy = Occupancy::near(dem, [&lower, &upper], largest);
         let mut turns = Turns::new(window, attempts, seed);
         while done < until {
             let takers = done..until.min(done + turns.takers() as u64);
             let takers = takers.map(|k| self.particle(self.first_id + k, case, seed, dem)).collect();
-            let Round { placed, is_full } = turns.take(takers, &there, dem, transport);
+            let Round { placed, is_full } = turns.take(takers, &occupancy, dem, transport);
             done += placed.len() as u64;
             for new in placed {
                 if dem.owns(&new.position) {
-                    there.add(new, &dem.setup.catalogue);
+                    occupancy.add(new, &dem.setup.catalogue);
                     dem.insert(&new.record(dem));
                 }
             }
             // During the run the rest waits for room; at the first batch there is nothing to wait for.
             let may_wait = retry.is_some() || dem.step > 0 || self.insert.interval > 0.0;
             match is_full {
+                false => {}
                 true if may_wait => break,
                 true => {
                     return Err(format!(
@@ -293,7 +294,6 @@ impl Block {
                         self.count
                     ));
                 }
-                false => {}
             }
         }
         Ok(done)

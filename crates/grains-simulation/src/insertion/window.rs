@@ -4,7 +4,7 @@
 //! particle that is there and none that had its turn before. All ranks get the same particles, as a place depends on seed, identity
 //! and attempt alone.
 //!
-//! What is there is asked in rounds, for many places of many particles at once: each rank compares them with its own particles, the
+//! Rounds ask for many places of many particles at once whether they are free: each rank compares them with its own particles, the
 //! owner of a place with the walls, and one reduction makes the answers known. The places are then given away on all ranks alike,
 //! which takes a comparison with those of the same round.
 
@@ -57,7 +57,7 @@ impl<'a> Turns<'a> {
     pub fn take(
         &mut self,
         mut takers: Vec<NewParticle>,
-        there: &Occupancy,
+        occupancy: &Occupancy,
         dem: &Dem,
         transport: &impl Transport,
     ) -> Round {
@@ -76,21 +76,21 @@ impl<'a> Turns<'a> {
             let new = &mut takers[taker];
             for (k, blocked) in tries(taker).zip(blocked) {
                 new.position = place(new, k);
-                *blocked = f64::from(u8::from(is_blocked(new, there, dem)));
+                *blocked = f64::from(u8::from(is_blocked(new, occupancy, dem)));
             }
         }
         transport.max(&mut blocked);
         let largest = takers.iter().map(|new| new.radius(&dem.setup.catalogue)).fold(0.0, f64::max);
-        let mut before = Occupancy::empty(largest);
+        let mut placed_before = Occupancy::empty(largest);
         let mut placed = Vec::with_capacity(takers.len());
         for (taker, (mut new, blocked)) in takers.into_iter().zip(blocked.chunks_exact(width)).enumerate() {
             let mut fits = |(k, blocked): (usize, &f64)| {
                 new.position = place(&new, k);
-                *blocked == 0.0 && before.in_the_way(&new, dem, 0.0).is_none()
+                *blocked == 0.0 && placed_before.in_the_way(&new, dem, 0.0).is_none()
             };
             let tries = tries(taker);
             if tries.clone().zip(blocked).any(&mut fits) {
-                before.add(new, &dem.setup.catalogue);
+                placed_before.add(new, &dem.setup.catalogue);
                 placed.push(new);
                 continue;
             }
@@ -104,9 +104,9 @@ impl<'a> Turns<'a> {
 }
 
 /// Whether a particle lies outside the domain, overlaps an own particle, or, at a place of this rank, a wall.
-fn is_blocked(new: &NewParticle, there: &Occupancy, dem: &Dem) -> bool {
+fn is_blocked(new: &NewParticle, occupancy: &Occupancy, dem: &Dem) -> bool {
     !dem.setup.global.contains(new.position.into())
-        || there.in_the_way(new, dem, 0.0).is_some()
+        || occupancy.in_the_way(new, dem, 0.0).is_some()
         || (dem.owns(&new.position) && wall_in_the_way(new, dem, 0.0).is_some())
 }
 
