@@ -169,6 +169,7 @@ impl Nodes {
         let subgrid = solids.subgrid;
         let mut positions = subgrid.positions(component);
         interfaces.clear();
+        interfaces.reserve(self.closest_points.len());
         for number in 0..self.of[component].len() {
             let nodes = &self.of[component];
             let node = &nodes[number];
