@@ -1,14 +1,17 @@
 //! Arrays on Cartesian grids in a checkpoint: ranks write blocks and may read others.
 
+use super::checksum;
 use super::dataset::{FAILED, create_checked};
-use super::{GRIDS, checksum};
-use crate::collective::{Participants, read_part, write_part};
+use super::layout::Stored;
+use crate::collective::{Participants, write_part};
 use crate::error::{FileError, Shared};
 use crate::grid::GridBlock;
 use crate::growing::unit;
-use hdf5::{Dataset, File, Group};
+use hdf5::Group;
 use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives};
+use std::fs::File;
+use std::io;
 
 /// An array on a Cartesian grid, of cells or of the faces normal to an axis: each rank a block of it.
 ///
@@ -30,11 +33,11 @@ pub struct GridArray {
 /// An array of a checkpoint that was read for its checksum.
 #[derive(Clone, Debug)]
 pub(super) struct StoredGrid {
-    pub name: String,
+    pub stored: Stored,
     /// Places along x, y, z.
     pub all: [usize; 3],
+    /// Values per place.
     pub width: usize,
-    pub expected: u64,
     /// This rank's part of the checksum.
     pub own: u64,
 }
@@ -45,11 +48,9 @@ fn shape([x, y, z]: [usize; 3], width: usize) -> Vec<usize> {
 }
 
 /// This rank's part of the checksum, by the places of the values in the whole array.
-fn checksum_of_block(block: &GridBlock, width: usize, values: &[f64]) -> u64 {
-    let rows = values.chunks((block.own[0] * width).max(1));
-    block.rows().zip(rows).fold(0_u64, |sum, (first, row)| {
-        sum.wrapping_add(checksum(first * width, row.iter().map(|x| x.to_bits())))
-    })
+fn checksum_of_block(block: &GridBlock, width: usize, bits: impl Iterator<Item = u64>) -> u64 {
+    let (row, mut bits) = (block.own[0] * width, bits);
+    block.rows().fold(0_u64, |sum, first| sum.wrapping_add(checksum(first * width, bits.by_ref().take(row))))
 }
 
 /// Writes an array; all ranks take part.
@@ -64,7 +65,7 @@ pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> R
         Err(format!("`{name}` has {} values, its block {wanted}", values.len()))
     })?;
     let mut sum = 0_u64;
-    let own = checksum_of_block(block, width, values);
+    let own = checksum_of_block(block, width, values.iter().map(|x| x.to_bits()));
     communicator.all_reduce_into(&own, &mut sum, SystemOperation::sum());
     let shape = shape(block.all, width);
     let dataset = shared.written_or(FAILED, create_checked::<f64>(group, name, &shape, sum))?;
@@ -73,29 +74,33 @@ pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> R
     shared.written_or(FAILED, write_part(&dataset, &block.part(&[], width), values, who))
 }
 
-/// Reads a rank's even share of an array for the checksum; only this rank takes part.
-pub(super) fn read_checksum(file: &File, name: &str, share: (usize, usize)) -> hdf5::Result<StoredGrid> {
-    let dataset = file.dataset(&format!("{GRIDS}/{name}"))?;
-    let expected = dataset.attr("checksum")?.read_scalar::<u64>()?;
-    let (all, width) = match dataset.shape()[..] {
-        [z, y, x] => ([x, y, z], 1),
-        [z, y, x, width] => ([x, y, z], width),
-        _ => return Err("it has neither three nor four dimensions".into()),
-    };
-    let block = GridBlock::share(all, share);
-    let own = checksum_of_block(&block, width, &read_values(&dataset, &block, width)?);
-    Ok(StoredGrid { name: name.to_string(), all, width, expected, own })
-}
+impl StoredGrid {
+    /// Reads a rank's even share of an array for the checksum; only this rank takes part.
+    pub fn read(file: &File, stored: &Stored, share: (usize, usize)) -> Result<Self, String> {
+        let (all, width) = match stored.shape[..] {
+            [z, y, x] => ([x, y, z], 1),
+            [z, y, x, width] => ([x, y, z], width),
+            _ => return Err("it has neither three nor four dimensions".into()),
+        };
+        let mut grid = Self { stored: stored.clone(), all, width, own: 0 };
+        let block = GridBlock::share(all, share);
+        let bits = grid.bits(file, &block).map_err(|e| e.to_string())?;
+        grid.own = checksum_of_block(&block, width, bits.into_iter());
+        Ok(grid)
+    }
 
-/// Reads a block of an array; only this rank takes part.
-pub(super) fn read_block(file: &File, name: &str, block: &GridBlock, width: usize) -> hdf5::Result<Vec<f64>> {
-    read_values(&file.dataset(&format!("{GRIDS}/{name}"))?, block, width)
-}
+    /// Values of a block, read by this rank alone.
+    pub fn values(&self, file: &File, block: &GridBlock) -> io::Result<Vec<f64>> {
+        Ok(self.bits(file, block)?.into_iter().map(f64::from_bits).collect())
+    }
 
-fn read_values(dataset: &Dataset, block: &GridBlock, width: usize) -> hdf5::Result<Vec<f64>> {
-    let mut values = vec![0.0; block.count() * width];
-    read_part(dataset, &block.part(&[], width), &mut values)?;
-    Ok(values)
+    fn bits(&self, file: &File, block: &GridBlock) -> io::Result<Vec<u64>> {
+        let mut bits = Vec::with_capacity(block.count() * self.width);
+        for run in block.runs() {
+            bits.extend(self.stored.read(file, run.start * self.width..run.end * self.width)?);
+        }
+        Ok(bits)
+    }
 }
 
 #[cfg(test)]
@@ -108,7 +113,7 @@ mod tests {
         let value = |place: usize| (place as f64).sqrt();
         let of = |block: &GridBlock, width| {
             let places = block.rows().flat_map(|row| row * width..(row + block.own[0]) * width);
-            checksum_of_block(block, width, &places.map(value).collect::<Vec<_>>())
+            checksum_of_block(block, width, places.map(|place| value(place).to_bits()))
         };
         for width in [1, 3] {
             let whole = checksum(0, (0..60 * width).map(|place| value(place).to_bits()));

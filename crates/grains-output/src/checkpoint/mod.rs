@@ -14,6 +14,7 @@
 mod dataset;
 mod folder;
 mod grid;
+mod layout;
 mod read;
 mod seal;
 mod write;

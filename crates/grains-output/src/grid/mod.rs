@@ -13,6 +13,7 @@ use crate::error::{FileError, agree};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::CommunicatorCollectives;
+use std::ops::Range;
 use std::path::Path;
 
 /// This rank's block of an array on a Cartesian grid: of cells, or of the faces normal to an axis.
@@ -57,6 +58,18 @@ impl GridBlock {
         (0..own[2]).flat_map(move |k| {
             (0..rows).map(move |j| ((first[2] + k) * all[1] + first[1] + j) * all[0] + first[0])
         })
+    }
+
+    /// Places in the whole array that follow one another in it and in the block: rows along x, layers or all where these are whole.
+    pub(crate) fn runs(&self) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for first in self.rows() {
+            match runs.last_mut().filter(|run| run.end == first) {
+                Some(run) => run.end += self.own[0],
+                None => runs.push(first..first + self.own[0]),
+            }
+        }
+        runs
     }
 
     /// An even share of an array for a rank: layers of the axis with most places.
