@@ -1,6 +1,7 @@
 //! The checked case: what the program works with.
 
 use crate::diagnostic::Diagnostic;
+use crate::meshes::{Decomposition, Meshes};
 use crate::raw::RawCase;
 use crate::sections::bond::Bond;
 use crate::sections::collisions::Collisions;
@@ -13,14 +14,15 @@ use crate::sections::insert::Insert;
 use crate::sections::material::Material;
 use crate::sections::output::Output;
 use crate::sections::run::{FlowPlane, Limits, Neighbours, Stop};
-use crate::sections::shape::Shape;
+use crate::sections::shape::{Shape, ShapeKind};
 use crate::sections::time::Time;
-use crate::sections::wall::Wall;
+use crate::sections::wall::{Wall, WallKind};
 use crate::source::Source;
+use std::path::PathBuf;
 
 /// A checked case: every value in range, every name an index, every default filled in, SI units.
 ///
-/// Equality is that of the values; warnings and where they were found do not count.
+/// Equality is that of the values; warnings, where they were found, and what is read of files do not count.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Name of the case.
@@ -65,6 +67,8 @@ pub struct Case {
     pub neighbours: Neighbours,
     /// Values that are allowed but unlikely.
     pub warnings: Vec<Diagnostic>,
+    /// Meshes of its files that are read already.
+    pub meshes: Meshes,
     /// Name and text of the case file.
     pub(crate) written: (String, String),
 }
@@ -135,6 +139,34 @@ impl Case {
     /// Index of the shape of this name.
     pub fn shape_index(&self, name: &str) -> Option<usize> {
         self.shapes.iter().position(|shape| shape.name == name)
+    }
+
+    /// The files of meshes that walls and shapes of the case are made of, each once.
+    pub fn mesh_files(&self) -> Vec<PathBuf> {
+        let of_walls = self.walls.iter().filter_map(|wall| match &wall.kind {
+            WallKind::Mesh { path, .. } => Some(path),
+            _ => None,
+        });
+        let kinds = self.shapes.iter().flat_map(|shape| match &shape.kind {
+            ShapeKind::Glued { parts } => parts.iter().map(|part| &part.kind).collect(),
+            kind => vec![kind],
+        });
+        let of_shapes = kinds.filter_map(|kind| match kind {
+            ShapeKind::HullFile { path, .. } | ShapeKind::Mesh { path, .. } => Some(path),
+            _ => None,
+        });
+        let mut files: Vec<PathBuf> = of_walls.chain(of_shapes).cloned().collect();
+        files.sort();
+        files.dedup();
+        files
+    }
+
+    /// The meshes that shapes of the case are cut from, each once.
+    pub fn decompositions(&self) -> Vec<Decomposition> {
+        let mut all: Vec<_> = self.shapes.iter().filter_map(|shape| shape.kind.decomposition()).collect();
+        all.sort();
+        all.dedup();
+        all
     }
 
     fn to_raw(&self) -> RawCase {

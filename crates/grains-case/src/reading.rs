@@ -7,6 +7,7 @@ use crate::check::{Checker, Names};
 use crate::diagnostic::{CaseErrors, Diagnostic};
 use crate::fit;
 use crate::impact::fastest_impact;
+use crate::meshes::Meshes;
 use crate::raw::RawCase;
 use crate::renamed::with_names_of_today;
 use crate::sections::motion::ParticleMotion;
@@ -146,6 +147,7 @@ fn resolve(raw: RawCase, file: &str, checker: &mut Checker) -> Case {
         time,
         materials: raw.material,
         warnings: Vec::new(),
+        meshes: Meshes::default(),
         written: Default::default(),
     };
     if !case.collisions.is_hard() {

@@ -91,23 +91,29 @@ impl Job {
 
     /// The text of rank 0 on every rank (an error text likewise).
     pub fn broadcast(&self, text: Result<String, String>) -> Result<String, String> {
-        let world = self.world();
-        let root = world.process_at_rank(0);
         let is_ok = text.is_ok();
-        let bytes = match text {
-            Ok(text) | Err(text) => text.into_bytes(),
-        };
-        let mut header = [bytes.len() as u64, u64::from(is_ok)];
-        root.broadcast_into(&mut header[..]);
-        let mut buffer = bytes;
-        buffer.resize(header[0] as usize, 0);
-        if !buffer.is_empty() {
-            root.broadcast_into(&mut buffer[..]);
-        }
-        let text = String::from_utf8_lossy(&buffer).into_owned();
-        if header[1] == 1 { Ok(text) } else { Err(text) }
+        let (Ok(text) | Err(text)) = text;
+        let mut bytes = text.into_bytes();
+        bytes.push(u8::from(is_ok));
+        let mut bytes = self.broadcast_bytes(bytes);
+        let is_ok = bytes.pop() == Some(1);
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        if is_ok { Ok(text) } else { Err(text) }
+    }
+
+    /// The bytes of rank 0 on every rank; collective.
+    pub fn broadcast_bytes(&self, mut bytes: Vec<u8>) -> Vec<u8> {
+        let root = self.world().process_at_rank(0);
+        let mut length = bytes.len() as u64;
+        root.broadcast_into(&mut length);
+        bytes.resize(length as usize, 0);
+        bytes.chunks_mut(MAX_BROADCAST).for_each(|part| root.broadcast_into(part));
+        bytes
     }
 }
+
+/// Bytes that are broadcast at once: MPI counts them in 31 bits.
+const MAX_BROADCAST: usize = 1 << 30;
 
 /// Ends all ranks of the job with an exit code.
 pub fn abort(code: i32) -> ! {

@@ -8,10 +8,10 @@ use crate::error::check_length;
 use crate::glued::{Component, glue};
 use crate::report::{DecompositionReport, MassSource};
 use crate::solid::solid_mass;
-use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3, read_mesh};
+use crate::{MassProperties, Shape, ShapeError, TriMesh, Vec3};
 use pieces::Pieces;
 pub use pieces::catches_panics;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// How a mesh is cut into convex parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,20 +55,25 @@ impl Shape {
         crust_fraction: f64,
     ) -> Result<Self, ShapeError> {
         check_length("scale", scale)?;
-        options.check()?;
+        Shape::of_parts(mesh, scale, &ConvexParts::of(mesh, options)?, crust_fraction)
+    }
+
+    /// The same with the convex parts of the mesh.
+    ///
+    /// Errors: as for [`Shape::of_mesh`].
+    pub fn of_parts(
+        mesh: &TriMesh,
+        scale: f64,
+        ConvexParts { pieces, cached }: &ConvexParts,
+        crust_fraction: f64,
+    ) -> Result<Self, ShapeError> {
+        check_length("scale", scale)?;
         let scaled = TriMesh {
             vertices: mesh.vertices.iter().map(|v| v * scale).collect(),
             triangles: mesh.triangles.clone(),
         };
         let (mass, area) = (solid_mass(&scaled)?, scaled.area());
-        // The decomposition has absolute tolerances, made for bodies of unit size.
-        let (lower, upper) = scaled.extents();
-        let (middle, size) = ((lower + upper) / 2.0, (upper - lower).max());
-        let unit = TriMesh {
-            vertices: scaled.vertices.iter().map(|v| (v - middle) / size).collect(),
-            triangles: scaled.triangles,
-        };
-        let (pieces, cached) = decomposed(&unit, options)?;
+        let (middle, size) = middle_and_size(&scaled);
         let components = pieces.hulls.iter().map(|hull| {
             let corners: Vec<Vec3> = hull.iter().map(|v| v * size + middle).collect();
             Ok(Component::new(Shape::hull(&corners, crust_fraction)?, Vec3::zeros()))
@@ -82,35 +87,64 @@ impl Shape {
             merged: pieces.merged,
             dropped: pieces.dropped,
             volume_error: MassProperties::of_chords(&shape.parts).0.volume / mass.volume - 1.0,
-            cached,
+            cached: *cached,
         });
         Ok(shape.named("mesh"))
     }
+}
 
-    /// The same for an STL or OBJ file, named after the file.
-    pub fn of_mesh_file(
-        path: &Path,
-        scale: f64,
-        options: &DecompositionOptions,
-        crust_fraction: f64,
-    ) -> Result<Self, ShapeError> {
-        let shape = Shape::of_mesh(&read_mesh(path)?.mesh, scale, options, crust_fraction)?;
-        Ok(shape.named(path.file_stem().unwrap_or_default().to_string_lossy()))
+/// The convex parts that approximate a mesh, whatever its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvexParts {
+    /// Of the mesh, moved to the origin and of unit size.
+    pieces: Pieces,
+    /// Whether they were on disk.
+    cached: bool,
+}
+
+impl ConvexParts {
+    /// Those of a closed mesh, from disk if they are kept there.
+    ///
+    /// Errors: a mesh that bounds no solid or several, options out of range.
+    pub fn of(mesh: &TriMesh, options: &DecompositionOptions) -> Result<Self, ShapeError> {
+        options.check()?;
+        solid_mass(mesh)?;
+        // The decomposition has absolute tolerances, made for bodies of unit size.
+        let (middle, size) = middle_and_size(mesh);
+        let unit = TriMesh {
+            vertices: mesh.vertices.iter().map(|v| (v - middle) / size).collect(),
+            triangles: mesh.triangles.clone(),
+        };
+        let file = options.cache.as_ref().map(|folder| folder.join(cache::file_name(&unit, options)));
+        if let Some(pieces) = file.as_deref().and_then(cache::load) {
+            return Ok(Self { pieces, cached: true });
+        }
+        let pieces = Pieces::of(&unit, options).ok_or(ShapeError::Decomposition {
+            triangles: unit.triangles.len(),
+            resolution: options.resolution,
+        })?;
+        if let Some(file) = &file {
+            cache::store(file, &pieces);
+        }
+        Ok(Self { pieces, cached: false })
+    }
+
+    /// The parts as bytes, for other processes.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut bytes = cache::encode(&self.pieces);
+        bytes.push(u8::from(self.cached));
+        bytes
+    }
+
+    /// What [`ConvexParts::bytes`] made; `None` of others.
+    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        let (cached, pieces) = bytes.split_last()?;
+        Some(Self { pieces: cache::decode(pieces)?, cached: *cached == 1 })
     }
 }
 
-/// The pieces of a mesh of unit size, and whether they were on disk.
-fn decomposed(unit: &TriMesh, options: &DecompositionOptions) -> Result<(Pieces, bool), ShapeError> {
-    let file = options.cache.as_ref().map(|folder| folder.join(cache::file_name(unit, options)));
-    if let Some(pieces) = file.as_deref().and_then(cache::load) {
-        return Ok((pieces, true));
-    }
-    let pieces = Pieces::of(unit, options).ok_or(ShapeError::Decomposition {
-        triangles: unit.triangles.len(),
-        resolution: options.resolution,
-    })?;
-    if let Some(file) = &file {
-        cache::store(file, &pieces);
-    }
-    Ok((pieces, false))
+/// Middle and longest edge of the box around a mesh.
+fn middle_and_size(mesh: &TriMesh) -> (Vec3, f64) {
+    let (lower, upper) = mesh.extents();
+    ((lower + upper) / 2.0, (upper - lower).max())
 }

@@ -54,7 +54,7 @@ pub use contact_patch::{ContactPatch, Nearest, TouchesInAPoint};
 pub use convex::cone::Cone;
 pub use convex::polyhedron::Polyhedron;
 pub use core::Core;
-pub use decomposition::{DecompositionOptions, catches_panics};
+pub use decomposition::{ConvexParts, DecompositionOptions, catches_panics};
 pub use depth_norm::DepthNorm;
 pub use discrete::{DiscreteContact, DiscreteSurface, Spacing};
 pub use error::{GjkError, ShapeError};
@@ -65,7 +65,8 @@ pub use mass::union::MassReport;
 pub use mass::{MassProperties, principal_axes, sphere_equivalent_diameter};
 pub use mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
 pub use mesh_file::{
-    ImportedMesh, MeshFileError, ParseError, parse_obj, parse_stl, read_mesh, write_stl, write_stl_ascii,
+    ImportedMesh, MeshFileError, ParseError, parse_mesh, parse_obj, parse_stl, read_mesh, write_stl,
+    write_stl_ascii,
 };
 pub use placement::Placement;
 pub use report::{DecompositionReport, MassSource, ShapeReport};

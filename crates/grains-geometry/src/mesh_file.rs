@@ -81,10 +81,15 @@ pub struct ImportedMesh {
 /// Reads an STL or OBJ file, told by its name, and welds it with [`WELD_TOLERANCE`].
 pub fn read_mesh(path: &Path) -> Result<ImportedMesh, MeshFileError> {
     let bytes = fs::read(path).map_err(|source| MeshFileError::Io { path: path.to_path_buf(), source })?;
+    parse_mesh(path, &bytes)
+}
+
+/// The same of the bytes of the file.
+pub fn parse_mesh(path: &Path, bytes: &[u8]) -> Result<ImportedMesh, MeshFileError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let parsed = match extension.as_str() {
-        "stl" => parse_stl(&bytes),
-        "obj" => parse_obj(&String::from_utf8_lossy(&bytes)),
+        "stl" => parse_stl(bytes),
+        "obj" => parse_obj(&String::from_utf8_lossy(bytes)),
         _ => return Err(MeshFileError::UnknownFormat { path: path.to_path_buf() }),
     };
     parsed

@@ -1,10 +1,10 @@
 //! Convex shapes, from their description in the case.
 
-use grains_case::{ShapeKind, Solid, VertexSpacing};
+use grains_case::{Meshes, ShapeKind, Solid, VertexSpacing};
 use grains_geometry::{RegularSolid, Shape, ShapeError, Spacing, Vec3};
 
 /// Builds a convex shape.
-pub fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
+pub fn convex(kind: &ShapeKind, crust: f64, meshes: &Meshes) -> Result<Shape, ShapeError> {
     match kind {
         ShapeKind::Sphere { radius } => Shape::sphere(*radius),
         ShapeKind::Box { edges } => Shape::cuboid(Vec3::from(*edges), crust),
@@ -27,7 +27,7 @@ pub fn convex(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
             let vertices: Vec<Vec3> = vertices.iter().map(|v| Vec3::from(*v)).collect();
             Shape::hull(&vertices, crust)
         }
-        ShapeKind::HullFile { path, scale } => Shape::hull_of_file(path, *scale, crust),
+        ShapeKind::HullFile { path, scale } => Shape::hull_of_mesh(&*meshes.mesh(path)?, *scale, crust),
         // What remains is composite, and composites are not glued again.
         _ => Err(ShapeError::NoComponents),
     }

@@ -103,6 +103,7 @@ pub use views::{FluidView, ParticleView, WallView};
 
 use grains_case::read_text;
 use grains_domain::Transport;
+use grains_geometry::ConvexParts;
 use std::path::Path;
 
 /// Joins MPI that others have started: the job of a communicator; as for [`start`].
@@ -125,7 +126,7 @@ pub fn start() -> Result<Job, RunError> {
     Job::start(grains_geometry::catches_panics).map_err(RunError::files)
 }
 
-/// The case of a file on every rank: rank 0 reads the text, all ranks check it alike; collective.
+/// The case of a file on every rank: rank 0 reads the text and the meshes, all ranks check them alike; collective.
 ///
 /// # Errors
 /// A file that cannot be read, or a case that is wrong: where, what and the remedy.
@@ -142,9 +143,27 @@ pub fn load(path: &Path, job: &Job) -> Result<Case, RunError> {
     let text = job.broadcast(text.unwrap_or(Ok(String::new()))).map_err(RunError::case)?;
     let base = path.parent().unwrap_or(Path::new(""));
     let case = Case::parse(&text, &path.display().to_string(), base);
-    let case = agreed(job.transport(), case.map_err(|e| RunError::case(e.to_string())))?;
+    let mut case = agreed(job.transport(), case.map_err(|e| RunError::case(e.to_string())))?;
+    share_meshes(&mut case, job);
     if is_first {
         case.warnings.iter().for_each(|w| log::warn!("{w}"));
     }
     Ok(case)
+}
+
+/// Gives all ranks the meshes that rank 0 reads and cuts into convex parts; what is wrong with one shows where it is asked for. Collective.
+fn share_meshes(case: &mut Case, job: &Job) {
+    let is_first = job.transport().rank() == 0;
+    let of_first =
+        |found: &dyn Fn() -> Vec<u8>| job.broadcast_bytes(if is_first { found() } else { Vec::new() });
+    for path in case.mesh_files() {
+        let bytes = of_first(&|| std::fs::read(&path).unwrap_or_default());
+        case.meshes.keep_mesh(&path, &bytes);
+    }
+    for decomposition in case.decompositions() {
+        let parts = of_first(&|| case.meshes.parts(&decomposition).map_or(Vec::new(), |parts| parts.bytes()));
+        if let Some(parts) = ConvexParts::of_bytes(&parts) {
+            case.meshes.keep_parts(decomposition, parts);
+        }
+    }
 }

@@ -1,10 +1,8 @@
 //! Shapes of particles, from their description in the case.
 
 use crate::convex::convex;
-use grains_case::{GluedPart, Shape as CaseShape, ShapeKind, beam_size, layer_radius};
-use grains_geometry::{
-    Component, DecompositionOptions, Lobes, Rotation, Shape, ShapeError, SphereArrangement, Vec3,
-};
+use grains_case::{GluedPart, Meshes, Shape as CaseShape, ShapeKind, beam_size, layer_radius};
+use grains_geometry::{Component, Lobes, Rotation, Shape, ShapeError, SphereArrangement, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Crust over inscribed radius where the case does not say.
@@ -14,21 +12,21 @@ const CRUST: f64 = 0.02;
 ///
 /// # Errors
 /// What makes the shape impossible.
-pub fn shape(shape: &CaseShape) -> Result<Shape, String> {
+pub fn shape(shape: &CaseShape, meshes: &Meshes) -> Result<Shape, String> {
     let crust = shape.crust.unwrap_or(CRUST);
     let built = match &shape.kind {
-        kind if kind.is_composite() => composite(kind, crust),
-        kind => convex(kind, crust),
+        kind if kind.is_composite() => composite(kind, crust, meshes),
+        kind => convex(kind, crust, meshes),
     };
     built.map(|s| s.named(&shape.name)).map_err(|e| e.to_string())
 }
 
 /// Builds a shape of several parts.
-fn composite(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
+fn composite(kind: &ShapeKind, crust: f64, meshes: &Meshes) -> Result<Shape, ShapeError> {
     match kind {
         ShapeKind::Glued { parts } => {
             let components =
-                parts.iter().map(|part| component(part, crust)).collect::<Result<Vec<_>, _>>()?;
+                parts.iter().map(|part| component(part, crust, meshes)).collect::<Result<Vec<_>, _>>()?;
             Shape::glued(&components, crust)
         }
         ShapeKind::Lobes { lobes, diameter, length, area_fraction, offset } => {
@@ -52,20 +50,16 @@ fn composite(kind: &ShapeKind, crust: f64) -> Result<Shape, ShapeError> {
         ShapeKind::SlicedCylinder { radius, height, slices } => {
             Shape::sliced_cylinder(*radius, *height, *slices, crust)
         }
-        ShapeKind::Mesh { path, scale, max_parts, resolution } => {
-            let options = DecompositionOptions {
-                max_parts: *max_parts,
-                resolution: *resolution,
-                ..DecompositionOptions::default()
-            };
-            Shape::of_mesh_file(path, *scale, &options, crust)
+        ShapeKind::Mesh { path, scale, .. } => {
+            let parts = kind.decomposition().ok_or(ShapeError::NoComponents)?;
+            Shape::of_parts(&*meshes.mesh(path)?, *scale, &*meshes.parts(&parts)?, crust)
         }
-        single => convex(single, crust),
+        single => convex(single, crust, meshes),
     }
 }
 
-fn component(part: &GluedPart, crust: f64) -> Result<Component, ShapeError> {
+fn component(part: &GluedPart, crust: f64, meshes: &Meshes) -> Result<Component, ShapeError> {
     let [w, x, y, z] = part.orientation;
     let rotation: Rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    Ok(Component::new(convex(&part.kind, crust)?, Vec3::from(part.at)).turned(rotation))
+    Ok(Component::new(convex(&part.kind, crust, meshes)?, Vec3::from(part.at)).turned(rotation))
 }

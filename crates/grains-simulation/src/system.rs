@@ -207,7 +207,7 @@ pub fn catalogue(case: &Case) -> Result<Catalogue, String> {
     }
     let shapes = case.shapes.iter().enumerate();
     let shapes = shapes.map(|(k, s)| {
-        let built = shape(s).and_then(|built| match built.parts.len() {
+        let built = shape(s, &case.meshes).and_then(|built| match built.parts.len() {
             parts if parts > MAX_COUNT => Err(format!("parts: {}", too_many(parts))),
             _ => Ok(built),
         });
@@ -361,7 +361,8 @@ fn skin(case: &Case, largest_radius: f64, reach: f64) -> Skin {
 fn walls(case: &Case, global: &GlobalBox) -> Result<Vec<Wall>, String> {
     let mut walls = Vec::new();
     for (i, wall) in case.walls.iter().enumerate() {
-        let (surfaces, extents) = surfaces(&wall.kind).map_err(|e| case.about(&format!("wall[{i}]"), e))?;
+        let (surfaces, extents) =
+            surfaces(&wall.kind, &case.meshes).map_err(|e| case.about(&format!("wall[{i}]"), e))?;
         if surfaces.len() > MAX_COUNT {
             return Err(case.about(&format!("wall[{i}]"), format!("surfaces: {}", too_many(surfaces.len()))));
         }

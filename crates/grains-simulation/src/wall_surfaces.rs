@@ -1,10 +1,8 @@
 //! Surfaces of walls, from their description in the case.
 
-use grains_case::{Side, WallKind};
+use grains_case::{Meshes, Side, WallKind};
 use grains_dem::{OpenTube, Surface};
-use grains_geometry::{
-    Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, read_mesh, rotation_onto,
-};
+use grains_geometry::{Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, rotation_onto};
 use std::sync::Arc;
 
 /// Corners of the box around a finite wall (m).
@@ -14,7 +12,7 @@ pub type Extents = (Vec3, Vec3);
 ///
 /// # Errors
 /// A mesh that cannot be read or used.
-pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), String> {
+pub fn surfaces(kind: &WallKind, meshes: &Meshes) -> Result<(Vec<Surface>, Option<Extents>), String> {
     Ok(match kind {
         WallKind::Plane { point, normal } => {
             (vec![Surface::Plane { point: Vec3::from(*point), normal: Vec3::from(*normal) }], None)
@@ -47,7 +45,7 @@ pub fn surfaces(kind: &WallKind) -> Result<(Vec<Surface>, Option<Extents>), Stri
             mesh_surface(&revolution.mesh(*facets))?
         }
         WallKind::Mesh { path, scale, translate } => {
-            let mesh = read_mesh(path).map_err(|e| e.to_string())?.mesh;
+            let mesh = meshes.mesh(path).map_err(|e| e.to_string())?;
             mesh_surface(&mesh.transformed(
                 &grains_geometry::Rotation::identity(),
                 *scale,

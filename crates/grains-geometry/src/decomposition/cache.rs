@@ -31,7 +31,11 @@ pub(super) fn file_name(unit: &TriMesh, options: &DecompositionOptions) -> Strin
 
 /// The pieces of a file; `None` if it is missing or not whole.
 pub(super) fn load(path: &Path) -> Option<Pieces> {
-    let bytes = fs::read(path).ok()?;
+    decode(&fs::read(path).ok()?)
+}
+
+/// The pieces that [`encode`] made bytes of; `None` of others.
+pub(super) fn decode(bytes: &[u8]) -> Option<Pieces> {
     let (content, sum) = bytes.split_last_chunk::<16>()?;
     let body = content.strip_prefix(MAGIC)?;
     if Hash::of(content).0.to_le_bytes() != *sum {
@@ -48,15 +52,21 @@ pub(super) fn load(path: &Path) -> Option<Pieces> {
     Some(Pieces { hulls, found, merged, dropped })
 }
 
-/// Writes the pieces aside and renames the file, so that nobody reads half of it; whoever cannot write
-/// computes again.
-pub(super) fn store(path: &Path, pieces: &Pieces) {
+/// The pieces as the bytes of a file.
+pub(super) fn encode(pieces: &Pieces) -> Vec<u8> {
     let counts = [pieces.found, pieces.merged, pieces.dropped, pieces.hulls.len()];
     let lengths = pieces.hulls.iter().map(Vec::len);
     let mut bytes = MAGIC.to_vec();
     bytes.extend(counts.into_iter().chain(lengths).flat_map(|n| (n as u64).to_le_bytes()));
     bytes.extend(pieces.hulls.iter().flatten().flatten().flat_map(|x| x.to_le_bytes()));
     bytes.extend(Hash::of(&bytes).0.to_le_bytes());
+    bytes
+}
+
+/// Writes the pieces aside and renames the file, so that nobody reads half of it; whoever cannot write
+/// computes again.
+pub(super) fn store(path: &Path, pieces: &Pieces) {
+    let bytes = encode(pieces);
     let aside = path.with_extension(format!("{}.tmp", process::id()));
     let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&aside, bytes));
     if written.and_then(|()| fs::rename(&aside, path)).is_err() {

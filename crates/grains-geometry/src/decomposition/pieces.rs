@@ -24,7 +24,7 @@ const CONCAVITY: f64 = 0.0025;
 
 /// Corners of the convex pieces of a mesh, and how they came about.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Pieces {
+pub(crate) struct Pieces {
     /// Corners of each piece.
     pub hulls: Vec<Vec<Vec3>>,
     /// Pieces cut.

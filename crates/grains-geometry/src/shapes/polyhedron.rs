@@ -5,10 +5,9 @@ use crate::mass::MassProperties;
 use crate::mass::union::principal_moments;
 use crate::{
     ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport,
-    TriMesh, Vec3, read_mesh,
+    TriMesh, Vec3,
 };
 use nalgebra::Rotation3;
-use std::path::Path;
 
 /// Corners of a core closer than this to a face's plane lie on it (relative to the size of the body).
 const ON_FACE: f64 = 1e-9;
@@ -49,13 +48,6 @@ impl Shape {
         check_length("scale", scale)?;
         let vertices: Vec<Vec3> = mesh.vertices.iter().map(|v| v * scale).collect();
         Shape::hull(&vertices, crust_fraction)
-    }
-
-    /// Convex hull of the vertices of an STL or OBJ file multiplied by `scale` (m per unit of the
-    /// file), named after the file.
-    pub fn hull_of_file(path: &Path, scale: f64, crust_fraction: f64) -> Result<Self, ShapeError> {
-        let shape = Shape::hull_of_mesh(&read_mesh(path)?.mesh, scale, crust_fraction)?;
-        Ok(shape.named(path.file_stem().unwrap_or_default().to_string_lossy()))
     }
 }
 

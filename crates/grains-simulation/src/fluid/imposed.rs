@@ -58,7 +58,7 @@ fn of_motion(case: &Case, (wall, motion): (&Wall, &Motion), consider: &mut impl 
         Motion::Oscillation { amplitude, frequency, .. } => consider(amplitude.map(|x| TAU * frequency * x)),
         Motion::Rotation { axis, angular_velocity, point, .. } => {
             let [wx, wy, wz] = axis.map(|x| x * angular_velocity);
-            if let Some(reach) = reach(wall, point.as_ref(), axis) {
+            if let Some(reach) = reach((case, wall), point.as_ref(), axis) {
                 // In turn along all directions across the axis.
                 let speed = angular_velocity.abs() * reach;
                 consider(axis.map(|n| speed * (0.5 * (1.0 - n * n).max(0.0)).sqrt()));
@@ -80,8 +80,8 @@ fn of_motion(case: &Case, (wall, motion): (&Wall, &Motion), consider: &mut impl 
 
 /// How far (m) an obstacle reaches from an axis that it turns about, given as a unit vector through a point (m); none of what
 /// has no end or holds the fluid.
-fn reach(wall: &Wall, point: Option<&[f64; 3]>, axis: &[f64; 3]) -> Option<f64> {
-    let [lower, upper] = walls::obstacle(wall)?;
+fn reach((case, wall): (&Case, &Wall), point: Option<&[f64; 3]>, axis: &[f64; 3]) -> Option<f64> {
+    let [lower, upper] = walls::obstacle(wall, &case.meshes)?;
     let (point, axis) = (point.map_or_else(Vec3::zeros, |&point| Vec3::from(point)), Vec3::from(*axis));
     let corner = |k: usize| Vec3::from_fn(|a, _| if k >> a & 1 == 0 { lower[a] } else { upper[a] });
     Some((0..8).map(|k| (corner(k) - point).cross(&axis).norm()).fold(0.0, f64::max))

@@ -2,7 +2,7 @@
 
 use super::enclosure::PlacedWalls;
 use super::setup;
-use grains_case::{BoundaryKind, Case, Face, Fluid, FluidSide, Side, Wall, WallKind};
+use grains_case::{BoundaryKind, Case, Face, Fluid, FluidSide, Meshes, Side, Wall, WallKind};
 use grains_dem::{Dem, Surface};
 use grains_fluid::{Enclosure, Grid};
 use grains_geometry::{ClosedMesh, ClosedSurface, Vec3};
@@ -42,7 +42,8 @@ impl FluidWalls {
     /// Surfaces that are not closed, with the key.
     pub fn new(case: &Case) -> Result<Self, String> {
         let wall = |(number, wall): (usize, &Wall)| {
-            let surface = surface(wall).map_err(|e| case.about(&format!("wall[{number}]"), e))?;
+            let surface =
+                surface(wall, &case.meshes).map_err(|e| case.about(&format!("wall[{number}]"), e))?;
             let solid = solid_side(wall);
             Ok(BoundingWall { number, wall: FluidWall { surface, solid }, slips: wall.slip })
         };
@@ -197,7 +198,7 @@ fn normal_speed(kind: &BoundaryKind, axis: usize) -> Option<Box<dyn Fn([f64; 3])
 }
 
 /// The closed surface of a wall.
-fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
+fn surface(wall: &Wall, meshes: &Meshes) -> Result<ClosedSurface, String> {
     Ok(match &wall.kind {
         WallKind::Plane { point, normal } => {
             ClosedSurface::Plane { point: Vec3::from(*point), normal: Vec3::from(*normal) }
@@ -215,7 +216,7 @@ fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
             ClosedSurface::Revolution(crate::wall_surfaces::revolution(&wall.kind).ok_or("has no profile")?)
         }
         WallKind::Mesh { .. } | WallKind::Polygons { .. } => {
-            let (surfaces, _) = crate::wall_surfaces::surfaces(&wall.kind)?;
+            let (surfaces, _) = crate::wall_surfaces::surfaces(&wall.kind, meshes)?;
             let [Surface::Mesh(mesh)] = &surfaces[..] else { return Err("is no mesh".into()) };
             let closed = ClosedMesh::new(mesh.mesh().clone()).map_err(|e| e.to_string())?;
             ClosedSurface::Mesh(Arc::new(closed))
@@ -224,8 +225,8 @@ fn surface(wall: &Wall) -> Result<ClosedSurface, String> {
 }
 
 /// Corners (m) of a box about a wall with fluid all around it; none of what has no end, is not closed, or holds the fluid.
-pub fn obstacle(wall: &Wall) -> Option<[Vec3; 2]> {
-    (solid_side(wall) == SolidSide::Inside).then(|| surface(wall).ok()?.extents()).flatten()
+pub fn obstacle(wall: &Wall, meshes: &Meshes) -> Option<[Vec3; 2]> {
+    (solid_side(wall) == SolidSide::Inside).then(|| surface(wall, meshes).ok()?.extents()).flatten()
 }
 
 /// Where a wall is solid. What is before a plane is outside the half space behind it.
