@@ -140,15 +140,30 @@ pub fn cartesian(world: &SimpleCommunicator, ranks: [usize; 3], widths: [f64; 3]
     world.split_by_color_with_key(Color::with_value(0), number as i32).unwrap_or_else(|| world.duplicate())
 }
 
+/// Ranks per node as the environment gives them.
+fn given_per_node() -> Option<i32> {
+    std::env::var(RANKS_PER_NODE).ok()?.parse().ok().filter(|per_node| *per_node > 0)
+}
+
+/// Whether the environment gives the ranks per node.
+pub fn are_nodes_given() -> bool {
+    given_per_node().is_some()
+}
+
+/// The ranks that share a node with this one, in the order of `communicator`; collective.
+pub fn ranks_of_node(communicator: &SimpleCommunicator) -> SimpleCommunicator {
+    let of_given = |per_node| {
+        let node = SimpleCommunicator::world().rank() / per_node;
+        communicator.split_by_color(Color::with_value(node))
+    };
+    given_per_node().and_then(of_given).unwrap_or_else(|| communicator.split_shared(communicator.rank()))
+}
+
 /// Number of the own node, by its first rank, number of the own rank on it, and how many ranks there are on each node, if on all as many;
 /// collective.
 fn place_on_nodes(world: &SimpleCommunicator) -> (usize, usize, Option<usize>) {
-    let (own, size) = (world.rank() as usize, world.size() as usize);
-    let given = std::env::var(RANKS_PER_NODE).ok().and_then(|text| text.parse().ok());
-    if let Some(given) = given.filter(|&n: &usize| n > 0 && size.is_multiple_of(n)) {
-        return (own / given, own % given, Some(given));
-    }
-    let shared = world.split_shared(world.rank());
+    let size = world.size() as usize;
+    let shared = ranks_of_node(world);
     let (rank_of_node, per_node) = (shared.rank() as usize, shared.size() as usize);
     let mut firsts = vec![0_i32; size];
     let mut first = [world.rank()];

@@ -2,8 +2,10 @@
 
 use crate::checkpoint::checksum;
 use crate::collective::{Participants, read_rows, write_rows};
+use crate::error::Shared;
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
+use crate::writers::Number;
 use hdf5::{Dataset, File, Group, H5Type};
 
 const TOPOLOGIES: [&str; 4] = ["Vertices", "Lines", "Polygons", "Strips"];
@@ -126,8 +128,6 @@ pub(crate) struct Arrays {
     offsets: Dataset,
     per_step: Vec<(Dataset, Entry)>,
     steps: Group,
-    /// Who writes what all ranks have rows of.
-    who: Participants,
 }
 
 /// Names of the arrays with one row per step.
@@ -199,7 +199,6 @@ impl Arrays {
         cells: Cells,
         specs: &[FieldSpec],
         (precision, compress): (Precision, bool),
-        ranks: i32,
     ) -> hdf5::Result<Self> {
         let root = create_root::<8>(file, "PolyData", [2, 0], cells.data())?;
         TOPOLOGIES.into_iter().try_for_each(|group| root.create_group(group).map(drop))?;
@@ -234,11 +233,11 @@ impl Arrays {
                 }
             }
         }
-        Self::open(file, cells, specs, ranks)
+        Self::open(file, cells, specs)
     }
 
     /// Opens the arrays of a file that must hold just these fields.
-    pub fn open(file: &File, cells: Cells, specs: &[FieldSpec], ranks: i32) -> hdf5::Result<Self> {
+    pub fn open(file: &File, cells: Cells, specs: &[FieldSpec]) -> hdf5::Result<Self> {
         let root = file.group("VTKHDF")?;
         require_fields(&root.group(cells.data())?, specs.iter().map(|spec| spec.name))?;
         let field = |spec: &FieldSpec| {
@@ -250,11 +249,9 @@ impl Arrays {
             Ok((dataset, width))
         };
         let opened = |(name, entry): (String, Entry)| Ok((root.dataset(&name)?, entry));
-        let points = root.dataset("Points")?;
         Ok(Self {
             cells,
-            who: Participants::writing(ranks, !points.filters().is_empty()),
-            points,
+            points: root.dataset("Points")?,
             fields: specs.iter().map(field).collect::<hdf5::Result<_>>()?,
             connectivity: root.dataset(&format!("{}/Connectivity", cells.name()))?,
             offsets: root.dataset(&format!("{}/Offsets", cells.name()))?,
@@ -306,24 +303,29 @@ impl Arrays {
     }
 
     /// Writes positions from row `at`; all ranks take part.
-    pub fn write_points<T: H5Type>(&self, at: usize, points: &[T]) -> hdf5::Result<()> {
-        write_rows(&self.points, at, 3, points, self.who)
+    pub fn write_points<T: Number>(&self, shared: &Shared, at: usize, points: &[T]) -> hdf5::Result<()> {
+        shared.write_rows(&self.points, (at, 3), points)
     }
 
     /// Writes a field from row `at`; all ranks take part.
-    pub fn write_field<T: H5Type>(&self, field: usize, at: usize, values: &[T]) -> hdf5::Result<()> {
+    pub fn write_field<T: Number>(
+        &self,
+        shared: &Shared,
+        (field, at): (usize, usize),
+        values: &[T],
+    ) -> hdf5::Result<()> {
         let (dataset, width) = &self.fields[field];
-        write_rows(dataset, at, *width, values, self.who)
+        shared.write_rows(dataset, (at, *width), values)
     }
 
     /// Writes the corners of cells from cell `at`; all ranks take part.
-    pub fn write_connectivity(&self, at: usize, points: &[i64]) -> hdf5::Result<()> {
-        write_rows(&self.connectivity, at * self.cells.corners(), 1, points, self.who)
+    pub fn write_connectivity(&self, shared: &Shared, at: usize, points: &[i64]) -> hdf5::Result<()> {
+        shared.write_rows(&self.connectivity, (at * self.cells.corners(), 1), points)
     }
 
     /// Writes rows of `Offsets`; all ranks take part.
-    pub fn write_offsets(&self, at: usize, offsets: &[i64]) -> hdf5::Result<()> {
-        write_rows(&self.offsets, at, 1, offsets, self.who)
+    pub fn write_offsets(&self, shared: &Shared, at: usize, offsets: &[i64]) -> hdf5::Result<()> {
+        shared.write_rows(&self.offsets, (at, 1), offsets)
     }
 
     /// Writes the step's row of every array that has one row per step; rank 0 alone does.

@@ -19,20 +19,6 @@ pub enum Participants {
     ThisRank,
 }
 
-/// Ranks up to which each writes for itself.
-const FEW: i32 = 64;
-
-impl Participants {
-    /// How rows of all ranks are written best.
-    ///
-    /// Collective transfers of Open MPI 4.1 hang on a full disk (the aggregating rank leaves, the others wait
-    /// for it), and gain nothing on few ranks; on many they save the file system from small pieces.
-    /// Compressed datasets know no other way.
-    pub fn writing(ranks: i32, is_compressed: bool) -> Self {
-        if is_compressed || ranks > FEW { Self::All } else { Self::ThisRank }
-    }
-}
-
 /// A part of a dataset: the first place and the number of values along each of its dimensions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {

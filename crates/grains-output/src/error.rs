@@ -122,18 +122,26 @@ pub fn from_rank(communicator: &impl Communicator, rank: i32, text: &str) -> Str
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
+/// Ranks up to which each writes for itself.
+const FEW: i32 = 64;
+
 /// All ranks of a communicator at work on one file.
 ///
 /// Every collective call ends in [`Shared::all`]: were a rank to leave alone, the others would wait in the
 /// next call for ever.
 pub(crate) struct Shared {
     pub communicator: SimpleCommunicator,
+    /// The ranks of the node, if the first of them writes for all.
+    pub node: Option<SimpleCommunicator>,
     pub path: PathBuf,
 }
 
 impl Shared {
     pub fn new(path: &Path, communicator: &SimpleCommunicator) -> Self {
-        Self { communicator: communicator.duplicate(), path: path.to_path_buf() }
+        let communicator = communicator.duplicate();
+        let is_many = communicator.size() > FEW || grains_comm::are_nodes_given();
+        let node = is_many.then(|| grains_comm::ranks_of_node(&communicator));
+        Self { communicator, node, path: path.to_path_buf() }
     }
 
     pub fn is_first(&self) -> bool {

@@ -35,6 +35,7 @@ mod snapshots;
 mod surfaces;
 mod temporal;
 mod watch;
+mod writers;
 mod xdmf;
 
 pub use checkpoint::{

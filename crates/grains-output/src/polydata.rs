@@ -102,16 +102,16 @@ impl Layout for PolyData {
     type Place = Place;
     type Step<'a> = Step<'a>;
 
-    fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Arrays> {
-        Arrays::create(file, self.cells, &self.specs, (self.precision, compress), ranks)
+    fn create(&self, file: &File, compress: bool) -> hdf5::Result<Arrays> {
+        Arrays::create(file, self.cells, &self.specs, (self.precision, compress))
     }
 
-    fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Arrays> {
-        Arrays::open(file, self.cells, &self.specs, ranks)
+    fn open(&self, file: &File) -> hdf5::Result<Arrays> {
+        Arrays::open(file, self.cells, &self.specs)
     }
 
     fn places(&self, file: &File) -> hdf5::Result<Vec<Place>> {
-        let arrays = self.open(file, 1)?;
+        let arrays = self.open(file)?;
         self.precision.require(arrays.precision()?)?;
         arrays.places(file)
     }
@@ -163,7 +163,7 @@ impl Layout for PolyData {
         };
         let place = Place::next(before.last(), step.time, points, cells);
         shared.written(arrays.extend(&place))?;
-        shared.written(self.write_points(arrays, place.first_point + first_point, step.points))?;
+        shared.written(self.write_points((shared, arrays), place.first_point + first_point, step.points))?;
         let row = first_cell
             + match self.cells {
                 Cells::Vertices => place.first_point,
@@ -174,7 +174,7 @@ impl Layout for PolyData {
             digests.push(of_data(first_cell * spec.components, data, self.precision));
         }
         for (field, data) in step.fields.iter().enumerate() {
-            shared.written(self.write_field(arrays, field, row, data))?;
+            shared.written(self.write_field((shared, arrays), (field, row), data))?;
         }
         self.write_cells(shared, arrays, &place, step, [first_point, first_cell, own_cells])?;
         let entries = if shared.is_first() { arrays.write_step(&place) } else { Ok(()) };
@@ -206,18 +206,28 @@ impl PolyData {
         Self { cells, specs: specs.to_vec(), precision }
     }
 
-    fn write_points(&self, arrays: &Arrays, at: usize, points: &[f64]) -> hdf5::Result<()> {
+    fn write_points(
+        &self,
+        (shared, arrays): (&Shared, &Arrays),
+        at: usize,
+        points: &[f64],
+    ) -> hdf5::Result<()> {
         match self.precision {
-            Precision::F64 => arrays.write_points(at, points),
-            Precision::F32 => arrays.write_points(at, &shortened(points)),
+            Precision::F64 => arrays.write_points(shared, at, points),
+            Precision::F32 => arrays.write_points(shared, at, &shortened(points)),
         }
     }
 
-    fn write_field(&self, arrays: &Arrays, field: usize, at: usize, data: &Data) -> hdf5::Result<()> {
+    fn write_field(
+        &self,
+        (shared, arrays): (&Shared, &Arrays),
+        place: (usize, usize),
+        data: &Data,
+    ) -> hdf5::Result<()> {
         match (data, self.precision) {
-            (Data::Integer(values), _) => arrays.write_field(field, at, values),
-            (Data::Real(values), Precision::F64) => arrays.write_field(field, at, values),
-            (Data::Real(values), Precision::F32) => arrays.write_field(field, at, &shortened(values)),
+            (Data::Integer(values), _) => arrays.write_field(shared, place, values),
+            (Data::Real(values), Precision::F64) => arrays.write_field(shared, place, values),
+            (Data::Real(values), Precision::F32) => arrays.write_field(shared, place, &shortened(values)),
         }
     }
 
@@ -235,14 +245,14 @@ impl PolyData {
             Cells::Vertices => (first_point as i64..(first_point + cells) as i64).collect(),
             Cells::Triangles => step.triangles.iter().map(|p| p + first_point as i64).collect(),
         };
-        shared.written(arrays.write_connectivity(place.first_cell + first_cell, &connectivity))?;
+        shared.written(arrays.write_connectivity(shared, place.first_cell + first_cell, &connectivity))?;
         let corners = self.cells.corners();
         let ends = (first_cell + 1..=first_cell + cells).map(|k| (k * corners) as i64);
         // Rank 0 writes the leading zero as well, and a second one if there are no cells.
         let zeros = if shared.is_first() { place.offsets() - place.cells } else { 0 };
         let offsets: Vec<i64> = std::iter::repeat_n(0, zeros).chain(ends).collect();
         let start = place.first_offset() + if zeros > 0 { 0 } else { first_cell + 1 };
-        shared.written(arrays.write_offsets(start, &offsets))
+        shared.written(arrays.write_offsets(shared, start, &offsets))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::xdmf::{Description, name_of};
 use hdf5::File;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives};
+use mpi::traits::CommunicatorCollectives;
 use std::path::Path;
 
 const UNFIT: &str = "cannot be continued (move it aside, or run without --restart)";
@@ -24,13 +24,13 @@ pub(crate) trait Layout {
     type Step<'a>;
 
     /// Creates all arrays of a new file, without rows; all ranks take part.
-    fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Self::Arrays>;
+    fn create(&self, file: &File, compress: bool) -> hdf5::Result<Self::Arrays>;
     /// Writes what a new file holds besides its steps; all ranks take part.
     fn begin(&self, _shared: &Shared, _file: &File) -> hdf5::Result<()> {
         Ok(())
     }
     /// Opens the arrays of a file that must hold just these fields.
-    fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Self::Arrays>;
+    fn open(&self, file: &File) -> hdf5::Result<Self::Arrays>;
     /// The steps of a file that one rank alone has opened; refuses what this run cannot continue.
     fn places(&self, file: &File) -> hdf5::Result<Vec<Self::Place>>;
     /// Forgets all steps but the first ones.
@@ -101,9 +101,8 @@ impl<L: Layout> Temporal<L> {
         shared.create_empty()?;
         shared.has_room()?;
         let _watch = Watch::over(&shared);
-        let ranks = shared.communicator.size();
         let file = shared.all("cannot be created", ParallelFile::create(path, &shared.communicator))?;
-        let arrays = shared.written(layout.create(&file, compress, ranks))?;
+        let arrays = shared.written(layout.create(&file, compress))?;
         shared.written(layout.begin(&shared, &file))?;
         shared.written(write_metadata(&file, GROUP, metadata))?;
         let digests = Digests::create(&file, &layout.arrays(), metadata);
@@ -224,17 +223,16 @@ impl<L: Layout> Temporal<L> {
             self.description = None;
             let cut = || {
                 let file = File::open_rw(&self.shared.path)?;
-                self.layout.cut(&self.layout.open(&file, 1)?, &self.steps)?;
+                self.layout.cut(&self.layout.open(&file)?, &self.steps)?;
                 Digests::open(&file)?.map_or(Ok(()), |digests| digests.resize(kept))?;
                 file.close()
             };
             let outcome = if self.shared.is_first() { cut() } else { Ok(()) };
             self.shared.all(UNFIT, outcome)?;
         }
-        let ranks = self.shared.communicator.size();
         let file = ParallelFile::open(&self.shared.path, &self.shared.communicator);
         let file = self.shared.all(UNFIT, file)?;
-        let arrays = self.shared.all(UNFIT, self.layout.open(&file, ranks))?;
+        let arrays = self.shared.all(UNFIT, self.layout.open(&file))?;
         let digests = self.shared.all(UNFIT, Digests::open(&file))?;
         self.opened = Some(Opened { arrays, digests, file });
         self.identity = Identity::of(&self.shared.path);

@@ -98,11 +98,11 @@ impl PointBatch {
         (displacement, law_history, films): (&Vec3, &LawHistory, f64),
         catalogue: &Catalogue,
     ) {
+        let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
         if self.batch.len == 0 {
             self.materials = materials([a, b]);
+            self.law = Some(*law);
         }
-        let law = catalogue.contacts.prepared(self.materials[0], self.materials[1]);
-        self.law = Some(*law);
         let point = PartPoint::of([a, b], found, catalogue.inverse_inertia([a, b], law));
         let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
             + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);

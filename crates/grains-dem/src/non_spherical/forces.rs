@@ -28,13 +28,13 @@ pub(crate) fn add_forces(
     (list, range): (&mut PartPairList, Range<usize>),
     pass: &mut ContactPass,
 ) {
-    let PartPairList { pairs, histories, found, batch, ellipsoids } = list;
+    let PartPairList { pairs, histories, found, batch, ellipsoids, has_ellipsoids } = list;
     let mut forces = PairForces { particles, pairs: &mut pairs[range], histories, found, batch, pass };
     let mut start = 0;
     while start < forces.pairs.len() {
         let group = start..end_of_group(forces.pairs, start);
         start = group.end;
-        if !forces.leaves_to(ellipsoids, &group) {
+        if !(*has_ellipsoids && forces.leaves_to(ellipsoids, &group)) {
             forces.add_group(group);
         } else if ellipsoids.is_full() {
             forces.add_ellipsoids(ellipsoids);

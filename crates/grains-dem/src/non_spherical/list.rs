@@ -19,6 +19,8 @@ pub(crate) struct PartPairList {
     pub(super) found: Contacts,
     pub(super) batch: Box<PointBatch>,
     pub(super) ellipsoids: Box<EllipsoidBatch>,
+    /// Whether there has been a pair of ellipsoids.
+    pub(super) has_ellipsoids: bool,
 }
 
 impl PartPairList {
@@ -46,6 +48,7 @@ impl PartPairList {
         let place = self.pairs.len() as u32;
         let mut pair = PartPair { a, b, parts, place, axis: Vec3::zeros(), separated_until };
         pair.separate_by(between);
+        self.has_ellipsoids |= cores.iter().all(|core| core.ellipsoid().is_some());
         self.histories.push(cores, known.unwrap_or(&ContactHistory::default()));
         make_room(&mut self.pairs, 1);
         self.pairs.push(pair);

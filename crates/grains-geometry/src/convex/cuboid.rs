@@ -72,7 +72,8 @@ impl Convex for Cuboid {
 
     #[inline(always)]
     fn vertex(&self, number: usize) -> Vec3 {
-        Vec3::from_fn(|a, _| if number >> a & 1 == 0 { self.0[a] } else { -self.0[a] })
+        let sign = |a: usize| (number as u64 >> a) << 63;
+        Vec3::from_fn(|a, _| f64::from_bits(self.0[a].to_bits() ^ sign(a)))
     }
 
     #[inline(always)]

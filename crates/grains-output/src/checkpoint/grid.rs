@@ -3,13 +3,12 @@
 use super::checksum;
 use super::dataset::{FAILED, create_checked};
 use super::layout::Stored;
-use crate::collective::{Participants, write_part};
 use crate::error::{FileError, Shared};
 use crate::grid::GridBlock;
 use crate::growing::unit;
 use hdf5::Group;
 use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, CommunicatorCollectives};
+use mpi::traits::CommunicatorCollectives;
 use std::fs::File;
 use std::io;
 
@@ -70,8 +69,7 @@ pub(super) fn write_grid(shared: &Shared, group: &Group, array: &GridArray) -> R
     let shape = shape(block.all, width);
     let dataset = shared.written_or(FAILED, create_checked::<f64>(group, name, &shape, sum))?;
     shared.written_or(FAILED, unit(&dataset, array.unit))?;
-    let who = Participants::writing(communicator.size(), false);
-    shared.written_or(FAILED, write_part(&dataset, &block.part(&[], width), values, who))
+    shared.written_or(FAILED, shared.write_block(&dataset, &block.part(&[], width), values))
 }
 
 impl StoredGrid {

@@ -13,7 +13,7 @@ use crate::watch::Watch;
 use hdf5::{File, Group};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
+use mpi::traits::{AsRaw, CommunicatorCollectives};
 use std::path::{Path, PathBuf};
 
 /// Writes `checkpoint-<step>.h5`; all ranks take part. The previous ones stay untouched whatever happens.
@@ -148,10 +148,9 @@ fn write_array(shared: &Shared, group: &Group, array: &Array) -> Result<(), File
     };
     let dataset = shared.written_or(FAILED, created)?;
     shared.written_or(FAILED, unit(&dataset, array.unit))?;
-    let who = Participants::writing(communicator.size(), false);
     let written = match &array.values {
-        Values::Real(v) => write_rows(&dataset, first, width, v, who),
-        Values::Integer(v) => write_rows(&dataset, first, width, v, who),
+        Values::Real(v) => shared.write_rows(&dataset, (first, width), v),
+        Values::Integer(v) => shared.write_rows(&dataset, (first, width), v),
     };
     shared.written_or(FAILED, written)
 }

@@ -3,7 +3,8 @@
 use super::GridGeometry;
 use crate::arrays::first_rows;
 use crate::checkpoint::checksum;
-use crate::collective::{Participants, write_part, write_rows};
+use crate::collective::{Participants, write_rows};
+use crate::error::Shared;
 use crate::fields::{FieldSpec, Kind, Precision};
 use crate::growing::{STEPS_PER_CHUNK, create_root, grow, require_fields, resize, unit};
 use hdf5::{Dataset, File, Group, H5Type};
@@ -28,8 +29,6 @@ pub(super) struct Arrays {
     /// First coordinate of the step in those of the nodes, which never move.
     first_nodes: Vec<Dataset>,
     steps: Group,
-    /// Who writes what all ranks have blocks of.
-    who: Participants,
 }
 
 impl Arrays {
@@ -39,7 +38,6 @@ impl Arrays {
         grid: &GridGeometry,
         specs: &[FieldSpec],
         (precision, compress): (Precision, bool),
-        ranks: i32,
     ) -> hdf5::Result<Self> {
         if let Some(spec) = specs.iter().find(|spec| ![1, 3].contains(&spec.components)) {
             return Err(format!("`{}` has {} components, not 1 or 3", spec.name, spec.components).into());
@@ -62,11 +60,11 @@ impl Arrays {
             grow::<i64>(&root, &name, &[], &[STEPS_PER_CHUNK], false)?;
         }
         unit(&grow::<f64>(&root, "Steps/Values", &[], &[STEPS_PER_CHUNK], false)?, "s")?;
-        Self::open(file, specs, ranks)
+        Self::open(file, specs)
     }
 
     /// Opens the arrays of a file that must hold just these fields.
-    pub fn open(file: &File, specs: &[FieldSpec], ranks: i32) -> hdf5::Result<Self> {
+    pub fn open(file: &File, specs: &[FieldSpec]) -> hdf5::Result<Self> {
         let root = file.group("VTKHDF")?;
         require_fields(&root.group(DATA)?, specs.iter().map(|spec| spec.name))?;
         let field = |spec: &FieldSpec| {
@@ -83,7 +81,6 @@ impl Arrays {
         let offsets = COORDINATES.map(|name| format!("{name}Offsets"));
         let first_nodes = offsets.iter().filter(|name| steps.link_exists(name));
         Ok(Self {
-            who: Participants::writing(ranks, fields.iter().any(|(field, _)| !field.filters().is_empty())),
             fields,
             times: steps.dataset("Values")?,
             first_rows: first_rows.collect::<hdf5::Result<_>>()?,
@@ -125,13 +122,13 @@ impl Arrays {
     /// Writes this rank's block of a field; all ranks take part.
     pub fn write_field<T: H5Type>(
         &self,
-        field: usize,
-        step: usize,
+        shared: &Shared,
+        (field, step): (usize, usize),
         grid: &GridGeometry,
         values: &[T],
     ) -> hdf5::Result<()> {
         let (dataset, width) = &self.fields[field];
-        write_part(dataset, &grid.block().part(&[step], *width), values, self.who)
+        shared.write_block(dataset, &grid.block().part(&[step], *width), values)
     }
 
     /// Writes what there is once per step; rank 0 alone does.

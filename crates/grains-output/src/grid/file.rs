@@ -123,20 +123,20 @@ impl Layout for Cells {
     type Place = f64;
     type Step<'a> = Step<'a>;
 
-    fn create(&self, file: &File, compress: bool, ranks: i32) -> hdf5::Result<Arrays> {
-        Arrays::create(file, &self.grid, &self.specs, (self.precision, compress), ranks)
+    fn create(&self, file: &File, compress: bool) -> hdf5::Result<Arrays> {
+        Arrays::create(file, &self.grid, &self.specs, (self.precision, compress))
     }
 
     fn begin(&self, shared: &Shared, file: &File) -> hdf5::Result<()> {
         write_nodes(file, &self.grid, shared.is_first())
     }
 
-    fn open(&self, file: &File, ranks: i32) -> hdf5::Result<Arrays> {
-        Arrays::open(file, &self.specs, ranks)
+    fn open(&self, file: &File) -> hdf5::Result<Arrays> {
+        Arrays::open(file, &self.specs)
     }
 
     fn places(&self, file: &File) -> hdf5::Result<Vec<f64>> {
-        let arrays = self.open(file, 1)?;
+        let arrays = self.open(file)?;
         if let Some(precision) = arrays.precision(&self.specs)? {
             self.precision.require(precision)?;
         }
@@ -180,10 +180,12 @@ impl Layout for Cells {
         shared.written(arrays.resize(at + 1))?;
         for (field, data) in step.fields.iter().enumerate() {
             shared.written(match (data, self.precision) {
-                (Data::Integer(values), _) => arrays.write_field(field, at, &self.grid, values),
-                (Data::Real(values), Precision::F64) => arrays.write_field(field, at, &self.grid, values),
+                (Data::Integer(values), _) => arrays.write_field(shared, (field, at), &self.grid, values),
+                (Data::Real(values), Precision::F64) => {
+                    arrays.write_field(shared, (field, at), &self.grid, values)
+                }
                 (Data::Real(values), Precision::F32) => {
-                    arrays.write_field(field, at, &self.grid, &shortened(values))
+                    arrays.write_field(shared, (field, at), &self.grid, &shortened(values))
                 }
             })?;
         }
