@@ -15,17 +15,19 @@ struct FaultyDisk {
     state: PathBuf,
     error: i32,
     microseconds: u32,
+    /// Whether the first of two ranks writes for both, as on nodes of two.
+    on_nodes: bool,
 }
 
 impl FaultyDisk {
     fn new(home: &Path, room: u64, error: i32) -> Self {
         let state = home.join("disk");
         fs::write(&state, [0_u64.to_ne_bytes(), room.to_ne_bytes()].concat()).unwrap();
-        Self { state, error, microseconds: 0 }
+        Self { state, error, microseconds: 0, on_nodes: false }
     }
 
     fn environment(&self) -> Vec<(&'static str, String)> {
-        vec![
+        let mut environment = vec![
             ("LD_PRELOAD", preloaded("faulty_disk")),
             ("FAULT_FOLDER", "/results/".into()),
             // What the program tries out before it writes: the disk fails after that.
@@ -34,7 +36,9 @@ impl FaultyDisk {
             ("FAULT_ERROR", self.error.to_string()),
             ("GRAINS_WRITE_TIMEOUT", "4".into()),
             ("FAULT_SLOW", self.microseconds.to_string()),
-        ]
+        ];
+        environment.extend(self.on_nodes.then(|| ("GRAINS_RANKS_PER_NODE", "2".into())));
+        environment
     }
 
     /// Bytes written, or refused.
@@ -44,9 +48,9 @@ impl FaultyDisk {
 }
 
 /// Lets a run write so many bytes only; then it must end with one message, and go on where there is room.
-fn filled(subject: &Subject, room: u64, (error, words): (i32, &str), ranks: [usize; 2]) {
+fn filled(subject: &Subject, (room, on_nodes): (u64, bool), (error, words): (i32, &str), ranks: [usize; 2]) {
     let home = subject.begin("disks");
-    let disk = FaultyDisk::new(&home, room, error);
+    let disk = FaultyDisk { on_nodes, ..FaultyDisk::new(&home, room, error) };
     let output = start_with(ranks[0], &home, &["case.toml"], (0, &disk.environment())).wait();
     let what = format!("{}: room for {room} bytes, error {error}", subject.name);
     if output.code == Some(0) {
@@ -81,7 +85,7 @@ fn fails_anywhere(name: &'static str, (steps, every, saved): (u32, u32, u32), fe
         // Evenly over the run, somewhere in each part.
         let room = (all as f64 * (k as f64 + draw.next()) / count as f64) as u64;
         let ranks = [subject.ranks(&mut draw), subject.ranks(&mut draw)];
-        filled(&subject, room, ERRORS[k % ERRORS.len()], ranks);
+        filled(&subject, (room, k % 2 == 1), ERRORS[k % ERRORS.len()], ranks);
     }
     println!("attack: {name} on a disk that fails | {count} of {all} bytes | one message each, nothing lost");
 }
