@@ -71,32 +71,32 @@ fn send<T: Equivalence>(node: &SimpleCommunicator, first: usize, values: &[T]) {
 fn write_rows_of_node<T: Number>(
     node: &SimpleCommunicator,
     dataset: &Dataset,
-    (first, width): (usize, usize),
+    (mut first, width): (usize, usize),
     values: &[T],
 ) -> hdf5::Result<()> {
+    let mut gathered = values.to_vec();
     let mut outcome = Ok(());
-    let mut rows = (first, values.to_vec());
     // All are taken even after a failure: the other ranks wait in their messages.
-    let mut write = |(first, values): &(usize, Vec<T>)| {
+    let mut write = |first: usize, gathered: &[T]| {
         if outcome.is_ok() {
-            outcome = write_rows(dataset, *first, width, values, Participants::ThisRank);
+            outcome = write_rows(dataset, first, width, gathered, Participants::ThisRank);
         }
     };
     for rank in 1..node.size() {
         let (next, length) = length_from(node, rank);
-        let is_next = next == rows.0 + rows.1.len() / width.max(1);
-        if !is_next || (rows.1.len() + length) * size_of::<T>() > GATHERED {
-            write(&rows);
-            rows.0 = next;
-            rows.1.clear();
+        let follows = next == first + gathered.len() / width.max(1);
+        if !follows || (gathered.len() + length) * size_of::<T>() > GATHERED {
+            write(first, &gathered);
+            first = next;
+            gathered.clear();
         }
-        let before = rows.1.len();
-        rows.1.resize_with(before + length, T::default);
-        for part in rows.1[before..].chunks_mut(MESSAGE) {
+        let before = gathered.len();
+        gathered.resize_with(before + length, T::default);
+        for part in gathered[before..].chunks_mut(MESSAGE) {
             node.process_at_rank(rank).receive_into(part);
         }
     }
-    write(&rows);
+    write(first, &gathered);
     outcome
 }
 

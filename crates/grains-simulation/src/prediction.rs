@@ -40,7 +40,8 @@ impl Prediction {
         let catalogue = &dem.setup.catalogue;
         let steps = case.time.end / step.dt;
         let moves = !case.inserts.is_empty() && !case.holds_particles();
-        let of_particles = moves.then(|| steps * insertions.total() as f64 * seconds_per_step(catalogue));
+        let of_particles =
+            moves.then(|| steps * insertions.total() as f64 * seconds_per_step(case, catalogue));
         let of_fluid = fluid::check::min_seconds(case);
         let seconds = of_particles.into_iter().chain(of_fluid).reduce(|a, b| a + b);
         Self {

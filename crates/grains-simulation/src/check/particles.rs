@@ -12,8 +12,10 @@ use grains_dem::{Catalogue, CollisionModel, DemSetup, FaceContact, Motion, Surfa
 use grains_domain::Transport;
 use grains_geometry::{DecompositionReport, MassReport, MassSource, Shape};
 
-/// Seconds per particle and step on one core, for spheres and for other shapes; measured, see scaling/.
-const COST: [f64; 2] = [0.8e-7, 0.9e-6];
+/// Seconds per particle and step on one core, for spheres, for other convex bodies and for composites; measured in beds, see scaling/.
+const COST: [f64; 3] = [0.8e-7, 0.9e-6, 1.8e-6];
+/// What hard collisions add to it (s): beads in a heap take 0.3 to 1 microseconds.
+const COST_OF_HARD: f64 = 0.6e-6;
 
 /// Difference of mass properties that is worth a warning (-).
 const NOTABLE_DIFFERENCE: f64 = 2e-3;
@@ -22,8 +24,10 @@ const NOTABLE_DIFFERENCE: f64 = 2e-3;
 const LARGE_ERROR: f64 = 0.05;
 
 /// Time per particle and step on one core (s).
-pub fn seconds_per_step(catalogue: &Catalogue) -> f64 {
-    COST[usize::from(!catalogue.all_spheres())]
+pub fn seconds_per_step(case: &Case, catalogue: &Catalogue) -> f64 {
+    let is_composite = catalogue.shapes.iter().any(|shape| shape.parts.len() > 1);
+    let kind = usize::from(!catalogue.all_spheres()) + usize::from(is_composite);
+    COST[kind] + if case.collisions.is_hard() { COST_OF_HARD } else { 0.0 }
 }
 
 /// Largest overlap at `time.impact_speed` over the radius (-), of soft contacts.
@@ -95,7 +99,7 @@ impl ParticleReport {
         let is_mixed = !catalogue.all_spheres();
         let is_composite = is_mixed && catalogue.shapes.iter().any(|shape| shape.parts.len() > 1);
         let steps = case.time.end / step.dt;
-        let seconds_per_step = seconds_per_step(catalogue);
+        let seconds_per_step = seconds_per_step(case, catalogue);
         let open_faces = match case.inserts.iter().all(Insert::is_fixed) {
             true => Vec::new(),
             false => plausibility::bare_faces(case, &setup.walls),
