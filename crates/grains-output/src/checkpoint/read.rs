@@ -131,7 +131,8 @@ impl CheckpointFile {
             let problem = format!("`{name}` has {rows} rows, not {all}: it is of another version");
             return Err(FileError::new(&self.path, problem));
         }
-        if let (1, Values::Real(values)) = (communicator.size(), values) {
+        let Values::Real(values) = values else { return Err(self.wrong_type(name)) };
+        if communicator.size() == 1 {
             return Ok(values.clone());
         }
         let (first, end) = ((through as usize - count) * width, through as usize * width);
