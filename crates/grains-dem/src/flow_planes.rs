@@ -45,18 +45,27 @@ pub(crate) fn sides(planes: &[FlowPlane], position: &Vec3, global: &GlobalBox) -
     planes.iter().enumerate().fold(0, |bits, (k, plane)| bits | u32::from(is_beyond(plane)) << k)
 }
 
-/// Net number and mass (kg) of particles that crossed a plane along its normal, on this rank.
+/// Net number and mass of particles that crossed a plane along its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Crossings {
-    pub(crate) count: i64,
-    pub(crate) mass: f64,
+pub struct Crossings {
+    /// Number (-).
+    pub count: i64,
+    /// Mass, in the quanta of [`Dem::mass_quantum`](crate::Dem::mass_quantum): so its sums are exact, and the same on any ranks.
+    pub quanta: i128,
+}
+
+impl Crossings {
+    /// Mass (kg), of this quantum (kg).
+    pub fn mass(&self, quantum: f64) -> f64 {
+        self.quanta as f64 * quantum
+    }
 }
 
 /// Counts what crossed the planes since the last count.
 pub(crate) fn count_crossings(
     particles: &mut Particles,
     planes: &[FlowPlane],
-    global: &GlobalBox,
+    (global, mass_quantum): (&GlobalBox, f64),
     crossings: &mut [Crossings],
 ) {
     if planes.is_empty() {
@@ -73,7 +82,7 @@ pub(crate) fn count_crossings(
         for (k, crossing) in crossings.iter_mut().enumerate().filter(|(k, _)| crossed(*k)) {
             let step = if now >> k & 1 == 1 { 1 } else { -1 };
             crossing.count += step;
-            crossing.mass += step as f64 * particles.bodies[i].mass;
+            crossing.quanta += i128::from(step) * (particles.bodies[i].mass / mass_quantum) as i128;
         }
         particles.sides[i] = now;
     }

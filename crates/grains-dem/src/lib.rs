@@ -108,7 +108,7 @@ pub use dem::{
 pub use error::StepError;
 pub use exchange::{ExchangeStrategy, Traffic};
 pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_wide};
-pub use flow_planes::FlowPlane;
+pub use flow_planes::{Crossings, FlowPlane};
 pub use hard::{CollisionModel, HardModel};
 pub use heat::{Heat, HeatLedger, Thermal};
 pub use history_check::HistoryBounds;

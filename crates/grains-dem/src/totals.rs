@@ -50,7 +50,7 @@ impl Totals {
                 *sum += (term / quantum) as i128;
             }
         }
-        let sums = sum_signed(sums, transport);
+        sum_signed(&mut sums, transport);
         let of = |k: usize| sums[k] as f64 * quanta[k];
         let vector = |k: usize| Vec3::new(of(k), of(k + 1), of(k + 2));
         Self {
@@ -92,21 +92,21 @@ fn terms(
 
 /// A power of two of which sums of multiples are exact in 128 bits: 2⁻⁷⁵ of the power above the largest of up to 2⁵¹ terms. What it cuts
 /// off a term is below the rounding of any sum.
-fn quantum_below(largest: f64) -> f64 {
+pub(crate) fn quantum_below(largest: f64) -> f64 {
     // The exponent of the power of two at or below it; numbers below 1e-280 are nothing here.
     let exponent = (largest.max(1e-280).to_bits() >> 52) as i32 - 1023;
     2.0_f64.powi(exponent + 1 - 75)
 }
 
 /// Sums over all ranks, in parts of 32 bits of which no sum overflows; collective.
-fn sum_signed<const N: usize>(numbers: [i128; N], transport: &impl Transport) -> [i128; N] {
+pub(crate) fn sum_signed(numbers: &mut [i128], transport: &impl Transport) {
     let part = |number: i128, k: usize| (number as u128 >> (32 * k)) as u64 & u64::from(u32::MAX);
     let mut parts: Vec<u64> = numbers.iter().flat_map(|&n| (0..4).map(move |k| part(n, k))).collect();
     transport.sum_counts(&mut parts);
-    std::array::from_fn(|n| {
-        let sums = (0..4).map(|k| u128::from(parts[4 * n + k]) << (32 * k));
-        sums.fold(0_u128, u128::wrapping_add) as i128
-    })
+    for (number, parts) in numbers.iter_mut().zip(parts.chunks_exact(4)) {
+        let sums = parts.iter().enumerate().map(|(k, &part)| u128::from(part) << (32 * k));
+        *number = sums.fold(0_u128, u128::wrapping_add) as i128;
+    }
 }
 
 #[cfg(test)]
@@ -124,7 +124,9 @@ mod tests {
         let (front, back) = terms.split_at(731);
         let whole = sum(&terms);
         assert_eq!(whole, sum(back) + sum(front));
-        assert_eq!(sum_signed([whole, -whole], &SerialTransport), [whole, -whole]);
+        let mut sums = [whole, -whole];
+        sum_signed(&mut sums, &SerialTransport);
+        assert_eq!(sums, [whole, -whole]);
         let plain: f64 = terms.iter().sum();
         assert!((whole as f64 * quantum - plain).abs() < 1e-12 * terms.iter().map(|x| x.abs()).sum::<f64>());
         assert!(largest / quantum < 2.0_f64.powi(75) && largest / quantum >= 2.0_f64.powi(74));

@@ -94,8 +94,8 @@ pub struct Row {
     pub max_speed: f64,
     /// Largest overlap over inscribed radius (-).
     pub max_overlap: f64,
-    /// Net count and mass (kg) through each flow plane.
-    pub crossings: Vec<(i64, f64)>,
+    /// Net count through each flow plane.
+    pub crossings: Vec<i64>,
 }
 
 /// Values of a field of all owned particles.
@@ -373,7 +373,8 @@ impl Files {
             let Liquid { films, bridges, walls, inserted, left, count, broken } = liquid;
             values.extend([count as f64, broken as f64, films, bridges, walls, inserted, left]);
         }
-        values.extend(crossings.iter().flat_map(|&(count, mass)| [count as f64, mass]));
+        let quantum = dem.mass_quantum();
+        values.extend(crossings.iter().flat_map(|c| [c.count as f64, c.mass(quantum)]));
         let walls = dem.setup.walls.iter().zip(dem.wall_states());
         for ((load, worn), (wall, state)) in loads.iter().zip(worn).zip(walls) {
             values.extend(load.force.iter().chain(load.torque.iter()));
@@ -403,7 +404,7 @@ impl Files {
             kinetic_energy: totals.kinetic_translation + totals.kinetic_rotation,
             max_speed: totals.max_speed,
             max_overlap: overlap[0],
-            crossings,
+            crossings: crossings.iter().map(|c| c.count).collect(),
         })
     }
 

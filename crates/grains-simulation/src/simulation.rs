@@ -457,7 +457,7 @@ impl Simulation {
             let of_fluid = fluid.as_ref().map_or(Vec::new(), |f| f.row(case, dem, transport));
             let values = files.row(dem, &of_fluid, transport)?;
             let (stop, all) = (&case.stop, insertions.moving() as i64);
-            let passed = stop.all_passed.is_some_and(|k| values.crossings[k].0 >= all);
+            let passed = stop.all_passed.is_some_and(|k| values.crossings[k] >= all);
             let settled = stop.kinetic_energy_below.is_some_and(|limit| values.kinetic_energy < limit);
             is_met = insertions.is_complete() && dem.time() >= stop.after && (passed || settled);
             self.progress = Some(Progress {

@@ -1,6 +1,7 @@
 //! What can be asked of the granular phase between two steps: sums, counts, loads, contacts.
 
 use super::report::Ledger;
+use super::setup::DemSetup;
 use super::state::Dem;
 use crate::bonds::BondLedger;
 use crate::error::StepError;
@@ -8,7 +9,7 @@ use crate::exchange::Traffic;
 use crate::flow_planes::{Crossings, count_crossings};
 use crate::memory_use::MemoryUse;
 use crate::non_spherical;
-use crate::totals::Totals;
+use crate::totals::{Totals, sum_signed};
 use crate::walls::{self, WallLoad};
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -86,19 +87,28 @@ impl Dem {
         }
     }
 
-    /// Net number and mass (kg) that crossed each flow plane since the case began, over all ranks.
-    pub fn crossings(&mut self, transport: &impl Transport) -> Vec<(i64, f64)> {
-        count_crossings(&mut self.particles, &self.setup.planes, &self.setup.global, &mut self.crossings);
-        let mut sums: Vec<f64> = self.crossings.iter().flat_map(|c| [c.count as f64, c.mass]).collect();
-        transport.sum(&mut sums);
-        sums.chunks_exact(2).map(|c| (c[0] as i64, c[1])).collect()
+    /// Net number and mass that crossed each flow plane since the case began, over all ranks; collective.
+    pub fn crossings(&mut self, transport: &impl Transport) -> Vec<Crossings> {
+        self.count_crossings();
+        let mut sums: Vec<i128> = self.crossings.iter().flat_map(|c| [c.count.into(), c.quanta]).collect();
+        sum_signed(&mut sums, transport);
+        sums.chunks_exact(2).map(|sum| Crossings { count: sum[0] as i64, quanta: sum[1] }).collect()
+    }
+
+    /// The quantum of masses that are counted (kg).
+    pub fn mass_quantum(&self) -> f64 {
+        self.setup.mass_quantum()
+    }
+
+    pub(super) fn count_crossings(&mut self) {
+        let DemSetup { planes, global, .. } = &self.setup;
+        let quantum = self.setup.mass_quantum();
+        count_crossings(&mut self.particles, planes, (global, quantum), &mut self.crossings);
     }
 
     /// Sets the crossings counted so far (on one rank; zero on the others), as after a restart.
-    pub fn restore_crossings(&mut self, counts: &[(i64, f64)]) {
-        for (crossing, &(count, mass)) in self.crossings.iter_mut().zip(counts) {
-            *crossing = Crossings { count, mass };
-        }
+    pub fn restore_crossings(&mut self, counts: &[Crossings]) {
+        self.crossings.copy_from_slice(counts);
     }
 
     /// Force (N) and torque about the origin (N m) on each wall, over all ranks.

@@ -9,7 +9,6 @@ use crate::clock::Phase;
 use crate::contact_history::{BondHistory, SavedHistories};
 use crate::error::{StepError, vector};
 use crate::exchange::KeptClones;
-use crate::flow_planes::count_crossings;
 use crate::tunnelling;
 use crate::verlet::{BondChanges, Extent, ListContext, Stray, cutoffs, sort};
 use grains_domain::{Cells, Transport};
@@ -47,7 +46,7 @@ impl Dem {
     }
 
     fn rebuild(&mut self, partners: Partners, transport: &impl Transport) -> Result<(), Failure> {
-        count_crossings(&mut self.particles, &self.setup.planes, &self.setup.global, &mut self.crossings);
+        self.count_crossings();
         self.times.used = 0.0;
         if !self.is_alone {
             self.check_jumps();

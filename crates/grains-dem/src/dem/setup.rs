@@ -11,10 +11,12 @@ use crate::heat::Thermal;
 use crate::integrate::StepParameters;
 use crate::prescribed::PrescribedMotion;
 use crate::shear::{Shear, SlidingImages};
+use crate::totals::quantum_below;
 use crate::verlet::Skin;
 use crate::walls::{Wall, WallScene, WallState};
 use grains_contact::Lubrication;
 use grains_domain::{Balance, Decomposition, GlobalBox};
+use std::f64::consts::PI;
 
 /// Everything that defines a granular system, apart from its particles.
 #[derive(Clone, Debug)]
@@ -103,6 +105,12 @@ impl DemSetup {
     /// The multiple to which torques of contacts (N m) are rounded where no wall is under a load: it stays when walls move otherwise.
     pub(super) fn torque_quantum(&self) -> f64 {
         self.quanta_up_to(0.0).quanta()[1]
+    }
+
+    /// A quantum of masses (kg) far below the rounding of that of the heaviest particle there may be.
+    pub(super) fn mass_quantum(&self) -> f64 {
+        let densest = self.catalogue.densities.iter().copied().fold(0.0, f64::max);
+        quantum_below(densest * 4.0 / 3.0 * PI * self.largest_radius.powi(3))
     }
 
     fn quanta_up_to(&self, wall_load: f64) -> LoadQuanta {

@@ -1,13 +1,14 @@
 //! Ranks rebuild their lists apart from each other, and learn of errors and stops together.
 
 use crate::common::{Random, Scene, State, lattice, law, merged, mixed_shapes, setup, state_of};
-use grains_dem::{Dem, DemSetup, Failure, StepError};
+use grains_dem::{Crossings, Dem, DemSetup, Failure, StepError};
 use grains_domain::Transport;
 use grains_geometry::{Shape, Vec3};
 use grains_testing::on_ranks;
 
-/// Runs `steps` steps on a grid of ranks; returns the state, and of each rank how often it rebuilt its lists, and those of its border alone.
-fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> (State, Vec<[u64; 2]>) {
+/// Runs `steps` steps on a grid of ranks; returns the state with what has crossed the planes, and of each rank how often it rebuilt its lists,
+/// and those of its border alone.
+fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> ((State, Vec<Crossings>), Vec<[u64; 2]>) {
     let parts = on_ranks(ranks.iter().product(), |transport| {
         let mut dem = scene.start(ranks, transport.rank());
         for _ in 0..steps {
@@ -15,10 +16,12 @@ fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> (State, Vec<[u64; 2]>) {
         }
         dem.settle(&transport).unwrap();
         assert!(dem.check_ledger(&transport).is_ok());
-        (state_of(&dem), [dem.report.rebuilds, dem.report.border_rebuilds])
+        let crossings = dem.crossings(&transport);
+        ((state_of(&dem), crossings), [dem.report.rebuilds, dem.report.border_rebuilds])
     });
-    let (states, rebuilds): (Vec<State>, Vec<[u64; 2]>) = parts.into_iter().unzip();
-    (merged(states), rebuilds)
+    let (found, rebuilds): (Vec<(State, Vec<Crossings>)>, Vec<[u64; 2]>) = parts.into_iter().unzip();
+    let (states, mut crossings): (Vec<State>, Vec<Vec<Crossings>>) = found.into_iter().unzip();
+    ((merged(states), crossings.swap_remove(0)), rebuilds)
 }
 
 /// A row of boxes: particles at rest but in the first, where they fly about.
@@ -59,7 +62,7 @@ fn an_agitated_corner_does_not_wake_the_rest() {
 #[test]
 fn ranks_apart_and_together_end_in_the_same_bits_in_a_gas_of_any_density_and_speed() {
     let mut random = Random(20_261_126);
-    let (mut own, mut border) = (0, 0);
+    let (mut own, mut border, mut crossed) = (0, 0, 0);
     for round in 0..12 {
         let shapes = if round % 2 == 0 { vec![Shape::sphere(1.5e-3).unwrap()] } else { mixed_shapes(1.4e-3) };
         let kinds = shapes.len() as u16;
@@ -79,11 +82,13 @@ fn ranks_apart_and_together_end_in_the_same_bits_in_a_gas_of_any_density_and_spe
             own += rebuilds.iter().map(|r| r[0]).sum::<u64>();
             border += rebuilds.iter().map(|r| r[1]).sum::<u64>();
         }
+        crossed += one.1[0].count.abs();
         scene.setup.rebuilds_together = true;
         let (together, _) = run(&scene, [2, 2, 1], 200);
         assert_eq!(one, together, "round {round}: together");
     }
     assert!(own > 1000 && border > 100, "{own} rebuilds, {border} of borders alone");
+    assert!(crossed > 20, "{crossed} particles have crossed the plane");
 }
 
 /// Two particles that meet nothing, the second going fast towards the upper end of the box.

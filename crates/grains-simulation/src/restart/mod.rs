@@ -1,6 +1,7 @@
 //! The state of a run as the arrays of a checkpoint, and back.
 
 mod check;
+mod crossings;
 mod remarks;
 mod rows;
 mod values;
@@ -20,8 +21,8 @@ use check::check_state;
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_dem::{
-    BondLedger, CARGO_LENGTH, Dem, FlowPlane, Origin, ParticleRecord, StressSums, Travel, WallPlace,
-    half_step_back, other_half_step, renumber_walls, without_bridges,
+    BondLedger, CARGO_LENGTH, Crossings, Dem, FlowPlane, Origin, ParticleRecord, StressSums, Travel,
+    WallPlace, half_step_back, other_half_step, renumber_walls, without_bridges,
 };
 use grains_domain::Transport;
 use grains_geometry::Vec3;
@@ -51,7 +52,8 @@ pub type State = (Vec<Array>, Metadata);
 
 /// The state of this rank; the contact history is that before those of the present step are evaluated.
 pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -> State {
-    let crossings = dem.crossings(transport);
+    // First: what is counted of a particle is in its record.
+    let crossings = crossings::texts(dem, transport);
     let (lengths, history) = dem.packed_history();
     let mut records = Vec::new();
     for i in 0..dem.particles.owned {
@@ -70,8 +72,6 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
     let mut ledger = [dem.ledger.inserted, dem.ledger.left, dem.report.deep_penetrations, made, broken, left];
     transport.sum_counts(&mut ledger);
     let list = |values: &[i64]| values.iter().map(i64::to_string).collect::<Vec<_>>().join(" ");
-    let passed: Vec<String> =
-        crossings.iter().map(|(count, mass)| format!("{count} {:x}", mass.to_bits())).collect();
     let mut texts: Metadata = vec![
         ("step".into(), dem.step.to_string()),
         ("time".into(), format!("{:?}", dem.time())),
@@ -83,13 +83,13 @@ pub fn state(dem: &mut Dem, insertions: &Insertions, transport: &MpiTransport) -
         ),
         (INSERTIONS.into(), insertions.progress()),
         (WALLS.into(), walls(dem)),
-        ("crossings".into(), passed.join(" ")),
         ("made_bonds".into(), list(&dem.made_bonds.iter().map(|&is_made| i64::from(is_made)).collect::<Vec<_>>())),
         (
             "particle_columns".into(),
             "id; shape; material; sides; position*3 (m); velocity*3 (m/s); angular_velocity*3 (rad/s); half_velocity*3 (m/s); half_spin*3 (rad/s of a sphere, else kg m2/s); quaternion_wxyz*4; radius (m); mass (kg); temperature (K)".into(),
         ),
     ];
+    texts.extend(crossings);
     if dem.setup.shear.is_some() {
         let sums = dem.stress_sums(transport).numbers();
         texts.push((SHEAR.into(), words(&[&[dem.shear_offset()][..], &sums].concat())));
@@ -296,11 +296,7 @@ fn restore_ledger(
         }
     }
     dem.bond_ledger = BondLedger { made: later(3), broken: later(4), left: later(5) };
-    let words: Vec<&str> = file.text("crossings").unwrap_or("").split_whitespace().collect();
-    let counts: Vec<(i64, f64)> = words
-        .chunks_exact(2)
-        .map(|w| (w[0].parse().unwrap_or(0), f64::from_bits(u64::from_str_radix(w[1], 16).unwrap_or(0))))
-        .collect();
+    let counts = crossings::read(file, dem.mass_quantum());
     // A plane that lies elsewhere counts anew.
     let planes = changes::names(before, "flow_plane");
     let counted = |plane: &FlowPlane| {
@@ -308,7 +304,7 @@ fn restore_ledger(
         let old = planes.iter().position(|name| *name == plane.name).filter(|_| !is_moved);
         old.and_then(|old| counts.get(old).copied()).unwrap_or_default()
     };
-    let counts: Vec<(i64, f64)> = dem.setup.planes.iter().map(counted).collect();
+    let counts: Vec<Crossings> = dem.setup.planes.iter().map(counted).collect();
     dem.restore_crossings(&counts);
 }
 
