@@ -11,6 +11,18 @@ pub struct Fit {
     pub r_squared: f64,
 }
 
+impl Fit {
+    /// Least squares, from the means of x and y and the sums Σ (x − x̄)², Σ (x − x̄)(y − ȳ) and Σ (y − ȳ)²; none if the first is zero.
+    pub fn of_moments(means: [f64; 2], [xx, xy, yy]: [f64; 3]) -> Option<Self> {
+        if xx.is_nan() || xx <= 0.0 {
+            return None;
+        }
+        let slope = xy / xx;
+        let r_squared = if yy > 0.0 { slope * xy / yy } else { 1.0 };
+        Some(Self { slope, intercept: means[1] - slope * means[0], r_squared })
+    }
+}
+
 /// Least squares; none for fewer than two different x.
 pub fn least_squares(points: &[[f64; 2]]) -> Option<Fit> {
     let n = points.len() as f64;
@@ -19,13 +31,7 @@ pub fn least_squares(points: &[[f64; 2]]) -> Option<Fit> {
     let means = [mean(0), mean(1)];
     let moment =
         |a: usize, b: usize| points.iter().map(|p| (p[a] - means[a]) * (p[b] - means[b])).sum::<f64>();
-    let [xx, xy, yy] = [moment(0, 0), moment(0, 1), moment(1, 1)];
-    if xx.is_nan() || xx <= 0.0 {
-        return None;
-    }
-    let slope = xy / xx;
-    let r_squared = if yy > 0.0 { slope * xy / yy } else { 1.0 };
-    Some(Fit { slope, intercept: means[1] - slope * means[0], r_squared })
+    Fit::of_moments(means, [moment(0, 0), moment(0, 1), moment(1, 1)])
 }
 
 /// Standard uncertainties of intercept and slope of the line of least squares through some points, s² = Σ r²/(n − 2) being

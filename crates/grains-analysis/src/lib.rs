@@ -14,6 +14,7 @@ pub mod friction;
 pub mod granular_temperature;
 mod layers;
 pub mod mixing;
+mod order;
 pub mod orientation;
 mod picture;
 mod pixels;

@@ -6,11 +6,13 @@
 //! cumulative volume over the mean volume, which is the rank for equal particles.
 
 use super::Common;
-use super::fit::{Fit, least_squares};
+use super::fit::Fit;
+use super::order::Share;
 use super::picture::{Curve, Picture};
 use super::region::{Crop, Region, RegionOptions};
 use super::report::{Report, Table, seconds};
 use super::snapshots::{Snapshot, StoredRun};
+use super::sums::{exact_sum, exact_sums, running_sums};
 use grains_case::Case;
 use grains_comm::MpiTransport;
 use grains_domain::Transport;
@@ -43,7 +45,9 @@ pub struct Found {
     pub volume: f64,
     /// Line through the points: slope in m per particle.
     pub fit: Fit,
-    /// Rank (cumulative volume over mean volume) and height (m).
+    /// Particles (-).
+    pub particles: u64,
+    /// Rank (cumulative volume over mean volume) and height (m) of one in so many, and of the last one.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -59,24 +63,35 @@ pub fn measure(
 ) -> Result<Option<Found>, RunError> {
     let region = Region::of_bed(case, shapes, snapshot, (options, Crop::TENTH), transport)?;
     let inside = (0..snapshot.len()).filter(|&i| region.contains(&snapshot.position[i]));
-    let own: Vec<f64> = inside
-        .flat_map(|i| [snapshot.position[i][region.axis], snapshot.id[i] as f64, snapshot.volume(i, shapes)])
+    let own: Vec<[f64; 3]> = inside
+        .map(|i| [snapshot.position[i][region.axis], snapshot.id[i] as f64, snapshot.volume(i, shapes)])
         .collect();
-    let all = transport.gather(&own);
-    let mut sorted: Vec<&[f64]> = all.chunks_exact(3).collect();
     // By height, then by identity: the same order on any number of ranks.
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let volume = sorted.iter().map(|p| p[2]).sum::<f64>() / sorted.len() as f64;
-    let mut below = 0.0;
-    let rank = |p: &&[f64]| {
-        below += p[2] / volume;
-        [below - 0.5 * p[2] / volume, p[0]]
-    };
-    let points: Vec<[f64; 2]> = sorted.iter().map(rank).collect();
-    Ok(least_squares(&points).map(|fit| {
+    let Share { rows, before, all } = Share::of(&own, transport);
+    let volumes: Vec<f64> = rows.iter().map(|row| row[2]).collect();
+    let volume = exact_sum(transport, volumes.iter().copied()) / all as f64;
+    let below = running_sums(transport, &volumes);
+    let own: Vec<[f64; 2]> =
+        rows.iter().zip(&below).map(|(row, below)| [(below - 0.5 * row[2]) / volume, row[0]]).collect();
+    let stride = all.div_ceil(MAX_ROWS as u64).max(1);
+    let is_kept = |place: u64| place.is_multiple_of(stride) || place + 1 == all;
+    let kept = own.iter().zip(before..).filter(|(_, place)| is_kept(*place)).flat_map(|(point, _)| *point);
+    let points: Vec<[f64; 2]> = transport.gather(&kept.collect::<Vec<_>>()).as_chunks().0.to_vec();
+    Ok(line_through(&own, all, transport).map(|fit| {
         let void_fraction = 1.0 - volume / (region.cross_section() * fit.slope);
-        Found { region, void_fraction, volume, fit, points }
+        Found { region, void_fraction, volume, fit, particles: all, points }
     }))
+}
+
+/// Least squares through so many points of all ranks; none for fewer than two different x.
+fn line_through(own: &[[f64; 2]], all: u64, transport: &impl Transport) -> Option<Fit> {
+    let means =
+        exact_sums(transport, 2, |add| own.iter().flatten().enumerate().for_each(|(k, x)| add(k % 2, *x)));
+    let means: Vec<f64> = means.iter().map(|sum| sum / all as f64).collect();
+    // About the means, so that large offsets cost no digits; each by itself, as they differ in magnitude.
+    let moment =
+        |a: usize, b: usize| exact_sum(transport, own.iter().map(|p| (p[a] - means[a]) * (p[b] - means[b])));
+    Fit::of_moments([means[0], means[1]], [moment(0, 0), moment(0, 1), moment(1, 1)])
 }
 
 /// Void fraction of the chosen states by ranking.
@@ -96,7 +111,7 @@ pub fn analyse(
         let shapes = &run.catalogue.shapes;
         let time = snapshot.time;
         let found = measure(&run.case, (&snapshot, shapes), &options.region, transport)?;
-        let Some(Found { region, void_fraction, volume, fit, points }) = found else {
+        let Some(Found { region, void_fraction, volume, fit, particles, points }) = found else {
             report.lines.push(format!("t = {}: fewer than two heights in the bed", seconds(time)));
             continue;
         };
@@ -106,20 +121,19 @@ pub fn analyse(
             void_fraction,
             fit.slope,
             fit.r_squared,
-            points.len() as f64,
+            particles as f64,
             volume,
             area,
             region.lower[axis],
             region.upper[axis],
         ]);
-        let stride = points.len().div_ceil(MAX_ROWS);
         let line = |x: f64| fit.intercept + fit.slope * x;
-        points.iter().step_by(stride).for_each(|p| plot.push(vec![time, p[0], p[1], line(p[0])]));
+        points.iter().for_each(|p| plot.push(vec![time, p[0], p[1], line(p[0])]));
         report.lines.push(format!(
             "t = {}: void fraction {void_fraction:.5} from the slope {:.5e} m of {} heights (r² = {:.6}), cross-section {area:.5e} m²",
             seconds(time),
             fit.slope,
-            points.len(),
+            particles,
             fit.r_squared
         ));
         if state == states[states.len() - 1] {

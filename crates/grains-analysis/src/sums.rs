@@ -15,32 +15,76 @@ pub fn exact_sums(
     slots: usize,
     each: impl Fn(&mut dyn FnMut(usize, f64)),
 ) -> Vec<f64> {
-    let mut largest = [0.0_f64];
-    each(&mut |_, value| {
-        // `max` would drop a NaN.
-        largest[0] = if value.is_finite() { largest[0].max(value.abs()) } else { f64::INFINITY };
-    });
-    transport.max(&mut largest);
-    if largest[0] == 0.0 {
-        return vec![0.0; slots];
-    }
-    if !largest[0].is_finite() {
-        return vec![f64::NAN; slots];
-    }
-    // In two factors, either of which could leave the range of f64 otherwise.
-    let shift = BITS - largest[0].log2().ceil() as i32;
-    let factors = [2.0_f64.powi(shift / 2), 2.0_f64.powi(shift - shift / 2)];
+    let mut largest = 0.0_f64;
+    each(&mut |_, value| largest = larger(largest, value));
+    let quantum = match Quantum::of(largest, transport) {
+        Ok(quantum) => quantum,
+        Err(sum) => return vec![sum; slots],
+    };
     let mut sums = vec![0_i128; slots];
-    each(&mut |slot, value| sums[slot] += (value * factors[0] * factors[1]) as i128);
-    // In words of 32 bits, so that no word overflows in the sum over ranks.
-    let words = |sum: i128| [0, 32, 64, 96].map(|at| (sum as u128 >> at) as u64 & 0xffff_ffff);
+    each(&mut |slot, value| sums[slot] += quantum.whole(value));
     let mut parts: Vec<u64> = sums.into_iter().flat_map(words).collect();
     transport.sum_counts(&mut parts);
-    let whole = |words: &[u64]| {
-        let add = |sum: u128, (k, &word): (usize, &u64)| sum.wrapping_add(u128::from(word) << (32 * k));
-        words.iter().enumerate().fold(0_u128, add) as i128
+    parts.chunks_exact(4).map(|words| quantum.real(of_words(words))).collect()
+}
+
+/// For each value the sum of it and all before it, those of the ranks before included, with the exactness of [`exact_sums`]; no
+/// value is negative.
+pub fn running_sums(transport: &impl Transport, values: &[f64]) -> Vec<f64> {
+    let quantum = match Quantum::of(values.iter().copied().fold(0.0, larger), transport) {
+        Ok(quantum) => quantum,
+        Err(sum) => return vec![sum; values.len()],
     };
-    parts.chunks_exact(4).map(|words| whole(words) as f64 / factors[0] / factors[1]).collect()
+    let mut before = words(values.iter().map(|value| quantum.whole(*value)).sum());
+    transport.counts_before(&mut before);
+    let mut sum = of_words(&before);
+    let running = values.iter().map(|value| {
+        sum += quantum.whole(*value);
+        quantum.real(sum)
+    });
+    running.collect()
+}
+
+/// The larger magnitude; infinity if one is not finite, as `max` would drop a NaN.
+fn larger(largest: f64, value: f64) -> f64 {
+    if value.is_finite() { largest.max(value.abs()) } else { f64::INFINITY }
+}
+
+/// What terms are counted in: a power of two, as two factors of its inverse, either of which could leave the range of f64 otherwise.
+struct Quantum([f64; 2]);
+
+impl Quantum {
+    /// That of terms up to the largest of any rank; or what all sums are, if that is zero or not finite.
+    fn of(largest: f64, transport: &impl Transport) -> Result<Self, f64> {
+        let mut largest = [largest];
+        transport.max(&mut largest);
+        match largest[0] {
+            0.0 => Err(0.0),
+            f64::INFINITY => Err(f64::NAN),
+            largest => {
+                let shift = BITS - largest.log2().ceil() as i32;
+                Ok(Self([2.0_f64.powi(shift / 2), 2.0_f64.powi(shift - shift / 2)]))
+            }
+        }
+    }
+
+    fn whole(&self, value: f64) -> i128 {
+        (value * self.0[0] * self.0[1]) as i128
+    }
+
+    fn real(&self, whole: i128) -> f64 {
+        whole as f64 / self.0[0] / self.0[1]
+    }
+}
+
+/// A whole number in words of 32 bits, so that no word overflows in a sum over ranks.
+fn words(sum: i128) -> [u64; 4] {
+    [0, 32, 64, 96].map(|at| (sum as u128 >> at) as u64 & 0xffff_ffff)
+}
+
+fn of_words(words: &[u64]) -> i128 {
+    let add = |sum: u128, (k, &word): (usize, &u64)| sum.wrapping_add(u128::from(word) << (32 * k));
+    words.iter().enumerate().fold(0_u128, add) as i128
 }
 
 /// The sum of one value per particle over all ranks, with the exactness of [`exact_sums`].

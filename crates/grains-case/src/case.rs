@@ -161,6 +161,11 @@ impl Case {
         files
     }
 
+    /// The case, its meshes to be read again when they are asked for.
+    pub fn without_meshes(&self) -> Self {
+        Self { meshes: Meshes::default(), ..self.clone() }
+    }
+
     /// The meshes that shapes of the case are cut from, each once.
     pub fn decompositions(&self) -> Vec<Decomposition> {
         let mut all: Vec<_> = self.shapes.iter().filter_map(|shape| shape.kind.decomposition()).collect();

@@ -249,6 +249,8 @@ fn execute(command: Command, job: &Job, record: &mut Option<Record>) -> Result<(
             let options =
                 Options { restart: restart.clone(), program: program.clone(), petsc, writes_files: true };
             let simulation = Simulation::new(&case, job, options)?;
+            // The meshes in it are part of walls and shapes now.
+            drop(case);
             let beginning = Beginning { file: &file, program: &program, restart: restart.as_deref() };
             let limits = Limits { interrupted, walltime: max_walltime.unwrap_or(f64::INFINITY) };
             progress::run(simulation, &beginning, &limits, record)

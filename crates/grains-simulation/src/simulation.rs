@@ -155,7 +155,7 @@ impl Simulation {
         let suspects = continued.as_ref().map(|continued| suspects(&continued.changes)).unwrap_or_default();
         let is_fluid_new = continued.is_none_or(|continued| continued.is_fluid_new);
         Ok(Self {
-            case: case.clone(),
+            case: case.without_meshes(),
             transport,
             dem,
             fluid,

@@ -6,9 +6,12 @@ use grains_domain::Transport;
 use grains_geometry::{Shape, Vec3};
 use grains_testing::on_ranks;
 
+/// The state of all particles, and what has crossed the planes.
+type Found = (State, Vec<Crossings>);
+
 /// Runs `steps` steps on a grid of ranks; returns the state with what has crossed the planes, and of each rank how often it rebuilt its lists,
 /// and those of its border alone.
-fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> ((State, Vec<Crossings>), Vec<[u64; 2]>) {
+fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> (Found, Vec<[u64; 2]>) {
     let parts = on_ranks(ranks.iter().product(), |transport| {
         let mut dem = scene.start(ranks, transport.rank());
         for _ in 0..steps {
@@ -19,7 +22,7 @@ fn run(scene: &Scene, ranks: [usize; 3], steps: u64) -> ((State, Vec<Crossings>)
         let crossings = dem.crossings(&transport);
         ((state_of(&dem), crossings), [dem.report.rebuilds, dem.report.border_rebuilds])
     });
-    let (found, rebuilds): (Vec<(State, Vec<Crossings>)>, Vec<[u64; 2]>) = parts.into_iter().unzip();
+    let (found, rebuilds): (Vec<Found>, Vec<[u64; 2]>) = parts.into_iter().unzip();
     let (states, mut crossings): (Vec<State>, Vec<Vec<Crossings>>) = found.into_iter().unzip();
     ((merged(states), crossings.swap_remove(0)), rebuilds)
 }
