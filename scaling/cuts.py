@@ -10,6 +10,7 @@ each column of it, which no plane of the others must follow. No subdomain is thi
 
 import argparse
 import itertools
+import os
 import subprocess
 from pathlib import Path
 
@@ -38,8 +39,6 @@ def snapshots(binary, folder):
     if not (file.exists() and case.read_text() == text):
         folder.mkdir(parents=True, exist_ok=True)
         case.write_text(text)
-        import os
-
         subprocess.run([binary.resolve(), "case.toml"], cwd=folder, env=os.environ | ENVIRONMENT, check=True, stdout=subprocess.DEVNULL)
     with h5py.File(file) as opened:
         group = opened["VTKHDF"]
@@ -91,9 +90,9 @@ def main():
     found = list(snapshots(options.binary, options.out))
     for ranks in options.ranks:
         grids = [g for g in itertools.product(range(1, ranks + 1), repeat=3) if np.prod(g) == ranks]
-        fits = lambda g: all((high - low) / n >= MIN_WIDTH for n, low, high in zip(g, *corners))
+        grids = [g for g in grids if all((high - low) / n >= MIN_WIDTH for n, low, high in zip(g, *corners))]
         for time, points in found:
-            best = lambda count: min((count(g), g) for g in grids if fits(g))
+            best = lambda count: min((count(g), g) for g in grids)
             fixed = best(lambda g: of_planes(points, g, corners, False))
             planes = best(lambda g: of_planes(points, g, corners, True))
             slabs = best(lambda g: min(of_slabs(points, g, corners, order) for order in itertools.permutations(range(3))))
