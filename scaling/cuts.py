@@ -5,11 +5,10 @@ Runs the dam break of balance.py once, and counts the spheres of each rank at it
 stay; planes across the whole box at the quantiles along each axis, as the program moves them; and cuts at the quantiles of each slab, then of
 each column of it, which no plane of the others must follow. No subdomain is thinner than the program allows.
 
-    scaling/cuts.py --ranks 16
+    scaling/cuts.py --grids 16x1x1 4x2x2
 """
 
 import argparse
-import itertools
 import os
 import subprocess
 from pathlib import Path
@@ -82,23 +81,18 @@ def of_slabs(points, grid, corners, order=(0, 1, 2)):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", type=Path, default=BINARY, help="grains-mpi program")
-    parser.add_argument("--ranks", nargs="+", type=int, default=[16])
+    parser.add_argument("--grids", nargs="+", default=["16x1x1", "8x2x1", "4x4x1", "4x2x2", "2x2x4", "8x4x2", "4x4x4"])
     parser.add_argument("--out", type=Path, default=Path("results/scaling/cuts"))
     options = parser.parse_args()
     corners = balance.CASES["dam break"][:2]
     rows = []
-    found = list(snapshots(options.binary, options.out))
-    for ranks in options.ranks:
-        grids = [g for g in itertools.product(range(1, ranks + 1), repeat=3) if np.prod(g) == ranks]
-        grids = [g for g in grids if all((high - low) / n >= MIN_WIDTH for n, low, high in zip(g, *corners))]
-        for time, points in found:
-            best = lambda count: min((count(g), g) for g in grids)
-            fixed = best(lambda g: of_planes(points, g, corners, False))
-            planes = best(lambda g: of_planes(points, g, corners, True))
-            slabs = best(lambda g: min(of_slabs(points, g, corners, order) for order in itertools.permutations(range(3))))
-            cell = lambda found: f"{found[0]:.2f} ({' × '.join(map(str, found[1]))})"
-            rows.append([ranks, f"{time:.2f}", cell(fixed), cell(planes), cell(slabs), f"{planes[0] / slabs[0]:.2f}"])
-    print(table(["ranks", "time (s)", "fixed borders", "planes that move", "second level", "gain"], rows))
+    for time, points in snapshots(options.binary, options.out):
+        for name in options.grids:
+            grid = tuple(int(n) for n in name.split("x"))
+            fixed, planes = (of_planes(points, grid, corners, moves) for moves in (False, True))
+            slabs = of_slabs(points, grid, corners)
+            rows.append([f"{time:.2f}", " x ".join(map(str, grid)), f"{fixed:.2f}", f"{planes:.2f}", f"{slabs:.2f}", f"{planes / slabs:.2f}"])
+    print(table(["time (s)", "ranks", "fixed borders", "planes that move", "second level", "gain"], rows))
 
 
 if __name__ == "__main__":
