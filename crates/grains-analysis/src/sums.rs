@@ -1,6 +1,6 @@
 //! Sums over all particles whose bits depend neither on the order of the particles nor on the ranks.
 
-use grains_domain::Transport;
+use grains_domain::{Transport, sum_wide, sum_wide_before};
 
 /// Bits below the largest term that still count: a sum of 2^40 terms stays within 127 bits.
 const BITS: i32 = 86;
@@ -23,21 +23,20 @@ pub fn exact_sums(
     };
     let mut sums = vec![0_i128; slots];
     each(&mut |slot, value| sums[slot] += quantum.whole(value));
-    let mut parts: Vec<u64> = sums.into_iter().flat_map(words).collect();
-    transport.sum_counts(&mut parts);
-    parts.chunks_exact(4).map(|words| quantum.real(of_words(words))).collect()
+    let mut sums: Vec<u128> = sums.into_iter().map(i128::cast_unsigned).collect();
+    sum_wide(&mut sums, transport);
+    sums.into_iter().map(|sum| quantum.real(sum.cast_signed())).collect()
 }
 
-/// For each value the sum of it and all before it, those of the ranks before included, with the exactness of [`exact_sums`]; no
-/// value is negative.
+/// For each value the sum of it and all before it, those of the ranks before included, with the exactness of [`exact_sums`].
 pub fn running_sums(transport: &impl Transport, values: &[f64]) -> Vec<f64> {
     let quantum = match Quantum::of(values.iter().copied().fold(0.0, larger), transport) {
         Ok(quantum) => quantum,
         Err(sum) => return vec![sum; values.len()],
     };
-    let mut before = words(values.iter().map(|value| quantum.whole(*value)).sum());
-    transport.counts_before(&mut before);
-    let mut sum = of_words(&before);
+    let mut before = [values.iter().map(|value| quantum.whole(*value)).sum::<i128>().cast_unsigned()];
+    sum_wide_before(&mut before, transport);
+    let mut sum = before[0].cast_signed();
     let running = values.iter().map(|value| {
         sum += quantum.whole(*value);
         quantum.real(sum)
@@ -77,16 +76,6 @@ impl Quantum {
     }
 }
 
-/// A whole number in words of 32 bits, so that no word overflows in a sum over ranks.
-fn words(sum: i128) -> [u64; 4] {
-    [0, 32, 64, 96].map(|at| (sum as u128 >> at) as u64 & 0xffff_ffff)
-}
-
-fn of_words(words: &[u64]) -> i128 {
-    let add = |sum: u128, (k, &word): (usize, &u64)| sum.wrapping_add(u128::from(word) << (32 * k));
-    words.iter().enumerate().fold(0_u128, add) as i128
-}
-
 /// The sum of one value per particle over all ranks, with the exactness of [`exact_sums`].
 pub fn exact_sum(transport: &impl Transport, values: impl Iterator<Item = f64> + Clone) -> f64 {
     exact_sums(transport, 1, |add| values.clone().for_each(|value| add(0, value)))[0]
@@ -120,6 +109,27 @@ mod tests {
         assert_eq!(exact_sum(&SerialTransport, [1e-300, 2e-300].into_iter()), 3e-300);
         assert!(exact_sum(&SerialTransport, [1.0, f64::NAN, 2.0].into_iter()).is_nan());
         assert_eq!(exact_sum(&SerialTransport, std::iter::empty()), 0.0);
+    }
+
+    #[test]
+    fn running_sums_do_not_depend_on_the_ranks_and_end_with_the_whole() {
+        let values: Vec<f64> = (0..500).map(|k| f64::from(k).sin() * 10.0_f64.powi(k % 16 - 8)).collect();
+        let alone = running_sums(&SerialTransport, &values);
+        for (k, sum) in alone.iter().enumerate().step_by(37) {
+            let plain: f64 = values[..=k].iter().sum();
+            assert!((sum - plain).abs() < 1e-12 * plain.abs().max(1e8), "{k}: {sum} {plain}");
+        }
+        assert_eq!(alone[499], exact_sum(&SerialTransport, values.iter().copied()));
+        for ranks in [2, 3, 8] {
+            let parts = grains_testing::on_ranks(ranks, |transport| {
+                let rank = transport.rank();
+                running_sums(
+                    &transport,
+                    &values[500 * rank * rank / (ranks * ranks)..500 * (rank + 1).pow(2) / (ranks * ranks)],
+                )
+            });
+            assert_eq!(parts.concat(), alone, "{ranks} ranks");
+        }
     }
 
     #[test]

@@ -82,7 +82,9 @@ pub(crate) fn count_crossings(
         for (k, crossing) in crossings.iter_mut().enumerate().filter(|(k, _)| crossed(*k)) {
             let step = if now >> k & 1 == 1 { 1 } else { -1 };
             crossing.count += step;
-            crossing.quanta += i128::from(step) * (particles.bodies[i].mass / mass_quantum) as i128;
+            let mass = (particles.bodies[i].mass / mass_quantum) as i128;
+            // A checkpoint may hold any number.
+            crossing.quanta = crossing.quanta.saturating_add(i128::from(step).saturating_mul(mass));
         }
         particles.sides[i] = now;
     }

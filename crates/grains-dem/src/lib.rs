@@ -107,7 +107,7 @@ pub use dem::{
 };
 pub use error::StepError;
 pub use exchange::{ExchangeStrategy, Traffic};
-pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms, sum_wide};
+pub use films::{BodyFilm, FILM_LENGTH, Liquid, LiquidLedger, MaterialFilms};
 pub use flow_planes::{Crossings, FlowPlane};
 pub use hard::{CollisionModel, HardModel};
 pub use heat::{Heat, HeatLedger, Thermal};

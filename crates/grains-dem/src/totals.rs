@@ -2,7 +2,7 @@
 
 use crate::catalogue::Catalogue;
 use crate::particles::Particles;
-use grains_domain::{GlobalBox, Transport};
+use grains_domain::{GlobalBox, Transport, sum_wide};
 use grains_geometry::Vec3;
 
 /// Sums over all particles of all ranks.
@@ -50,7 +50,9 @@ impl Totals {
                 *sum += (term / quantum) as i128;
             }
         }
-        sum_signed(&mut sums, transport);
+        let mut sums = sums.map(i128::cast_unsigned);
+        sum_wide(&mut sums, transport);
+        let sums = sums.map(u128::cast_signed);
         let of = |k: usize| sums[k] as f64 * quanta[k];
         let vector = |k: usize| Vec3::new(of(k), of(k + 1), of(k + 2));
         Self {
@@ -98,21 +100,9 @@ pub(crate) fn quantum_below(largest: f64) -> f64 {
     2.0_f64.powi(exponent + 1 - 75)
 }
 
-/// Sums over all ranks, in parts of 32 bits of which no sum overflows; collective.
-pub(crate) fn sum_signed(numbers: &mut [i128], transport: &impl Transport) {
-    let part = |number: i128, k: usize| (number as u128 >> (32 * k)) as u64 & u64::from(u32::MAX);
-    let mut parts: Vec<u64> = numbers.iter().flat_map(|&n| (0..4).map(move |k| part(n, k))).collect();
-    transport.sum_counts(&mut parts);
-    for (number, parts) in numbers.iter_mut().zip(parts.chunks_exact(4)) {
-        let sums = parts.iter().enumerate().map(|(k, &part)| u128::from(part) << (32 * k));
-        *number = sums.fold(0_u128, u128::wrapping_add) as i128;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grains_domain::SerialTransport;
 
     #[test]
     fn sums_of_quanta_do_not_depend_on_the_order_and_are_right() {
@@ -124,9 +114,6 @@ mod tests {
         let (front, back) = terms.split_at(731);
         let whole = sum(&terms);
         assert_eq!(whole, sum(back) + sum(front));
-        let mut sums = [whole, -whole];
-        sum_signed(&mut sums, &SerialTransport);
-        assert_eq!(sums, [whole, -whole]);
         let plain: f64 = terms.iter().sum();
         assert!((whole as f64 * quantum - plain).abs() < 1e-12 * terms.iter().map(|x| x.abs()).sum::<f64>());
         assert!(largest / quantum < 2.0_f64.powi(75) && largest / quantum >= 2.0_f64.powi(74));

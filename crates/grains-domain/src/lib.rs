@@ -17,6 +17,7 @@ mod global_box;
 mod placement;
 mod quantum;
 mod transport;
+mod wide_sums;
 
 pub use balance::{Balance, OtherWork, WorkProfile};
 pub use cells::{CellGrid, Cells, SIZE_CLASSES, size_class};
@@ -26,3 +27,4 @@ pub use global_box::GlobalBox;
 pub use placement::Bricks;
 pub use quantum::Quantum;
 pub use transport::{Channel, ChannelParts, SerialTransport, Transport};
+pub use wide_sums::{sum_wide, sum_wide_before};

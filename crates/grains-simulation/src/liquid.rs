@@ -8,7 +8,8 @@ use grains_comm::MpiTransport;
 use grains_contact::{
     BridgeEnd, ContactLaw, Film as FilmState, FilmAmount, FilmSupply, LiquidBridge, sphere_radius,
 };
-use grains_dem::{BodyFilm, Catalogue, Dem, FILM_LENGTH, LiquidLedger, MaterialFilms, sum_wide};
+use grains_dem::{BodyFilm, Catalogue, Dem, FILM_LENGTH, LiquidLedger, MaterialFilms};
+use grains_domain::sum_wide;
 use grains_output::{Array, CheckpointFile, Values};
 use std::f64::consts::PI;
 
@@ -195,8 +196,9 @@ pub fn save(dem: &Dem, (arrays, texts): &mut State, transport: &MpiTransport) {
     let values = Values::Real(own.flat_map(BodyFilm::numbers).collect());
     arrays.push(Array { name: FILM, unit: "m3", width: FILM_LENGTH, values });
     texts.push((QUANTUM.into(), words(&[films.quantum])));
-    let ledger = sum_wide(dem.liquid_ledger.numbers(), transport).map(|count| count.to_string());
-    texts.push((LEDGER.into(), ledger.join(" ")));
+    let mut ledger = dem.liquid_ledger.numbers();
+    sum_wide(&mut ledger, transport);
+    texts.push((LEDGER.into(), ledger.map(|count| count.to_string()).join(" ")));
 }
 
 /// Films of a checkpoint, in the order of its particles; none if it has none or the case is dry. All volumes stay multiples of its

@@ -3,9 +3,9 @@
 use super::state::Dem;
 use crate::contact_history::SavedHistories;
 use crate::error::StepError;
-use crate::films::{BodyFilm, FILM_LENGTH, Held, Liquid, Parts, bridges_with_walls, quanta, sum_wide};
+use crate::films::{BodyFilm, FILM_LENGTH, Held, Liquid, Parts, bridges_with_walls, quanta};
 use crate::particles::Kind;
-use grains_domain::Transport;
+use grains_domain::{Transport, sum_wide};
 
 impl Dem {
     /// Wets the particle inserted last as its material asks.
@@ -104,8 +104,9 @@ impl Dem {
             ends += held.ends;
         }
         let [inserted, left, onto, off, formed, broken] = self.liquid_ledger.numbers();
-        let counts = [on_particles, in_bridges, inserted, left, onto, off, ends, formed, broken];
-        let counts = sum_wide(counts, transport).map(|count| count as i128);
+        let mut counts = [on_particles, in_bridges, inserted, left, onto, off, ends, formed, broken];
+        sum_wide(&mut counts, transport);
+        let counts = counts.map(u128::cast_signed);
         let [on_particles, in_bridges, inserted, left, onto, off, ends, formed, broken] = counts;
         let missing = inserted + off - onto - left - on_particles - in_bridges;
         let cubic_metres = |n: i128| n as f64 * q;

@@ -9,9 +9,9 @@ use crate::exchange::Traffic;
 use crate::flow_planes::{Crossings, count_crossings};
 use crate::memory_use::MemoryUse;
 use crate::non_spherical;
-use crate::totals::{Totals, sum_signed};
+use crate::totals::Totals;
 use crate::walls::{self, WallLoad};
-use grains_domain::Transport;
+use grains_domain::{Transport, sum_wide};
 use grains_geometry::Vec3;
 
 /// The other side of a contact.
@@ -90,9 +90,12 @@ impl Dem {
     /// Net number and mass that crossed each flow plane since the case began, over all ranks; collective.
     pub fn crossings(&mut self, transport: &impl Transport) -> Vec<Crossings> {
         self.count_crossings();
-        let mut sums: Vec<i128> = self.crossings.iter().flat_map(|c| [c.count.into(), c.quanta]).collect();
-        sum_signed(&mut sums, transport);
-        sums.chunks_exact(2).map(|sum| Crossings { count: sum[0] as i64, quanta: sum[1] }).collect()
+        let numbers = self.crossings.iter().flat_map(|c| [i128::from(c.count), c.quanta]);
+        let mut sums: Vec<u128> = numbers.map(i128::cast_unsigned).collect();
+        sum_wide(&mut sums, transport);
+        let crossings =
+            |&[count, quanta]: &[u128; 2]| Crossings { count: count as i64, quanta: quanta.cast_signed() };
+        sums.as_chunks().0.iter().map(crossings).collect()
     }
 
     /// The quantum of masses that are counted (kg).

@@ -1,7 +1,5 @@
 //! Where the liquid of a run is.
 
-use grains_domain::Transport;
-
 /// Liquid in and out on one rank, in quanta, and ends of bridges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LiquidLedger {
@@ -60,12 +58,4 @@ pub struct Liquid {
 #[inline]
 pub(crate) fn quanta(volume: f64, quantum: f64) -> u128 {
     u128::from((volume / quantum) as u64)
-}
-
-/// Sums over all ranks of counts below 2⁹⁶, in parts of which no sum overflows.
-pub fn sum_wide<const N: usize>(counts: [u128; N], transport: &impl Transport) -> [u128; N] {
-    let part = |count: u128, k: usize| (count >> (32 * k)) as u64 & u64::from(u32::MAX);
-    let mut parts: Vec<u64> = counts.iter().flat_map(|&count| (0..3).map(move |k| part(count, k))).collect();
-    transport.sum_counts(&mut parts);
-    std::array::from_fn(|n| (0..3).map(|k| u128::from(parts[3 * n + k]) << (32 * k)).sum())
 }

@@ -10,7 +10,7 @@ mod pass;
 
 pub(crate) use held::{Held, Parts, bridges_with_walls};
 pub(crate) use ledger::quanta;
-pub use ledger::{Liquid, LiquidLedger, sum_wide};
+pub use ledger::{Liquid, LiquidLedger};
 pub(crate) use pass::{Partner, end_bridge, follow_bridge};
 
 use grains_contact::{Film, FilmAmount, whole_quanta};

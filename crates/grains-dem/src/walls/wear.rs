@@ -11,7 +11,7 @@
 use super::pairs::WallPair;
 use super::wall::Wall;
 use grains_contact::Encounter;
-use grains_domain::Transport;
+use grains_domain::{Transport, sum_wide};
 use grains_geometry::Vec3;
 
 /// How a wall wears (Archard 1953).
@@ -138,14 +138,14 @@ impl SlidingSums {
         for slide in &self.slides {
             sums[usize::from(slide.wall)][0] += slide.quanta as u128;
         }
-        sum_exactly(sums.as_flattened_mut(), transport);
+        sum_wide(sums.as_flattened_mut(), transport);
         sums
     }
 
     /// Quanta of the steps done on each element, over all ranks.
     pub(crate) fn of_elements(&self, transport: &impl Transport) -> Vec<Vec<Vec<u128>>> {
         let mut flat: Vec<u128> = self.done.iter().flatten().flatten().copied().collect();
-        sum_exactly(&mut flat, transport);
+        sum_wide(&mut flat, transport);
         let mut flat = flat.into_iter();
         let mut of_surface = |surface: &Vec<u128>| flat.by_ref().take(surface.len()).collect();
         self.done.iter().map(|wall| wall.iter().map(&mut of_surface).collect()).collect()
@@ -164,17 +164,4 @@ fn add(done: &mut [Vec<Vec<u128>>], worn: WornElement) {
     let elements = &mut done[usize::from(worn.wall)][usize::from(worn.surface)];
     let element = if elements.len() == 1 { 0 } else { worn.element as usize };
     elements[element] += worn.quanta;
-}
-
-/// Sums whole numbers over the ranks, in four parts of 32 bits.
-fn sum_exactly(numbers: &mut [u128], transport: &impl Transport) {
-    if numbers.is_empty() {
-        return;
-    }
-    let split = |number: &u128| [0, 32, 64, 96].map(|shift| u64::from((number >> shift) as u32));
-    let mut parts: Vec<u64> = numbers.iter().flat_map(split).collect();
-    transport.sum_counts(&mut parts);
-    for (number, parts) in numbers.iter_mut().zip(parts.chunks_exact(4)) {
-        *number = (0..4).map(|k| u128::from(parts[k]) << (32 * k)).sum();
-    }
 }

@@ -28,8 +28,9 @@ pub fn read(file: &CheckpointFile, quantum: f64) -> Vec<Crossings> {
     let of_plane = |(k, of_plane): (usize, &[&str])| {
         let (count, mass) = (of_plane[0].parse().unwrap_or(0), real(of_plane[1]));
         let of_same_quantum = exact.chunks_exact(2).nth(k).filter(|words| real(words[1]) == quantum);
-        let quanta = of_same_quantum.and_then(|words| words[0].parse().ok());
-        Crossings { count, quanta: quanta.unwrap_or((mass / quantum) as i128) }
+        let quanta = of_same_quantum.and_then(|words| words[0].parse::<i128>().ok());
+        let exact = quanta.filter(|quanta| Crossings { count, quanta: *quanta }.mass(quantum) == mass);
+        Crossings { count, quanta: exact.unwrap_or((mass / quantum) as i128) }
     };
     counts.chunks_exact(2).enumerate().map(of_plane).collect()
 }
