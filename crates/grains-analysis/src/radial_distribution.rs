@@ -9,6 +9,7 @@
 //! lie at random. Regions that span a periodic axis do not end there, and pairs count in their nearest image.
 
 use super::Common;
+use super::order::Share;
 use super::picture::{Curve, Picture};
 use super::region::{Region, RegionOptions, across, mean_diameter};
 use super::report::{Report, Table, seconds};
@@ -177,11 +178,15 @@ pub fn measure(
     transport: &impl Transport,
 ) -> Found {
     let space = Space::new(region, case);
-    let own: Vec<Vec3> = snapshot.position.iter().filter(|point| region.contains(point)).copied().collect();
-    let all = transport.gather(&own.iter().flat_map(|p| [p.x, p.y, p.z]).collect::<Vec<f64>>());
-    let number = all.len() / 3;
-    let cells = Cells::new(region, distance, all.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])));
-    let centres: Vec<&Vec3> = own.iter().filter(|point| space.is_centre(point, distance)).collect();
+    let axis = (region.upper - region.lower).imax();
+    let inside = snapshot.position.iter().filter(|point| region.contains(point));
+    let rows: Vec<[f64; 3]> = inside.map(|point| [0, 1, 2].map(|k| point[(axis + k) % 3])).collect();
+    let Share { rows, all: number, .. } = Share::of(&rows, transport);
+    let others = rows_near((&rows, distance, space.periods[axis]), transport);
+    let point = |row: &[f64; 3]| Vec3::from_fn(|a, _| row[(a + 3 - axis) % 3]);
+    let cells = Cells::new(region, distance, rows.iter().chain(&others).map(point));
+    let points: Vec<Vec3> = rows.iter().map(point).collect();
+    let centres: Vec<&Vec3> = points.iter().filter(|point| space.is_centre(point, distance)).collect();
     let shells = centres.iter().flat_map(|centre| {
         let near = cells.near(centre, &space.periods).map(|other| space.separation(centre, other).norm());
         // A centre is no neighbour of itself.
@@ -192,6 +197,38 @@ pub fn measure(
     let mut count = [centres.len() as u64];
     transport.sum_counts(&mut count);
     Found { centres: count[0], density: number as f64 / space.volume(), pairs }
+}
+
+/// Rows of other ranks whose first value is within a distance (m) of those of this rank, in the nearest image; every rank has a share
+/// of the rows in order.
+fn rows_near(
+    (rows, distance, period): (&[[f64; 3]], f64, Option<f64>),
+    transport: &impl Transport,
+) -> Vec<[f64; 3]> {
+    // Wider by what rounding may take away.
+    let reach = distance * (1.0 + 1e-9);
+    let ends = match rows {
+        [] => [f64::NAN; 2],
+        [first, ..] => [first[0] - reach, rows[rows.len() - 1][0] + reach],
+    };
+    let images = period.map_or(vec![0.0], |length| vec![-length, 0.0, length]);
+    let mut sent = Vec::new();
+    for (rank, ends) in transport.gather(&ends).as_chunks::<2>().0.iter().enumerate() {
+        if rank == transport.rank() || ends[0].is_nan() {
+            continue;
+        }
+        let (mut message, mut next) = (Vec::new(), 0);
+        for image in &images {
+            let begin = rows.partition_point(|row| row[0] < ends[0] + image).max(next);
+            next = rows.partition_point(|row| row[0] <= ends[1] + image).max(begin);
+            message.extend(rows[begin..next].as_flattened());
+        }
+        if !message.is_empty() {
+            sent.push((rank, message));
+        }
+    }
+    let received = transport.exchange_sparse(sent);
+    received.iter().flat_map(|(_, message)| message.as_chunks().0).copied().collect()
 }
 
 /// Largest distance (m) of the options, which must leave a centre in the region.
@@ -266,6 +303,7 @@ mod tests {
     use super::*;
     use crate::synthetic::{case, lattice, particles};
     use grains_domain::SerialTransport;
+    use grains_testing::on_ranks;
 
     fn unit_box(is_periodic: bool) -> (Case, Region) {
         let case = case([0.0; 3], [1.0; 3], [is_periodic; 3], "");
@@ -313,12 +351,23 @@ mod tests {
     }
 
     #[test]
-    fn pairs_of_small_cells_are_those_of_all_with_all() {
+    fn pairs_of_cells_on_ranks_are_those_of_all_with_all() {
         let points: Vec<Vec3> = random(900).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
-        for (is_periodic, distance) in [(true, 0.13), (true, 0.5), (false, 0.31)] {
+        let runs = [1, 2, 3, 7].into_iter().flat_map(|ranks| {
+            [(true, 0.13), (true, 0.5), (false, 0.31), (true, 0.02)]
+                .map(|(is_periodic, distance)| (ranks, is_periodic, distance))
+        });
+        for (ranks, is_periodic, distance) in runs {
             let (case, region) = unit_box(is_periodic);
-            let found =
-                measure((&case, &region), (distance, 7), &particles(points.clone()), &SerialTransport);
+            let found = on_ranks(ranks, |transport| {
+                // Dealt out like cards; the last rank has none.
+                let dealt = points.iter().skip(transport.rank()).step_by((ranks - 1).max(1)).copied();
+                let own =
+                    if ranks > 1 && transport.rank() == ranks - 1 { Vec::new() } else { dealt.collect() };
+                measure((&case, &region), (distance, 7), &particles(own), &transport)
+            });
+            assert!(found.iter().all(|other| *other == found[0]));
+            let found = found[0].clone();
             let space = Space::new(&region, &case);
             let mut pairs = vec![0; 7];
             for a in points.iter().filter(|point| space.is_centre(point, distance)) {
@@ -327,7 +376,8 @@ mod tests {
                     .filter(|&r| r > 0.0 && r < distance)
                     .for_each(|r| pairs[(r / distance * 7.0) as usize] += 1);
             }
-            assert_eq!(found.pairs, pairs);
+            assert_eq!(found.pairs, pairs, "{ranks} ranks, {distance}");
+            assert_eq!(found.density, 300.0);
         }
     }
 }

@@ -13,6 +13,7 @@
 //! [`Core::support_value`].
 
 mod curved;
+mod cylinders;
 mod ellipsoids;
 mod faces_and_edges;
 pub(crate) mod nearest;

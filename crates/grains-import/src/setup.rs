@@ -14,6 +14,9 @@ use std::io::BufReader;
 /// Types of particles that a script may have: more are a slip.
 const MOST_TYPES: usize = 10_000;
 
+/// Steps that a command may ask for: the integers that an f64 tells apart end here.
+const MAX_STEPS: f64 = 9e15;
+
 fn checked_types(types: usize) -> Result<usize, String> {
     match types <= MOST_TYPES {
         true => Ok(types),
@@ -285,13 +288,18 @@ impl Script {
     }
 
     pub(crate) fn run(&mut self, words: &[String]) -> Answer {
-        let steps = self.number(words.first().ok_or("the number of steps is missing")?)?.round() as u64;
+        let word = words.first().ok_or("the number of steps is missing")?;
+        let steps = self.number(word)?.round();
+        if !(0.0..=MAX_STEPS).contains(&steps) {
+            return Err(format!("{word} steps: must be between 0 and {MAX_STEPS:e}"));
+        }
+        let steps = steps as u64;
         let is_upto = words.iter().any(|word| word == "upto");
         let steps = if is_upto { steps.saturating_sub(self.step) } else { steps };
         // LAMMPS' own for units si and cgs.
         let dt = self.dt.unwrap_or(1e-5);
         self.scene.runs.push((steps, dt));
-        self.step += steps;
+        self.step = self.step.saturating_add(steps);
         self.time += steps as f64 * dt;
         Ok(Outcome::Translated)
     }

@@ -83,3 +83,18 @@ fn what_is_given_in_vain_or_left_out_is_told() {
         assert!(report.contains(words), "{words}: {report}");
     }
 }
+
+#[test]
+fn numbers_of_steps_that_cannot_be_are_refused_by_the_command() {
+    let home = folder("mistakes_steps");
+    fs::write(home.join("a.data"), DATA).unwrap();
+    for steps in ["-5", "1e300", "nan"] {
+        let text =
+            format!("{SCRIPT}timestep 1e-5\nread_data a.data add append\nrun 10\nrun {steps}\nrun 10\n");
+        fs::write(home.join("in.a"), text).unwrap();
+        // Whether it makes a case or not, the report says so.
+        let _ = import(&[home.join("in.a")], &home.join("to"), &Options::default());
+        let report = fs::read_to_string(home.join("to/import.txt")).unwrap();
+        assert!(report.contains("steps: must be between 0 and 9e15"), "{steps}: {report}");
+    }
+}

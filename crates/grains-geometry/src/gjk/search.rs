@@ -4,7 +4,7 @@ use super::curved::{self, Touch};
 use super::nearest::{Nearest, nearest};
 use super::query::{Query, combine};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
-use super::{ellipsoids, smooth};
+use super::{cylinders, ellipsoids, smooth};
 use crate::convex::Support;
 use crate::core::with_convex;
 use crate::{Core, Superellipsoid, Vec3};
@@ -53,7 +53,9 @@ impl Query<'_> {
         simplex: &mut Simplex,
     ) -> Result<Separation, Stall> {
         let warm = simplex.len > 0;
-        if let Some(answer) = self.start_smooth(a, b, simplex).or_else(|| self.start_faced(a, b, simplex)) {
+        let answer = self.start_smooth(a, b, simplex);
+        let answer = answer.or_else(|| self.start_faced(a, b, simplex));
+        if let Some(answer) = answer.or_else(|| self.start_curved(a, b, simplex)) {
             return Ok(answer);
         }
         match self.descend(a, b, simplex) {
@@ -143,6 +145,28 @@ impl Query<'_> {
         self.edge_on_edge((a, b), &along, size, simplex)
     }
 
+    /// Answers for a pair with a cylinder: cold, from the features that are guessed; if it touched in the last step, from those that touched.
+    ///
+    /// Those of three points wait for the search, which often ends where it begins.
+    #[inline(always)]
+    fn start_curved<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Option<Separation> {
+        let is_smooth = a.superellipsoid().is_some() || b.superellipsoid().is_some();
+        if is_smooth || !(A::CURVED || B::CURVED) {
+            return None;
+        }
+        let size = self.size(a, b);
+        match simplex.len {
+            0 => self.guess(a, b, size, simplex, |pair| pair.beside_axes()),
+            1 | 2 => self.touch(a, b, simplex, &[0.0; 4], size),
+            _ => None,
+        }
+    }
+
     /// Newton's method for a pair with a superellipsoid, from the points of the simplex with the given
     /// weights, else from those nearest now.
     #[inline(always)]
@@ -208,7 +232,9 @@ impl Query<'_> {
             // Early, for a warm start; later now and then, as the simplex settles on the features.
             if curved
                 && iteration % 3 == 0
-                && let Some(answer) = self.touch(a, b, simplex, &weights, size)
+                && let Some(answer) = self
+                    .touch(a, b, simplex, &weights, size)
+                    .or_else(|| self.guess(a, b, size, simplex, |pair| pair.side_on_end(&v)))
             {
                 return Ok(answer);
             }
@@ -300,6 +326,24 @@ impl Query<'_> {
         }
         let answer = self.certified(a, b, &touch.v, touch.point_a, size)?;
         touch.refresh(simplex);
+        Some(answer)
+    }
+
+    /// The answer of the features that are guessed of two cylinders, of which the simplex is left.
+    #[cold]
+    #[inline(never)]
+    fn guess<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        size: f64,
+        simplex: &mut Simplex,
+        features: impl Fn(&cylinders::Pair) -> Option<Simplex>,
+    ) -> Option<Separation> {
+        let pair = cylinders::Pair { a: a.rims()?, b: b.rims()?, placement: self.placement };
+        let mut guessed = features(&pair)?;
+        let answer = self.touch(a, b, &mut guessed, &[0.0; 4], size)?;
+        *simplex = guessed;
         Some(answer)
     }
 

@@ -173,7 +173,8 @@ pub fn restore(
     let numbering = Numbering::new(&before, &now, &changes);
     let values = check_values(file, dem, &numbering);
     agree(transport.communicator(), values.map_err(|why| FileError::new(&file.path, why)))?;
-    let (time, ratio) = continue_clock(dem, file, step).ok_or_else(|| refuse("it has no clock".into()))?;
+    let (time, ratio) =
+        continue_clock(dem, file, step).ok_or_else(|| refuse("its clock is missing or wrong".into()))?;
     check_state(file, dem, (&before, &now, &changes), &numbering, insertions, transport).map_err(refuse)?;
     restore_shear(dem, file, is_first);
     place_walls(dem, file, &changes, (&numbering, ratio));
@@ -352,15 +353,25 @@ fn known_cases(case: &Case, file: &CheckpointFile, transport: &MpiTransport) -> 
 }
 
 /// Sets the clock of the checkpoint, from which time goes on with the time step of the case; returns the time (s) and the ratio of
-/// the time step to that before.
+/// the time step to that before; `None` if the checkpoint has no clock, or one that no run could have.
 fn continue_clock(dem: &mut Dem, file: &CheckpointFile, step: u64) -> Option<(f64, f64)> {
     let real = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
     let (before, now) = (file.text("dt").and_then(real)?, dem.setup.parameters.dt);
-    let origin = file.text("origin").and_then(|text| {
-        let (step, time) = text.split_once(' ')?;
-        Some(Origin { step: step.parse().ok()?, time: real(time)? })
-    });
-    let origin = origin.unwrap_or_default();
+    let origin = match file.text("origin") {
+        None => Origin::default(),
+        Some(text) => {
+            let (step, time) = text.split_once(' ')?;
+            Origin { step: step.parse().ok()?, time: real(time)? }
+        }
+    };
+    if !(before > 0.0
+        && before.is_finite()
+        && origin.time >= 0.0
+        && origin.time.is_finite()
+        && origin.step <= step)
+    {
+        return None;
+    }
     let time = origin.time_of(step, before);
     dem.dt_before = (before != now).then_some(before);
     // Kinds that are new are made as soon as their time has come.
