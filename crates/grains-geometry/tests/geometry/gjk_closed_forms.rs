@@ -2,7 +2,7 @@
 
 use crate::gjk_common::{Random, place};
 use grains_geometry::gjk::{Separation, distance};
-use grains_geometry::{Core, Rotation, Simplex, Vec3};
+use grains_geometry::{Core, Rotation, Simplex, Superellipsoid, Vec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 const SIZES: [f64; 3] = [1e-6, 1e-3, 1.0];
@@ -191,6 +191,40 @@ fn meeting_cores() {
                     let answer = distance(&pair[0], &pair[1], &placement, 0.1 * size, &mut simplex);
                     assert_eq!(answer.expect("converges"), Separation::Meeting);
                 }
+            }
+        }
+    }
+}
+
+/// Bodies of very different size that stand on each other's axis, to the last bit: no direction leads away from it.
+#[test]
+fn superellipsoids_on_the_axis_of_a_cylinder() {
+    let mut random = Random(11);
+    for k in 0..3000 {
+        let [x, y, z] = [0; 3].map(|_| random.log(1e-2, 1.0));
+        let exponent = [1.0, 1.0, 0.5, 0.25][k % 4];
+        let body = Superellipsoid::new(Vec3::new(x, y, z), [exponent; 2]).unwrap();
+        let inset = 0.05 * body.inscribed_radius();
+        let core = Core::superellipsoid(body.eroded(inset));
+        let [radius, half_height] = [0; 2].map(|_| random.log(1e-4, 1e2) * z);
+        let cylinder = Core::Cylinder { radius, half_height };
+        let size = x.max(y).max(z) + radius + half_height;
+        let turn = Rotation::from_scaled_axis(Vec3::z() * (6.0 * random.unit()));
+        let turn = turn * Rotation::from_scaled_axis(Vec3::z() * random.unit());
+        // The support value is that of the core, so the gap is known to rounding.
+        let (gap, top) = (random.log(1e-9, 1e-1) * size, core.support_value(&Vec3::z()));
+        for (a, b) in [(&core, &cylinder), (&cylinder, &core)] {
+            let placement = place(&turn, 1.0, Vec3::z() * (top + half_height + gap));
+            let mut simplex = Simplex::default();
+            for _ in 0..3 {
+                let found = distance(a, b, &placement, f64::INFINITY, &mut simplex).unwrap();
+                let Separation::Apart { distance, normal, .. } = found else {
+                    panic!("pair {k}: {found:?} for a gap of {gap}");
+                };
+                assert!((distance - gap).abs() < 1e-9 * size, "pair {k}: {distance} for {gap}");
+                assert!((normal - Vec3::z()).norm() * distance < 1e-5 * size, "pair {k}: {normal}");
+                let points = simplex.a.iter().chain(&simplex.b);
+                assert!(points.flatten().all(|x| x.is_finite()), "pair {k}: {simplex:?}");
             }
         }
     }

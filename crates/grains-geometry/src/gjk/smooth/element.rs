@@ -8,6 +8,8 @@ use crate::{Placement, Vec3};
 const SAME_POINT: f64 = 0.9;
 /// Squared sine of the angle with the axis below which a point is far along it.
 const NEAR_AXIS: f64 = 1e-6;
+/// The same below which rounding leaves no direction away from the axis.
+const ON_AXIS: f64 = 1e-28;
 /// Points of a circle that mark its disc, as cosine and sine.
 const DISC: [[f64; 2]; 3] = [[1.0, 0.0], [-0.5, 0.866_025_403_784_438_6], [-0.5, -0.866_025_403_784_438_6]];
 
@@ -95,13 +97,14 @@ impl Element {
             Self::Rim([center, axis], radius) => {
                 let off = from - center;
                 let mut radial = off - axis * axis.dot(&off);
-                let mut squared = radial.norm_squared();
+                let (mut squared, whole) = (radial.norm_squared(), off.norm_squared());
                 // Of a long way along the axis rounding leaves a part along it.
-                if squared < NEAR_AXIS * off.norm_squared() {
+                if squared < NEAR_AXIS * whole {
                     radial -= axis * axis.dot(&radial);
                     squared = radial.norm_squared();
                 }
-                (squared > NO_DIRECTION).then(|| center + radial * (radius / squared.sqrt()))
+                (squared > NO_DIRECTION && squared > ON_AXIS * whole)
+                    .then(|| center + radial * (radius / squared.sqrt()))
             }
             Self::End([center, axis], radius) => {
                 let off = from - center;
