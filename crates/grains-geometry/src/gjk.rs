@@ -9,7 +9,8 @@
 //! usually still is the answer and one support point certifies it; of flat faces that look at each other
 //! the corner over a face or the edges that cross where the gap is smallest are found at once; and for
 //! cylinders and superellipsoids the features that touch are solved as equations by Newton's method, for
-//! support points alone would approach a curved surface slowly. Bodies that do not touch need no query while a plane still parts them:
+//! support points alone would approach a curved surface slowly; those of two cylinders are guessed where no
+//! simplex marks them, or others than those that touch. Bodies that do not touch need no query while a plane still parts them:
 //! [`Core::support_value`].
 
 mod curved;
