@@ -352,13 +352,19 @@ mod tests {
 
     #[test]
     fn pairs_of_cells_on_ranks_are_those_of_all_with_all() {
-        let points: Vec<Vec3> = random(900).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
+        let in_unit_box: Vec<Vec3> =
+            random(900).chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
         let runs = [1, 2, 3, 7].into_iter().flat_map(|ranks| {
             [(true, 0.13), (true, 0.5), (false, 0.31), (true, 0.02)]
                 .map(|(is_periodic, distance)| (ranks, is_periodic, distance))
         });
-        for (ranks, is_periodic, distance) in runs {
-            let (case, region) = unit_box(is_periodic);
+        for (axis, (ranks, is_periodic, distance)) in runs.flat_map(|run| [0, 1, 2].map(|axis| (axis, run))) {
+            let mut upper = [1.0; 3];
+            upper[axis] = 2.0;
+            let case = case([0.0; 3], upper, [is_periodic; 3], "");
+            let region = Region::chosen(&case, 0.0, &RegionOptions::default()).unwrap();
+            let points: Vec<Vec3> =
+                in_unit_box.iter().map(|point| point.component_mul(&Vec3::from(upper))).collect();
             let found = on_ranks(ranks, |transport| {
                 // Dealt out like cards; the last rank has none.
                 let dealt = points.iter().skip(transport.rank()).step_by((ranks - 1).max(1)).copied();
@@ -377,7 +383,7 @@ mod tests {
                     .for_each(|r| pairs[(r / distance * 7.0) as usize] += 1);
             }
             assert_eq!(found.pairs, pairs, "{ranks} ranks, {distance}");
-            assert_eq!(found.density, 300.0);
+            assert_eq!(found.density, 150.0);
         }
     }
 }

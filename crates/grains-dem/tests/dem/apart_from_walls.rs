@@ -99,16 +99,15 @@ fn pairs_with_walls_left_alone_change_no_bit() {
         });
         for step in 0..STEPS {
             let ends = [&mut left_alone, &mut looked_at].map(|dem| dem.step(&SerialTransport).err());
-            // A body squeezed between walls may be shot out: through a wall that only lists with a skin hold already, or farther than
-            // lists without one allow.
-            let is_shot = |end: &Option<Failure>| {
-                let error = match end {
-                    Some(Failure::Here { error, .. }) => error,
-                    _ => return false,
-                };
-                matches!(error, StepError::Tunnelling { .. } | StepError::Jump { .. })
+            // A body squeezed between walls may be shot out: through a wall that only lists with a skin hold already, or, without a skin,
+            // farther than lists allow.
+            let error = |end: &Option<Failure>| match end {
+                Some(Failure::Here { error, .. }) => Some(error.clone()),
+                _ => None,
             };
-            if ends.iter().any(is_shot) {
+            let errors = ends.each_ref().map(error);
+            let tunnels = |error: &Option<StepError>| matches!(error, Some(StepError::Tunnelling { .. }));
+            if errors.iter().any(tunnels) || matches!(errors[1], Some(StepError::Jump { .. })) {
                 break;
             }
             let [is_ended, also_ended] = ends.each_ref().map(|end| end.is_some());

@@ -208,8 +208,8 @@ mod tests {
             let shortest = way(found).norm();
             let grid =
                 (0..=40).flat_map(|i| (0..=40).map(move |j| [i, j].map(|n| f64::from(n) / 20.0 - 1.0)));
-            let least = grid.map(|places| way(places).norm()).fold(f64::INFINITY, f64::min);
-            assert!(shortest <= least + 1e-12, "{k}: {shortest} instead of {least} at {found:?}");
+            let smallest = grid.map(|places| way(places).norm()).fold(f64::INFINITY, f64::min);
+            assert!(shortest <= smallest + 1e-12, "{k}: {shortest} instead of {smallest} at {found:?}");
         }
     }
 }
