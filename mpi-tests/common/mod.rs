@@ -205,10 +205,15 @@ pub fn run_case(ranks: usize, folder: &Path, case: &str, arguments: &[&str]) -> 
 
 impl Running {
     /// Waits for the end; a run that takes too long is ended, and fails the test.
-    pub fn wait(mut self) -> Output {
-        match self.end_within(PATIENCE) {
+    pub fn wait(self) -> Output {
+        self.wait_at_most(PATIENCE)
+    }
+
+    /// The same for a run that may take longer (s).
+    pub fn wait_at_most(mut self, patience: u64) -> Output {
+        match self.end_within(patience) {
             Some(status) => self.output(status.code()),
-            None => panic!("the run did not end in {PATIENCE} s:\n{}", self.output(None).text()),
+            None => panic!("the run did not end in {patience} s:\n{}", self.output(None).text()),
         }
     }
 

@@ -1,11 +1,12 @@
-//! Long runs that are continued again and again, and more ranks than particles.
+//! Long runs that are continued again and again, many ranks for an hour, and more ranks than particles.
 
 use crate::common::results::{assert_same_state, checkpoints, last_step, series, state};
-use crate::common::{folder, run_case};
+use crate::common::{folder, run_case, start};
 use crate::repeated;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
+use std::time::Instant;
 
 /// Beads that fall in at the top, bounce on a plate and leave at the side, until `end` (s).
 fn shower(end: f64, every: f64) -> String {
@@ -102,6 +103,35 @@ fn a_long_run_continued_again_and_again_loses_nobody_and_takes_no_more_memory() 
         parts * steps,
         inserted.last().unwrap(),
         left.last().unwrap()
+    );
+}
+
+#[test]
+fn many_ranks_on_few_cores_for_an_hour_end_where_one_rank_ends() {
+    let (ranks, steps) = if repeated(0, 1) == 1 { ([4, 4, 4], 400_000) } else { ([3, 2, 2], 2_000) };
+    let patience = repeated(150, 20_000) as u64;
+    let end = 2e-5 * steps as f64;
+    let text = shower(end, end / 20.0).replace("batch = 2", "batch = 20");
+    let run = |name: &str, ranks: [usize; 3]| {
+        let home = folder(&format!("torture_hour_{name}"));
+        let text = text.replace("[time]", &format!("ranks = {ranks:?}\n[time]"));
+        fs::write(home.join("case.toml"), text).unwrap();
+        start(ranks.iter().product(), &home, &["case.toml"], 0).wait_at_most(patience).succeeded();
+        home
+    };
+    let begin = Instant::now();
+    let many = run("many", ranks);
+    let minutes = begin.elapsed().as_secs_f64() / 60.0;
+    let alone = run("alone", [1, 1, 1]);
+    assert_same_state(&newest(&alone), &newest(&many));
+    let (table, same) = (series(&many.join("results")), series(&alone.join("results")));
+    for name in ["time", "inserted", "left", "particles", "kinetic_translation"] {
+        assert_eq!(table.column(name), same.column(name), "{name}");
+    }
+    let count: usize = ranks.iter().product();
+    let inserted = table.column("inserted").last().copied().unwrap();
+    println!(
+        "attack: {count} ranks for {minutes:.0} min | {steps} steps, {inserted} beads | the same bits as on one"
     );
 }
 

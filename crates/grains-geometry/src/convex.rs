@@ -72,6 +72,14 @@ pub(crate) struct Rims {
     pub half_height: f64,
 }
 
+impl Rims {
+    /// Height of the upper or lower rim over the middle (m).
+    #[inline(always)]
+    pub(crate) fn height(&self, is_upper: bool) -> f64 {
+        if is_upper { self.half_height } else { -self.half_height }
+    }
+}
+
 /// The plane of a face: normal·x = offset, with the core behind it.
 #[derive(Clone, Copy)]
 pub(crate) struct FacePlane {

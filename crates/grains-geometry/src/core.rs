@@ -4,7 +4,7 @@ use crate::convex::cone::Cone;
 use crate::convex::feature::Feature;
 use crate::convex::polyhedron::Polyhedron;
 use crate::convex::surface_points::SurfaceElement;
-use crate::convex::{Convex, Support, normal_to};
+use crate::convex::{Convex, Rims, Support, normal_to};
 use crate::superellipsoid::Superellipsoid;
 use crate::{Face, Mat3, Vec3};
 use std::sync::Arc;
@@ -226,6 +226,15 @@ impl Core {
     pub fn ellipsoid(&self) -> Option<&Superellipsoid> {
         match self {
             Self::Superellipsoid(body) if body.is_ellipsoid() => Some(body),
+            _ => None,
+        }
+    }
+
+    /// The rims of a cylinder.
+    #[inline(always)]
+    pub(crate) fn rims(&self) -> Option<Rims> {
+        match *self {
+            Self::Cylinder { radius, half_height } => Some(Rims { radius, half_height }),
             _ => None,
         }
     }

@@ -24,6 +24,7 @@ mod search;
 mod smooth;
 mod start;
 
+pub use cylinders::{CylinderMarks, CylinderQueries};
 pub use ellipsoids::EllipsoidQueries;
 pub(crate) use smooth::penetration as smooth_penetration;
 pub use start::{StartForm, read_surfaces, write_surfaces};

@@ -181,12 +181,7 @@ impl Reader<'_> {
                 particle.shape = Some(Superquadric { semi_axes, blockiness: [row[6], row[7]] });
             }
         }
-        if style != AtomStyle::Ellipsoid {
-            let size = particle.radius.or(particle.shape.map(|s| s.semi_axes[0])).unwrap_or(0.0);
-            if !(size > 0.0 && particle.density.is_some_and(|d| d > 0.0)) {
-                return Err("a particle needs a size and a density above 0".into());
-            }
-        }
+        particle.check()?;
         match self.rows.insert(particle.id, particle) {
             Some(first) => Err(format!("atom {} is there twice", first.id)),
             None => Ok(()),
@@ -227,6 +222,7 @@ impl Reader<'_> {
             false => particle.shape = Some(Superquadric { semi_axes, blockiness: [2.0; 2] }),
         }
         particle.orientation = Some([qw, qx, qy, qz]);
+        particle.check()?;
         Ok(())
     }
 

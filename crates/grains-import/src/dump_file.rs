@@ -235,6 +235,7 @@ impl Frame {
                 };
                 Some(mass / volume)
             });
+            particle.check()?;
             let numbers = [particle.position, particle.velocity, particle.angular_velocity].concat();
             match numbers.iter().all(|x| x.is_finite()) {
                 true => Ok(particle),

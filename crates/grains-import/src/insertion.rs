@@ -66,7 +66,8 @@ impl Script {
             other => return Err(format!("{other} has no counterpart")),
         };
         let kind = kind.unwrap_or(1.0) as usize;
-        let template = Template { name: id.to_owned(), kind, density, form, source: source.clone() };
+        let template =
+            Template { name: id.to_owned(), kind, density, form, source: source.clone() }.checked()?;
         self.templates.insert(id.to_owned(), template);
         Ok(Outcome::Translated)
     }
@@ -301,7 +302,8 @@ impl Script {
             density: self.units.si(density, DENSITY),
             form,
             source: source.clone(),
-        };
+        }
+        .checked()?;
         let fraction = match Self::behind(rest, "vol") {
             Some(words) => self.number(words.first().map_or("", String::as_str))?,
             None => 0.25,

@@ -64,7 +64,31 @@ pub struct Particle {
     pub orientation: Option<[f64; 4]>,
 }
 
+/// Refuses sizes (m) and densities (kg/m³) that no body has.
+///
+/// # Errors
+/// The first that is not above 0.
+pub fn check_sizes(sizes: impl IntoIterator<Item = f64>, density: Option<f64>) -> Result<(), String> {
+    let is_real = |x: f64| x > 0.0 && x.is_finite();
+    if let Some(size) = sizes.into_iter().find(|size| !is_real(*size)) {
+        return Err(format!("a size of {size:e} m: sizes must be above 0"));
+    }
+    match density.filter(|density| !is_real(*density)) {
+        Some(density) => Err(format!("a density of {density:e} kg/m3: densities must be above 0")),
+        None => Ok(()),
+    }
+}
+
 impl Particle {
+    /// Refuses sizes and densities that no particle has.
+    ///
+    /// # Errors
+    /// The first that is not above 0, with the number of the particle.
+    pub fn check(&self) -> Result<(), String> {
+        let sizes = self.radius.into_iter().chain(self.shape.into_iter().flat_map(|shape| shape.semi_axes));
+        check_sizes(sizes, self.density).map_err(|e| format!("atom {} has {e}", self.id))
+    }
+
     /// A sphere at rest at the origin that nothing is known of but its number and type.
     pub fn new(id: u64, kind: usize) -> Self {
         Self {

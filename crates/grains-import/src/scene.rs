@@ -3,7 +3,7 @@
 use crate::laws::PairLaw;
 use crate::liggghts_law::Style;
 use crate::meshes::PlacedMesh;
-use crate::particles::{Particle, Superquadric};
+use crate::particles::{Particle, Superquadric, check_sizes};
 use crate::report::Source;
 use grains_case::{Motion, Place, WallKind};
 use std::collections::BTreeSet;
@@ -179,6 +179,21 @@ pub struct Template {
 }
 
 impl Template {
+    /// The kind of particle, if there can be one.
+    ///
+    /// # Errors
+    /// Sizes and densities that are not above 0.
+    pub fn checked(self) -> Result<Self, String> {
+        let density = Some(self.density);
+        match &self.form {
+            Form::Sphere(radius) => check_sizes([*radius], density),
+            Form::SphereRange(radii) => check_sizes(*radii, density),
+            Form::Superquadric(shape) => check_sizes(shape.semi_axes, density),
+            Form::Spheres(spheres) => check_sizes(spheres.iter().map(|(_, radius)| *radius), density),
+        }?;
+        Ok(self)
+    }
+
     /// Its expected mass (kg).
     pub fn mass(&self) -> f64 {
         self.density * self.form.volume()

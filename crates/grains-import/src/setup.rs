@@ -260,7 +260,10 @@ impl Script {
             _ => return Ok(0),
         };
         for index in chosen {
-            change(&mut self.scene.start[*index]);
+            let mut particle = self.scene.start[*index].clone();
+            change(&mut particle);
+            particle.check()?;
+            self.scene.start[*index] = particle;
         }
         Ok(used)
     }

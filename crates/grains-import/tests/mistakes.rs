@@ -22,7 +22,7 @@ fn utf_16(text: &str) -> Vec<u8> {
 fn files_that_are_none_are_named_with_what_to_give() {
     let home = folder("mistakes_files");
     let latin: Vec<u8> = DATA.replace("data\n", "K\u{f6}rner\n").chars().map(|c| c as u8).collect();
-    let rows: [(&str, &str, Vec<u8>, &str); 17] = [
+    let rows: [(&str, &str, Vec<u8>, &str); 21] = [
         ("a script in UTF-16", "in.a", utf_16(SCRIPT), "save it in UTF-8"),
         ("data in UTF-16", "a.data", utf_16(DATA), "save it in UTF-8"),
         ("a dump in UTF-16", "a.dump", utf_16(DUMP), "save it in UTF-8"),
@@ -39,6 +39,10 @@ fn files_that_are_none_are_named_with_what_to_give() {
         ("units real", "in.e", SCRIPT.replace("units si", "units real").into(), "units real"),
         ("units metal", "in.f", SCRIPT.replace("units si", "units metal").into(), "convert its numbers"),
         ("decimal commas in data", "c.data", DATA.replace("0.01", "0,01").into(), "decimals have a point"),
+        ("a size below 0 in data", "d.data", DATA.replace("0.01", "-0.01").into(), "must be above 0"),
+        ("a density of 0 in data", "e.data", DATA.replace("2500", "0").into(), "must be above 0"),
+        ("a size below 0 in a dump", "d.dump", DUMP.replace("0.005", "-0.005").into(), "must be above 0"),
+        ("a size of 0 in a dump", "e.dump", DUMP.replace("0.005", "0").into(), "must be above 0"),
         ("decimal commas in a dump", "c.dump", DUMP.replace("0.5", "0,5").into(), "decimals have a point"),
     ];
     for (what, name, bytes, words) in rows {
@@ -96,5 +100,42 @@ fn numbers_of_steps_that_cannot_be_are_refused_by_the_command() {
         let _ = import(&[home.join("in.a")], &home.join("to"), &Options::default());
         let report = fs::read_to_string(home.join("to/import.txt")).unwrap();
         assert!(report.contains("steps: must be between 0 and 9e15"), "{steps}: {report}");
+    }
+}
+
+#[test]
+fn sizes_and_densities_that_no_body_has_are_refused_wherever_they_are_given() {
+    let home = folder("mistakes_sizes");
+    let region = "region r block 0 .1 0 .1 0 .1 units box";
+    let template = |style: &str| format!("fix t all particletemplate/{style}");
+    for value in ["0", "-1e-3", "1e-3-2e-3"] {
+        let commands = [
+            format!("{region}\nfix p all pour 9 1 7 region r diam one {value} dens 2500 2500"),
+            format!("{region}\nfix p all pour 9 1 7 region r diam range {value} 1e-3 dens 2500 2500"),
+            format!("{region}\nfix p all pour 9 1 7 region r diam one 1e-3 dens {value} {value}"),
+            format!("{} 1 atom_type 1 density constant {value} radius constant 1e-3", template("sphere")),
+            format!("{} 1 atom_type 1 density constant 2500 radius constant {value}", template("sphere")),
+            format!(
+                "{} 1 atom_type 1 density constant 2500 shape constant 1e-3 {value} 1e-3 blockiness constant 2 2",
+                template("superquadric")
+            ),
+            format!(
+                "{} 1 atom_type 1 density constant 2500 nspheres 1 ntry 9 spheres 0 0 0 {value} type 1",
+                template("multisphere")
+            ),
+            format!("set type 1 density {value}"),
+            format!("set type 1 diameter {value}"),
+        ];
+        for command in commands {
+            fs::write(home.join("a.data"), DATA).unwrap();
+            fs::write(
+                home.join("in.a"),
+                format!("{SCRIPT}read_data a.data add append\ntimestep 1e-5\n{command}\nrun 10\n"),
+            )
+            .unwrap();
+            let _ = import(&[home.join("in.a")], &home.join("to"), &Options::default());
+            let report = fs::read_to_string(home.join("to/import.txt")).unwrap();
+            assert!(report.contains("must be above 0"), "{command}: {report}");
+        }
     }
 }

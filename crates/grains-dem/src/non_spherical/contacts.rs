@@ -11,11 +11,10 @@ use super::found::Contacts;
 use super::histories::Histories;
 use super::list::PartPairList;
 use super::pairs::PartPair;
+use super::window::Window;
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::error::{StepError, vector};
-use crate::narrow_phase::{
-    Meeting, PartContact, PlacedPart, Pose, contact_patch, gap_across_plane, meet_parts,
-};
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, gap_across_plane, meet_parts};
 use crate::particles::Particles;
 use grains_geometry::{ContactPatch, GjkError, Vec3};
 
@@ -31,7 +30,7 @@ pub(crate) fn meet(
 ) -> Result<(), StepError> {
     let PartPairList { pairs, histories, found, .. } = list;
     for group in pairs.chunk_by_mut(PartPair::is_of_same_particles) {
-        find_contacts(particles, group, histories, catalogue, found)?;
+        find_contacts(particles, group, histories, catalogue, (found, None))?;
         for item in &found.items {
             visit(&group[item.place], &item.contact, found.footprint(item));
         }
@@ -40,12 +39,14 @@ pub(crate) fn meet(
 }
 
 /// Finds which pairs of parts of two particles touch; their points are taken from the centre of mass of the first.
+///
+/// Distances that the window has found are not looked for again.
 pub(super) fn find_contacts(
     particles: &Particles,
     group: &mut [PartPair],
     histories: &mut Histories,
     catalogue: &Catalogue,
-    found: &mut Contacts,
+    (found, mut window): (&mut Contacts, Option<&mut Window>),
 ) -> Result<(), StepError> {
     found.clear();
     let (a, b) = (group[0].a as usize, group[0].b as usize);
@@ -76,6 +77,7 @@ pub(super) fn find_contacts(
                 continue;
             }
         }
+        let found = (&mut *found, window.as_deref_mut());
         find_contact(place, pair, &poses, &separation, histories, (catalogue.faces, reach), found).map_err(
             |reason| StepError::Distance {
                 id: particles.ids[a],
@@ -97,7 +99,7 @@ fn find_contact(
     separation: &Vec3,
     histories: &mut Histories,
     (faces, reach): (FaceContact, f64),
-    found: &mut Contacts,
+    (found, window): (&mut Contacts, Option<&mut Window>),
 ) -> Result<(), GjkError> {
     let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
     let between = separation + (part_b.offset - part_a.offset);
@@ -105,6 +107,11 @@ fn find_contact(
     if between.norm_squared() >= range * range {
         pair.part();
         pair.separate_by(&between);
+        return Ok(());
+    }
+    let parts = [&part_a, &part_b];
+    if let Some(contact) = window.and_then(|window| window.contact(pair, parts, histories)) {
+        found.take(place, contact, parts, &between, faces);
         return Ok(());
     }
     let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
@@ -119,16 +126,10 @@ fn find_contact(
             pair.part();
             pair.separate_by(&normal);
         }
-        Meeting::Touching(mut contact) => {
+        Meeting::Touching(contact) => {
             histories.begin(pair);
             histories.keep_start(pair, cores, &found.simplex);
-            let touches = contact.overlap > 0.0;
-            let is_multi_point = touches && faces == FaceContact::MultiPoint && part_a.vertices.is_none();
-            let footprint = is_multi_point
-                .then(|| contact_patch(&part_a, part_b.core, &placement, part_b.crust, &mut contact))
-                .flatten();
-            contact.point += part_a.offset;
-            found.push(place, contact, footprint);
+            found.take(place, contact, parts, &between, faces);
         }
     }
     Ok(())

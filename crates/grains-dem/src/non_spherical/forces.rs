@@ -2,13 +2,13 @@
 
 use super::batch::PointBatch;
 use super::contacts::find_contacts;
-use super::ellipsoids::EllipsoidBatch;
 use super::found::{Contacts, Found};
 use super::histories::{Histories, Springs};
 use super::list::PartPairList;
 use super::pairs::PartPair;
 use super::point_contact::PartPoint;
-use crate::catalogue::{Catalogue, ContactTable};
+use super::window::Window;
+use crate::catalogue::{Catalogue, ContactTable, FaceContact};
 use crate::contact_history::LawHistory;
 use crate::contacts::{ContactPass, Kept, Overlapping, PairLaw, PatchShare, Screw, SeveralContacts, either};
 use crate::films::{Partner, end_bridge, follow_bridge};
@@ -21,26 +21,19 @@ use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
 ///
-/// Ellipsoids that touched in the last step wait for others before their distance is found, and particles that touch in one point, the
-/// majority, before their loads are; sums of loads are exact in any order.
+/// The distances of some parts that touched in the last step are found together for a window of the list, and particles that touch in one
+/// point, the majority, wait for others before their loads are found; sums of loads are exact in any order.
 pub(crate) fn add_forces(
     particles: &mut Particles,
     (list, range): (&mut PartPairList, Range<usize>),
     pass: &mut ContactPass,
 ) {
-    let PartPairList { pairs, histories, found, batch, ellipsoids, has_ellipsoids } = list;
+    let PartPairList { pairs, histories, found, batch, window, has_windows } = list;
     let mut forces = PairForces { particles, pairs: &mut pairs[range], histories, found, batch, pass };
     let mut start = 0;
-    while start < forces.pairs.len() {
-        let group = start..end_of_group(forces.pairs, start);
-        start = group.end;
-        if !(*has_ellipsoids && forces.leaves_to(ellipsoids, &group)) {
-            forces.add_group(group);
-        } else if ellipsoids.is_full() {
-            forces.add_ellipsoids(ellipsoids);
-        }
+    while let Some(group) = forces.next_group(window, *has_windows, &mut start) {
+        forces.add_group(group, has_windows.then_some(&mut **window));
     }
-    forces.add_ellipsoids(ellipsoids);
     forces.finish();
 }
 
@@ -55,41 +48,46 @@ struct PairForces<'a, 'b> {
 }
 
 impl PairForces<'_, '_> {
-    /// Whether the pairs of two particles are one of ellipsoids, which waits for others.
+    /// Contact of two particles of single parts that the window has, if it has no patch and no bridge.
     #[inline(always)]
-    fn leaves_to(&self, ellipsoids: &mut EllipsoidBatch, group: &Range<usize>) -> bool {
+    fn contact_in(&mut self, window: &mut Window, place: usize) -> Option<PartContact> {
         let Self { particles, pairs, histories, pass, .. } = self;
-        let pair = (group.start, &pairs[group.start]);
-        // A bridge fed by films changes these, in the order of the list.
-        group.len() == 1
-            && !particles.is_wet()
-            && ellipsoids.takes(pair, histories, particles, pass.catalogue)
+        let is_plain = pass.catalogue.faces != FaceContact::MultiPoint && !particles.is_wet();
+        let pair = &pairs[place];
+        is_plain.then(|| window.contact_of_particles(pair, particles, pass.catalogue, histories)).flatten()
     }
 
-    /// Adds the loads of the ellipsoids that wait.
-    fn add_ellipsoids(&mut self, ellipsoids: &mut EllipsoidBatch) {
-        for k in 0..ellipsoids.solve() {
-            let place = ellipsoids.place(k);
-            let Self { particles, pairs, histories, pass, .. } = self;
-            let pair = &pairs[place];
-            match ellipsoids.contact((k, pair), histories, particles, pass.catalogue) {
-                Some(contact) => {
-                    note_heat(pass, pair, histories, (contact.overlap, None));
-                    self.add_point(place, &contact, 0.0);
-                }
-                None => self.add_group(place..place + 1),
+    /// The next pairs of two particles from `start` on; `has_windows` leaves out those that are known to be apart.
+    #[inline(always)]
+    fn next_group(&self, window: &mut Window, has_windows: bool, start: &mut usize) -> Option<Range<usize>> {
+        let Self { particles, pairs, histories, pass, .. } = self;
+        if has_windows {
+            while *start < pairs.len() && !window.has_groups() {
+                *start = window.fill(pairs, *start, histories, particles, pass.catalogue);
             }
+            return window.next_group();
         }
-        ellipsoids.clear();
+        let first = pairs.get(*start)?;
+        let group = *start..*start + first.number_of_same_particles(&pairs[*start..]);
+        *start = group.end;
+        Some(group)
     }
 
     /// Adds the loads of the pairs of two particles.
     #[inline(always)]
-    fn add_group(&mut self, group: Range<usize>) {
+    fn add_group(&mut self, group: Range<usize>, mut window: Option<&mut Window>) {
+        if let Some(window) = &mut window
+            && group.len() == 1
+            && let Some(contact) = self.contact_in(window, group.start)
+        {
+            note_heat(self.pass, &self.pairs[group.start], self.histories, (contact.overlap, None));
+            self.add_point(group.start, &contact, 0.0);
+            return;
+        }
         let Self { particles, pairs, histories, found, pass, .. } = self;
         let pairs = &mut pairs[group.clone()];
         let mut bridge = bridge_of(pairs, histories, particles);
-        if let Err(error) = find_contacts(particles, pairs, histories, pass.catalogue, found) {
+        if let Err(error) = find_contacts(particles, pairs, histories, pass.catalogue, (found, window)) {
             pass.statistics.error = Some(error);
             return;
         }
@@ -284,11 +282,4 @@ fn overlapping(particles: &Particles, pair: &PartPair, catalogue: &Catalogue) ->
         radius: catalogue.smaller_inscribed_radius([a, b].map(|i| &particles.bodies[i])),
         position: particles.bodies[a].position,
     }
-}
-
-/// End of the pairs of the same two bodies from `start` on.
-#[inline(always)]
-fn end_of_group(pairs: &[PartPair], start: usize) -> usize {
-    let is_other = |pair: &PartPair| !pair.is_of_same_particles(&pairs[start]);
-    pairs[start + 1..].iter().position(is_other).map_or(pairs.len(), |length| start + 1 + length)
 }

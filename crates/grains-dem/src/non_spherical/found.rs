@@ -1,7 +1,8 @@
 //! Contacts found in a group of pairs.
 
-use crate::narrow_phase::PartContact;
-use grains_geometry::{ContactPatch, Simplex};
+use crate::catalogue::FaceContact;
+use crate::narrow_phase::{PartContact, PlacedPart, contact_patch};
+use grains_geometry::{ContactPatch, Simplex, Vec3};
 
 /// Contacts of the pairs of two particles.
 #[derive(Clone, Debug, Default)]
@@ -28,9 +29,25 @@ impl Contacts {
         self.footprints.clear();
     }
 
-    /// Adds a contact of the pair at `place` in its group.
+    /// Takes the contact, its point from the centre of the first part, of two parts `between` (m) apart, the pair at `place` in its group.
     #[inline(always)]
-    pub(super) fn push(&mut self, place: usize, contact: PartContact, footprint: Option<ContactPatch>) {
+    pub(super) fn take(
+        &mut self,
+        place: usize,
+        mut contact: PartContact,
+        [a, b]: [&PlacedPart; 2],
+        between: &Vec3,
+        faces: FaceContact,
+    ) {
+        let touches = contact.overlap > 0.0;
+        let is_multi_point = touches && faces == FaceContact::MultiPoint && a.vertices.is_none();
+        let footprint = is_multi_point
+            .then(|| {
+                let placement = a.placement(&b.rotation, b.scale, between);
+                contact_patch(a, b.core, &placement, b.crust, &mut contact)
+            })
+            .flatten();
+        contact.point += a.offset;
         let footprint = footprint.map(|footprint| {
             self.footprints.push(footprint);
             self.footprints.len() as u32 - 1

@@ -6,7 +6,7 @@
 use super::pairs::PartPair;
 use crate::contact_history::{ContactHistory, LawHistory};
 use crate::memory_use::{heap_bytes, make_room};
-use grains_geometry::gjk::{StartForm, read_surfaces, write_surfaces};
+use grains_geometry::gjk::{CylinderMarks, StartForm, read_surfaces, write_surfaces};
 use grains_geometry::{Core, Simplex, Vec3};
 
 /// Of the place of a start: it is that of a whole simplex.
@@ -143,6 +143,20 @@ impl Histories {
         if let (0, Some(form)) = (place & WHOLE, StartForm::of(cores[0], cores[1])) {
             form.write(cores, room, &mut self.words[place as usize..]);
         }
+    }
+
+    /// Features of two cylinders that touched from which their query starts; `None` if it is cold.
+    #[inline(always)]
+    pub(super) fn start_of_cylinders(&self, pair: &PartPair) -> Option<CylinderMarks> {
+        let first = self.starts[pair.place as usize] as usize;
+        CylinderMarks::read(&self.words[first..])
+    }
+
+    /// Keeps the features of two cylinders that touch.
+    #[inline(always)]
+    pub(super) fn set_start_of_cylinders(&mut self, pair: &PartPair, marks: &CylinderMarks) {
+        let first = self.starts[pair.place as usize] as usize;
+        CylinderMarks::write(Some(marks), &mut self.words[first..]);
     }
 
     /// Point of the first of two ellipsoids that touched from which their query starts, in the frame of the body (m); `None` if it is

@@ -1,10 +1,10 @@
 //! All pairs of parts of a rank.
 
 use super::batch::PointBatch;
-use super::ellipsoids::EllipsoidBatch;
 use super::found::Contacts;
 use super::histories::Histories;
 use super::pairs::PartPair;
+use super::window::Window;
 use crate::catalogue::Catalogue;
 use crate::contact_history::{ContactHistory, LawHistory};
 use crate::memory_use::{heap_bytes, make_room};
@@ -18,9 +18,9 @@ pub(crate) struct PartPairList {
     pub(super) histories: Histories,
     pub(super) found: Contacts,
     pub(super) batch: Box<PointBatch>,
-    pub(super) ellipsoids: Box<EllipsoidBatch>,
-    /// Whether there has been a pair of ellipsoids.
-    pub(super) has_ellipsoids: bool,
+    pub(super) window: Box<Window>,
+    /// Whether there has been a pair of parts whose distances are found together.
+    pub(super) has_windows: bool,
 }
 
 impl PartPairList {
@@ -48,7 +48,7 @@ impl PartPairList {
         let place = self.pairs.len() as u32;
         let mut pair = PartPair { a, b, parts, place, axis: Vec3::zeros(), separated_until };
         pair.separate_by(between);
-        self.has_ellipsoids |= cores.iter().all(|core| core.ellipsoid().is_some());
+        self.has_windows |= Window::is_for(cores);
         self.histories.push(cores, known.unwrap_or(&ContactHistory::default()));
         make_room(&mut self.pairs, 1);
         self.pairs.push(pair);

@@ -2,13 +2,13 @@
 
 mod batch;
 mod contacts;
-mod ellipsoids;
 mod forces;
 mod found;
 mod histories;
 mod list;
 mod pairs;
 mod point_contact;
+mod window;
 
 pub(crate) use contacts::meet;
 pub(crate) use forces::add_forces;

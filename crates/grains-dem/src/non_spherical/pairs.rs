@@ -27,6 +27,12 @@ impl PartPair {
         (self.a, self.b) == (other.a, other.b)
     }
 
+    /// Number of pairs that follow each other from this one on, the first of the list, and are of the same particles.
+    #[inline(always)]
+    pub(super) fn number_of_same_particles(&self, list: &[Self]) -> usize {
+        list.iter().position(|pair| !pair.is_of_same_particles(self)).unwrap_or(list.len())
+    }
+
     /// Whether the pair touched in the last step.
     pub(super) fn is_touching(&self) -> bool {
         self.separated_until == Self::TOUCHING

@@ -11,17 +11,17 @@ use crate::convex::{NO_DIRECTION, Rims, Support};
 use crate::{Placement, Vec3};
 
 /// Newton steps before giving up; a start 1e-4 off takes two.
-const MAX_STEPS: usize = 6;
+pub(super) const MAX_STEPS: usize = 6;
 /// Step (rad) after which the next one, its square, would change the normal by less than asked.
-const LAST_STEP: f64 = 1e-5;
+pub(super) const LAST_STEP: f64 = 1e-5;
 /// Largest credible step (rad).
 const LONGEST_STEP: f64 = 0.5;
 /// Squared sine of the angle below which two linear freedoms are one.
-const PARALLEL: f64 = 1e-14;
+pub(super) const PARALLEL: f64 = 1e-14;
 /// Error of the nearest points, relative to their distance from the bases, still taken for rounding.
-const CLOSURE: f64 = 1e-14;
+pub(super) const CLOSURE: f64 = 1e-14;
 /// Cosine between points of a circle above which they mark one point of it, below which a disc.
-const SAME_POINT: f64 = 0.9;
+pub(super) const SAME_POINT: f64 = 0.9;
 
 /// Range of the linear freedoms of a feature, in units of its edges.
 #[derive(Clone, Copy)]
@@ -48,12 +48,13 @@ impl Range {
 /// Circle: centre + cosine·c + sine·s with (c, s) the present point. All zero if there is none, so
 /// that the equations need no cases.
 #[derive(Clone, Copy)]
-struct Circle {
-    cosine: Vec3,
-    sine: Vec3,
-    angle: [f64; 2],
+pub(super) struct Circle {
+    pub cosine: Vec3,
+    pub sine: Vec3,
+    /// Cosine and sine of the angle of the present point.
+    pub angle: [f64; 2],
     /// 1 if there is no circle: the second derivative by an angle that does not matter.
-    idle: f64,
+    pub idle: f64,
 }
 
 impl Circle {
@@ -63,7 +64,7 @@ impl Circle {
     }
 
     #[inline(always)]
-    fn radial(&self) -> Vec3 {
+    pub(super) fn radial(&self) -> Vec3 {
         self.cosine * self.angle[0] + self.sine * self.angle[1]
     }
 
@@ -74,21 +75,21 @@ impl Circle {
 
     /// Moves the point by `step` radians, to third order.
     #[inline(always)]
-    fn turn(&mut self, step: f64) {
+    pub(super) fn turn(&mut self, step: f64) {
         let [c, s] = self.angle;
         let inverse = 1.0 / (1.0 + step * step).sqrt();
         self.angle = [(c - s * step) * inverse, (s + c * step) * inverse];
     }
 
-    /// Moves to the point farthest along `direction`; stays if all points are equally far.
+    /// Cosine and sine of the point farthest along `direction`; those of the present one if all points are equally far.
     #[inline(always)]
-    fn face(&mut self, direction: &Vec3) {
+    pub(super) fn facing(&self, direction: &Vec3) -> [f64; 2] {
         let (c, s) = (self.cosine.dot(direction), self.sine.dot(direction));
         let squared = c * c + s * s;
-        if squared > NO_DIRECTION {
-            let norm = squared.sqrt();
-            self.angle = [c / norm, s / norm];
-        }
+        let norm = squared.sqrt();
+        let is_direction = squared > NO_DIRECTION;
+        let [present_c, present_s] = self.angle;
+        [if is_direction { c / norm } else { present_c }, if is_direction { s / norm } else { present_s }]
     }
 }
 
@@ -291,41 +292,58 @@ pub(super) fn touch<A: Support, B: Support>(
 fn face(a: &mut Circle, b: &mut Circle, center: &Vec3, normal: &Vec3) -> bool {
     let w = center + b.radial() - a.radial();
     let normal = if normal.dot(&w) < 0.0 { -normal } else { *normal };
-    a.face(&normal);
-    b.face(&-normal);
+    a.angle = a.facing(&normal);
+    b.angle = b.facing(&-normal);
     true
 }
 
 /// Newton's method for the smallest ½|v|² over the angles; false if it leaves the neighbourhood.
-///
-/// `outside` is the projection P beside the freedoms. With v = P(center + b − a): ∂v/∂α = −P a', ∂v/∂β = P b', and a'' = −a, b'' = −b for circles.
 #[inline(always)]
 fn descend(a: &mut Circle, b: &mut Circle, center: &Vec3, outside: impl Fn(&Vec3) -> Vec3) -> bool {
     for _ in 0..MAX_STEPS {
-        let (radial_a, radial_b) = (a.radial(), b.radial());
-        let v = outside(&(center + radial_b - radial_a));
-        let (along_a, along_b) = (outside(&-a.tangent()), outside(&b.tangent()));
-        let haa = along_a.norm_squared() + v.dot(&radial_a) + a.idle;
-        let hbb = along_b.norm_squared() - v.dot(&radial_b) + b.idle;
-        let (ga, gb, hab) = (v.dot(&along_a), v.dot(&along_b), along_a.dot(&along_b));
-        let determinant = haa * hbb - hab * hab;
-        let inverse = 1.0 / determinant;
-        let (step_a, step_b) = ((hab * gb - hbb * ga) * inverse, (hab * ga - haa * gb) * inverse);
-        let step = step_a.abs().max(step_b.abs());
-        let minimum = haa > 0.0 && determinant > 0.0;
-        if !minimum || step > LONGEST_STEP {
+        let [step_a, step_b] = newton_step(a, b, center, &outside);
+        if step_a.is_infinite() {
             return false;
         }
         a.turn(step_a);
         b.turn(step_b);
-        if step < LAST_STEP {
+        if step_a.abs().max(step_b.abs()) < LAST_STEP {
             return true;
         }
     }
     false
 }
 
+/// A step of Newton's method for the smallest ½|v|² over the angles (rad); infinite if it leaves the neighbourhood.
+///
+/// `outside` is the projection P beside the freedoms. With v = P(center + b − a): ∂v/∂α = −P a', ∂v/∂β = P b', and a'' = −a, b'' = −b for circles.
+#[inline(always)]
+pub(super) fn newton_step(
+    a: &Circle,
+    b: &Circle,
+    center: &Vec3,
+    outside: impl Fn(&Vec3) -> Vec3,
+) -> [f64; 2] {
+    let (radial_a, radial_b) = (a.radial(), b.radial());
+    let v = outside(&(center + radial_b - radial_a));
+    let (along_a, along_b) = (outside(&-a.tangent()), outside(&b.tangent()));
+    let haa = along_a.norm_squared() + v.dot(&radial_a) + a.idle;
+    let hbb = along_b.norm_squared() - v.dot(&radial_b) + b.idle;
+    let (ga, gb, hab) = (v.dot(&along_a), v.dot(&along_b), along_a.dot(&along_b));
+    let determinant = haa * hbb - hab * hab;
+    let inverse = 1.0 / determinant;
+    let steps = [(hab * gb - hbb * ga) * inverse, (hab * ga - haa * gb) * inverse];
+    let is_minimum = (haa > 0.0) & (determinant > 0.0);
+    let is_near = is_minimum & (steps[0].abs().max(steps[1].abs()) <= LONGEST_STEP);
+    steps.map(|step| if is_near { step } else { f64::INFINITY })
+}
+
 impl Touch {
+    /// Nearest points of features of two cylinders, with those on their circles (m).
+    pub(super) fn new(v: Vec3, point_a: Vec3, [rim_a, rim_b]: [Option<[f64; 2]>; 2]) -> Self {
+        Self { v, point_a, rim_a, rim_b }
+    }
+
     /// Moves the points of the simplex on the circles to where the bodies touch now.
     pub(super) fn refresh(&self, simplex: &mut Simplex) {
         let len = simplex.len as usize;

@@ -1,10 +1,11 @@
 //! The search for the nearest simplex, compiled once for each pair of kinds of cores.
 
 use super::curved::{self, Touch};
+use super::cylinders::{Guess, Touching};
 use super::nearest::{Nearest, nearest};
-use super::query::{Query, combine};
+use super::query::{Bounds, Query, combine};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
-use super::{cylinders, ellipsoids, smooth};
+use super::{ellipsoids, smooth};
 use crate::convex::Support;
 use crate::core::with_convex;
 use crate::{Core, Superellipsoid, Vec3};
@@ -147,7 +148,7 @@ impl Query<'_> {
 
     /// Answers for a pair with a cylinder: cold, from the features that are guessed; if it touched in the last step, from those that touched.
     ///
-    /// Those of three points wait for the search, which often ends where it begins.
+    /// Those of three points of which not both are of cylinders wait for the search, which often ends where it begins.
     #[inline(always)]
     fn start_curved<A: Support, B: Support>(
         &self,
@@ -163,6 +164,7 @@ impl Query<'_> {
         match simplex.len {
             0 => self.guess(a, b, size, simplex, |pair| pair.beside_axes()),
             1 | 2 => self.touch(a, b, simplex, &[0.0; 4], size),
+            3 if a.rims().is_some() && b.rims().is_some() => self.touch(a, b, simplex, &[0.0; 4], size),
             _ => None,
         }
     }
@@ -286,25 +288,18 @@ impl Query<'_> {
         Pair { a, b, w: self.placement.apply(&b) - a }
     }
 
-    /// With the support function h, (v·t − h_A(v) − h_B(−v))/|v| is a lower bound of the distance.
-    ///
-    /// It is compared in squares to spare the root. A bound clearly above |v| says that v joins no points of the
-    /// cores: that is no answer either.
+    /// What the support points in direction ∓v say of v.
     #[inline(always)]
     fn judge<A: Support, B: Support>(&self, a: &A, b: &B, v: &Vec3, squared: f64, tolerance: f64) -> Verdict {
         let reach = b.height(&-self.placement.matrix.tr_mul(v));
-        let height = v.dot(&self.placement.translation) - a.height(v) - reach;
-        if height > 0.0 && height * height > self.cutoff * self.cutoff * squared {
-            return Verdict::Beyond;
+        let bounds = Bounds { squared, height: v.dot(&self.placement.translation) - a.height(v) - reach };
+        if bounds.are_beyond(self.cutoff) {
+            Verdict::Beyond
+        } else if bounds.are_closed(tolerance) {
+            Verdict::Nearest
+        } else {
+            Verdict::Improvable { gap: bounds.slack().abs() / squared.sqrt() }
         }
-        let slack = squared - height;
-        let off = slack * slack;
-        // Rounding may put the bound a little above.
-        let is_above = slack <= 0.0 && off <= (STALLED_TOLERANCE / TOLERANCE * tolerance).powi(2) * squared;
-        if is_above || off <= tolerance * tolerance * squared {
-            return Verdict::Nearest;
-        }
-        Verdict::Improvable { gap: slack.abs() / squared.sqrt() }
     }
 
     /// Solves the touching features as equations and certifies the result like any other.
@@ -319,7 +314,14 @@ impl Query<'_> {
         if a.superellipsoid().is_some() || b.superellipsoid().is_some() {
             return self.touch_smooth(a, b, simplex, Some(weights));
         }
-        let touch: Touch = curved::touch(a, b, self.placement, simplex)?;
+        let lines_or_rims = match (a.rims(), b.rims()) {
+            (Some(first), Some(second)) => Touching::of([first, second], self.placement, simplex),
+            _ => None,
+        };
+        let touch: Touch = match lines_or_rims {
+            Some(touching) => touching.solved()?,
+            None => curved::touch(a, b, self.placement, simplex)?,
+        };
         let squared = touch.v.norm_squared();
         if squared <= (MEETING * size).powi(2) {
             return None;
@@ -338,9 +340,9 @@ impl Query<'_> {
         b: &B,
         size: f64,
         simplex: &mut Simplex,
-        features: impl Fn(&cylinders::Pair) -> Option<Simplex>,
+        features: impl Fn(&Guess) -> Option<Simplex>,
     ) -> Option<Separation> {
-        let pair = cylinders::Pair { a: a.rims()?, b: b.rims()?, placement: self.placement };
+        let pair = Guess { a: a.rims()?, b: b.rims()?, placement: self.placement };
         let mut guessed = features(&pair)?;
         let answer = self.touch(a, b, &mut guessed, &[0.0; 4], size)?;
         *simplex = guessed;
@@ -367,7 +369,7 @@ impl Query<'_> {
 }
 
 #[inline(always)]
-fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
+pub(super) fn apart(v: Vec3, squared: f64, point_a: Vec3) -> Separation {
     let distance = squared.sqrt();
     Separation::Apart { distance, normal: v / distance, point_a, point_b: point_a + v }
 }

@@ -1,9 +1,10 @@
 //! What is kept of a simplex from one query to the next, in few words.
 //!
 //! The points of a simplex are corners of the cores, told by their numbers, or the foot of a corner on a face. Of two
-//! superellipsoids they are the nearest points of the surfaces. Only simplexes with bodies of revolution are kept whole.
+//! superellipsoids they are the nearest points of the surfaces, of two cylinders the features that touch. Only simplexes with one body of
+//! revolution, or with cones, are kept whole.
 
-use super::Simplex;
+use super::{Simplex, cylinders};
 use crate::convex::Convex;
 use crate::core::with_convex;
 use crate::{Core, Vec3};
@@ -24,6 +25,8 @@ pub enum StartForm {
     Corners,
     /// A point of each surface.
     Surfaces,
+    /// Rims, lines or discs of two cylinders.
+    Marks,
 }
 
 impl StartForm {
@@ -33,6 +36,8 @@ impl StartForm {
         let is_smooth = |core: &Core| matches!(core, Core::Superellipsoid(body) if body.is_smooth());
         if is_smooth(a) && is_smooth(b) {
             Some(Self::Surfaces)
+        } else if matches!((a, b), (Core::Cylinder { .. }, Core::Cylinder { .. })) {
+            Some(Self::Marks)
         } else {
             (has_few_corners(a) && has_few_corners(b)).then_some(Self::Corners)
         }
@@ -44,10 +49,12 @@ impl StartForm {
         match self {
             Self::Corners => NUMBERS + 3,
             Self::Surfaces => 6,
+            Self::Marks => cylinders::WORDS,
         }
     }
 
-    /// Writes a start; of superellipsoids whose surfaces were not followed, and thus a search will be needed again, a cold one.
+    /// Writes a start; of superellipsoids whose surfaces were not followed, or cylinders whose features are not marked, and thus a search
+    /// will be needed again, a cold one.
     ///
     /// # Panics
     /// If there are not as many words as the form has.
@@ -57,6 +64,7 @@ impl StartForm {
             Self::Corners => write_corners(cores, start, words),
             Self::Surfaces if start.len == 1 => write_surfaces(&[start.a[0], start.b[0]], words),
             Self::Surfaces => write_surfaces(&[Vec3::repeat(f64::NAN); 2], words),
+            Self::Marks => cylinders::write(cores, start, words),
         }
     }
 
@@ -71,6 +79,7 @@ impl StartForm {
                     (start.len, start.a[0], start.b[0]) = (1, a, b);
                 }
             }
+            Self::Marks => cylinders::read(cores, words, start),
         }
     }
 }

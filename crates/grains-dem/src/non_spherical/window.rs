@@ -1,0 +1,354 @@
+//! Parts that touched in the last step: the distances of those of a window of the list are found together.
+
+use super::histories::Histories;
+use super::pairs::PartPair;
+use crate::catalogue::Catalogue;
+use crate::contacts::BLOCK;
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, across_gap};
+use crate::particles::Particles;
+use grains_geometry::gjk::{CylinderQueries, EllipsoidQueries, Separation};
+use grains_geometry::{Core, Vec3};
+use multiversion::multiversion;
+use std::ops::Range;
+
+/// Particles in a window whose parts are not known to be apart.
+const GROUPS: usize = 4 * BLOCK;
+
+/// Pairs of particles side by side in the list, and the distances of those of their parts that touched and are found together.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    ellipsoids: EllipsoidQueries<BLOCK>,
+    cylinders: CylinderQueries<BLOCK>,
+    /// Pairs of two particles that are not known to be apart, from one place in the list to another.
+    groups: [(u32, u32); GROUPS],
+    /// Number of those.
+    close: usize,
+    /// Number of those that were given out.
+    next: usize,
+    /// Places of the pairs whose distances are found, in the order of the list, and their queries.
+    queries: [(u32, Query); BLOCK],
+    len: usize,
+    /// Number of those that were asked for.
+    asked: usize,
+}
+
+/// A query of a window, by its number among those of its kind.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Query {
+    Ellipsoids(u32),
+    Cylinders(u32),
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        let queries = [(0, Query::Ellipsoids(0)); BLOCK];
+        Self {
+            ellipsoids: EllipsoidQueries::default(),
+            cylinders: CylinderQueries::default(),
+            groups: [(0, 0); GROUPS],
+            close: 0,
+            next: 0,
+            queries,
+            len: 0,
+            asked: 0,
+        }
+    }
+}
+
+impl Window {
+    /// Whether distances of such parts may be found together.
+    pub(super) fn is_for(cores: [&Core; 2]) -> bool {
+        let is_for = |holds: fn(&Core) -> bool| cores.iter().all(|core| holds(core));
+        is_for(|core| core.ellipsoid().is_some()) || is_for(|core| matches!(core, Core::Cylinder { .. }))
+    }
+
+    /// Looks at pairs from a place of the list on, which has one: which are not known to be apart, and the distances of parts that touched;
+    /// returns the place at which the window ends.
+    #[inline(always)]
+    pub(super) fn fill(
+        &mut self,
+        pairs: &[PartPair],
+        start: usize,
+        histories: &Histories,
+        particles: &Particles,
+        catalogue: &Catalogue,
+    ) -> usize {
+        self.ellipsoids.clear();
+        self.cylinders.clear();
+        (self.len, self.asked, self.close, self.next) = (0, 0, 0, 0);
+        let mut end = start;
+        while end < pairs.len() && self.close < GROUPS {
+            let first = &pairs[end];
+            let length = first.number_of_same_particles(&pairs[end..]);
+            let group = &pairs[end..end + length];
+            if end > start && self.len + length > BLOCK {
+                break;
+            }
+            let gone = particles.path_length[first.a as usize] + particles.path_length[first.b as usize];
+            // The bridges of all are looked after.
+            if particles.is_wet() || !group.iter().all(|pair| gone < pair.separated_until) {
+                self.groups[self.close] = (end as u32, (end + length) as u32);
+                self.close += 1;
+                if group.iter().any(PartPair::is_touching) {
+                    self.take(group, histories, particles, catalogue);
+                }
+            }
+            end += length;
+        }
+        if self.len > 0 {
+            solve(&mut self.ellipsoids, &mut self.cylinders);
+        }
+        end
+    }
+
+    /// Whether there are pairs of the window that have not been given out.
+    #[inline(always)]
+    pub(super) fn has_groups(&self) -> bool {
+        self.next < self.close
+    }
+
+    /// The next pairs of two particles that are not known to be apart, as places in the list that was looked at.
+    #[inline(always)]
+    pub(super) fn next_group(&mut self) -> Option<Range<usize>> {
+        let &(start, end) = self.groups[..self.close].get(self.next)?;
+        self.next += 1;
+        Some(start as usize..end as usize)
+    }
+
+    /// Takes the queries of parts of two particles as far as there is room.
+    #[inline(always)]
+    fn take(
+        &mut self,
+        group: &[PartPair],
+        histories: &Histories,
+        particles: &Particles,
+        catalogue: &Catalogue,
+    ) {
+        let [first, second] = [group[0].a, group[0].b].map(|i| i as usize);
+        let pose_a = Pose::of(particles, first, catalogue);
+        let pose_b = Pose::of(particles, second, catalogue);
+        let separation = particles.bodies[second].position - particles.bodies[first].position;
+        for pair in group.iter().filter(|pair| pair.is_touching()) {
+            if self.len == BLOCK || pose_a.shape.discrete.is_some() {
+                return;
+            }
+            let [a, b] = pair.parts.map(usize::from);
+            if Self::is_for([&pose_a.shape.parts[a].core, &pose_b.shape.parts[b].core]) {
+                self.take_parts(pair, (&pose_a, &pose_b), &separation, histories);
+            }
+        }
+    }
+
+    /// Takes the query of two parts of particles `separation` (m) apart that touched.
+    #[inline(always)]
+    fn take_parts(
+        &mut self,
+        pair: &PartPair,
+        (pose_a, pose_b): (&Pose, &Pose),
+        separation: &Vec3,
+        histories: &Histories,
+    ) {
+        let (a, b) = (PlacedPart::of(pose_a, pair.parts[0]), PlacedPart::of(pose_b, pair.parts[1]));
+        let placement = a.placement(&b.rotation, b.scale, &(separation + (b.offset - a.offset)));
+        let query = if let (Some(first), Some(second)) = (a.core.ellipsoid(), b.core.ellipsoid()) {
+            let Some(start) = histories.start_of_ellipsoids(pair) else { return };
+            self.ellipsoids.push([first, second], &placement, &start);
+            Query::Ellipsoids(self.ellipsoids.len() as u32 - 1)
+        } else {
+            let Some(marks) = histories.start_of_cylinders(pair) else { return };
+            if !self.cylinders.takes([a.core, b.core], &placement, &marks) {
+                return;
+            }
+            Query::Cylinders(self.cylinders.len() as u32 - 1)
+        };
+        self.queries[self.len] = (pair.place, query);
+        self.len += 1;
+    }
+
+    /// Contact of the particles of a pair of single parts, from the centre of mass of the first, if its distance was found.
+    #[inline(always)]
+    pub(super) fn contact_of_particles(
+        &mut self,
+        pair: &PartPair,
+        particles: &Particles,
+        catalogue: &Catalogue,
+        histories: &mut Histories,
+    ) -> Option<PartContact> {
+        let query = self.next_query(pair)?;
+        let pose = |i: u32| Pose::of(particles, i as usize, catalogue);
+        let (a, b) =
+            (PlacedPart::of(&pose(pair.a), pair.parts[0]), PlacedPart::of(&pose(pair.b), pair.parts[1]));
+        let mut contact = self.answer(query, pair, [&a, &b], histories)?;
+        contact.point += a.offset;
+        Some(contact)
+    }
+
+    /// Contact of the parts of a pair, from the centre of the first part, if its distance was found; pairs are asked for in the order of the
+    /// list.
+    #[inline(always)]
+    pub(super) fn contact(
+        &mut self,
+        pair: &PartPair,
+        parts: [&PlacedPart; 2],
+        histories: &mut Histories,
+    ) -> Option<PartContact> {
+        let query = self.next_query(pair)?;
+        self.answer(query, pair, parts, histories)
+    }
+
+    /// The query of a pair, if there is one.
+    #[inline(always)]
+    fn next_query(&mut self, pair: &PartPair) -> Option<Query> {
+        while self.asked < self.len && self.queries[self.asked].0 < pair.place {
+            self.asked += 1;
+        }
+        let &(place, query) = self.queries[..self.len].get(self.asked)?;
+        (place == pair.place).then_some(query)
+    }
+
+    /// The contact that a query found, whose start is kept.
+    #[inline(always)]
+    fn answer(
+        &self,
+        query: Query,
+        pair: &PartPair,
+        [a, b]: [&PlacedPart; 2],
+        histories: &mut Histories,
+    ) -> Option<PartContact> {
+        let contact_at = |gap: &Separation| match across_gap(a, b.crust, gap)? {
+            Meeting::Touching(contact) => Some(contact),
+            Meeting::Apart(_) => None,
+        };
+        match query {
+            Query::Ellipsoids(k) => {
+                let (gap, nearest) = self.ellipsoids.answer(k as usize)?;
+                let contact = contact_at(&gap)?;
+                histories.set_start_of_ellipsoids(pair, &nearest);
+                Some(contact)
+            }
+            Query::Cylinders(k) => {
+                let contact = contact_at(&self.cylinders.answer(k as usize)?)?;
+                let mut marks = histories.start_of_cylinders(pair)?;
+                self.cylinders.refresh(k as usize, &mut marks);
+                histories.set_start_of_cylinders(pair, &marks);
+                Some(contact)
+            }
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn solve(ellipsoids: &mut EllipsoidQueries<BLOCK>, cylinders: &mut CylinderQueries<BLOCK>) {
+    ellipsoids.solve();
+    cylinders.solve();
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use grains_geometry::gjk::{CylinderMarks, StartForm, distance};
+    use grains_geometry::{Placement, Rotation, Simplex, Superellipsoid};
+
+    /// Numbers from 0 to 1.
+    struct Random(u64);
+
+    impl Random {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        }
+
+        fn vector(&mut self, size: f64) -> Vec3 {
+            Vec3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * size
+        }
+
+        /// A pair of cores that lie in any way a gap of 0.001 to 0.1 apart and then move a little, and the start that was left before.
+        fn moved_pair(&mut self, core: impl Fn(&mut Self) -> Core) -> ([Core; 2], Placement, Simplex) {
+            let cores = [core(self), core(self)];
+            let matrix = Rotation::from_scaled_axis(self.vector(6.0)).to_rotation_matrix().into_inner();
+            let way = self.vector(1.0).normalize();
+            let reach = cores[0].support_value(&way) + cores[1].support_value(&matrix.tr_mul(&-way));
+            let mut placement = Placement { matrix, translation: way * (reach + 0.001 + 0.1 * self.unit()) };
+            let mut start = Simplex::default();
+            distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
+            placement.translation += self.vector(1e-4);
+            (cores, placement, start)
+        }
+    }
+
+    /// Whatever lanes the processor has, the numbers are those of one lane, and those of the query of one pair.
+    #[test]
+    fn lanes_of_any_width_find_the_same_distances_of_ellipsoids() {
+        let (mut random, mut answered) = (Random(7), 0);
+        for _ in 0..100 {
+            let mut queries = EllipsoidQueries::<BLOCK>::default();
+            let mut asked = Vec::new();
+            while !queries.is_full() {
+                let (cores, placement, start) = random.moved_pair(|random| {
+                    let axes = Vec3::repeat(0.7) + random.vector(0.6);
+                    Core::superellipsoid(Superellipsoid::new(axes, [1.0; 2]).unwrap().eroded(0.01))
+                });
+                if start.len == 1 {
+                    let bodies = cores.each_ref().map(|core| core.ellipsoid().unwrap());
+                    queries.push(bodies, &placement, &start.a[0]);
+                    asked.push((cores, placement, start));
+                }
+            }
+            let mut plain = queries.clone();
+            solve(&mut queries, &mut CylinderQueries::default());
+            plain.solve();
+            for (k, (cores, placement, mut start)) in asked.into_iter().enumerate() {
+                let found = queries.answer(k);
+                assert_eq!(found, plain.answer(k));
+                if let Some((answer, left)) = found {
+                    let alone =
+                        distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
+                    assert_eq!((answer, left), (alone, [start.a[0], start.b[0]]));
+                    answered += 1;
+                }
+            }
+        }
+        assert!(answered > 4000, "{answered}");
+    }
+
+    /// The same of cylinders.
+    #[test]
+    fn lanes_of_any_width_find_the_same_distances_of_cylinders() {
+        let (mut random, mut answered) = (Random(8), 0);
+        for _ in 0..100 {
+            let mut queries = CylinderQueries::<BLOCK>::default();
+            let mut asked = Vec::new();
+            while queries.len() < BLOCK {
+                let (cores, placement, start) = random.moved_pair(|random| Core::Cylinder {
+                    radius: 0.2 + random.unit(),
+                    half_height: 0.2 + random.unit(),
+                });
+                let form = StartForm::of(&cores[0], &cores[1]).unwrap();
+                let mut words = vec![0; form.words()];
+                form.write(cores.each_ref(), &start, &mut words);
+                let Some(marks) = CylinderMarks::read(&words) else { continue };
+                if queries.takes(cores.each_ref(), &placement, &marks) {
+                    asked.push((cores, placement, marks, start));
+                }
+            }
+            let mut plain = queries.clone();
+            solve(&mut EllipsoidQueries::default(), &mut queries);
+            plain.solve();
+            for (k, (cores, placement, marks, mut start)) in asked.into_iter().enumerate() {
+                let found = queries.answer(k);
+                let (mut left, mut same) = (marks, marks);
+                queries.refresh(k, &mut left);
+                plain.refresh(k, &mut same);
+                assert_eq!((found, left), (plain.answer(k), same));
+                if let Some(answer) = found {
+                    let alone =
+                        distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
+                    assert_eq!(answer, alone);
+                    answered += 1;
+                }
+            }
+        }
+        assert!(answered > 4000, "{answered}");
+    }
+}
