@@ -13,6 +13,7 @@
 //! simplex marks them, or others than those that touch. Bodies that do not touch need no query while a plane still parts them:
 //! [`Core::support_value`].
 
+mod columns;
 mod curved;
 mod cylinders;
 mod ellipsoids;

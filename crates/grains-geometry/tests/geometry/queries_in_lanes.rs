@@ -67,18 +67,28 @@ fn answers(pairs: &[Moved], order: &[usize], length: usize) -> Vec<Option<(Separ
     answers
 }
 
-#[test]
-fn ellipsoids_of_a_block_are_answered_as_one_by_one() {
-    let mut random = Random(31);
-    let pairs = moved(&mut random, 20_000, ellipsoid, Random::rotation);
-    let mut order: Vec<usize> = (0..pairs.len()).collect();
-    let found = answers(&pairs, &order, BLOCK);
+/// Answers to a number of pairs, which must be the same in any order and in blocks of any length.
+fn same_in_any_blocks<T: PartialEq + std::fmt::Debug>(
+    random: &mut Random,
+    count: usize,
+    answers: impl Fn(&[usize], usize) -> Vec<T>,
+) -> Vec<T> {
+    let mut order: Vec<usize> = (0..count).collect();
+    let found = answers(&order, BLOCK);
     for length in [1, 7, BLOCK - 1, BLOCK] {
         for k in (1..order.len()).rev() {
             order.swap(k, random.below(k + 1));
         }
-        assert_eq!(answers(&pairs, &order, length), found, "blocks of {length}");
+        assert_eq!(answers(&order, length), found, "blocks of {length}");
     }
+    found
+}
+
+#[test]
+fn ellipsoids_of_a_block_are_answered_as_one_by_one() {
+    let mut random = Random(31);
+    let pairs = moved(&mut random, 20_000, ellipsoid, Random::rotation);
+    let found = same_in_any_blocks(&mut random, pairs.len(), |order, length| answers(&pairs, order, length));
     let mut answered = 0;
     for (Moved { pair, start }, found) in pairs.iter().zip(&found) {
         let mut alone = *start;
@@ -176,14 +186,9 @@ fn answers_of_cylinders(
 fn cylinders_of_a_block_are_answered_as_one_by_one() {
     let mut random = Random(33);
     let pairs = cylinders(&mut random, 20_000);
-    let mut order: Vec<usize> = (0..pairs.len()).collect();
-    let found = answers_of_cylinders(&pairs, &order, BLOCK);
-    for length in [1, 7, BLOCK - 1, BLOCK] {
-        for k in (1..order.len()).rev() {
-            order.swap(k, random.below(k + 1));
-        }
-        assert_eq!(answers_of_cylinders(&pairs, &order, length), found, "blocks of {length}");
-    }
+    let found = same_in_any_blocks(&mut random, pairs.len(), |order, length| {
+        answers_of_cylinders(&pairs, order, length)
+    });
     let mut answered = 0;
     for (Moved { pair, start }, found) in pairs.iter().zip(&found) {
         let mut alone = *start;

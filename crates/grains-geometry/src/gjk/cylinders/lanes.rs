@@ -4,17 +4,15 @@ use super::marks::{CylinderMarks, Kind, both_rims};
 use super::touching::{Feature, Touching};
 use crate::convex::Rims;
 use crate::gjk::Separation;
+use crate::gjk::columns::{Columns, matrix, set, vector};
 use crate::gjk::curved::LAST_STEP;
 use crate::gjk::search::apart;
-use crate::{Core, Mat3, Placement, Vec3};
+use crate::{Core, Placement};
 
 /// Pairs that wait for each other to be answered: a whole number of times the lanes of any processor.
 const GROUP: usize = 16;
 /// Steps after which a pair is left to the query of one pair.
 const MAX_STEPS: usize = 3;
-
-/// Numbers of many pairs, column by column.
-type Columns<const N: usize, const M: usize> = [[f64; M]; N];
 
 /// Distances of up to `M` pairs of cylinders, each from the features that touched before.
 ///
@@ -180,19 +178,7 @@ impl<const M: usize> CylinderQueries<M> {
             let angle = self.angles[side].each_ref().map(|column| column[k]);
             Feature { rims: Rims { radius, half_height }, height, reach, disc, angle }
         };
-        let matrix = Mat3::from_fn(|i, j| self.matrices[i + 3 * j][k]);
+        let matrix = matrix(&self.matrices, k);
         Touching::new([feature(0), feature(1)], matrix, vector(&self.translations, k))
-    }
-}
-
-#[inline(always)]
-fn vector<const M: usize>(columns: &Columns<3, M>, k: usize) -> Vec3 {
-    Vec3::new(columns[0][k], columns[1][k], columns[2][k])
-}
-
-#[inline(always)]
-fn set<const N: usize, const M: usize>(columns: &mut Columns<N, M>, k: usize, row: &[f64]) {
-    for (column, x) in columns.iter_mut().zip(row) {
-        column[k] = *x;
     }
 }

@@ -2,15 +2,13 @@
 
 use super::Pair;
 use crate::gjk::Separation;
-use crate::{Mat3, Placement, Superellipsoid, Vec3};
+use crate::gjk::columns::{Columns, matrix, set, vector};
+use crate::{Placement, Superellipsoid, Vec3};
 
 /// Pairs that wait for each other to be answered: a whole number of times the lanes of any processor.
 const GROUP: usize = 16;
 /// Steps after which a pair is left to the query of one pair.
 const MAX_STEPS: usize = 4;
-
-/// Numbers of many pairs, column by column.
-type Columns<const N: usize, const M: usize> = [[f64; M]; N];
 
 /// Distances of up to `M` pairs of ellipsoids less their insets, each from where it touched before.
 ///
@@ -108,7 +106,7 @@ impl<const M: usize> EllipsoidQueries<M> {
     fn step(&mut self, start: usize, end: usize) -> u64 {
         let mut unsettled = 0;
         for k in start..end.min(M) {
-            let (pair, matrix) = (self.pair(k), self.matrix(k));
+            let (pair, matrix) = (self.pair(k), matrix(&self.matrices, k));
             let normal = vector(&self.normals, k);
             let plane = pair.across(&normal);
             let turned = pair.turned(&normal, &plane);
@@ -139,26 +137,9 @@ impl<const M: usize> EllipsoidQueries<M> {
     }
 
     #[inline(always)]
-    fn matrix(&self, k: usize) -> Mat3 {
-        Mat3::from_fn(|i, j| self.matrices[i + 3 * j][k])
-    }
-
-    #[inline(always)]
     fn pair(&self, k: usize) -> Pair {
         let [a, b] = &self.bodies;
         let axes = [a, b].map(|body| Vec3::new(body[0][k], body[1][k], body[2][k]));
-        Pair::new(axes, [a[3][k], b[3][k]], &self.matrix(k), vector(&self.translations, k))
-    }
-}
-
-#[inline(always)]
-fn vector<const M: usize>(columns: &Columns<3, M>, k: usize) -> Vec3 {
-    Vec3::new(columns[0][k], columns[1][k], columns[2][k])
-}
-
-#[inline(always)]
-fn set<const N: usize, const M: usize>(columns: &mut Columns<N, M>, k: usize, row: &[f64]) {
-    for (column, x) in columns.iter_mut().zip(row) {
-        column[k] = *x;
+        Pair::new(axes, [a[3][k], b[3][k]], &matrix(&self.matrices, k), vector(&self.translations, k))
     }
 }
