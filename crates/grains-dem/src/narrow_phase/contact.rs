@@ -1,6 +1,6 @@
 //! The contact of two convex parts, and the planes that separate them.
 
-use super::placed_part::{PlacedPart, Pose};
+use super::placed_part::{PlacedPart, Pose, SweptFrame};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
@@ -77,20 +77,21 @@ pub(crate) fn touch(
 ) -> Result<Meeting, GjkError> {
     let cutoff = (part.crust + other_crust + slack) / part.scale;
     let found = distance(part.core, other, placement, cutoff, simplex)?;
-    if let Some(meeting) = across_gap(part, other_crust, &found) {
+    let frame = part.swept_frame();
+    if let Some(meeting) = across_gap(&frame, other_crust, &found) {
         return Ok(meeting);
     }
     let p = penetration(part.core, other, placement, simplex)?;
-    Ok(at_nearest_points(part, other_crust, (-p.depth, &p.normal), (p.point_a + p.point_b, true)))
+    Ok(at_nearest_points(&frame, other_crust, (-p.depth, &p.normal), (p.point_a + p.point_b, true)))
 }
 
 /// Meeting of a part with another core whose distance was found; `None` if the cores meet.
 #[inline(always)]
-pub(crate) fn across_gap(part: &PlacedPart, other_crust: f64, found: &Separation) -> Option<Meeting> {
+pub(crate) fn across_gap(frame: &SweptFrame, other_crust: f64, found: &Separation) -> Option<Meeting> {
     match found {
-        Separation::Beyond { axis } => Some(Meeting::Apart(part.rotation * axis)),
+        Separation::Beyond { axis } => Some(Meeting::Apart(frame.rotation * axis)),
         Separation::Apart { distance, normal, point_a, point_b } => {
-            Some(at_nearest_points(part, other_crust, (*distance, normal), (point_a + point_b, false)))
+            Some(at_nearest_points(frame, other_crust, (*distance, normal), (point_a + point_b, false)))
         }
         Separation::Meeting => None,
     }
@@ -100,24 +101,25 @@ pub(crate) fn across_gap(part: &PlacedPart, other_crust: f64, found: &Separation
 /// deep penetration.
 #[inline(always)]
 fn at_nearest_points(
-    part: &PlacedPart,
+    frame: &SweptFrame,
     other_crust: f64,
     (gap, normal): (f64, &Vec3),
     (points, is_deep_penetration): (Vec3, bool),
 ) -> Meeting {
-    let overlap = part.crust + other_crust - gap * part.scale;
+    let SweptFrame { rotation, scale, crust } = frame;
+    let overlap = crust + other_crust - gap * scale;
     if overlap <= 0.0 {
-        return Meeting::Apart(part.rotation * normal);
+        return Meeting::Apart(rotation * normal);
     }
-    let normal = part.rotation * normal;
-    let point = part.rotation * points * (0.5 * part.scale) + between_surfaces(part, other_crust, &normal);
+    let normal = rotation * normal;
+    let point = rotation * points * (0.5 * scale) + between_surfaces([*crust, other_crust], &normal);
     Meeting::Touching(PartContact { normal, overlap, point, is_deep_penetration })
 }
 
 /// From between the cores to between the surfaces.
 #[inline(always)]
-fn between_surfaces(part: &PlacedPart, other_crust: f64, normal: &Vec3) -> Vec3 {
-    normal * (0.5 * (part.crust - other_crust))
+fn between_surfaces([crust, other]: [f64; 2], normal: &Vec3) -> Vec3 {
+    normal * (0.5 * (crust - other))
 }
 
 /// Patch in which a part and another core touch, if not in a point; the contact becomes that of its centre.
@@ -129,7 +131,7 @@ pub(crate) fn contact_patch(
     contact: &mut PartContact,
 ) -> Option<ContactPatch> {
     let (crusts, inverse) = (part.crust + other_crust, 1.0 / part.scale);
-    let between_cores = contact.point - between_surfaces(part, other_crust, &contact.normal);
+    let between_cores = contact.point - between_surfaces([part.crust, other_crust], &contact.normal);
     let nearest = Nearest {
         normal: part.rotation.tr_mul(&contact.normal),
         point: part.rotation.tr_mul(&between_cores) * inverse,
@@ -139,7 +141,7 @@ pub(crate) fn contact_patch(
     let found = ContactPatch::of_cores(part.core, other, placement, &nearest)?;
     let mut footprint = found.moved(&part.rotation, part.scale, &Vec3::zeros());
     let ContactPatch { normal, overlap, .. } = footprint;
-    footprint.center += between_surfaces(part, other_crust, &normal);
+    footprint.center += between_surfaces([part.crust, other_crust], &normal);
     (contact.normal, contact.overlap, contact.point) = (normal, overlap, footprint.center);
     Some(footprint)
 }
@@ -154,12 +156,12 @@ pub(crate) fn patch_on_triangle(
     (contact, point): (&PartContact, &Vec3),
 ) -> Result<Option<ContactPatch>, TouchesInAPoint> {
     let PartContact { normal, overlap, .. } = *contact;
-    let point = point - between_surfaces(part, 0.0, &normal);
+    let point = point - between_surfaces([part.crust, 0.0], &normal);
     let nearest = Nearest { normal, point, gap: part.crust - overlap, crusts: part.crust };
     let placement = Placement { matrix: part.rotation * part.scale, translation: *center };
     let patch = ContactPatch::on_triangle(part.core, &placement, on, &nearest)?;
     Ok(patch.map(|patch| {
-        let center = patch.center + between_surfaces(part, 0.0, &patch.normal);
+        let center = patch.center + between_surfaces([part.crust, 0.0], &patch.normal);
         ContactPatch { center, ..patch }
     }))
 }

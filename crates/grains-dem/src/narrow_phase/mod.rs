@@ -6,4 +6,4 @@ mod placed_part;
 pub(crate) use contact::{
     Meeting, PartContact, across_gap, contact_patch, gap_across_plane, meet_parts, patch_on_triangle, touch,
 };
-pub(crate) use placed_part::{PlacedPart, Pose};
+pub(crate) use placed_part::{PlacedPart, Pose, SweptFrame};

@@ -4,6 +4,16 @@ use crate::catalogue::Catalogue;
 use crate::particles::{Body, Particles};
 use grains_geometry::{ContactPatch, Core, DiscreteSurface, Mat3, Part, Placement, Shape, Vec3};
 
+/// How the core of a part lies and is swept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SweptFrame {
+    /// Rotation from the part's frame.
+    pub(crate) rotation: Mat3,
+    pub(crate) scale: f64,
+    /// Crust (m), scaled.
+    pub(crate) crust: f64,
+}
+
 /// A part of a particle where it is now.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedPart<'a> {
@@ -113,6 +123,13 @@ impl<'a> PlacedPart<'a> {
         let crust = part.crust * scale;
         let (bounding_radius, vertices) = (part.bounding_radius * scale, shape.discrete.as_deref());
         Self { core: &part.core, rotation, scale, offset, crust, bounding_radius, vertices }
+    }
+
+    /// How its core lies and is swept.
+    #[inline(always)]
+    pub(crate) fn swept_frame(&self) -> SweptFrame {
+        let Self { rotation, scale, crust, .. } = *self;
+        SweptFrame { rotation, scale, crust }
     }
 
     /// The same with a crust thicker by `reach` (m), which touches what is within reach.

@@ -101,6 +101,11 @@ fn find_contact(
     (faces, reach): (FaceContact, f64),
     (found, window): (&mut Contacts, Option<&mut Window>),
 ) -> Result<(), GjkError> {
+    let known = window.and_then(|window| window.contact(pair, histories));
+    if let (Some((contact, offset)), false) = (known, faces == FaceContact::MultiPoint) {
+        found.push(place, contact, &offset, None);
+        return Ok(());
+    }
     let [part_a, part_b] = [0, 1].map(|k| PlacedPart::of(&poses[k], pair.parts[k]));
     let between = separation + (part_b.offset - part_a.offset);
     let range = part_a.bounding_radius + part_b.bounding_radius + reach;
@@ -110,7 +115,7 @@ fn find_contact(
         return Ok(());
     }
     let parts = [&part_a, &part_b];
-    if let Some(contact) = window.and_then(|window| window.contact(pair, parts, histories)) {
+    if let Some((contact, _)) = known {
         found.take(place, contact, parts, &between, faces);
         return Ok(());
     }

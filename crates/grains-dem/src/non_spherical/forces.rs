@@ -16,7 +16,7 @@ use crate::heat::TouchingParts;
 use crate::narrow_phase::{PartContact, Pose};
 use crate::particles::Particles;
 use grains_contact::PreparedLaw;
-use grains_geometry::{ContactPatch, DepthNorm};
+use grains_geometry::{ContactPatch, DepthNorm, Vec3};
 use std::ops::Range;
 
 /// Adds the loads of the contacts between particles that are not both spheres, of a range of the list.
@@ -48,13 +48,13 @@ struct PairForces<'a, 'b> {
 }
 
 impl PairForces<'_, '_> {
-    /// Contact of two particles of single parts that the window has, if it has no patch and no bridge.
+    /// Contact of a lone pair of parts that the window has, from the centre of the first part, and that centre (m); none where faces and films
+    /// matter.
     #[inline(always)]
-    fn contact_in(&mut self, window: &mut Window, place: usize) -> Option<PartContact> {
+    fn contact_in(&mut self, window: &mut Window, place: usize) -> Option<(PartContact, Vec3)> {
         let Self { particles, pairs, histories, pass, .. } = self;
         let is_plain = pass.catalogue.faces != FaceContact::MultiPoint && !particles.is_wet();
-        let pair = &pairs[place];
-        is_plain.then(|| window.contact_of_particles(pair, particles, pass.catalogue, histories)).flatten()
+        is_plain.then(|| window.contact(&pairs[place], histories)).flatten()
     }
 
     /// The next pairs of two particles from `start` on; `has_windows` leaves out those that are known to be apart.
@@ -78,8 +78,9 @@ impl PairForces<'_, '_> {
     fn add_group(&mut self, group: Range<usize>, mut window: Option<&mut Window>) {
         if let Some(window) = &mut window
             && group.len() == 1
-            && let Some(contact) = self.contact_in(window, group.start)
+            && let Some((mut contact, offset)) = self.contact_in(window, group.start)
         {
+            contact.point += offset;
             note_heat(self.pass, &self.pairs[group.start], self.histories, (contact.overlap, None));
             self.add_point(group.start, &contact, 0.0);
             return;

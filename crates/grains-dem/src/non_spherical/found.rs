@@ -47,7 +47,19 @@ impl Contacts {
                 contact_patch(a, b.core, &placement, b.crust, &mut contact)
             })
             .flatten();
-        contact.point += a.offset;
+        self.push(place, contact, &a.offset, footprint);
+    }
+
+    /// Adds a contact, its point from the centre of the first part, which is at `offset` from the centre of mass of its particle (m).
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        place: usize,
+        mut contact: PartContact,
+        offset: &Vec3,
+        footprint: Option<ContactPatch>,
+    ) {
+        contact.point += offset;
         let footprint = footprint.map(|footprint| {
             self.footprints.push(footprint);
             self.footprints.len() as u32 - 1

@@ -4,10 +4,10 @@ use super::histories::Histories;
 use super::pairs::PartPair;
 use crate::catalogue::Catalogue;
 use crate::contacts::BLOCK;
-use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, across_gap};
+use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, SweptFrame, across_gap};
 use crate::particles::Particles;
 use grains_geometry::gjk::{CylinderQueries, EllipsoidQueries, Separation};
-use grains_geometry::{Core, Vec3};
+use grains_geometry::{Core, Mat3, Vec3};
 use multiversion::multiversion;
 use std::ops::Range;
 
@@ -25,30 +25,51 @@ pub(super) struct Window {
     close: usize,
     /// Number of those that were given out.
     next: usize,
-    /// Places of the pairs whose distances are found, in the order of the list, and their queries.
-    queries: [(u32, Query); BLOCK],
+    /// Those whose distances are found, in the order of the list.
+    queries: [Query; BLOCK],
     len: usize,
     /// Number of those that were asked for.
     asked: usize,
 }
 
-/// A query of a window, by its number among those of its kind.
+/// A query of a window.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Query {
+struct Query {
+    /// Place of the pair in the list.
+    place: u32,
+    kind: QueryKind,
+    /// How the first part lies.
+    frame: SweptFrame,
+    /// Its centre from the centre of mass of the particle (m).
+    offset: Vec3,
+    /// Crust of the second (m).
+    other_crust: f64,
+}
+
+/// What is asked of two parts, by its number among the queries of its kind.
+#[derive(Clone, Copy, Debug)]
+enum QueryKind {
     Ellipsoids(u32),
     Cylinders(u32),
 }
 
 impl Default for Window {
     fn default() -> Self {
-        let queries = [(0, Query::Ellipsoids(0)); BLOCK];
+        let frame = SweptFrame { rotation: Mat3::identity(), scale: 1.0, crust: 0.0 };
+        let none = Query {
+            place: 0,
+            kind: QueryKind::Ellipsoids(0),
+            frame,
+            offset: Vec3::zeros(),
+            other_crust: 0.0,
+        };
         Self {
             ellipsoids: EllipsoidQueries::default(),
             cylinders: CylinderQueries::default(),
             groups: [(0, 0); GROUPS],
             close: 0,
             next: 0,
-            queries,
+            queries: [none; BLOCK],
             len: 0,
             asked: 0,
         }
@@ -150,83 +171,46 @@ impl Window {
     ) {
         let (a, b) = (PlacedPart::of(pose_a, pair.parts[0]), PlacedPart::of(pose_b, pair.parts[1]));
         let placement = a.placement(&b.rotation, b.scale, &(separation + (b.offset - a.offset)));
-        let query = if let (Some(first), Some(second)) = (a.core.ellipsoid(), b.core.ellipsoid()) {
+        let kind = if let (Some(first), Some(second)) = (a.core.ellipsoid(), b.core.ellipsoid()) {
             let Some(start) = histories.start_of_ellipsoids(pair) else { return };
             self.ellipsoids.push([first, second], &placement, &start);
-            Query::Ellipsoids(self.ellipsoids.len() as u32 - 1)
+            QueryKind::Ellipsoids(self.ellipsoids.len() as u32 - 1)
         } else {
             let Some(marks) = histories.start_of_cylinders(pair) else { return };
             if !self.cylinders.takes([a.core, b.core], &placement, &marks) {
                 return;
             }
-            Query::Cylinders(self.cylinders.len() as u32 - 1)
+            QueryKind::Cylinders(self.cylinders.len() as u32 - 1)
         };
-        self.queries[self.len] = (pair.place, query);
+        let (frame, offset, other_crust) = (a.swept_frame(), a.offset, b.crust);
+        self.queries[self.len] = Query { place: pair.place, kind, frame, offset, other_crust };
         self.len += 1;
     }
 
-    /// Contact of the particles of a pair of single parts, from the centre of mass of the first, if its distance was found.
-    #[inline(always)]
-    pub(super) fn contact_of_particles(
-        &mut self,
-        pair: &PartPair,
-        particles: &Particles,
-        catalogue: &Catalogue,
-        histories: &mut Histories,
-    ) -> Option<PartContact> {
-        let query = self.next_query(pair)?;
-        let pose = |i: u32| Pose::of(particles, i as usize, catalogue);
-        let (a, b) =
-            (PlacedPart::of(&pose(pair.a), pair.parts[0]), PlacedPart::of(&pose(pair.b), pair.parts[1]));
-        let mut contact = self.answer(query, pair, [&a, &b], histories)?;
-        contact.point += a.offset;
-        Some(contact)
-    }
-
-    /// Contact of the parts of a pair, from the centre of the first part, if its distance was found; pairs are asked for in the order of the
-    /// list.
+    /// Contact of the parts of a pair, from the centre of the first part, which is given from the centre of mass of its particle (m), if the
+    /// distance was found; pairs are asked for in the order of the list.
     #[inline(always)]
     pub(super) fn contact(
         &mut self,
         pair: &PartPair,
-        parts: [&PlacedPart; 2],
         histories: &mut Histories,
-    ) -> Option<PartContact> {
-        let query = self.next_query(pair)?;
-        self.answer(query, pair, parts, histories)
-    }
-
-    /// The query of a pair, if there is one.
-    #[inline(always)]
-    fn next_query(&mut self, pair: &PartPair) -> Option<Query> {
-        while self.asked < self.len && self.queries[self.asked].0 < pair.place {
+    ) -> Option<(PartContact, Vec3)> {
+        while self.asked < self.len && self.queries[self.asked].place < pair.place {
             self.asked += 1;
         }
-        let &(place, query) = self.queries[..self.len].get(self.asked)?;
-        (place == pair.place).then_some(query)
-    }
-
-    /// The contact that a query found, whose start is kept.
-    #[inline(always)]
-    fn answer(
-        &self,
-        query: Query,
-        pair: &PartPair,
-        [a, b]: [&PlacedPart; 2],
-        histories: &mut Histories,
-    ) -> Option<PartContact> {
-        let contact_at = |gap: &Separation| match across_gap(a, b.crust, gap)? {
-            Meeting::Touching(contact) => Some(contact),
+        let query = self.queries[..self.len].get(self.asked).filter(|query| query.place == pair.place)?;
+        let contact_at = |gap: &Separation| match across_gap(&query.frame, query.other_crust, gap)? {
+            Meeting::Touching(contact) => Some((contact, query.offset)),
             Meeting::Apart(_) => None,
         };
-        match query {
-            Query::Ellipsoids(k) => {
+        match query.kind {
+            QueryKind::Ellipsoids(k) => {
                 let (gap, nearest) = self.ellipsoids.answer(k as usize)?;
                 let contact = contact_at(&gap)?;
                 histories.set_start_of_ellipsoids(pair, &nearest);
                 Some(contact)
             }
-            Query::Cylinders(k) => {
+            QueryKind::Cylinders(k) => {
                 let contact = contact_at(&self.cylinders.answer(k as usize)?)?;
                 let mut marks = histories.start_of_cylinders(pair)?;
                 self.cylinders.refresh(k as usize, &mut marks);
