@@ -11,7 +11,7 @@ use grains_geometry::{Core, Mat3, Vec3};
 use multiversion::multiversion;
 use std::ops::Range;
 
-/// Particles in a window whose parts are not known to be apart.
+/// Largest number of pairs of particles in a window that are not known to be apart.
 const GROUPS: usize = 4 * BLOCK;
 
 /// Pairs of particles side by side in the list, and the distances of those of their parts that touched and are found together.

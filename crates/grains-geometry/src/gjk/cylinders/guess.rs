@@ -17,7 +17,7 @@ pub(in crate::gjk) struct Guess<'a> {
 }
 
 /// Points that mark a feature: a rim point, both ends of a line of the side, or a triangle in the disc of an end.
-type Marks = [Vec3; 3];
+type MarkingPoints = [Vec3; 3];
 
 impl Guess<'_> {
     /// The features nearest each other where the axes are, lines of the sides or rims.
@@ -74,7 +74,12 @@ impl Rims {
 
     /// The features that touch of the end along `sign` of the axis and of a line of another cylinder, whose ends are `seen` from here
     /// and at `line` in their own frame (m).
-    fn under_line(&self, sign: f64, seen: &[Vec3; 2], line: &[Vec3; 2]) -> Option<(Marks, Marks)> {
+    fn under_line(
+        &self,
+        sign: f64,
+        seen: &[Vec3; 2],
+        line: &[Vec3; 2],
+    ) -> Option<(MarkingPoints, MarkingPoints)> {
         let Self { radius, half_height } = *self;
         let z = half_height.copysign(sign);
         let low = usize::from(seen[1].z * sign < seen[0].z * sign);
@@ -101,7 +106,7 @@ impl Rims {
 }
 
 /// The simplex of three pairs of points, neighbours that are alike once.
-pub(super) fn simplex(a: &Marks, b: &Marks) -> Simplex {
+pub(super) fn simplex(a: &MarkingPoints, b: &MarkingPoints) -> Simplex {
     let mut simplex = Simplex::default();
     for k in 0..3 {
         let is_known = k > 0 && a[k] == a[k - 1] && b[k] == b[k - 1];

@@ -258,7 +258,7 @@ impl Touching {
             squared: v.norm_squared(),
             height: v.dot(t) - a.height(v) - b.height(&-self.matrix.tr_mul(v)),
         };
-        let least = MEETING * size;
-        nearest.is_within & (bounds.squared > least * least) & bounds.are_closed(TOLERANCE * size)
+        let meeting = MEETING * size;
+        nearest.is_within & (bounds.squared > meeting * meeting) & bounds.are_closed(TOLERANCE * size)
     }
 }
