@@ -1,5 +1,6 @@
 """Spheres of ten Cate et al. (2002) settling in a tank: `python3 cases/settling-sphere/settling.py [--across 8 16] [--jobs N]`
-runs what is missing, prints the largest speeds beside those measured, and draws speed and gap over time into speed.png."""
+runs what is missing, prints the largest speeds beside those measured, and draws speed and gap over time into speed.png.
+With --creeping: E1 under a hundredth of its weight, released at half the height, beside the theory of slow flow in a square duct."""
 import argparse
 import os
 import sys
@@ -30,11 +31,34 @@ def case(name, across, folder):
     return text.replace("end = 4.5", f"end = {end}").replace('"results/settling-sphere/e1-8"', f'"{folder / "run"}"')
 
 
+def creeping(across, folder):
+    """E1 so slow that inertia does not matter, far from floor and lid."""
+    text = case("E1", across, folder).replace("end = 4.5", "end = 2").replace('name = "', f'gravity = [0, 0, {-GRAVITY / 100}]\nname = "', 1)
+    return text.replace("0.12], upper", "0.0725], upper").replace("0.135], spacing", "0.0875], spacing")
+
+
+def compare_creeping(cells, jobs):
+    """Largest speeds over that of Stokes without walls."""
+    folder = lambda across: sweep.RESULTS / "settling-sphere" / f"creeping-{across}"
+    sweep.run_all([(creeping(across, folder(across)), folder(across)) for across in cells], jobs)
+    density, viscosity, *_ = RUNS["E1"]
+    stokes = (1120 - density) * GRAVITY / 100 * DIAMETER**2 / (18 * viscosity)
+    # Happel and Bart (1974), to first order in the radius over half the width of the duct.
+    theory = 1 - 1.903266 * 0.15
+    for across in cells:
+        rows = sweep.table(folder(across) / "run" / "series.csv")
+        largest = max(-float(row["momentum_z"]) / MASS for row in rows)
+        print(f"creeping, {across} cells: {largest / stokes:.4f} of Stokes' speed, theory of a duct {theory:.4f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--across", nargs="+", type=int, default=[8, 16], help="cells across the diameter")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--creeping", action="store_true", help="E1 so slow that inertia does not matter")
     options = parser.parse_args()
+    if options.creeping:
+        return compare_creeping(options.across, options.jobs)
     folder = lambda name, across: sweep.RESULTS / "settling-sphere" / f"{name}-{across}"
     points = [(name, across) for name in RUNS for across in options.across]
     sweep.run_all([(case(*point, folder(*point)), folder(*point)) for point in points], options.jobs)

@@ -3,11 +3,12 @@
 use crate::drag::Flow;
 use crate::{
     Coefficient, CouplingError, DragLaw, DragLink, Fluid, GridAxis, Kernel, Layout, ShapeFactors,
-    ShapeProfile, Site, Stencil, TransferLink,
+    ShapeProfile, Site, SiteWeights, Stencil, TransferLink,
 };
 use grains_dem::{Body, Catalogue, Particles};
 use grains_fluid::MixtureModel;
 use grains_geometry::Vec3;
+use multiversion::multiversion;
 
 /// The cells of one rank with their halo, and where fields on them lie.
 #[derive(Clone, Debug)]
@@ -47,47 +48,35 @@ impl Grid {
         })
     }
 
-    /// Faces normal to an axis on which a particle acts: also those on a boundary of the domain, which bears the drag of its half
-    /// cell, but beside walls, which may close them.
-    fn faces_of_force(&self, axis: usize) -> Site {
-        if self.open.is_some() { Site::InnerFaces(axis) } else { Site::Faces(axis) }
+    /// Finds the weights of a particle at a site, of what is open; where nothing is, of all.
+    #[inline(always)]
+    pub fn weigh(&self, stencil: &mut Stencil, site: Site, weights: &mut SiteWeights) {
+        stencil.weigh(site, self.layout(site), weights);
+        if let Some(open) = self.open(site) {
+            weights.restrict(open);
+        }
     }
 
-    /// Mean of a field under a kernel, over what is open: Σ w o f/Σ w o; where nothing is, over all.
-    #[inline]
-    pub fn mean(&self, stencil: &Stencil, site: Site, field: &[f64]) -> f64 {
-        let layout = self.layout(site);
-        if let Some(open) = self.open(site) {
-            let [share, sum] = stencil.open_sums(site, layout, open, field);
-            if share > 0.0 {
-                return sum / share;
-            }
+    /// Makes the weights of the inner faces normal to an axis those on which a particle acts and which press on it: also the faces on a
+    /// boundary of the domain, which bears the drag of its half cell, but beside walls, which may close them. Tells whether they are others.
+    #[inline(always)]
+    fn add_boundary_faces(&self, stencil: &mut Stencil, axis: usize, faces: &mut SiteWeights) -> bool {
+        let has_more = self.open.is_none() && stencil.has_boundary_faces(axis);
+        if has_more {
+            self.weigh(stencil, Site::Faces(axis), faces);
         }
-        stencil.interpolate(site, layout, field)
-    }
-
-    /// Shares an amount among what is open under a kernel: f += w o/(Σ w o) · amount; where nothing is, among all.
-    #[inline]
-    pub fn share(&self, stencil: &Stencil, site: Site, amount: f64, field: &mut [f64]) {
-        let layout = self.layout(site);
-        if let Some(open) = self.open(site) {
-            let share = stencil.interpolate(site, layout, open);
-            if share > 0.0 {
-                stencil.for_each(site, layout, |at, w| field[at] += amount / share * w * open[at]);
-                return;
-            }
-        }
-        stencil.deposit(site, layout, amount, field);
+        has_more
     }
 
     /// Void fraction of what is open under a kernel, from that of whole cells, Σ w ψ/Σ w V.
-    #[inline]
-    fn void_fraction(&self, stencil: &Stencil, void_fraction: &[f64]) -> f64 {
-        let of_cells = |field: &[f64]| stencil.interpolate(Site::Cells, &self.cells, field);
-        match self.open.as_ref().map(|open| of_cells(&open.cells)) {
-            Some(open) if open > 0.0 => of_cells(void_fraction) / open,
-            _ => of_cells(void_fraction),
-        }
+    #[inline(always)]
+    fn void_fraction(&self, stencil: &mut Stencil, cells: &mut SiteWeights, void_fraction: &[f64]) -> f64 {
+        stencil.weigh(Site::Cells, &self.cells, cells);
+        let (whole, open) = match &self.open {
+            Some(open) => cells.means([void_fraction, &open.cells]).into(),
+            None => (cells.means([void_fraction])[0], 1.0),
+        };
+        if open > 0.0 { whole / open } else { whole }
     }
 }
 
@@ -194,10 +183,11 @@ impl Coupling {
         grid: &Grid,
         solid: &mut [f64],
     ) -> Result<(), CouplingError> {
-        let mut stencil = Stencil::default();
+        let (mut stencil, mut cells) = (Stencil::default(), SiteWeights::default());
         for body in bodies {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            grid.share(&stencil, Site::Cells, sign * self.volume(body), solid);
+            grid.weigh(&mut stencil, Site::Cells, &mut cells);
+            cells.share([sign * self.volume(body)], [solid]);
         }
         Ok(())
     }
@@ -213,35 +203,9 @@ impl Coupling {
         (grid, fluid): (&Grid, &FluidFields),
         drag: &mut DragFields,
         time_step: f64,
-        mut passings: Option<&mut Vec<[f64; 2]>>,
+        passings: Option<&mut Vec<[f64; 2]>>,
     ) -> Result<(), CouplingError> {
-        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
-        let mut stencil = Stencil::default();
-        if let Some(passings) = &mut passings {
-            passings.clear();
-        }
-        for i in 0..particles.owned {
-            let body = &particles.bodies[i];
-            let diameter = self.equivalent_diameter(body);
-            stencil.place(&self.kernel, &grid.axes, &body.position, diameter)?;
-            let slip = velocity_at(&stencil, grid, fluid) - body.velocity;
-            let void_fraction = grid.void_fraction(&stencil, fluid.void_fraction);
-            if let Some(passings) = &mut passings {
-                let void_fraction = void_fraction.clamp(self.min_void_fraction, 1.0);
-                let reynolds = self.fluid.reynolds(diameter, void_fraction, slip.norm());
-                passings.push([reynolds, void_fraction]);
-            }
-            let mut link = DragLink::read(&particles.cargo[i]);
-            link.linearise(&self.drag(particles, i, &slip, void_fraction), &slip);
-            let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
-            for a in 0..3 {
-                let site = grid.faces_of_force(a);
-                grid.share(&stencil, site, coefficient, drag.coefficient[a]);
-                grid.share(&stencil, site, explicit[a], drag.explicit[a]);
-            }
-            particles.cargo[i] = link.write();
-        }
-        Ok(())
+        deposit_drag(self, particles, (grid, fluid), drag, (time_step, passings))
     }
 
     /// Gives all owned particles the fluid's new velocity, pressure gradient and buoyancy. They must not have moved since
@@ -254,23 +218,7 @@ impl Coupling {
         (grid, fluid): (&Grid, &FluidFields),
         time_step: f64,
     ) -> Result<(), CouplingError> {
-        assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
-        let mut stencil = Stencil::default();
-        for i in 0..particles.owned {
-            let body = &particles.bodies[i];
-            stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            let velocity = velocity_at(&stencil, grid, fluid);
-            let mut link = DragLink::read(&particles.cargo[i]);
-            link.set_fluid_velocity(&velocity, &particles.half_velocity[i], time_step);
-            let volume = self.volume(body);
-            link.pressure = buoyancy(self.fluid.density, volume, &self.gravity);
-            if self.model == MixtureModel::A {
-                let gradient = gradient_at(&stencil, grid, fluid);
-                link.pressure += gradient * -volume;
-            }
-            particles.cargo[i] = link.write();
-        }
-        Ok(())
+        set_fluid_velocities(self, particles, (grid, fluid), time_step)
     }
 
     /// Adds what all owned particles exchange with a scalar of the fluid, before the halo is added: to the coefficients K (m³/s) and to
@@ -284,11 +232,11 @@ impl Coupling {
         links: &[TransferLink],
         [coefficient, explicit]: [&mut [f64]; 2],
     ) -> Result<(), CouplingError> {
-        let mut stencil = Stencil::default();
+        let (mut stencil, mut cells) = (Stencil::default(), SiteWeights::default());
         for (body, link) in particles.bodies[..particles.owned].iter().zip(links) {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            grid.share(&stencil, Site::Cells, link.coefficient, coefficient);
-            grid.share(&stencil, Site::Cells, link.coefficient * link.value, explicit);
+            grid.weigh(&mut stencil, Site::Cells, &mut cells);
+            cells.share([link.coefficient, link.coefficient * link.value], [coefficient, explicit]);
         }
         Ok(())
     }
@@ -304,10 +252,11 @@ impl Coupling {
         scalar: &[f64],
         mut visit: impl FnMut(usize, f64),
     ) -> Result<(), CouplingError> {
-        let mut stencil = Stencil::default();
+        let (mut stencil, mut cells) = (Stencil::default(), SiteWeights::default());
         for (i, body) in bodies.iter().enumerate() {
             stencil.place(&self.kernel, &grid.axes, &body.position, self.equivalent_diameter(body))?;
-            visit(i, grid.mean(&stencil, Site::Cells, scalar));
+            grid.weigh(&mut stencil, Site::Cells, &mut cells);
+            visit(i, cells.means([scalar])[0]);
         }
         Ok(())
     }
@@ -335,22 +284,85 @@ impl Coupling {
     }
 }
 
+/// See [`Coupling::deposit_drag`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn deposit_drag(
+    coupling: &Coupling,
+    particles: &mut Particles,
+    (grid, fluid): (&Grid, &FluidFields),
+    drag: &mut DragFields,
+    (time_step, mut passings): (f64, Option<&mut Vec<[f64; 2]>>),
+) -> Result<(), CouplingError> {
+    assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+    let mut stencil = Stencil::default();
+    let (mut cells, mut faces) = (SiteWeights::default(), <[SiteWeights; 3]>::default());
+    if let Some(passings) = &mut passings {
+        passings.clear();
+    }
+    for i in 0..particles.owned {
+        let body = &particles.bodies[i];
+        let diameter = coupling.equivalent_diameter(body);
+        stencil.place(&coupling.kernel, &grid.axes, &body.position, diameter)?;
+        let velocity = Vec3::from_fn(|a, _| {
+            grid.weigh(&mut stencil, Site::InnerFaces(a), &mut faces[a]);
+            faces[a].means([fluid.velocity[a]])[0]
+        });
+        let slip = velocity - body.velocity;
+        let void_fraction = grid.void_fraction(&mut stencil, &mut cells, fluid.void_fraction);
+        if let Some(passings) = &mut passings {
+            let void_fraction = void_fraction.clamp(coupling.min_void_fraction, 1.0);
+            let reynolds = coupling.fluid.reynolds(diameter, void_fraction, slip.norm());
+            passings.push([reynolds, void_fraction]);
+        }
+        let mut link = DragLink::read(&particles.cargo[i]);
+        link.linearise(&coupling.drag(particles, i, &slip, void_fraction), &slip);
+        let (coefficient, explicit) = link.fluid_terms(&particles.half_velocity[i], time_step);
+        for (a, faces) in faces.iter_mut().enumerate() {
+            grid.add_boundary_faces(&mut stencil, a, faces);
+            faces.share([coefficient, explicit[a]], [drag.coefficient[a], drag.explicit[a]]);
+        }
+        particles.cargo[i] = link.write();
+    }
+    Ok(())
+}
+
+/// See [`Coupling::set_fluid_velocities`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn set_fluid_velocities(
+    coupling: &Coupling,
+    particles: &mut Particles,
+    (grid, fluid): (&Grid, &FluidFields),
+    time_step: f64,
+) -> Result<(), CouplingError> {
+    assert_eq!(particles.cargo.len(), particles.owned, "coupled particles carry their links");
+    let (mut stencil, mut faces) = (Stencil::default(), SiteWeights::default());
+    for i in 0..particles.owned {
+        let body = &particles.bodies[i];
+        stencil.place(&coupling.kernel, &grid.axes, &body.position, coupling.equivalent_diameter(body))?;
+        let (mut velocity, mut gradient) = (Vec3::zeros(), Vec3::zeros());
+        for a in 0..3 {
+            grid.weigh(&mut stencil, Site::InnerFaces(a), &mut faces);
+            [velocity[a], gradient[a]] = faces.means([fluid.velocity[a], fluid.pressure_gradient[a]]);
+            if grid.add_boundary_faces(&mut stencil, a, &mut faces) {
+                [gradient[a]] = faces.means([fluid.pressure_gradient[a]]);
+            }
+        }
+        let mut link = DragLink::read(&particles.cargo[i]);
+        link.set_fluid_velocity(&velocity, &particles.half_velocity[i], time_step);
+        let volume = coupling.volume(body);
+        link.pressure = buoyancy(coupling.fluid.density, volume, &coupling.gravity);
+        if coupling.model == MixtureModel::A {
+            link.pressure -= gradient * volume;
+        }
+        particles.cargo[i] = link.write();
+    }
+    Ok(())
+}
+
 /// Buoyancy −ρ V g (N) of a volume V (m³) in a fluid of density ρ (kg/m³) under gravity g (m/s²), the force of the
 /// hydrostatic pressure, in both models.
 pub fn buoyancy(fluid_density: f64, volume: f64, gravity: &Vec3) -> Vec3 {
     gravity * (-fluid_density * volume)
-}
-
-/// Velocity of the fluid at a particle (m/s): next to a boundary that of the flow within.
-#[inline]
-fn velocity_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
-    Vec3::from_fn(|a, _| grid.mean(stencil, Site::InnerFaces(a), fluid.velocity[a]))
-}
-
-/// Pressure gradient at a particle (Pa/m).
-#[inline]
-fn gradient_at(stencil: &Stencil, grid: &Grid, fluid: &FluidFields) -> Vec3 {
-    Vec3::from_fn(|a, _| grid.mean(stencil, grid.faces_of_force(a), fluid.pressure_gradient[a]))
 }
 
 /// Void fractions ψ = o − solid/V in the place of the solid volumes (m³), of the cells (i, j, k) of `cells` ranges; o is the open

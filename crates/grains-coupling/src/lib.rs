@@ -65,6 +65,6 @@ pub use exchange::{
     DragLink, MomentumLedger, add_drag, boundary_gradient, impulse_taken, relaxation, unpaid_impulse,
 };
 pub use fluidisation::Bed;
-pub use kernel::{End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
+pub use kernel::{End, GridAxis, Kernel, Layout, MAX_CELLS, Site, SiteWeights, Stencil};
 pub use shape_factors::{ShapeFactors, ShapeProfile, TableError};
 pub use transfer::{Passing, TransferLaw, TransferLink, effectiveness};

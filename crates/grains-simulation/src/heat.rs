@@ -1,16 +1,19 @@
 //! Temperatures of a case: what they depend on, their columns, and the heat ledger in a checkpoint and back.
 
 use crate::insertion::KindRange;
-use crate::restart::{State, reals, words};
+use crate::restart::{State, exact_sums, exact_words, reals, words};
 use grains_case::{Case, Contact, Material};
 use grains_comm::MpiTransport;
 use grains_contact::{Conduction, Elastic, GasLens, effective_modulus};
 use grains_dem::{Catalogue, Dem, Heat, HeatLedger, Thermal, Wall, WallHeat};
-use grains_domain::Transport;
+use grains_domain::sum_exact;
 use grains_output::CheckpointFile;
 
 /// Text of a checkpoint: the ledger (J), then the heat from each wall (W).
 pub const LEDGER: &str = "heat";
+
+/// The same: the words of the sums of the ledger.
+const EXACT: &str = "heat_words";
 
 /// The same: the temperature of each wall (K).
 pub const OF_WALLS: &str = "wall_temperatures";
@@ -159,10 +162,11 @@ fn is_heated(wall: &Wall) -> bool {
 /// Adds the ledger to a checkpoint, if particles have temperatures.
 pub fn save(dem: &Dem, (_, texts): &mut State, transport: &MpiTransport) {
     if dem.setup.thermal.is_some() {
-        let mut sums = dem.heat_ledger.numbers();
-        transport.sum(&mut sums);
+        let mut sums = dem.heat_ledger.sums();
+        sum_exact(&mut sums, transport);
         let flows = dem.wall_heat(transport);
-        texts.push((LEDGER.into(), words(&[&sums[..], &flows].concat())));
+        texts.push((LEDGER.into(), words(&[&sums.map(|sum| sum.total())[..], &flows].concat())));
+        texts.push((EXACT.into(), exact_words(&sums)));
         texts.push((OF_WALLS.into(), words(dem.wall_temperatures())));
     }
 }
@@ -176,5 +180,6 @@ pub fn wall_temperatures(file: &CheckpointFile) -> Vec<f64> {
 pub fn ledger(file: &CheckpointFile) -> Option<(HeatLedger, Vec<f64>)> {
     let numbers = reals(file.text(LEDGER)?)?;
     let (ledger, walls) = numbers.split_at_checked(6)?;
-    Some((HeatLedger::from_numbers(ledger.try_into().ok()?), walls.to_vec()))
+    let sums = exact_sums(ledger, file.text(EXACT).unwrap_or(""));
+    Some((HeatLedger::from_sums(sums.try_into().ok()?), walls.to_vec()))
 }

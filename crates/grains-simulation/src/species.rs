@@ -1,17 +1,19 @@
 //! Species that particles contain: which there are, their columns, and their amounts in a checkpoint and back.
 
 use crate::fluid::interned;
-use crate::restart::{State, reals, words};
+use crate::restart::{State, exact_sums, exact_words, reals, words};
 use grains_case::{Case, Fluid, ParticleTransfer, Scalar};
 use grains_comm::MpiTransport;
 use grains_dem::{Dem, Species, SpeciesContent, SpeciesLedger};
-use grains_domain::Transport;
+use grains_domain::{ExactSum, sum_exact};
 use grains_output::{Array, CheckpointFile, FieldSpec, Values};
 
 /// Array of a checkpoint: the amounts of all species of each particle.
 const AMOUNTS: &str = "amounts";
 /// Text of a checkpoint: a line per species, its ledger and its name.
 const LEDGERS: &str = "species";
+/// The same: a line per species, the words of the sums of its ledger.
+const EXACT: &str = "species_words";
 
 /// Species in the particles of a case: the scalars of the fluid that they keep some of, and what the fluid tells of those that resolved
 /// particles exchange with it.
@@ -82,20 +84,25 @@ pub fn save(dem: &Dem, (arrays, texts): &mut State, transport: &MpiTransport) {
     }
     let values = Values::Real(dem.particles.amounts.clone());
     arrays.push(Array { name: AMOUNTS, unit: "-", width: species.len(), values });
-    let mut sums: Vec<f64> = dem.species_ledgers.iter().flat_map(SpeciesLedger::numbers).collect();
-    transport.sum(&mut sums);
-    let line = |(species, ledger): (&Species, &[f64])| format!("{} {}", words(ledger), species.name);
-    let lines: Vec<String> = species.iter().zip(sums.chunks_exact(3)).map(line).collect();
+    let mut sums: Vec<ExactSum> = dem.species_ledgers.iter().flat_map(SpeciesLedger::sums).collect();
+    sum_exact(&mut sums, transport);
+    let line = |(species, ledger): (&Species, &[ExactSum; 3])| {
+        format!("{} {}", words(&ledger.map(|sum| sum.total())), species.name)
+    };
+    let lines: Vec<String> = species.iter().zip(sums.as_chunks().0).map(line).collect();
     texts.push((LEDGERS.into(), lines.join("\n")));
+    let exact: Vec<String> = sums.as_chunks::<3>().0.iter().map(|ledger| exact_words(ledger)).collect();
+    texts.push((EXACT.into(), exact.join("\n")));
 }
 
 /// Species of a checkpoint: their names and ledgers, in the order of the amounts of its particles.
 pub fn known(file: &CheckpointFile) -> Vec<(String, SpeciesLedger)> {
+    let mut exact = file.text(EXACT).unwrap_or("").lines();
     let line = |line: &str| {
         let mut words = line.splitn(4, ' ');
         let numbers: Vec<String> = words.by_ref().take(3).map(String::from).collect();
-        let numbers = reals(&numbers.join(" "))?.try_into().ok()?;
-        Some((words.next()?.to_string(), SpeciesLedger::from_numbers(numbers)))
+        let sums = exact_sums(&reals(&numbers.join(" "))?, exact.next().unwrap_or(""));
+        Some((words.next()?.to_string(), SpeciesLedger::from_sums(sums.try_into().ok()?)))
     };
     file.text(LEDGERS).unwrap_or("").lines().filter_map(line).collect()
 }
@@ -120,11 +127,7 @@ pub fn restore_last(dem: &mut Dem, known: &[(String, SpeciesLedger)], amounts: &
 pub fn restore_ledgers(dem: &mut Dem, known: &[(String, SpeciesLedger)]) {
     for (name, ledger) in known {
         if let Some(number) = dem.setup.species.iter().position(|species| species.name == *name) {
-            let [inserted, left, fluid] = ledger.numbers();
-            let own = &mut dem.species_ledgers[number];
-            own.inserted += inserted;
-            own.left += left;
-            own.fluid += fluid;
+            dem.species_ledgers[number].add(ledger);
         }
     }
 }

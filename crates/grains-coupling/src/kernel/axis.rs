@@ -6,6 +6,12 @@ use crate::CouplingError;
 /// Largest number of cells along an axis that a kernel may cover.
 pub const MAX_CELLS: usize = 32;
 
+/// Weights along x are multiplied so many at a time.
+pub(super) const LANES: usize = 4;
+
+/// Room for the faces of the largest number of cells.
+const PADDED: usize = (MAX_CELLS + 1).next_multiple_of(LANES);
+
 /// What lies beyond the last cell of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
@@ -18,7 +24,7 @@ pub enum End {
 /// The cells of one rank along an axis, with its halo but without cells beyond a boundary of the domain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridAxis {
-    /// Faces of the cells (m), ascending: cells + 1 numbers.
+    /// Faces of the cells (m), ascending: cells + 1 numbers, and a group of infinite ones.
     nodes: Vec<f64>,
     ends: [End; 2],
     /// Cells per metre of a uniform axis.
@@ -50,15 +56,22 @@ impl Kernel {
 pub(super) struct Weights {
     pub(super) first: usize,
     pub(super) count: usize,
-    pub(super) values: [f64; MAX_CELLS + 1],
+    /// Beyond `count` zeros, to the next multiple of [`LANES`].
+    pub(super) values: [f64; PADDED],
 }
 
 impl Weights {
-    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; MAX_CELLS + 1] };
+    pub(super) const NONE: Self = Self { first: 0, count: 0, values: [0.0; PADDED] };
 
     #[inline(always)]
     pub(super) fn slice(&self) -> &[f64] {
         &self.values[..self.count]
+    }
+
+    /// The same in groups; zeros fill the last one.
+    #[inline(always)]
+    pub(super) fn groups(&self) -> &[[f64; LANES]] {
+        self.values[..self.count.next_multiple_of(LANES)].as_chunks().0
     }
 }
 
@@ -78,26 +91,27 @@ impl GridAxis {
         let mean = (nodes[cells] - nodes[0]) / cells as f64;
         let even = |k: usize| (nodes[k] - nodes[0] - k as f64 * mean).abs() < 1e-9 * mean;
         let per_length = (0..=cells).all(even).then(|| 1.0 / mean);
-        Ok(Self { nodes, ends, per_length })
+        let padding = [f64::INFINITY; LANES];
+        Ok(Self { nodes: [&nodes[..], &padding].concat(), ends, per_length })
     }
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.nodes.len() - 1
+        self.nodes.len() - LANES - 1
     }
 
     /// Faces of the cells (m).
     pub fn nodes(&self) -> &[f64] {
-        &self.nodes
+        &self.nodes[..=self.cells()]
     }
 
     /// Width of the smallest cell (m).
     pub fn smallest_cell(&self) -> f64 {
-        self.nodes.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+        self.nodes().windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
     }
 
     /// Cell that holds a coordinate (m), the first or last one for those beyond.
-    #[inline]
+    #[inline(always)]
     fn cell_of(&self, x: f64) -> usize {
         let last = self.cells() - 1;
         match self.per_length {
@@ -115,16 +129,15 @@ impl GridAxis {
         }
     }
 
-    /// Weights of the cells under a kernel about `x` (m) that reaches `reach` (m); their sum is 1.
+    /// Weights of the cells under a kernel about `x` (m) that reaches `reach` (m), of the inverse `per_reach` (1/m); their sum is 1.
     ///
     /// Errors: a kernel that leaves the halo.
-    #[inline]
+    #[inline(always)]
     pub(super) fn spread(
         &self,
-        kernel: &Kernel,
-        axis: usize,
+        (kernel, axis): (&Kernel, usize),
         x: f64,
-        reach: f64,
+        [reach, per_reach]: [f64; 2],
         weights: &mut Weights,
     ) -> Result<(), CouplingError> {
         let (lower, upper) = (self.nodes[0], self.nodes[self.cells()]);
@@ -139,25 +152,39 @@ impl GridAxis {
         let (first, last) = (self.cell_of(x - reach), self.cell_of(x + reach));
         // The set-up has checked the largest particle, so that this never cuts anything off.
         let count = (last - first + 1).min(MAX_CELLS);
-        let per_reach = 1.0 / reach;
+        (weights.first, weights.count) = (first, count);
         let share = |node: f64| kernel.below((node - x) * per_reach);
         let mut before = share(self.nodes[first]);
-        for k in 0..count {
-            let after = share(self.nodes[first + k + 1]);
-            weights.values[k] = after - before;
-            before = after;
+        for group in 0..count.div_ceil(LANES) {
+            let at = group * LANES;
+            // Of cells beyond the kernel both faces have the share 1.
+            let shares: [f64; LANES] = std::array::from_fn(|lane| share(self.nodes[first + at + 1 + lane]));
+            for lane in 0..LANES {
+                let below = if lane == 0 { before } else { shares[lane - 1] };
+                weights.values[at + lane] = (shares[lane] - below).max(0.0);
+            }
+            before = shares[LANES - 1];
         }
-        (weights.first, weights.count) = (first, count);
+        if below || above {
+            self.complete([below, above], share, weights);
+        }
+        Ok(())
+    }
+
+    /// Adds what of the kernel lies beyond boundaries, and makes the sum 1.
+    #[cold]
+    fn complete(&self, [below, above]: [bool; 2], share: impl Fn(f64) -> f64, weights: &mut Weights) {
+        let Weights { count, .. } = *weights;
+        weights.values[count..count.next_multiple_of(LANES)].fill(0.0);
         if below {
-            self.mirror(lower, share, weights);
+            self.mirror(self.nodes[0], &share, weights);
         }
         if above {
-            self.mirror(upper, share, weights);
+            self.mirror(self.nodes[self.cells()], &share, weights);
         }
         let values = &mut weights.values[..count];
         let per_sum = 1.0 / values.iter().sum::<f64>();
-        values.iter_mut().for_each(|w| *w = (*w * per_sum).max(0.0));
-        Ok(())
+        values.iter_mut().for_each(|w| *w *= per_sum);
     }
 
     /// Adds to each cell what of the kernel lies in its mirror image beyond a boundary at `wall` (m).
@@ -172,35 +199,33 @@ impl GridAxis {
         }
     }
 
-    /// Weights of the faces: half of the cell on either side.
-    #[inline]
-    pub(super) fn faces(cells: &Weights, faces: &mut Weights) {
-        let count = cells.count;
+    /// Whether the lower face of the first of these cells and the upper one of the last lie on a boundary of the domain. A single cell
+    /// between two boundaries has no other face to pass its share to.
+    #[inline(always)]
+    pub(super) fn is_on_boundary(&self, cells: &Weights) -> [bool; 2] {
+        let [lower, upper] = self.ends.map(|end| end == End::Boundary && self.cells() > 1);
+        [lower && cells.first == 0, upper && cells.first + cells.count == self.cells()]
+    }
+}
+
+impl Weights {
+    /// Weights of the faces: half of the cell on either side. Those on a boundary pass their shares on inwards.
+    #[inline(always)]
+    pub(super) fn spread_to_faces(&self, is_on_boundary: [bool; 2], faces: &mut Self) {
+        (faces.first, faces.count) = (self.first, self.count + 1);
         let mut before = 0.0;
-        for (face, &cell) in faces.values.iter_mut().zip(cells.slice()) {
+        for (face, &cell) in faces.values.iter_mut().zip(self.slice()) {
             let half = 0.5 * cell;
             *face = before + half;
             before = half;
         }
-        faces.values[count] = before;
-        (faces.first, faces.count) = (cells.first, count + 1);
-    }
-
-    /// The same with the shares of faces on a boundary passed on inwards.
-    #[inline]
-    pub(super) fn inner_faces(&self, cells: &Weights, faces: &Weights, inner: &mut Weights) {
-        let count = cells.count;
-        (inner.first, inner.count) = (faces.first, faces.count);
-        inner.values[..=count].copy_from_slice(&faces.values[..=count]);
-        // A single cell between two boundaries has no other face to pass its share to.
-        if self.cells() == 1 {
-            return;
+        faces.values[self.count] = before;
+        faces.values[faces.count..faces.count.next_multiple_of(LANES)].fill(0.0);
+        if is_on_boundary[0] {
+            faces.values[1] += std::mem::take(&mut faces.values[0]);
         }
-        if self.ends[0] == End::Boundary && cells.first == 0 {
-            inner.values[1] += std::mem::take(&mut inner.values[0]);
-        }
-        if self.ends[1] == End::Boundary && cells.first + count == self.cells() {
-            inner.values[count - 1] += std::mem::take(&mut inner.values[count]);
+        if is_on_boundary[1] {
+            faces.values[self.count - 1] += std::mem::take(&mut faces.values[self.count]);
         }
     }
 }

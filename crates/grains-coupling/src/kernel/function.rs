@@ -47,7 +47,7 @@ impl Kernel {
 
     /// How far (m) the kernel of a particle of equivalent diameter d (m) reaches to either side: half the cube's edge
     /// (π/6)^⅓ d/2, or the half width.
-    #[inline]
+    #[inline(always)]
     pub fn reach(&self, diameter: f64) -> f64 {
         /// (π/6)^⅓/2.
         const HALF_CUBE: f64 = 0.402_997_988_504_117_4;
@@ -58,7 +58,7 @@ impl Kernel {
     }
 
     /// Share of the kernel that lies below the place `t`, in units of the reach from its centre (-).
-    #[inline]
+    #[inline(always)]
     pub(super) fn below(&self, t: f64) -> f64 {
         let t = t.clamp(-1.0, 1.0);
         match self {

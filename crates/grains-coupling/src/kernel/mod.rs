@@ -5,7 +5,7 @@
 //! beyond a wall or an open boundary of the domain is mirrored back. The same weights deposit and interpolate, so the
 //! force on a particle and its reaction on the fluid are the same numbers.
 //!
-//! *Faces.* A face takes half the weight of the cell on either side ([`Stencil::at`]): the velocity a particle sees is
+//! *Faces.* A face takes half the weight of the cell on either side ([`Stencil::weigh`]): the velocity a particle sees is
 //! the weighted mean of the cells' mean velocities, its force goes in halves to the faces of each cell, and the void
 //! fraction that belongs to a face is the mean of those of its cells weighted by their volume. Faces on a boundary
 //! of the domain take their half as well: the drag there is borne by the boundary, and shows as a pressure gradient between it
@@ -19,8 +19,10 @@
 
 mod axis;
 mod function;
+mod site_weights;
 mod stencil;
 
 pub use axis::{End, GridAxis, MAX_CELLS};
 pub use function::Kernel;
-pub use stencil::{Layout, Site, Stencil};
+pub use site_weights::{Layout, SiteWeights};
+pub use stencil::{Site, Stencil};

@@ -1,6 +1,6 @@
 //! Kernels: exact sums, adjoint interpolation, walls, ranks.
 
-use grains_coupling::{CouplingError, End, GridAxis, Kernel, Layout, MAX_CELLS, Site, Stencil};
+use grains_coupling::{CouplingError, End, GridAxis, Kernel, Layout, MAX_CELLS, Site, SiteWeights, Stencil};
 use grains_geometry::Vec3;
 use std::f64::consts::PI;
 
@@ -50,6 +50,12 @@ fn counts(axes: &[GridAxis; 3], site: Site) -> [usize; 3] {
     })
 }
 
+fn weights(stencil: &mut Stencil, site: Site, layout: &Layout) -> SiteWeights {
+    let mut weights = SiteWeights::default();
+    stencil.weigh(site, layout, &mut weights);
+    weights
+}
+
 const SITES: [Site; 5] = [Site::Cells, Site::Faces(0), Site::Faces(1), Site::Faces(2), Site::InnerFaces(1)];
 
 #[test]
@@ -74,14 +80,12 @@ fn weights_sum_up_to_one_anywhere() {
                 let center = Vec3::new(place(&mut dice), dice.within(-0.01, 0.02), place(&mut dice));
                 stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
                 for site in SITES {
-                    let (mut sum, mut visited) = (0.0, 0);
+                    let mut sum = 0.0;
                     let counts = counts(&axes, site);
-                    stencil.for_each(site, &Layout::packed(counts), |index, weight| {
-                        assert!(weight >= 0.0 && index < counts.iter().product());
+                    weights(&mut stencil, site, &Layout::packed(counts)).for_each(|index, weight| {
+                        assert!(weight >= 0.0 && (weight == 0.0 || index < counts.iter().product()));
                         sum += weight;
-                        visited += 1;
                     });
-                    assert_eq!(visited, stencil.len(site));
                     worst = worst.max((sum - 1.0).abs());
                 }
             }
@@ -104,7 +108,7 @@ fn a_thousand_particles_leave_exactly_their_volume() {
             let center = Vec3::from_fn(|_, _| dice.within(-0.01, 0.02));
             stencil.place(&kernel, &axes, &center, diameter).unwrap();
             let volume = PI / 6.0 * diameter.powi(3);
-            stencil.deposit(Site::Cells, &layout, volume, &mut solid);
+            weights(&mut stencil, Site::Cells, &layout).share([volume], [&mut solid]);
             total += volume;
         }
         let deposited: f64 = solid.iter().sum();
@@ -119,15 +123,15 @@ fn the_cube_is_cut_exactly() {
     let diameter = 0.8 * (6.0 / PI).cbrt();
     let mut stencil = Stencil::default();
     stencil.place(&Kernel::Cube, &axes, &Vec3::new(1.1, 0.5, 0.5), diameter).unwrap();
-    let mut weights = vec![0.0; 27];
-    stencil.deposit(Site::Cells, &Layout::packed([3; 3]), 1.0, &mut weights);
-    assert!((weights[0] - 0.375).abs() < 1e-12 && (weights[1] - 0.625).abs() < 1e-12, "{weights:?}");
+    let mut shares = vec![0.0; 27];
+    weights(&mut stencil, Site::Cells, &Layout::packed([3; 3])).share([1.0], [&mut shares]);
+    assert!((shares[0] - 0.375).abs() < 1e-12 && (shares[1] - 0.625).abs() < 1e-12, "{shares:?}");
     assert!((Kernel::Cube.reach(diameter) - 0.4).abs() < 1e-15);
     // Beyond a wall at 0 the cube from −0.2 to 0.6 comes back.
     stencil.place(&Kernel::Cube, &axes, &Vec3::new(0.2, 1.5, 1.5), diameter).unwrap();
-    let mut weights = vec![0.0; 27];
-    stencil.deposit(Site::Cells, &Layout::packed([3; 3]), 1.0, &mut weights);
-    assert!((weights[13 - 1] - 1.0).abs() < 1e-12, "{weights:?}");
+    let mut shares = vec![0.0; 27];
+    weights(&mut stencil, Site::Cells, &Layout::packed([3; 3])).share([1.0], [&mut shares]);
+    assert!((shares[13 - 1] - 1.0).abs() < 1e-12, "{shares:?}");
 }
 
 #[test]
@@ -141,7 +145,7 @@ fn a_smooth_kernel_has_its_shape_on_any_cells() {
         let mut stencil = Stencil::default();
         stencil.place(&kernel, &axes, &Vec3::new(9.93, 10.31, 8.77), 1.0).unwrap();
         let (mut mean, mut square) = (0.0, 0.0);
-        stencil.for_each(Site::Cells, &Layout::packed([cells; 3]), |index, weight| {
+        weights(&mut stencil, Site::Cells, &Layout::packed([cells; 3])).for_each(|index, weight| {
             let x = (index % cells) as f64 * h + 0.5 * h;
             mean += weight * x;
             square += weight * x * x;
@@ -164,8 +168,8 @@ fn a_kernel_is_mirrored_at_a_wall() {
     free.place(&kernel, &wide, &center, 1.0).unwrap();
     near.place(&kernel, &walled, &center, 1.0).unwrap();
     let (mut all, mut half) = (vec![0.0; 8000], vec![0.0; 4000]);
-    free.deposit(Site::Cells, &Layout::packed([20; 3]), 1.0, &mut all);
-    near.deposit(Site::Cells, &Layout::packed([10, 20, 20]), 1.0, &mut half);
+    weights(&mut free, Site::Cells, &Layout::packed([20; 3])).share([1.0], [&mut all]);
+    weights(&mut near, Site::Cells, &Layout::packed([10, 20, 20])).share([1.0], [&mut half]);
     for (n, share) in half.iter().enumerate() {
         let (i, row) = (n % 10, n / 10);
         let expected = all[row * 20 + 10 + i] + all[row * 20 + 9 - i];
@@ -188,12 +192,66 @@ fn deposit_and_interpolation_are_adjoint() {
                 stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
                 let amount = dice.within(1.0, 2.0);
                 let mut shares = vec![0.0; length];
-                stencil.deposit(site, &layout, amount, &mut shares);
+                weights(&mut stencil, site, &layout).share([amount], [&mut shares]);
                 let left: f64 = shares.iter().zip(&field).map(|(s, f)| s * f).sum();
-                let right = amount * stencil.interpolate(site, &layout, &field);
+                let right = amount * weights(&mut stencil, site, &layout).means([&field])[0];
                 assert!((left - right).abs() < 1e-14, "{left} {right}");
                 let constant = vec![0.7; length];
-                assert!((stencil.interpolate(site, &layout, &constant) - 0.7).abs() < 1e-14);
+                assert!((weights(&mut stencil, site, &layout).means([&constant])[0] - 0.7).abs() < 1e-14);
+            }
+        }
+    }
+}
+
+/// What walls close takes nothing and is not read; the rest stays adjoint and of sum 1, whatever the weights were used for before.
+#[test]
+fn what_is_closed_takes_no_share() {
+    let mut dice = Dice(4);
+    let (mut stencil, mut reused) = (Stencil::default(), SiteWeights::default());
+    for axes in [
+        box_of(stretched, [9, 11, 13], End::Boundary),
+        box_of(uniform, [1, 7, 3], End::Boundary),
+        box_of(uniform, [6, 2, 5], End::Boundary),
+    ] {
+        for (kernel, site) in kernels().into_iter().flat_map(|kernel| SITES.map(|site| (kernel, site))) {
+            let layout = Layout::packed(counts(&axes, site));
+            let length: usize = counts(&axes, site).iter().product();
+            for _ in 0..20 {
+                let open: Vec<f64> = (0..length).map(|_| (2.0 * dice.roll() - 1.0).max(0.0)).collect();
+                let field: Vec<f64> =
+                    open.iter().map(|o| if *o > 0.0 { dice.within(-1.0, 1.0) } else { f64::NAN }).collect();
+                let center = Vec3::from_fn(|_, _| dice.within(-0.01, 0.02));
+                stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
+                stencil.weigh(site, &layout, &mut reused);
+                let before = reused.clone();
+                reused.restrict(&open);
+                let mut shares = vec![0.0; length];
+                reused.share([2.0], [&mut shares]);
+                assert!((shares.iter().sum::<f64>() - 2.0).abs() < 1e-13);
+                if before.means([&open])[0] == 0.0 {
+                    before.for_each(|index, weight| {
+                        assert!(weight == 0.0 || (shares[index] - 2.0 * weight).abs() < 1e-15);
+                    });
+                    continue;
+                }
+                let by_hand = |value: &dyn Fn(usize) -> f64| {
+                    let mut sum = 0.0;
+                    before.for_each(|index, w| {
+                        if w > 0.0 && open[index] > 0.0 {
+                            sum += w * open[index] * value(index);
+                        }
+                    });
+                    sum
+                };
+                let mean = by_hand(&|index| field[index]) / by_hand(&|_| 1.0);
+                assert!(
+                    (reused.means([&field])[0] - mean).abs() < 1e-13,
+                    "{} {mean}",
+                    reused.means([&field])[0]
+                );
+                let adjoint: f64 =
+                    shares.iter().zip(&field).filter(|(s, _)| **s > 0.0).map(|(s, f)| s * f).sum();
+                assert!((adjoint - 2.0 * mean).abs() < 1e-13);
             }
         }
     }
@@ -210,11 +268,16 @@ fn boundary_faces_take_no_share_of_the_velocity() {
             stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
             for a in 0..3 {
                 let counts = counts(&axes, Site::InnerFaces(a));
-                stencil.for_each(Site::InnerFaces(a), &Layout::packed(counts), |index, weight| {
-                    let place =
-                        [index % counts[0], index / counts[0] % counts[1], index / (counts[0] * counts[1])];
-                    assert!(weight == 0.0 || (place[a] > 0 && place[a] + 1 < counts[a]));
-                });
+                weights(&mut stencil, Site::InnerFaces(a), &Layout::packed(counts)).for_each(
+                    |index, weight| {
+                        let place = [
+                            index % counts[0],
+                            index / counts[0] % counts[1],
+                            index / (counts[0] * counts[1]),
+                        ];
+                        assert!(weight == 0.0 || (place[a] > 0 && place[a] + 1 < counts[a]));
+                    },
+                );
             }
         }
     }
@@ -231,8 +294,8 @@ fn the_solid_of_a_face_is_half_that_of_its_cells() {
     for _ in 0..100 {
         let center = Vec3::from_fn(|_, _| dice.within(-0.01, 0.02));
         stencil.place(&kernel, &axes, &center, 1e-3).unwrap();
-        stencil.deposit(Site::Cells, &Layout::packed([8; 3]), 1.0, &mut cells);
-        stencil.deposit(Site::Faces(1), &Layout::packed([8, 9, 8]), 1.0, &mut faces);
+        weights(&mut stencil, Site::Cells, &Layout::packed([8; 3])).share([1.0], [&mut cells]);
+        weights(&mut stencil, Site::Faces(1), &Layout::packed([8, 9, 8])).share([1.0], [&mut faces]);
     }
     for (k, i) in (0..8).flat_map(|k| (0..8).map(move |i| (k, i))) {
         for j in 2..7 {
@@ -263,7 +326,7 @@ fn halos_added_up_give_the_field_of_one_rank() {
     let mut stencil = Stencil::default();
     let mut add = |axes: &[GridAxis; 3], center: &Vec3, sum: &mut [f64]| {
         stencil.place(&kernel, axes, center, diameter).unwrap();
-        stencil.deposit(Site::Cells, &Layout::packed(counts(axes, Site::Cells)), 1.0, sum);
+        weights(&mut stencil, Site::Cells, &Layout::packed(counts(axes, Site::Cells))).share([1.0], [sum]);
     };
     for _ in 0..300 {
         let center = Vec3::from_fn(|_, _| dice.roll());

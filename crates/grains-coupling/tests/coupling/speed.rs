@@ -1,7 +1,8 @@
 //! Time per call, by hand: `cargo test --release -p grains-coupling --test coupling speed -- --ignored --nocapture`.
 
 use grains_coupling::{
-    DragLaw, End, Flow, Fluid, GridAxis, Kernel, Layout, ShapeFactors, ShapeProfile, Site, Stencil,
+    DragLaw, End, Flow, Fluid, GridAxis, Kernel, Layout, ShapeFactors, ShapeProfile, Site, SiteWeights,
+    Stencil,
 };
 use grains_geometry::{Lobes, RegularSolid, Shape, Vec3};
 use std::hint::black_box;
@@ -55,20 +56,25 @@ fn kernels() {
         });
         let place =
             |k: usize| Vec3::new(10.0 + 1e-4 * k as f64, 20.0 + 7e-5 * k as f64, 15.0 + 3e-5 * k as f64);
-        let mut stencil = Stencil::default();
+        let (mut stencil, mut weights) = (Stencil::default(), SiteWeights::default());
         let (layout, mut field) = (Layout::packed([41; 3]), vec![0.3; 41 * 41 * 41]);
         let put = |k: usize, stencil: &mut Stencil| stencil.place(&kernel, &axes, &place(k), 1.0).unwrap();
         time(&format!("{kernel:?}, place"), |k| {
             put(k, &mut stencil);
-            stencil.len(Site::Cells) as f64
+            f64::from(u8::from(stencil.has_boundary_faces(0)))
         });
         time(&format!("{kernel:?}, place and velocity"), |k| {
             put(k, &mut stencil);
-            (0..3).map(|a| stencil.interpolate(Site::Faces(a), &layout, &field)).sum()
+            let of_axis = |a| {
+                stencil.weigh(Site::Faces(a), &layout, &mut weights);
+                weights.means([&field])[0]
+            };
+            (0..3).map(of_axis).sum()
         });
         time(&format!("{kernel:?}, place and deposit on cells"), |k| {
             put(k, &mut stencil);
-            stencil.deposit(Site::Cells, &layout, 1e-9, &mut field);
+            stencil.weigh(Site::Cells, &layout, &mut weights);
+            weights.share([1e-9], [&mut field]);
             0.0
         });
     }

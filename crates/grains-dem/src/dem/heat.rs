@@ -5,7 +5,7 @@ use crate::contacts::PassStatistics;
 use crate::error::{StepError, vector};
 use crate::heat::{Heat, HeatFlow, HeatPass};
 use crate::verlet::VerletLists;
-use grains_domain::Transport;
+use grains_domain::{ExactSum, Transport, sum_exact};
 
 impl Dem {
     /// Accounts for the heat of the particle that came last.
@@ -82,21 +82,22 @@ impl Dem {
                 *error = error.take().or(Some(found));
             }
         }
-        heat_ledger.walls += dt * wall_heat.iter().sum::<f64>();
+        wall_heat.iter().for_each(|power| heat_ledger.walls.add_product(dt, *power));
     }
 
     /// Notes the heat that particles have left with.
     pub(super) fn let_heat_leave(&mut self, left: &[u32]) {
         let Self { particles, setup, heat_ledger, .. } = self;
         let Some(thermal) = &setup.thermal else { return };
-        let content = |i: usize| thermal.capacity(&particles.bodies[i]) * particles.temperatures[i];
-        heat_ledger.left += left.iter().map(|&i| content(i as usize)).sum::<f64>();
+        for i in left.iter().map(|&i| i as usize) {
+            heat_ledger.left += thermal.capacity(&particles.bodies[i]) * particles.temperatures[i];
+        }
     }
 
     /// The heat in the particles and where it came from, over all ranks; none where particles have no temperature.
     pub fn heat(&self, transport: &impl Transport) -> Option<Heat> {
         let thermal = self.setup.thermal.as_ref()?;
-        let [mut capacity, mut content] = [0.0; 2];
+        let [mut capacity, mut content] = [ExactSum::default(); 2];
         let mut ends = [f64::NEG_INFINITY; 2];
         for (body, &temperature) in
             self.particles.bodies.iter().zip(&self.particles.temperatures).take(self.particles.owned)
@@ -106,19 +107,17 @@ impl Dem {
             content += own * temperature;
             ends = [ends[0].max(-temperature), ends[1].max(temperature)];
         }
-        let mut sums = [0.0; 8];
-        sums[..6].copy_from_slice(&self.heat_ledger.numbers());
-        (sums[6], sums[7]) = (capacity, content);
-        transport.sum(&mut sums);
+        let mut sums = [capacity, content].into_iter().chain(self.heat_ledger.sums()).collect::<Vec<_>>();
+        sum_exact(&mut sums, transport);
         transport.max(&mut ends);
-        let [inserted, left, walls, radiation, produced, fluid, capacity, content] = sums;
-        let numbers = [inserted, left, walls, radiation, produced, fluid];
+        let total = |k: usize| sums[k].total();
+        let [capacity, content] = [total(0), total(1)];
         let is_empty = capacity == 0.0;
         Some(Heat {
             mean: if is_empty { 0.0 } else { content / capacity },
             ends: if is_empty { [0.0; 2] } else { [-ends[0], ends[1]] },
             content,
-            ledger: numbers,
+            ledger: std::array::from_fn(|k| total(2 + k)),
         })
     }
 

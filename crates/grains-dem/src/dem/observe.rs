@@ -11,7 +11,7 @@ use crate::memory_use::MemoryUse;
 use crate::non_spherical;
 use crate::totals::Totals;
 use crate::walls::{self, WallLoad};
-use grains_domain::{Transport, sum_wide};
+use grains_domain::{ExactSum, Transport, sum_exact, sum_wide};
 use grains_geometry::Vec3;
 
 /// The other side of a contact.
@@ -129,16 +129,16 @@ impl Dem {
     /// Force (N) and torque about the origin (N m) of all contacts on the particles of each prescribed motion, of the images in the box, over
     /// all ranks.
     pub fn prescribed_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums = vec![[0.0; 6]; self.setup.prescribed.len()];
+        let mut sums = vec![[ExactSum::default(); 6]; self.setup.prescribed.len()];
         let own = self.particles.bodies.iter().zip(&self.particles.loads);
         for (body, load) in own.filter(|(body, _)| body.is_prescribed()) {
             let place = Vec3::from(self.setup.global.wrap(body.position.into()));
             let torque = load.torque + place.cross(&load.force);
             let sum = &mut sums[usize::from(body.prescribed) - 1];
-            sum.iter_mut().zip(load.force.iter().chain(&torque)).for_each(|(sum, x)| *sum += x);
+            sum.iter_mut().zip(load.force.iter().chain(&torque)).for_each(|(sum, x)| *sum += *x);
         }
-        transport.sum(sums.as_flattened_mut());
-        let vector = |s: &[f64]| Vec3::new(s[0], s[1], s[2]);
+        sum_exact(sums.as_flattened_mut(), transport);
+        let vector = |s: &[ExactSum]| Vec3::new(s[0].total(), s[1].total(), s[2].total());
         sums.iter().map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
     }
 

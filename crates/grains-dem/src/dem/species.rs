@@ -1,8 +1,7 @@
 //! What particles are made of beside their material: amounts of species that they exchange with a fluid.
 
 use super::state::Dem;
-use crate::heat::Sum;
-use grains_domain::Transport;
+use grains_domain::{ExactSum, Transport, sum_exact};
 
 /// A species that particles contain.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,23 +20,29 @@ pub struct Species {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeciesLedger {
     /// In particles when they were inserted.
-    pub inserted: Sum,
+    pub inserted: ExactSum,
     /// In particles that left through outlets.
-    pub left: Sum,
+    pub left: ExactSum,
     /// From the fluid.
-    pub fluid: Sum,
+    pub fluid: ExactSum,
 }
 
 impl SpeciesLedger {
-    /// The sums as numbers.
-    pub fn numbers(&self) -> [f64; 3] {
-        [self.inserted, self.left, self.fluid].map(|sum| sum.total())
+    /// The sums, in the order above.
+    pub fn sums(&self) -> [ExactSum; 3] {
+        [self.inserted, self.left, self.fluid]
     }
 
-    /// The ledger of these numbers.
-    pub fn from_numbers(numbers: [f64; 3]) -> Self {
-        let [inserted, left, fluid] = numbers.map(Sum::from);
+    /// The ledger of these sums.
+    pub fn from_sums([inserted, left, fluid]: [ExactSum; 3]) -> Self {
         Self { inserted, left, fluid }
+    }
+
+    /// Adds what another ledger has.
+    pub fn add(&mut self, other: &Self) {
+        self.inserted.add(&other.inserted);
+        self.left.add(&other.left);
+        self.fluid.add(&other.fluid);
     }
 }
 
@@ -96,11 +101,13 @@ impl Dem {
             let amounts = self.particles.amounts.iter().skip(k).step_by(count);
             let mut ends =
                 amounts.clone().fold([f64::NEG_INFINITY; 2], |[low, high], x| [low.max(-x), high.max(*x)]);
-            let [inserted, left, fluid] = self.species_ledgers[k].numbers();
-            let mut sums = [amounts.sum::<f64>(), inserted, left, fluid];
-            transport.sum(&mut sums);
+            let mut content = ExactSum::default();
+            amounts.for_each(|amount| content += *amount);
+            let mut sums = [content].into_iter().chain(self.species_ledgers[k].sums()).collect::<Vec<_>>();
+            sum_exact(&mut sums, transport);
             transport.max(&mut ends);
-            let [content, ledger @ ..] = sums;
+            let total = |k: usize| sums[k].total();
+            let (content, ledger) = (total(0), [total(1), total(2), total(3)]);
             let ends = if ends[1] == f64::NEG_INFINITY { [0.0; 2] } else { [-ends[0], ends[1]] };
             SpeciesContent { content, ends, ledger }
         };

@@ -10,7 +10,7 @@ mod pass;
 
 pub(crate) use flows::HeatFlow;
 pub(crate) use heated_walls::HeatedWalls;
-pub use ledger::{Heat, HeatLedger, Sum};
+pub use ledger::{Heat, HeatLedger};
 pub(crate) use pass::{HeatPass, TouchingParts};
 
 use crate::catalogue::Catalogue;

@@ -5,10 +5,10 @@ use crate::common::{
 };
 use grains_contact::{Conduction, ContactLaw, GasLens, Hertz, Tangential};
 use grains_dem::{
-    Dem, DemSetup, ExchangeStrategy, HeatLedger, Kind, Motion, NewParticle, PrescribedMotion, Skin, Surface,
-    Thermal, WallHeat,
+    Dem, DemSetup, ExchangeStrategy, Heat, HeatLedger, Kind, Motion, NewParticle, PrescribedMotion, Skin,
+    Surface, Thermal, WallHeat,
 };
-use grains_domain::{SerialTransport, Transport};
+use grains_domain::{ExactSum, SerialTransport, Transport, sum_exact};
 use grains_geometry::{Rotation, Shape, Vec3};
 use grains_testing::on_ranks;
 
@@ -96,14 +96,20 @@ fn run(dem: &mut Dem, transport: &impl Transport, until: u64) -> f64 {
     worst
 }
 
-fn after(scene: &Scene, ranks: [usize; 3], from: Option<&(Stopped, [f64; 6])>, until: u64) -> State {
-    merged(on_ranks(ranks.iter().product(), |transport| {
+/// The state after a step, and the sums over all ranks.
+fn after(
+    scene: &Scene,
+    ranks: [usize; 3],
+    from: Option<&(Stopped, [ExactSum; 6])>,
+    until: u64,
+) -> (State, Heat, Vec<f64>) {
+    let found = on_ranks(ranks.iter().product(), |transport| {
         let mut dem = match from {
             None => scene.start(ranks, transport.rank()),
             Some((from, ledger)) => {
                 let mut dem = scene.resume(ranks, transport.rank(), from, |_| ());
                 if transport.rank() == 0 {
-                    dem.heat_ledger = HeatLedger::from_numbers(*ledger);
+                    dem.heat_ledger = HeatLedger::from_sums(*ledger);
                 }
                 dem
             }
@@ -113,11 +119,16 @@ fn after(scene: &Scene, ranks: [usize; 3], from: Option<&(Stopped, [f64; 6])>, u
         let heated = dem.wall_heat(&transport)[1];
         // To the quanta of the flows.
         assert!(heated == 0.0 || (heated / HEATING - 1.0).abs() < 1e-6, "{heated}");
-        state_of(&dem)
-    }))
+        let loads = dem.prescribed_loads(&transport);
+        let of_walls = dem.wall_heat(&transport);
+        let sums = loads.iter().flat_map(|load| [load.force.x, load.torque.y, load.torque.z]).chain(of_walls);
+        (state_of(&dem), dem.heat(&transport).unwrap(), sums.collect::<Vec<f64>>())
+    });
+    let (heat, sums) = (found[0].1, found[0].2.clone());
+    (merged(found.into_iter().map(|(state, ..)| state).collect()), heat, sums)
 }
 
-/// Heat flows through contacts, gaps, walls and by radiation; temperatures and all else are the same bits on any number of ranks,
+/// Heat flows through contacts, gaps, walls and by radiation; temperatures, all else and their sums are the same bits on any number of ranks,
 /// with any skin, exchange and restart, and all heat is accounted for in every step.
 #[test]
 fn temperatures_have_the_same_bits_on_any_ranks_skin_and_restart() {
@@ -128,13 +139,8 @@ fn temperatures_have_the_same_bits_on_any_ranks_skin_and_restart() {
     for shapes in [spheres.to_vec(), bodies] {
         let mut scene = crowd(shapes);
         let alone = after(&scene, [1; 3], None, STEPS);
-        let heat = on_ranks(1, |transport| {
-            let mut dem = scene.start([1; 3], 0);
-            run(&mut dem, &transport, STEPS);
-            dem.heat(&transport).unwrap()
-        })[0];
-        println!("{heat:?}");
-        let [inserted, left, walls, radiation, produced, _] = heat.ledger;
+        println!("{:?}", alone.1);
+        let [inserted, left, walls, radiation, produced, _] = alone.1.ledger;
         // What passes through contacts is no rounding of what is there.
         assert!(left > 0.0 && walls.abs() > 1e-5 * inserted && radiation != 0.0 && produced > 0.0);
         for ranks in [[2, 1, 1], [1, 3, 1], [2, 2, 2]] {
@@ -145,8 +151,8 @@ fn temperatures_have_the_same_bits_on_any_ranks_skin_and_restart() {
                 let mut dem = scene.start([2, 1, 1], transport.rank());
                 run(&mut dem, &transport, stop);
                 dem.refresh(&transport).unwrap();
-                let mut ledger = dem.heat_ledger.numbers();
-                transport.sum(&mut ledger);
+                let mut ledger = dem.heat_ledger.sums();
+                sum_exact(&mut ledger, &transport);
                 (Stopped::of(&dem), ledger)
             });
             let ledger = first[0].1;

@@ -7,7 +7,7 @@ use crate::error::{RunError, agreed};
 use grains_comm::MpiTransport;
 use grains_coupling::{
     Coupling, CouplingError, DragFields, DragLink, FluidFields, Grid as KernelGrid, MomentumLedger,
-    OpenShares, Site, Stencil, boundary_gradient, impulse_taken, void_fractions,
+    OpenShares, Site, SiteWeights, Stencil, boundary_gradient, impulse_taken, void_fractions,
 };
 use grains_dem::{Body, Dem, Particles, Passages, Thermal};
 use grains_domain::Transport;
@@ -422,17 +422,15 @@ impl Exchange {
         transport: &MpiTransport,
     ) -> Result<[Field<Centre>; 4], RunError> {
         let mut fields: [Field<Centre>; 4] = std::array::from_fn(|_| Field::new(layout));
-        let mut stencil = Stencil::default();
+        let (mut stencil, mut cells) = (Stencil::default(), SiteWeights::default());
         let mut deposit = || {
             for body in &particles.bodies[..particles.owned] {
                 let diameter = self.coupling.equivalent_diameter(body);
                 stencil.place(&self.coupling.kernel, &self.kernel_grid.axes, &body.position, diameter)?;
-                let volume = self.coupling.volume(body);
-                let amounts =
-                    [body.velocity.x * volume, body.velocity.y * volume, body.velocity.z * volume, volume];
-                for (field, amount) in fields.iter_mut().zip(amounts) {
-                    self.kernel_grid.share(&stencil, Site::Cells, amount, field.data_mut());
-                }
+                self.kernel_grid.weigh(&mut stencil, Site::Cells, &mut cells);
+                let (volume, v) = (self.coupling.volume(body), &body.velocity);
+                let amounts = [v.x * volume, v.y * volume, v.z * volume, volume];
+                cells.share(amounts, fields.each_mut().map(|field| field.data_mut()));
             }
             Ok(())
         };

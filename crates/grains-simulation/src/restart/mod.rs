@@ -2,10 +2,12 @@
 
 mod check;
 mod crossings;
+mod exact;
 mod remarks;
 mod rows;
 mod values;
 
+pub use exact::{exact_sums, exact_words};
 pub use remarks::suspects;
 
 use crate::changes::{self, Change};
