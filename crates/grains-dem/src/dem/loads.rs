@@ -156,14 +156,14 @@ impl Dem {
     ///
     /// The loads of particles and walls are what was exchanged over the time step; nothing moves by them.
     fn collide(&mut self, model: &HardModel, transport: &impl Transport) {
-        self.wall_loads.fill(WallLoad::default());
+        self.collision_loads.fill(Default::default());
         let mut statistics = PassStatistics::new(self.setup.overlap_limit);
         let time = self.time();
-        let Self { particles, neighbours, setup, states, wall_loads, collisions, exchange, .. } = self;
+        let Self { particles, neighbours, setup, states, collision_loads, collisions, exchange, .. } = self;
         let (scene, catalogue) = (setup.wall_scene(states, time), &setup.catalogue);
         collisions.find(particles, neighbours, &scene, catalogue, &mut statistics);
         let (positions, dt) = (&setup.global.quantum, setup.parameters.dt);
-        let mut solver = ContactSolver { particles, catalogue, wall_loads, positions, dt };
+        let mut solver = ContactSolver { particles, catalogue, wall_loads: collision_loads, positions, dt };
         let counts = collisions.resolve(&mut solver, model, exchange, &mut statistics, transport);
         self.report.collisions += counts.collisions;
         self.report.resting_collisions += counts.resting;

@@ -116,14 +116,11 @@ impl Dem {
 
     /// Force (N) and torque about the origin (N m) on each wall, over all ranks.
     pub fn wall_loads(&self, transport: &impl Transport) -> Vec<WallLoad> {
-        let mut sums: Vec<f64> = self
-            .wall_loads
-            .iter()
-            .flat_map(|l| l.force.iter().chain(l.torque.iter()).copied().collect::<Vec<_>>())
-            .collect();
-        transport.sum(&mut sums);
-        let vector = |s: &[f64]| Vec3::new(s[0], s[1], s[2]);
-        sums.chunks_exact(6).map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
+        let mut sums = self.collision_loads.clone();
+        for (sums, load) in sums.iter_mut().zip(&self.wall_loads) {
+            sums.iter_mut().zip(load.force.iter().chain(&load.torque)).for_each(|(sum, x)| *sum += *x);
+        }
+        summed(sums, transport)
     }
 
     /// Force (N) and torque about the origin (N m) of all contacts on the particles of each prescribed motion, of the images in the box, over
@@ -137,9 +134,7 @@ impl Dem {
             let sum = &mut sums[usize::from(body.prescribed) - 1];
             sum.iter_mut().zip(load.force.iter().chain(&torque)).for_each(|(sum, x)| *sum += *x);
         }
-        sum_exact(sums.as_flattened_mut(), transport);
-        let vector = |s: &[ExactSum]| Vec3::new(s[0].total(), s[1].total(), s[2].total());
-        sums.iter().map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
+        summed(sums, transport)
     }
 
     /// Touching neighbours and touching walls of each owned particle, at the present positions.
@@ -235,4 +230,11 @@ impl Dem {
         let in_a_step = self.neighbours.work(owned) + self.other_work.of_rank(owned, &self.decomposition);
         self.report.work + self.steps_since_build * in_a_step
     }
+}
+
+/// Forces and torques over all ranks, of those of this one.
+fn summed(mut sums: Vec<[ExactSum; 6]>, transport: &impl Transport) -> Vec<WallLoad> {
+    sum_exact(sums.as_flattened_mut(), transport);
+    let vector = |s: &[ExactSum]| Vec3::new(s[0].total(), s[1].total(), s[2].total());
+    sums.iter().map(|s| WallLoad { force: vector(s), torque: vector(&s[3..]) }).collect()
 }

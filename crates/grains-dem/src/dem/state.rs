@@ -21,7 +21,7 @@ use crate::shear::SlidingImages;
 use crate::stress::StressSums;
 use crate::verlet::{CellList, Extent, VerletLists};
 use crate::walls::{Motion, SlidingSums, Travel, WallLoad, WallPlace, WallState};
-use grains_domain::{Decomposition, DecompositionError, OtherWork, WorkProfile};
+use grains_domain::{Decomposition, DecompositionError, ExactSum, OtherWork, WorkProfile};
 use grains_geometry::Vec3;
 
 /// The granular phase of one rank.
@@ -67,8 +67,10 @@ pub struct Dem {
     pub passages: Passages,
     /// Time by phase.
     pub clock: Clock,
-    /// Loads on the walls by this rank's particles.
+    /// Loads on the walls by the soft contacts of this rank's particles.
     pub wall_loads: Vec<WallLoad>,
+    /// The same of hard collisions: force (N) and torque (N m), along x, y, z.
+    pub(crate) collision_loads: Vec<[ExactSum; 6]>,
     /// Whether some rank was asked to stop: set it on any rank, read it on all after [`Dem::advance`], which tells it some steps later.
     pub interrupt: bool,
     /// Result of the last force evaluation.
@@ -150,6 +152,7 @@ impl Dem {
             passages: Passages::default(),
             clock: Clock::default(),
             wall_loads: vec![WallLoad::default(); setup.walls.len()],
+            collision_loads: vec![[ExactSum::default(); 6]; setup.walls.len()],
             interrupt: false,
             report: StepReport::default(),
             other_work: OtherWork::default(),

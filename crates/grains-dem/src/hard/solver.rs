@@ -5,16 +5,16 @@ use super::model::HardModel;
 use crate::catalogue::Catalogue;
 use crate::particles::Particles;
 use crate::rotation::angular_velocity;
-use crate::walls::WallLoad;
 use grains_contact::{Impact, Mobility};
-use grains_domain::Quantum;
+use grains_domain::{ExactSum, Quantum};
 use grains_geometry::{Mat3, Vec3};
 
 /// Applies impulses and relocations to the bodies of contacts.
 pub(crate) struct ContactSolver<'a> {
     pub(crate) particles: &'a mut Particles,
     pub(crate) catalogue: &'a Catalogue,
-    pub(crate) wall_loads: &'a mut [WallLoad],
+    /// Force (N) and torque (N m) on each wall.
+    pub(crate) wall_loads: &'a mut [[ExactSum; 6]],
     /// Quantum of the positions.
     pub(crate) positions: &'a Quantum,
     /// Time step (s): the loads reported are impulses over it.
@@ -57,9 +57,8 @@ impl ContactSolver<'_> {
             Counterpart::Particle(b, arm) => self.push(b, &arm, &impulse),
             Counterpart::Wall { wall, point, .. } => {
                 let force = impulse / self.dt;
-                let load = &mut self.wall_loads[wall as usize];
-                load.force += force;
-                load.torque += point.cross(&force);
+                let sums = self.wall_loads[wall as usize].iter_mut();
+                sums.zip(force.iter().chain(&point.cross(&force))).for_each(|(sum, x)| *sum += *x);
             }
         }
         if rests { Outcome::Rest } else { Outcome::Collision }

@@ -187,7 +187,7 @@ fn a_wall_feels_the_weight_of_what_lies_on_it() {
         dem.refresh(&SerialTransport).unwrap();
         dem.add_forces(&SerialTransport);
         if step >= 100 {
-            felt += dem.wall_loads[4].force.z / 100.0;
+            felt += dem.wall_loads(&SerialTransport)[4].force.z / 100.0;
         }
         dem.advance(&SerialTransport).unwrap();
     }
