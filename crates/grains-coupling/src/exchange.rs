@@ -47,7 +47,7 @@ impl DragLink {
         cargo
     }
 
-    /// Writes what [`DragLink::force`] changes to the cargo that it was read from.
+    /// Writes what [`DragLink::force`] has changed back to its cargo.
     #[inline]
     fn write_unpaid(&self, cargo: &mut Cargo) {
         cargo[7..10].copy_from_slice(self.unpaid.as_slice());

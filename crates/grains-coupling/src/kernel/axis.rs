@@ -157,7 +157,6 @@ impl GridAxis {
         let mut before = share(self.nodes[first]);
         for group in 0..count.div_ceil(LANES) {
             let at = group * LANES;
-            // Of cells beyond the kernel both faces have the share 1.
             let shares: [f64; LANES] = std::array::from_fn(|lane| share(self.nodes[first + at + 1 + lane]));
             for lane in 0..LANES {
                 let below = if lane == 0 { before } else { shares[lane - 1] };
@@ -165,6 +164,7 @@ impl GridAxis {
             }
             before = shares[LANES - 1];
         }
+        weights.values[count..count.next_multiple_of(LANES)].fill(0.0);
         if below || above {
             self.complete([below, above], share, weights);
         }
@@ -174,15 +174,13 @@ impl GridAxis {
     /// Adds what of the kernel lies beyond boundaries, and makes the sum 1.
     #[cold]
     fn complete(&self, [below, above]: [bool; 2], share: impl Fn(f64) -> f64, weights: &mut Weights) {
-        let Weights { count, .. } = *weights;
-        weights.values[count..count.next_multiple_of(LANES)].fill(0.0);
         if below {
             self.mirror(self.nodes[0], &share, weights);
         }
         if above {
             self.mirror(self.nodes[self.cells()], &share, weights);
         }
-        let values = &mut weights.values[..count];
+        let values = &mut weights.values[..weights.count];
         let per_sum = 1.0 / values.iter().sum::<f64>();
         values.iter_mut().for_each(|w| *w *= per_sum);
     }
