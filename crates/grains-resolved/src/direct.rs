@@ -4,7 +4,7 @@ use crate::body::others;
 use crate::nodes::Node;
 use crate::wall_load::Stresses;
 use crate::{Action, BodyMotion, FlowOnWall, Resolved};
-use grains_domain::Transport;
+use grains_domain::{Transport, prefetch};
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
 use nalgebra::{Matrix6, Vector6};
@@ -39,6 +39,9 @@ impl Resolved {
                 // All are found before any is set: extrapolations may read each other's places.
                 let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
                 let mut wanted = |(number, node)| {
+                    let later = nodes.get(number + AHEAD);
+                    let interface = later.and_then(|node| self.nodes.interface(component, node));
+                    interface.into_iter().for_each(|interface| interface.prefetch(velocity, strides));
                     self.wanted((component, node), || arms.to(number, node), velocity, strides)
                 };
                 let wanted: Vec<f64> = nodes.iter().enumerate().map(&mut wanted).collect();
@@ -51,6 +54,7 @@ impl Resolved {
                     let (mut whole, mut excess) = ([0.0; 3], [0.0; 3]);
                     for ((node, &wanted), number) in group.iter().zip(wanted).zip(&mut numbers) {
                         let (place, arm) = (node.place as usize, arms.to(number, node));
+                        prefetch_at(nodes, number, [force, velocity]);
                         let f = force[place] + density / dt * (wanted - velocity[place]);
                         force[place] = self.forcing.explicit * f;
                         velocity[place] = wanted;
@@ -185,6 +189,7 @@ impl Resolved {
                 let (mut squares, mut at_rest) = ([0.0; 6], [0.0; 3]);
                 for (node, number) in group.iter().zip(&mut numbers).filter(|(node, _)| counts(node)) {
                     let (place, arm) = (node.place as usize, arms.to(number, node));
+                    prefetch_at(nodes, number, [force, velocity]);
                     let (p, q) = (arm[c], -arm[b]);
                     let impulse = dt * force[place] - density * velocity[place];
                     for (sum, x) in squares.iter_mut().zip([1.0, p, q, p * p, p * q, q * q]) {
@@ -220,6 +225,17 @@ impl Resolved {
             body.spin = Vec3::from_column_slice(&value[3..]);
         }
         inertia
+    }
+}
+
+/// As many nodes as are worked off while memory answers.
+const AHEAD: usize = 16;
+
+/// Asks for the values of fields at a node some way after the one of this number.
+#[inline(always)]
+fn prefetch_at(nodes: &[Node], number: usize, fields: [&[f64]; 2]) {
+    if let Some(node) = nodes.get(number + AHEAD) {
+        fields.iter().for_each(|field| prefetch(field, node.place as usize));
     }
 }
 

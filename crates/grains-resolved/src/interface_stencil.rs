@@ -4,6 +4,7 @@ use crate::Subgrid;
 use crate::nodes::Holders;
 use crate::subgrid::Stencil;
 use crate::wall::{ClosestPoint, Solids};
+use grains_domain::prefetch;
 use grains_geometry::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -307,6 +308,14 @@ impl InterfaceStencil {
         let points = self.bases.iter().zip(&self.fractions);
         let stencils = points.map(|(&base, &fractions)| Stencil { base: base as usize, fractions });
         self.weights.iter().copied().zip(stencils).filter(|(weight, _)| *weight != 0.0)
+    }
+
+    /// Asks the memory for the velocities at the points in the fluid.
+    #[inline]
+    pub fn prefetch(&self, velocity: &[f64], [_, sy, sz]: [usize; 3]) {
+        for (_, Stencil { base, .. }) in self.fluid() {
+            [0, sy, sz, sy + sz].into_iter().for_each(|corner| prefetch(velocity, base + corner));
+        }
     }
 
     /// The velocity (m/s) inside, of that of the surface, of the surface opposite with its weight, and of the fluid.

@@ -6,6 +6,7 @@ use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::subgrid::Positions;
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
+use grains_domain::prefetch;
 use grains_fluid::{HeldFaces, SolidStresses};
 use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
@@ -28,6 +29,9 @@ pub(crate) struct Node {
     /// Number of its [`InterfaceStencil`], or one of the two below.
     interface: u32,
 }
+
+/// Rows of marks that are asked for before they are needed.
+const ROWS_AHEAD: usize = 4;
 
 /// What is known of a node that a body claims.
 struct Claimed {
@@ -318,6 +322,8 @@ impl Nodes {
             for j in y.clone() {
                 let (row, is_own) =
                     (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
+                let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
+                prefetch(&self.marks[component], later.wrapping_add_signed(*x.start()));
                 for i in x.clone() {
                     let position = Vec3::new(coordinate(0, i), coordinate(1, j), coordinate(2, k));
                     let square = (position - body.center).norm_squared();

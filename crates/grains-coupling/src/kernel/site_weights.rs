@@ -2,7 +2,7 @@
 
 use super::axis::{LANES, Weights};
 
-/// Where the values of a field lie in its array: that of cell or face (i, j, k) of the [`GridAxis`] triple at
+/// Where the values of a field lie in its array: that of cell or face (i, j, k) of the [`crate::GridAxis`] triple at
 /// `offset + i + j stride[0] + k stride[1]`.
 ///
 /// Where arrays hold the *upper* faces of their cells, the axes leave out the lowest halo cell of the array, so that its

@@ -12,6 +12,7 @@ use crate::contact_history::LawHistory;
 use crate::films::{Partner, end_bridge, follow_bridge};
 use crate::particles::{Body, Particles};
 use grains_contact::{Encounter, PreparedLaw, RollingContact, reduced_mass};
+use grains_domain::prefetch;
 use grains_geometry::Vec3;
 use multiversion::multiversion;
 
@@ -64,22 +65,6 @@ pub(crate) fn add_forces(
 
 /// Particles up to which they come fast enough unasked (2 % slower if asked for; 100,000 are 15 % faster).
 const IN_CACHE: usize = 30_000;
-
-/// Asks the memory for an item that will soon be needed; nothing happens if there is none.
-#[inline(always)]
-fn prefetch<T>(items: &[T], i: usize) {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(item) = items.get(i) {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let first = std::ptr::from_ref(item).cast::<i8>();
-        // SAFETY: a prefetch reads nothing; both addresses are of the item.
-        #[allow(unsafe_code)]
-        unsafe {
-            _mm_prefetch(first, _MM_HINT_T0);
-            _mm_prefetch(first.add(size_of::<T>() - 1), _MM_HINT_T0);
-        }
-    }
-}
 
 /// The pairs of a block that touch or are within reach.
 struct Touching {
