@@ -11,15 +11,17 @@ const EXPONENTS: [i32; 3] = [-30, -30 - BITS, -30 - 2 * BITS];
 /// A sum that is the same whatever the order of its terms, and on whichever ranks these are added: of multiples of 2⁻¹⁹⁰, to which terms
 /// are cut.
 ///
-/// It holds 2⁴⁶ terms of up to 2⁵⁰, and is exact for every term above 2⁻¹³⁷.
+/// It holds 2⁴⁶ terms of up to 2⁵⁰, and is exact for every term above 2⁻¹³⁷. With a term that is infinite or no number its total is none either.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExactSum {
     words: [i128; 3],
+    /// Number of terms that are infinite or no numbers.
+    not_finite: u64,
 }
 
 impl PartialEq for ExactSum {
     fn eq(&self, other: &Self) -> bool {
-        self.words() == other.words()
+        (self.words(), self.not_finite) == (other.words(), other.not_finite)
     }
 }
 
@@ -28,6 +30,9 @@ impl Eq for ExactSum {}
 impl ExactSum {
     /// The sum, rounded once or twice in the same way for the same terms.
     pub fn total(&self) -> f64 {
+        if self.not_finite > 0 {
+            return f64::NAN;
+        }
         let carried = self.carried();
         let of_word = |(word, exponent): (&i128, &i32)| *word as f64 * 2.0_f64.powi(*exponent);
         carried.words.iter().zip(&EXPONENTS).rev().map(of_word).fold(0.0, |sum, x| sum + x)
@@ -44,32 +49,37 @@ impl ExactSum {
     pub fn add(&mut self, other: &Self) {
         let (own, other) = (self.carried(), other.carried());
         self.words = std::array::from_fn(|k| own.words[k].wrapping_add(other.words[k]));
+        self.not_finite += other.not_finite;
     }
 
-    /// The sum as whole numbers, the same for the same terms.
+    /// The sum of finite terms as whole numbers, the same for the same terms.
     pub fn words(&self) -> [i128; 3] {
         self.carried().words
     }
 
     /// The sum of these words.
     pub fn from_words(words: [i128; 3]) -> Self {
-        Self { words }.carried()
+        Self { words, not_finite: 0 }.carried()
     }
 
-    /// The same sum of which all words but the first are at least 0 and below 2⁸⁰.
+    /// The same sum, all words of which but the first are not negative and below 2⁸⁰.
     fn carried(&self) -> Self {
         let mut words = self.words;
         for k in [2, 1] {
             words[k - 1] = words[k - 1].wrapping_add(words[k] >> BITS);
             words[k] &= (1 << BITS) - 1;
         }
-        Self { words }
+        Self { words, ..*self }
     }
 }
 
 impl AddAssign<f64> for ExactSum {
     #[inline]
     fn add_assign(&mut self, x: f64) {
+        if !x.is_finite() {
+            self.not_finite += 1;
+            return;
+        }
         let mut rest = x * 2.0_f64.powi(-EXPONENTS[0]);
         for word in &mut self.words {
             let whole = rest.trunc();
@@ -92,10 +102,15 @@ impl From<f64> for ExactSum {
 
 /// Adds up sums over all ranks; collective.
 pub fn sum_exact(sums: &mut [ExactSum], transport: &impl Transport) {
-    let mut words: Vec<u128> = sums.iter().flat_map(|sum| sum.words().map(i128::cast_unsigned)).collect();
-    sum_wide(&mut words, transport);
-    for (sum, words) in sums.iter_mut().zip(words.as_chunks::<3>().0) {
-        *sum = ExactSum::from_words(words.map(u128::cast_signed));
+    let numbers = |sum: &ExactSum| {
+        let [a, b, c] = sum.words().map(i128::cast_unsigned);
+        [a, b, c, sum.not_finite.into()]
+    };
+    let mut all: Vec<u128> = sums.iter().flat_map(numbers).collect();
+    sum_wide(&mut all, transport);
+    for (sum, [a, b, c, not_finite]) in sums.iter_mut().zip(all.as_chunks::<4>().0) {
+        let words = [a, b, c].map(|word| word.cast_signed());
+        *sum = ExactSum { not_finite: *not_finite as u64, ..ExactSum::from_words(words) };
     }
 }
 
@@ -150,6 +165,22 @@ mod tests {
         (0..1_000_000).for_each(|_| many += 0.1);
         assert!((many.total() - 1_100_000.0).abs() < 1e-9, "{}", many.total());
         assert_eq!(ExactSum::from(-3.25e-7).total(), -3.25e-7);
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_lost() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut terms = terms();
+            terms[77] = bad;
+            let (front, back) = terms.split_at(700);
+            let mut joined = [sum(back.iter())];
+            joined[0].add(&sum(front.iter()));
+            sum_exact(&mut joined, &SerialTransport);
+            assert!(joined[0].total().is_nan() && !sum(back.iter()).total().is_nan());
+            let mut product = ExactSum::default();
+            product.add_product(bad, 2.0);
+            assert!(product.total().is_nan() && ExactSum::from(bad).total().is_nan());
+        }
     }
 
     #[test]
