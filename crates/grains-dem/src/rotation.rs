@@ -9,6 +9,15 @@ pub(crate) fn angular_velocity(frame: &Mat3, inertia: &Vec3, momentum: &Vec3) ->
     frame * frame.tr_mul(momentum).component_div(inertia)
 }
 
+/// What no point of a body moves farther (m) than as it turns from one orientation to another about the centre of a ball of a radius
+/// (m) that holds it.
+///
+/// A turn by θ moves points by up to 2 R sin(θ/2) = 4 R sin(θ/4) cos(θ/4), and changes the quaternion by 2 sin(θ/4).
+#[inline(always)]
+pub(crate) fn way_of_turn(radius: f64, before: &Rotation, after: &Rotation) -> f64 {
+    2.0 * radius * (after.coords - before.coords).norm()
+}
+
 /// Some bodies that turn freely, each with a constant angular momentum: computed together, as one alone is a long
 /// chain of numbers that wait for each other. What a body does is the same in every bit whichever others are there.
 pub(crate) struct FreeRotors<const N: usize> {
@@ -112,6 +121,29 @@ mod tests {
         tops.rotate_freely();
         assert_eq!([tops.orientation(0), tops.orientation(7)], [alone, alone]);
         assert_ne!(tops.orientation(1), alone);
+    }
+
+    /// Turns of up to a whole one: no point goes farther, and one across the axis goes as far where the turn is small.
+    #[test]
+    fn no_point_goes_farther_than_the_way_of_a_turn() {
+        let mut state = 11_u64;
+        let mut number = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut vector = || Vec3::from_fn(|_, _| number());
+        for k in 0..10_000 {
+            let (before, way) = (Rotation::from_scaled_axis(vector() * 4.0), vector().normalize());
+            let angle = 6.28 * f64::from(k + 1) / 10_000.0;
+            // The quaternion goes on without a jump, as that of a body does.
+            let turn = Rotation::from_axis_angle(&Unit::new_unchecked(way), angle);
+            let after = Rotation::new_unchecked(turn.into_inner() * before.into_inner());
+            let bound = way_of_turn(2.0, &before, &after);
+            let point = before.inverse_transform_vector(&(vector().cross(&way).normalize() * 2.0));
+            let gone = (after * point - before * point).norm();
+            assert!(gone <= bound * (1.0 + 1e-12), "{angle}: {gone} beyond {bound}");
+            assert!(gone >= bound * (0.25 * angle).cos() * (1.0 - 1e-6), "{angle}: {gone} of {bound}");
+        }
     }
 
     /// Euler's top with I = (1, 2, 3) and ω0 = (1, 0, 1): reference values of Jacobi's elliptic functions.

@@ -70,7 +70,8 @@ impl Component {
         let (rotation, position) = self.frame();
         let turn = rotation.to_rotation_matrix().into_inner();
         let part = crusted(&self.shape, crust.min(MOST_CRUST * self.shape.inscribed_radius))?;
-        Ok(Part { center: turn * part.center + position, rotation: turn * part.rotation, ..part })
+        let (center, rotation) = (turn * part.center + position, turn * part.rotation);
+        Ok(part.placed(center, rotation))
     }
 }
 
@@ -139,10 +140,9 @@ pub(crate) fn glue(
         1.0,
         &-axes.tr_mul(&mass.center),
     );
-    let in_body = |part: Part| Part {
-        center: axes.tr_mul(&(part.center - mass.center)),
-        rotation: axes.tr_mul(&part.rotation),
-        ..part
+    let in_body = |part: Part| {
+        let (center, rotation) = (axes.tr_mul(&(part.center - mass.center)), axes.tr_mul(&part.rotation));
+        part.placed(center, rotation)
     };
     let parts: Vec<Part> = placed.into_iter().map(in_body).collect();
     Ok(Shape {

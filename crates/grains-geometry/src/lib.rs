@@ -71,7 +71,7 @@ pub use mesh_file::{
 pub use placement::Placement;
 pub use report::{DecompositionReport, MassSource, ShapeReport};
 pub use revolution::Revolution;
-pub use shape::{Part, Shape};
+pub use shape::{Part, PartFrame, Shape};
 pub use shapes::{Lobes, RegularSolid, SphereArrangement};
 pub use solid::SolidError;
 pub use superellipsoid::Superellipsoid;

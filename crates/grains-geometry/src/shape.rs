@@ -14,10 +14,34 @@ pub struct Part {
     pub center: Vec3,
     /// Rotation from the part frame to the body frame.
     pub rotation: Mat3,
+    /// What of the two above is none.
+    pub frame: PartFrame,
     /// Half edges of the box about the part, crust included, aligned with and centred on the part frame (m).
     pub half_extents: Vec3,
     /// Radius of a ball about the part's origin that holds the part (m).
     pub bounding_radius: f64,
+}
+
+/// How the frame of a part lies in that of its body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartFrame {
+    /// It is that of the body.
+    OfBody,
+    /// Its origin is elsewhere, its axes are those of the body.
+    Shifted,
+    /// Its axes are others.
+    Turned,
+}
+
+impl PartFrame {
+    /// The frame of an origin and a rotation in the body frame.
+    pub fn of(center: &Vec3, rotation: &Mat3) -> Self {
+        match (*rotation == Mat3::identity(), *center == Vec3::zeros()) {
+            (true, true) => Self::OfBody,
+            (true, false) => Self::Shifted,
+            (false, _) => Self::Turned,
+        }
+    }
 }
 
 /// A particle shape at scale 1, in its body frame: principal axes at the centre of mass.
@@ -47,6 +71,12 @@ pub struct Shape {
 }
 
 impl Part {
+    /// The same part at another place in the body frame.
+    #[must_use]
+    pub fn placed(self, center: Vec3, rotation: Mat3) -> Self {
+        Self { center, rotation, frame: PartFrame::of(&center, &rotation), ..self }
+    }
+
     /// Whether a point of the part's frame (m) lies in the body with sharp edges, whose erosion the core is.
     pub fn contains(&self, point: &Vec3) -> bool {
         self.core.contains(self.crust, point)

@@ -266,11 +266,7 @@ impl Dem {
         for (i, reference) in references.places.iter().enumerate().take(self.particles.owned) {
             let body = &self.particles.bodies[i];
             let mut distance = (body.position - reference.position).norm();
-            if let Some(before) = references.orientations.get(i) {
-                // A rotation by θ changes the quaternion by 2 sin(θ/4), and moves no point by more than R θ.
-                let turned = (self.particles.orientations[i].coords - before.coords).norm();
-                distance += 2.0 * body.radius * turned;
-            }
+            distance += references.turned(&self.particles, i).unwrap_or(0.0);
             self.times.used = self.times.used.max(distance / reference.allowance);
             let thickness = tunnelling::half_thickness(&self.setup.catalogue, body);
             if distance > reference.allowance + thickness {

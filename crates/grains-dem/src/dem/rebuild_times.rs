@@ -101,8 +101,8 @@ impl Dem {
         {
             let (way, v) = (body.position - reference.position, body.velocity);
             let turned = references.turned(particles, i);
-            // What turning takes of the allowance grows by 2 R ω.
-            let turning = turned.map_or(0.0, |_| 2.0 * body.radius * body.angular_velocity.norm());
+            // What turning takes of the allowance grows by R ω.
+            let turning = turned.map_or(0.0, |_| body.radius * body.angular_velocity.norm());
             let left = reference.allowance - turned.unwrap_or(0.0);
             shortest = shortest.min(time_until(&way, &v, left, turning));
         }

@@ -2,7 +2,7 @@
 
 use crate::catalogue::Catalogue;
 use crate::particles::{Body, Particles};
-use grains_geometry::{ContactPatch, Core, DiscreteSurface, Mat3, Part, Placement, Shape, Vec3};
+use grains_geometry::{ContactPatch, Core, DiscreteSurface, Mat3, Part, PartFrame, Placement, Shape, Vec3};
 
 /// How the core of a part lies and is swept.
 #[derive(Clone, Copy, Debug)]
@@ -29,13 +29,6 @@ pub(crate) struct PlacedPart<'a> {
     pub(crate) bounding_radius: f64,
     /// Vertices that find contacts in place of the core (Srinivasan 2019, section 2.4).
     pub(crate) vertices: Option<&'a DiscreteSurface>,
-}
-
-/// Whether a part has the frame of its particle: single round bodies and boxes are centred on their principal
-/// axes, where polyhedra have a box of their own.
-#[inline(always)]
-fn has_frame_of_particle(shape: &Shape, part: &Part) -> bool {
-    shape.parts.len() == 1 && !matches!(part.core, Core::Polyhedron(_))
 }
 
 /// How a particle lies: its shape, rotation from its frame, and scale.
@@ -96,10 +89,12 @@ impl<'a> Pose<'a> {
     #[inline(always)]
     pub(super) fn support_value(&self, part: &Part, direction: &Vec3) -> f64 {
         let direction = self.frame.tr_mul(direction);
-        let of_core = if has_frame_of_particle(self.shape, part) {
-            part.core.support_value(&direction)
-        } else {
-            direction.dot(&part.center) + part.core.support_value(&part.rotation.tr_mul(&direction))
+        let of_core = match part.frame {
+            PartFrame::OfBody => part.core.support_value(&direction),
+            PartFrame::Shifted => direction.dot(&part.center) + part.core.support_value(&direction),
+            PartFrame::Turned => {
+                direction.dot(&part.center) + part.core.support_value(&part.rotation.tr_mul(&direction))
+            }
         };
         (of_core + part.crust) * self.scale
     }
@@ -115,10 +110,10 @@ impl<'a> PlacedPart<'a> {
     pub(crate) fn of(pose: &Pose<'a>, part: u16) -> Self {
         let Pose { shape, frame, scale } = *pose;
         let part = &shape.parts[part as usize];
-        let (rotation, offset) = if has_frame_of_particle(shape, part) {
-            (*frame, Vec3::zeros())
-        } else {
-            (frame * part.rotation, frame * part.center * scale)
+        let (rotation, offset) = match part.frame {
+            PartFrame::OfBody => (*frame, Vec3::zeros()),
+            PartFrame::Shifted => (*frame, frame * part.center * scale),
+            PartFrame::Turned => (frame * part.rotation, frame * part.center * scale),
         };
         let crust = part.crust * scale;
         let (bounding_radius, vertices) = (part.bounding_radius * scale, shape.discrete.as_deref());

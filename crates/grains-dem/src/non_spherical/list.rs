@@ -36,18 +36,18 @@ impl PartPairList {
         self.histories.keep_laws = keep_laws;
     }
 
-    /// Adds a pair of parts with these cores whose centres are `between` (m) apart, with its history if it touched.
+    /// Adds a pair of parts with these cores, with its history if it touched; a plane normal to `axis`, of any length, may separate them.
     pub(crate) fn push(
         &mut self,
         [a, b]: [u32; 2],
         (parts, cores): ([u16; 2], [&Core; 2]),
-        between: &Vec3,
+        axis: &Vec3,
         known: Option<&ContactHistory>,
     ) {
         let separated_until = if known.is_some() { PartPair::TOUCHING } else { 0.0 };
         let place = self.pairs.len() as u32;
         let mut pair = PartPair { a, b, parts, place, axis: Vec3::zeros(), separated_until };
-        pair.separate_by(between);
+        pair.separate_by(axis);
         self.has_windows |= Window::is_for(cores);
         self.histories.push(cores, known.unwrap_or(&ContactHistory::default()));
         make_room(&mut self.pairs, 1);

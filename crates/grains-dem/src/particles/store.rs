@@ -5,7 +5,7 @@ use super::record::ParticleRecord;
 use crate::films::BodyFilm;
 use crate::heat::HeatFlow;
 use crate::memory_use::heap_bytes;
-use crate::rotation::frame;
+use crate::rotation::{frame, way_of_turn};
 use grains_geometry::{Mat3, Rotation, Vec3};
 use std::ops::Range;
 
@@ -260,14 +260,11 @@ impl Particles {
     }
 
     /// Gives a body that has come from a position (m) a new orientation.
-    ///
-    /// Turning by θ changes the quaternion by 2 sin(θ/4) and moves no point by more than R θ: the factor 2.5 covers
-    /// angles up to 2.5 rad.
     #[inline(always)]
     pub(crate) fn turn_to(&mut self, i: usize, before: &Vec3, orientation: Rotation) {
         let body = &self.bodies[i];
-        let turned = (self.orientations[i].coords - orientation.coords).norm();
-        self.path_length[i] += (body.position - before).norm() + 2.5 * body.radius * turned;
+        let turned = way_of_turn(body.radius, &self.orientations[i], &orientation);
+        self.path_length[i] += (body.position - before).norm() + turned;
         self.orientations[i] = orientation;
         self.frames[i] = frame(&orientation);
     }

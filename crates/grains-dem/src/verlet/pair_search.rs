@@ -15,7 +15,7 @@ use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
 use crate::rotation::frame;
 use grains_domain::CellGrid;
-use grains_geometry::obb::boxes_apart;
+use grains_geometry::obb::axis_of_widest_gap;
 use grains_geometry::{Mat3, Vec3};
 use std::ops::Range;
 
@@ -341,15 +341,15 @@ impl VerletLists {
                 }
                 let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
                 let half = |k: usize, part: u16| &poses[k].shape.parts[part as usize].half_extents;
-                if boxes_apart(half(0, part), half(1, other), &placement, margin / part_a.scale) {
-                    continue;
-                }
+                let (half, margin) = ([half(0, part), half(1, other)], margin / part_a.scale);
+                let Some(axis) = axis_of_widest_gap(half[0], half[1], &placement, margin) else { continue };
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = histories.part_pairs.row(search.row(i)).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
                 let list = if is_resting { &mut self.resting.part_pairs } else { &mut self.part_pairs };
                 let cores = [part_a.core, part_b.core];
-                list.push([a, b].map(|i| i as u32), (parts, cores), &between, known.map(|m| &m.contact));
+                let axis = part_a.rotation * axis;
+                list.push([a, b].map(|i| i as u32), (parts, cores), &axis, known.map(|m| &m.contact));
             }
         }
         self.near_parts = near;

@@ -3,6 +3,7 @@
 use super::list_context::ListContext;
 use crate::memory_use::heap_bytes;
 use crate::particles::{Body, Particles};
+use crate::rotation::way_of_turn;
 use grains_domain::{Decomposition, SIZE_CLASSES, size_class};
 use grains_geometry::{Rotation, Vec3};
 
@@ -45,14 +46,10 @@ impl References {
     }
 
     /// What turning has taken of the allowance of an owned particle (m); none where all shapes are spheres.
-    ///
-    /// A rotation by θ changes the quaternion by 2 sin(θ/4) and moves no corner of the box around the body, √3 R away or nearer, by more
-    /// than √3 R θ; the factor 4 covers angles up to a radian.
     #[inline(always)]
     pub(crate) fn turned(&self, particles: &Particles, i: usize) -> Option<f64> {
         let before = self.orientations.get(i)?;
-        let turned = (particles.orientations[i].coords - before.coords).norm();
-        Some(4.0 * particles.bodies[i].radius * turned)
+        Some(way_of_turn(particles.bodies[i].radius, before, &particles.orientations[i]))
     }
 
     /// Takes the present poses of all owned particles for their references, and forgets clones.

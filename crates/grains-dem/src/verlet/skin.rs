@@ -13,6 +13,6 @@ pub struct Skin {
 
 impl Default for Skin {
     fn default() -> Self {
-        Self { min: 0.025, max: 0.4, horizon: 60.0 }
+        Self { min: 0.025, max: 0.4, horizon: 80.0 }
     }
 }

@@ -38,11 +38,8 @@ impl MassProperties {
             * rotation_about(&Vec3::y(), pitch)
             * rotation_about(&Vec3::x(), roll);
         let matrix = turn.to_rotation_matrix().into_inner();
-        let in_lines = |part: &Part| Part {
-            center: matrix.tr_mul(&part.center),
-            rotation: matrix.tr_mul(&part.rotation),
-            ..part.clone()
-        };
+        let in_lines =
+            |part: &Part| part.clone().placed(matrix.tr_mul(&part.center), matrix.tr_mul(&part.rotation));
         let turned: Vec<Part> = parts.iter().map(in_lines).collect();
         let solids: Vec<Solid> = turned.iter().map(Solid::new).collect();
         let grid = |lines: u32| integrate(&solids, lines).placed(&turn, &Vec3::zeros());

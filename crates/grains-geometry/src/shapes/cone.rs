@@ -2,7 +2,7 @@
 
 use super::tessellation::revolved;
 use crate::error::{check_length, crust_thickness};
-use crate::{Cone, Core, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, Vec3};
+use crate::{Cone, Core, Mat3, Part, PartFrame, Rotation, Shape, ShapeError, ShapeReport, Vec3};
 use std::f64::consts::PI;
 
 impl Shape {
@@ -59,6 +59,7 @@ fn part(body: &Cone, crust_fraction: f64) -> Result<Part, ShapeError> {
         crust,
         center: Vec3::zeros(),
         rotation: Mat3::identity(),
+        frame: PartFrame::OfBody,
         half_extents: Vec3::new(radius, radius, half_height),
     })
 }

@@ -4,8 +4,8 @@ use crate::error::{check_length, crust_thickness};
 use crate::mass::MassProperties;
 use crate::mass::union::principal_moments;
 use crate::{
-    ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport,
-    TriMesh, Vec3,
+    ConvexHull, Core, Face, HullError, MassSource, Mat3, Part, PartFrame, Rotation, Shape, ShapeError,
+    ShapeReport, TriMesh, Vec3,
 };
 use nalgebra::Rotation3;
 
@@ -93,6 +93,7 @@ fn polyhedron_part(hull: &ConvexHull, core: &[Vec3], crust: f64) -> Part {
         crust,
         center,
         rotation,
+        frame: PartFrame::of(&center, &rotation),
         half_extents: half.add_scalar(crust),
         bounding_radius: farthest + crust,
     }

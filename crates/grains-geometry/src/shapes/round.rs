@@ -3,7 +3,7 @@
 use super::tessellation::{cylinder_surface, sphere_surface};
 use crate::convex::cuboid::triangles as cuboid_surface;
 use crate::error::{check_length, crust_thickness};
-use crate::{Core, Mat3, Part, Rotation, Shape, ShapeError, ShapeReport, Vec3};
+use crate::{Core, Mat3, Part, PartFrame, Rotation, Shape, ShapeError, ShapeReport, Vec3};
 use std::f64::consts::PI;
 
 impl Shape {
@@ -78,5 +78,6 @@ impl Shape {
 
 /// A part whose frame is the body frame.
 pub(super) fn centred_part(core: Core, crust: f64, half_extents: Vec3, bounding_radius: f64) -> Part {
-    Part { core, crust, center: Vec3::zeros(), rotation: Mat3::identity(), half_extents, bounding_radius }
+    let (center, rotation, frame) = (Vec3::zeros(), Mat3::identity(), PartFrame::OfBody);
+    Part { core, crust, center, rotation, frame, half_extents, bounding_radius }
 }

@@ -24,7 +24,7 @@ pub struct CylinderQueries<const M: usize> {
     translations: Columns<3, M>,
     /// Radius, half height, and height, reach and disc of the feature (m), of A and of B.
     features: [Columns<5, M>; 2],
-    /// Cosines and sines of the points on the circles.
+    /// Points on the circles as they are marked (m), then their cosines and sines.
     angles: [Columns<2, M>; 2],
     /// Lengths of the last steps (rad).
     steps: [f64; M],
@@ -106,7 +106,7 @@ impl<const M: usize> CylinderQueries<M> {
     #[inline(always)]
     fn begin(&mut self, start: usize, end: usize) {
         for k in start..end.min(M) {
-            let mut touching = self.touching(k);
+            let mut touching = self.touching_with(k, Feature::turned);
             touching.face();
             self.set_angles(k, touching.angles());
             self.steps[k] = 1.0;
@@ -172,11 +172,16 @@ impl<const M: usize> CylinderQueries<M> {
 
     #[inline(always)]
     fn touching(&self, k: usize) -> Touching {
+        self.touching_with(k, |feature| feature)
+    }
+
+    #[inline(always)]
+    fn touching_with(&self, k: usize, prepared: impl Fn(Feature) -> Feature) -> Touching {
         let feature = |side: usize| {
             let [radius, half_height, height, reach, disc] =
                 self.features[side].each_ref().map(|column| column[k]);
             let angle = self.angles[side].each_ref().map(|column| column[k]);
-            Feature { rims: Rims { radius, half_height }, height, reach, disc, angle }
+            prepared(Feature { rims: Rims { radius, half_height }, height, reach, disc, angle })
         };
         let matrix = matrix(&self.matrices, k);
         Touching::new([feature(0), feature(1)], matrix, vector(&self.translations, k))

@@ -24,22 +24,28 @@ pub(super) struct Feature {
     pub reach: f64,
     /// Radius of a disc (m); 0 of others.
     pub disc: f64,
-    /// Cosine and sine of the angle about the axis.
+    /// Cosine and sine of the angle about the axis; of a feature that is marked, times its radius (m).
     pub angle: [f64; 2],
 }
 
 impl Feature {
-    /// The feature of a mark.
+    /// The feature of a mark, at the marked point.
     #[inline(always)]
     pub(super) fn of(rims: Rims, mark: &Mark) -> Self {
-        let [x, y] = mark.point;
-        let inverse = 1.0 / (x * x + y * y).sqrt();
         let (height, reach, disc) = match mark.kind {
             Kind::Rim { is_upper } => (rims.height(is_upper), 0.0, 0.0),
             Kind::Line => (0.0, rims.half_height, 0.0),
             Kind::Disc { is_upper } => (rims.height(is_upper), 0.0, rims.radius),
         };
-        Self { rims, height, reach, disc, angle: [x * inverse, y * inverse] }
+        Self { rims, height, reach, disc, angle: mark.point }
+    }
+
+    /// The same with the cosine and sine of the angle of its point.
+    #[inline(always)]
+    pub(super) fn turned(self) -> Self {
+        let [x, y] = self.angle;
+        let inverse = 1.0 / (x * x + y * y).sqrt();
+        Self { angle: [x * inverse, y * inverse], ..self }
     }
 
     #[inline(always)]
@@ -92,10 +98,10 @@ impl Touching {
     #[inline(always)]
     pub(in crate::gjk) fn of(rims: [Rims; 2], placement: &Placement, simplex: &Simplex) -> Option<Self> {
         let features = Self::features(rims, &CylinderMarks::of(rims, simplex)?)?;
-        Some(Self::new(features, placement.matrix, placement.translation))
+        Some(Self::new(features.map(Feature::turned), placement.matrix, placement.translation))
     }
 
-    /// The features that are marked, unless a disc has anything but a rim over it.
+    /// The features that are marked, at the marked points, unless a disc has anything but a rim over it.
     #[inline(always)]
     pub(super) fn features(rims: [Rims; 2], CylinderMarks([a, b]): &CylinderMarks) -> Option<[Feature; 2]> {
         let is_solvable = |on: &Mark, other: &Mark| {
