@@ -57,6 +57,11 @@ pub(crate) trait Support {
         None
     }
 
+    /// Half edges of a box (m), if the core is one.
+    fn half_edges(&self) -> Option<Vec3> {
+        None
+    }
+
     /// The superellipsoid, if the core is one.
     fn superellipsoid(&self) -> Option<&Superellipsoid> {
         None

@@ -7,12 +7,13 @@
 //!
 //! Three measures make a warm query cheap: the simplex of the last step, kept as points of the bodies,
 //! usually still is the answer and one support point certifies it; of flat faces that look at each other
-//! the corner over a face or the edges that cross where the gap is smallest are found at once; and for
-//! cylinders and superellipsoids the features that touch are solved as equations by Newton's method, for
-//! support points alone would approach a curved surface slowly; those of two cylinders are guessed where no
+//! the corner over a face or the edges that cross where the gap is smallest are found at once, of two
+//! boxes in closed form; and for cylinders and superellipsoids the features that touch are solved as equations by
+//! Newton's method, for support points alone would approach a curved surface slowly; those of two cylinders are guessed where no
 //! simplex marks them, or others than those that touch. Bodies that do not touch need no query while a plane still parts them:
 //! [`Core::support_value`].
 
+mod boxes;
 mod columns;
 mod curved;
 mod cylinders;
@@ -25,6 +26,7 @@ mod search;
 mod smooth;
 mod start;
 
+pub use boxes::{BoxQueries, BoxStart};
 pub use cylinders::{CylinderMarks, CylinderQueries};
 pub use ellipsoids::EllipsoidQueries;
 pub(crate) use smooth::penetration as smooth_penetration;

@@ -6,7 +6,7 @@
 use super::pairs::PartPair;
 use crate::contact_history::{ContactHistory, LawHistory};
 use crate::memory_use::{heap_bytes, make_room};
-use grains_geometry::gjk::{CylinderMarks, StartForm, read_surfaces, write_surfaces};
+use grains_geometry::gjk::{BoxStart, CylinderMarks, StartForm, read_surfaces, write_surfaces};
 use grains_geometry::{Core, Simplex, Vec3};
 
 /// Of the place of a start: it is that of a whole simplex.
@@ -172,6 +172,20 @@ impl Histories {
     pub(super) fn set_start_of_ellipsoids(&mut self, pair: &PartPair, points: &[Vec3; 2]) {
         let first = self.starts[pair.place as usize] as usize;
         write_surfaces(points, &mut self.words[first..]);
+    }
+
+    /// What two boxes of half edges (m) touched with, from which their query starts; `None` if it is neither corner on face nor edge on edge.
+    #[inline(always)]
+    pub(super) fn start_of_boxes(&self, pair: &PartPair, halves: &[Vec3; 2]) -> Option<BoxStart> {
+        let first = self.starts[pair.place as usize] as usize;
+        BoxStart::read(halves, &self.words[first..])
+    }
+
+    /// Keeps what two boxes of half edges (m) touch with.
+    #[inline(always)]
+    pub(super) fn set_start_of_boxes(&mut self, pair: &PartPair, halves: &[Vec3; 2], start: &BoxStart) {
+        let first = self.starts[pair.place as usize] as usize;
+        start.write(halves, &mut self.words[first..]);
     }
 
     /// All that is kept of a pair that touches.

@@ -51,6 +51,11 @@ impl Support for Cuboid {
     fn extent(&self) -> f64 {
         self.0.x + self.0.y + self.0.z
     }
+
+    #[inline(always)]
+    fn half_edges(&self) -> Option<Vec3> {
+        Some(self.0)
+    }
 }
 
 impl Convex for Cuboid {

@@ -10,9 +10,9 @@ use crate::core::with_convex;
 use crate::{Core, Vec3};
 
 /// In place of the number of a corner: the words after the numbers are the point.
-const FOOT: u16 = u16::MAX - 1;
+pub(super) const FOOT: u16 = u16::MAX - 1;
 /// In place of the number of a corner: none.
-const NONE: u16 = u16::MAX;
+pub(super) const NONE: u16 = u16::MAX;
 /// Pairs of corners whose numbers are in a word.
 const PAIRS: usize = 2;
 /// Words of the numbers of four pairs.
@@ -118,12 +118,32 @@ fn write_corners([a, b]: [&Core; 2], start: &Simplex, words: &mut [u64]) {
     if feet > 1 {
         numbers = [[NONE; 4]; 2];
     }
+    write_numbers(&numbers, &foot, words);
+}
+
+/// Writes the numbers of the corners of up to four pairs, and a foot (m).
+#[inline(always)]
+pub(super) fn write_numbers(numbers: &[[u16; 4]; 2], foot: &Vec3, words: &mut [u64]) {
     let word = |k: usize| {
         let pair = |k: usize| u64::from(numbers[0][k]) | u64::from(numbers[1][k]) << 16;
         pair(k) | pair(k + 1) << 32
     };
     (words[0], words[1]) = (word(0), word(PAIRS));
-    write_points(&[foot], &mut words[NUMBERS..]);
+    write_points(&[*foot], &mut words[NUMBERS..]);
+}
+
+/// Reads the numbers of the corners of up to four pairs, how many those are, and a foot (m).
+#[inline(always)]
+pub(super) fn read_numbers(words: &[u64]) -> ([[u16; 4]; 2], usize, Vec3) {
+    let (mut numbers, mut len) = ([[NONE; 4]; 2], 0);
+    for (k, pair) in [words[0], words[0] >> 32, words[1], words[1] >> 32].into_iter().enumerate() {
+        let pair = [pair as u16, (pair >> 16) as u16];
+        if pair[0] == NONE {
+            break;
+        }
+        (numbers[0][k], numbers[1][k], len) = (pair[0], pair[1], k + 1);
+    }
+    (numbers, len, point(&words[NUMBERS..]))
 }
 
 /// Numbers of points that are corners; counts those that are not.
@@ -144,15 +164,8 @@ fn number(
 
 #[inline]
 fn read_corners([a, b]: [&Core; 2], words: &[u64], start: &mut Simplex) {
-    let mut numbers = [[NONE; 4]; 2];
-    for (k, pair) in [words[0], words[0] >> 32, words[1], words[1] >> 32].into_iter().enumerate() {
-        let pair = [pair as u16, (pair >> 16) as u16];
-        if pair[0] == NONE {
-            break;
-        }
-        (numbers[0][k], numbers[1][k], start.len) = (pair[0], pair[1], k as u8 + 1);
-    }
-    let (len, foot) = (start.len as usize, point(&words[NUMBERS..]));
+    let (numbers, len, foot) = read_numbers(words);
+    start.len = len as u8;
     with_convex!(a, convex => place(convex, &numbers[0], &foot, &mut start.a[..len]));
     with_convex!(b, convex => place(convex, &numbers[1], &foot, &mut start.b[..len]));
 }

@@ -1,7 +1,9 @@
-//! Pairs of ellipsoids and of cylinders answered many at a time are answered as one by one.
+//! Pairs of ellipsoids, of cylinders and of boxes answered many at a time are answered as one by one.
 
 use crate::gjk_common::{Pair, Random, place};
-use grains_geometry::gjk::{CylinderMarks, CylinderQueries, EllipsoidQueries, Separation, StartForm};
+use grains_geometry::gjk::{
+    BoxQueries, BoxStart, CylinderMarks, CylinderQueries, EllipsoidQueries, Separation, StartForm,
+};
 use grains_geometry::{Core, Rotation, Simplex, Superellipsoid, Vec3};
 
 const BLOCK: usize = 64;
@@ -202,4 +204,86 @@ fn cylinders_of_a_block_are_answered_as_one_by_one() {
     }
     println!("{answered} of {} answered together", pairs.len());
     assert!(answered > 13_000, "{answered}");
+}
+
+/// Boxes, slender and flat, that lie in any way, and almost face to face.
+fn boxes(random: &mut Random, count: usize) -> Vec<Moved> {
+    let cuboid =
+        |random: &mut Random, size: f64| Core::Box(Vec3::from_fn(|_, _| size * random.log(0.1, 1.0)));
+    let turn = |random: &mut Random| if random.below(2) == 0 { random.rotation() } else { random.aligned() };
+    moved(random, count, cuboid, turn)
+}
+
+/// Half edges of two boxes (m).
+fn half_edges(pair: &Pair) -> [Vec3; 2] {
+    [&pair.a, &pair.b].map(|core| match core {
+        Core::Box(half) => *half,
+        _ => unreachable!(),
+    })
+}
+
+/// What is kept of the start of a query of two boxes.
+fn words(pair: &Pair, start: &Simplex) -> Vec<u64> {
+    let cores = [&pair.a, &pair.b];
+    let form = StartForm::of(cores[0], cores[1]).unwrap();
+    let mut words = vec![0; form.words()];
+    form.write(cores, start, &mut words);
+    words
+}
+
+/// Answers to the pairs of boxes that are taken in the given order, in blocks of some length, with the starts they leave.
+fn answers_of_boxes(pairs: &[Moved], order: &[usize], length: usize) -> Vec<Option<(Separation, BoxStart)>> {
+    let mut answers = vec![None; pairs.len()];
+    let mut queries = BoxQueries::<BLOCK>::default();
+    for block in order.chunks(length) {
+        queries.clear();
+        let mut taken = Vec::new();
+        for &i in block {
+            let Moved { pair, start } = &pairs[i];
+            let halves = half_edges(pair);
+            if let Some(start) = BoxStart::read(&halves, &words(pair, start)) {
+                let number = queries.push(&halves, &pair.placement, &start);
+                assert_eq!(queries.halves(number), halves);
+                taken.push((i, number));
+            }
+        }
+        queries.solve();
+        for &(i, number) in &taken {
+            answers[i] = queries.answer(number);
+        }
+    }
+    answers
+}
+
+#[test]
+fn boxes_of_a_block_are_answered_as_one_by_one() {
+    let mut random = Random(34);
+    let pairs = boxes(&mut random, 20_000);
+    let found =
+        same_in_any_blocks(&mut random, pairs.len(), |order, length| answers_of_boxes(&pairs, order, length));
+    // Corners of A, of B, and edges.
+    let mut answered = [0; 3];
+    for (Moved { pair, start }, found) in pairs.iter().zip(&found) {
+        let mut alone = *start;
+        let wanted = pair.query(&mut alone);
+        let Some((answer, left)) = found else { continue };
+        assert_eq!(*answer, wanted);
+        let halves = half_edges(pair);
+        let mut kept = words(pair, start);
+        left.write(&halves, &mut kept);
+        assert_eq!(kept, words(pair, &alone));
+        assert_eq!(BoxStart::read(&halves, &kept), Some(*left));
+        assert!(pair.certify(answer) < 1e-13);
+        let afresh = pair.distance(&mut Simplex::default());
+        let Separation::Apart { distance, .. } = answer else { unreachable!() };
+        assert!((distance - afresh).abs() < 1e-12 * pair.size, "{distance} instead of {afresh}");
+        let kind = match left {
+            BoxStart::CornerOnFace([on_a, _]) => usize::from(on_a.abs() != halves[0]),
+            BoxStart::EdgeOnEdge(_) => 2,
+        };
+        answered[kind] += 1;
+    }
+    println!("{answered:?} of {} answered together", pairs.len());
+    let [on_b, on_a, edges] = answered;
+    assert!(on_b > 1500 && on_a > 1500 && edges > 4000, "{answered:?}");
 }
