@@ -99,12 +99,6 @@ impl Touched {
         if self.is_known() { self } else { others() }
     }
 
-    /// These points, or others if they are not known to be nearest, without a branch.
-    #[inline(always)]
-    fn or(self, others: &Self) -> Self {
-        Self::either(self.is_known(), &self, others)
-    }
-
     /// One of two.
     #[inline(always)]
     fn either(is_first: bool, first: &Self, second: &Self) -> Self {

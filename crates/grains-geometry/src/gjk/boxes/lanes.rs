@@ -86,18 +86,11 @@ impl<const M: usize> BoxQueries<M> {
     #[inline(always)]
     pub fn solve(&mut self) {
         let Self { corners, edges, others } = self;
-        for start in (0..corners.len.min(M)).step_by(GROUP) {
-            for k in start..(start + GROUP).min(M) {
-                let touched = corners.pair(k).corner_on_face(&vector(&corners.ways, k));
-                corners.set(k, &touched);
-            }
-        }
-        for start in (0..edges.len.min(M)).step_by(GROUP) {
-            for k in start..(start + GROUP).min(M) {
-                let (pair, axes) = (edges.pair(k), edges.edges(k));
-                edges.set(k, &pair.edge_on_edge(&axes));
-                set(&mut edges.ways, k, pair.across(&axes).as_slice());
-            }
+        corners.solve_corners();
+        edges.solve_edges();
+        for k in 0..edges.len.min(M) {
+            let way = edges.pair(k).across(&edges.edges(k));
+            set(&mut edges.ways, k, way.as_slice());
         }
         for queries in [corners, edges] {
             queries.solve_others(others);
@@ -142,6 +135,28 @@ impl<const M: usize> Queries<M> {
         self.len += 1;
     }
 
+    /// Looks at the faces that look at each other along the ways.
+    #[inline(always)]
+    fn solve_corners(&mut self) {
+        for start in (0..self.len.min(M)).step_by(GROUP) {
+            for k in start..(start + GROUP).min(M) {
+                let touched = self.pair(k).corner_on_face(&vector(&self.ways, k));
+                self.set(k, &touched);
+            }
+        }
+    }
+
+    /// Looks at the edges.
+    #[inline(always)]
+    fn solve_edges(&mut self) {
+        for start in (0..self.len.min(M)).step_by(GROUP) {
+            for k in start..(start + GROUP).min(M) {
+                let touched = self.pair(k).edge_on_edge(&self.edges(k));
+                self.set(k, &touched);
+            }
+        }
+    }
+
     /// Answers the queries that have no answer yet, if something else touches.
     #[inline(always)]
     fn solve_others(&mut self, others: &mut Self) {
@@ -153,33 +168,32 @@ impl<const M: usize> Queries<M> {
                 others.push(&self.pair(k), &vector(&self.ways, k), &[Vec3::zeros(); 2]);
             }
         }
-        for start in (0..others.len).step_by(GROUP) {
-            let end = (start + GROUP).min(M);
-            for k in start..end {
-                let touched = others.pair(k).corner_on_face(&vector(&others.ways, k));
-                others.set(k, &touched);
+        let places = &places[..others.len];
+        others.solve_corners();
+        for number in 0..PAIRS_OF_EDGES {
+            if self.take_answers(others, places) == 0 {
+                return;
             }
-            for number in 0..PAIRS_OF_EDGES {
-                if others.try_edges(number, start, end) == 0 {
-                    break;
+            for k in 0..others.len.min(M) {
+                let edges = others.pair(k).edges_about(&vector(&others.ways, k), number);
+                for (columns, edge) in others.edges.iter_mut().zip(&edges) {
+                    set(columns, k, edge.as_slice());
                 }
             }
+            others.solve_edges();
         }
-        for (k, place) in places.into_iter().enumerate().take(others.len) {
-            self.set(place, &others.touched(k));
-        }
+        self.take_answers(others, places);
     }
 
-    /// Looks at one of the pairs of edges about the faces of queries without an answer; returns how many have none afterwards.
+    /// Takes the answers to queries in places that have none; returns how many have none afterwards.
     #[inline(always)]
-    fn try_edges(&mut self, number: usize, start: usize, end: usize) -> u64 {
+    fn take_answers(&mut self, others: &Self, places: &[usize]) -> usize {
         let mut unanswered = 0;
-        for k in start..end.min(M) {
-            let pair = self.pair(k);
-            let edges = pair.edges_about(&vector(&self.ways, k), number);
-            let touched = self.touched(k).or(&pair.edge_on_edge(&edges));
-            unanswered += u64::from(!touched.is_known() & (k < self.len));
-            self.set(k, &touched);
+        for (k, &place) in places.iter().enumerate() {
+            if self.distances[place].is_nan() {
+                self.set(place, &others.touched(k));
+                unanswered += usize::from(others.distances[k].is_nan());
+            }
         }
         unanswered
     }
