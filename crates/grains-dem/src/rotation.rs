@@ -134,7 +134,7 @@ mod tests {
         let mut vector = || Vec3::from_fn(|_, _| number());
         for k in 0..10_000 {
             let (before, way) = (Rotation::from_scaled_axis(vector() * 4.0), vector().normalize());
-            let angle = 6.28 * f64::from(k + 1) / 10_000.0;
+            let angle = std::f64::consts::TAU * f64::from(k + 1) / 10_000.0;
             // The quaternion goes on without a jump, as that of a body does.
             let turn = Rotation::from_axis_angle(&Unit::new_unchecked(way), angle);
             let after = Rotation::new_unchecked(turn.into_inner() * before.into_inner());
