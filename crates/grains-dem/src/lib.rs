@@ -38,7 +38,8 @@
 //! are sorted by size class and cell, owned ones first, clones after. A pair of spheres is one 32-byte record:
 //! indices and tangential displacement. Touching pairs of spheres are evaluated several at a time. A pair of parts of
 //! other particles holds a separating plane and the path that the two may travel before it is checked again; the
-//! history of touching pairs is stored apart.
+//! history of touching pairs is stored apart. Distances of ellipsoids, cylinders and boxes that touched are found several
+//! at a time.
 //! A pair with an element of a wall holds the way that its particle may go, as seen from the wall, before it is looked at again:
 //! so motions of walls need no bound, and a triangle that owns no minimum of the distance is left alone as long as that lasts.
 //!

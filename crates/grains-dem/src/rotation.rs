@@ -142,7 +142,7 @@ mod tests {
             let point = before.inverse_transform_vector(&(vector().cross(&way).normalize() * 2.0));
             let gone = (after * point - before * point).norm();
             assert!(gone <= bound * (1.0 + 1e-12), "{angle}: {gone} beyond {bound}");
-            assert!(gone >= bound * (0.25 * angle).cos() * (1.0 - 1e-6), "{angle}: {gone} of {bound}");
+            assert!(gone >= bound * (0.25 * angle).cos() - 1e-12, "{angle}: {gone} of {bound}");
         }
     }
 
