@@ -14,7 +14,7 @@ pub struct Part {
     pub center: Vec3,
     /// Rotation from the part frame to the body frame.
     pub rotation: Mat3,
-    /// What of the two above is none.
+    /// Whether the origin is shifted and the axes are turned.
     pub frame: PartFrame,
     /// Half edges of the box about the part, crust included, aligned with and centred on the part frame (m).
     pub half_extents: Vec3,
