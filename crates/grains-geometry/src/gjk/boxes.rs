@@ -21,6 +21,7 @@
 mod lanes;
 mod start;
 
+use super::faces_and_edges::PARALLEL;
 use super::nearest::nearest;
 use super::query::{Bounds, Query};
 use super::{MEETING, Separation, Simplex, TOLERANCE};
@@ -28,9 +29,6 @@ use crate::{Mat3, Vec3};
 pub use lanes::BoxQueries;
 pub use start::BoxStart;
 use start::axes_of;
-
-/// Squared sine of the angle below which two edges count as parallel.
-const PARALLEL: f64 = 1e-8;
 
 /// Pairs of edges that look in different ways about two faces.
 const PAIRS_OF_EDGES: usize = 4;

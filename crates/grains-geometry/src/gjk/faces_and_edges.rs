@@ -16,7 +16,7 @@ use crate::convex::{FacePlane, Support};
 /// Corners of a face that edges are taken from; faces with more are left to the search.
 const MOST_CORNERS: usize = 8;
 /// Squared sine of the angle below which two edges count as parallel.
-const PARALLEL: f64 = 1e-8;
+pub(super) const PARALLEL: f64 = 1e-8;
 
 impl Query<'_> {
     /// The answer if the cores meet corner on face, or are beyond the cutoff across a face; `v` points about from A to B.

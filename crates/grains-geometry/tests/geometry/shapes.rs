@@ -1,8 +1,8 @@
 //! Shapes against closed forms.
 use crate::support::{Random, close};
 use grains_geometry::{
-    ConvexHull, Core, HullError, MassProperties, RegularSolid, Rotation, Shape, ShapeError, Vec3,
-    principal_axes,
+    Component, ConvexHull, Core, HullError, Lobes, MassProperties, PartFrame, RegularSolid, Rotation, Shape,
+    ShapeError, Vec3, principal_axes,
 };
 use std::f64::consts::PI;
 
@@ -52,6 +52,37 @@ fn box_points(half: &Vec3) -> Vec<Vec3> {
 
 fn random_hull(random: &mut Random, n: usize, stretch: &Vec3) -> Vec<Vec3> {
     (0..n).map(|_| random.direction().component_mul(stretch)).collect()
+}
+
+/// Places that are left out of the arithmetic of a part change no bit of a point; beams of crosses and lobes are such parts.
+#[test]
+fn frames_of_parts_say_what_their_places_leave_as_it_is() {
+    let mut random = Random::new(12);
+    let cross = Shape::cross(3, 1e-3, 5e-3, 0.05).unwrap();
+    assert!(cross.parts.iter().all(|part| part.frame == PartFrame::OfBody));
+    let lobes = Lobes::with_area_fraction(3, 1e-3, 0.69).unwrap();
+    let lobes = Shape::lobes(lobes, 4e-3, 0.05).unwrap();
+    assert!(lobes.parts[..3].iter().all(|part| part.frame == PartFrame::Shifted));
+    let mut shapes = vec![cross, lobes];
+    for _ in 0..50 {
+        let edges = random.direction().abs().add_scalar(0.2);
+        let beam = |random: &mut Random| {
+            let turn = Rotation::from_scaled_axis(random.direction());
+            Component::new(Shape::cuboid(edges, 0.05).unwrap(), random.direction() * 0.05).turned(turn)
+        };
+        let glued = Shape::glued(&[beam(&mut random), beam(&mut random)], 0.05).unwrap();
+        assert!(glued.parts.iter().all(|part| part.frame == PartFrame::Turned));
+        shapes.extend([glued, Shape::hull(&random_hull(&mut random, 12, &edges), 0.05).unwrap()]);
+    }
+    for part in shapes.iter().flat_map(|shape| &shape.parts) {
+        let point = random.direction();
+        let placed = part.rotation * point + part.center;
+        match part.frame {
+            PartFrame::OfBody => assert_eq!(placed, point),
+            PartFrame::Shifted => assert_eq!(placed, point + part.center),
+            PartFrame::Turned => assert_ne!(part.rotation * point, point),
+        }
+    }
 }
 
 #[test]
