@@ -5,7 +5,7 @@
 mod ranks;
 
 use grains_domain::Transport;
-use grains_geometry::{TriMesh, Vec3, write_stl};
+use grains_geometry::{Rotation, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, write_stl};
 use grains_simulation::{Case, catalogue, check, load};
 use ranks::on_ranks;
 use std::fs;
@@ -84,12 +84,20 @@ fn after_the_case_is_loaded_nobody_reads_its_meshes_again() {
             meshes.iter().for_each(|mesh| write_stl(&mut fs::File::create(mesh).unwrap(), &angle()).unwrap());
         }
         wait_for_all();
+        let kind = &Case::load(&path).unwrap().walls[0].kind;
+        let scaled = Vec3::new(0.02, 0.01, 0.004);
+        let wall = Case::load(&path).unwrap().meshes.mesh(&meshes[1]).unwrap();
+        let wall = wall.transformed(&Rotation::identity(), 0.004, &scaled);
+        let wall = format!("{:?}", WallMesh::new(&wall, SMOOTH_ANGLE).unwrap());
         let alone = format!("{:?}", catalogue(&Case::load(&path).unwrap()).unwrap().shapes);
         let case = load(&path, job).unwrap();
         if is_first {
             meshes.iter().for_each(|mesh| fs::remove_file(mesh).unwrap());
         }
         wait_for_all();
+        let of_node = case.meshes.wall(kind);
+        assert_eq!(of_node.is_some(), job.size() > 1, "one copy per node");
+        assert!(of_node.is_none_or(|of_node| format!("{of_node:?}") == wall), "the copy is the mesh");
         let shared = catalogue(&case).unwrap().shapes;
         assert!(shared[0].parts.len() > 1);
         // A shape says whether its parts were on disk: they were not when the first rank of all read them.

@@ -4,8 +4,12 @@
 
 mod ranks;
 
+use grains_comm::share_on_node;
 use grains_domain::{Channel, Transport};
+use mpi::topology::Color;
+use mpi::traits::Communicator;
 use ranks::on_ranks;
+use std::fs;
 
 /// Value k of the message of a round between two ranks.
 fn value(round: usize, from: usize, to: usize, k: usize) -> f64 {
@@ -117,6 +121,38 @@ fn a_channel_takes_heads_of_messages_where_it_awaits_whole_ones() {
                     assert_eq!(number, value(round, peer, rank, place), "round {round}");
                 }
             }
+        }
+    });
+}
+
+#[test]
+fn the_ranks_of_a_node_read_one_copy_and_leave_no_file() {
+    on_ranks(&[1, 2, 5], "the_ranks_of_a_node_read_one_copy_and_leave_no_file", |job| {
+        let (rank, size) = (job.transport().rank(), job.size());
+        for per_node in 1..=size {
+            // As if each node had so many ranks.
+            let number = rank / per_node;
+            let node = job.world().split_by_color(Color::with_value(number as i32)).unwrap();
+            let bytes = |round: usize| vec![(number + round) as u8; 5_000 * round];
+            for round in 1..4 {
+                let shared = share_on_node(&node, || {
+                    assert_eq!(rank % per_node, 0, "only the first of a node is asked");
+                    Some(bytes(round))
+                });
+                assert_eq!(shared.is_some(), node.size() > 1);
+                if let Some(shared) = shared {
+                    assert_eq!(shared[..], bytes(round)[..]);
+                }
+                // A node whose first rank has nothing, and one that has nothing in it, go without.
+                let none = share_on_node(&node, || (round > 1).then(Vec::new).filter(|_| number > 0));
+                assert!(none.is_none_or(|shared| shared.is_empty()));
+            }
+        }
+        assert!(!job.transport().any(false));
+        if rank == 0 && fs::exists("/dev/shm").unwrap() {
+            let of_job = format!("grains-mpi-{}-", std::process::id());
+            let mut names = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name());
+            assert!(names.all(|name| !name.to_string_lossy().starts_with(&of_job)));
         }
     });
 }

@@ -265,7 +265,7 @@ def main():
     parser.add_argument("--count", type=int, default=500, help="spheres per rank, to check")
     parser.add_argument("--spheres", type=int, default=SPHERES, help="of the projection")
     parser.add_argument("--ranks-per-node", type=int, default=128)
-    parser.add_argument("--rebuild-steps", type=float, default=60, help="steps between rebuilds; lists are meant to last 60")
+    parser.add_argument("--rebuild-steps", type=float, default=60, help="steps between rebuilds; lists are meant to last 80, but ranks join their neighbours")
     parser.add_argument("--particle-bytes", type=float, help="memory per particle (B); as measured, or 400")
     parser.add_argument("--checkpoint-bytes", type=float, default=400, help="of a sphere with its contacts (B)")
     parser.add_argument("--file-system", type=float, default=100, help="bandwidth of writing (GB/s)")

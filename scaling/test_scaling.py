@@ -3,6 +3,7 @@
 
 import argparse
 import contextlib
+import importlib.util
 import itertools
 import math
 import os
@@ -309,6 +310,35 @@ class Model(unittest.TestCase):
         self.assertTrue(all(math.dist(a, b) > project.DIAMETER for a, b in itertools.combinations(places, 2)))
         self.assertEqual([round(x, 6) for x in bed.upper], case["domain"]["upper"])
         self.assertLess(bed.solid_fraction, 0.3)
+
+
+@unittest.skipUnless(importlib.util.find_spec("numpy"), "needs NumPy")
+class Rebuilds(unittest.TestCase):
+    def simulated(self, grid, hot, steps=400):
+        """How often each rank rebuilds, spheres of the ranks `hot` being faster."""
+        import numpy
+        import rebuilds
+
+        chance, width = numpy.random.default_rng(2), rebuilds.edge(50)
+        # One grid of places per rank, away from borders.
+        corners = numpy.array(list(itertools.product(*map(range, grid)))) * width
+        places = (corners[:, None] + width * chance.uniform(0.3, 0.7, (len(corners), 50, 3))).reshape(-1, 3)
+        velocities = chance.normal(0, 5e-4, places.shape)
+        for k in hot:
+            velocities[50 * k:50 * (k + 1)] *= 10
+        ranks = rebuilds.Ranks((places, velocities), grid, 50)
+        found = [ranks.step(step) for step in range(steps)]
+        return sum(own for own, _ in found), sum(border for _, border in found)
+
+    def test_ranks_alike_rebuild_as_seldom_as_lists_last(self):
+        own, border = self.simulated((3, 1, 1), [])
+        self.assertEqual((set(own), set(border)), ({5}, {0}))
+
+    def test_a_hot_rank_does_not_wake_those_that_are_no_neighbours(self):
+        own, border = self.simulated((6, 1, 1), [0])
+        self.assertGreater(own[0], 2 * own[3])
+        self.assertEqual(list(border[2:5]), [0, 0, 0])
+        self.assertTrue(border[1] > 0 and border[5] > 0)
 
 
 if __name__ == "__main__":

@@ -1,18 +1,21 @@
 //! The meshes of the files that a case names.
 
 use crate::sections::shape::ShapeKind;
+use crate::sections::wall::WallKind;
 use grains_geometry::{
-    ConvexParts, DecompositionOptions, MeshFileError, ShapeError, TriMesh, parse_mesh, read_mesh,
+    ConvexParts, DecompositionOptions, MeshFileError, ShapeError, TriMesh, WallMesh, parse_mesh, read_mesh,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Meshes that one rank has read for all, and the convex parts that it has cut them into; others are read when they are asked for.
+/// Meshes that one rank has read for all, the convex parts that it has cut them into, and the walls that one rank of each node has made of
+/// them; others are read and made when they are asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
     files: BTreeMap<PathBuf, Arc<TriMesh>>,
     parts: BTreeMap<Decomposition, Arc<ConvexParts>>,
+    walls: Vec<(WallKind, Arc<WallMesh>)>,
 }
 
 /// A mesh that is to be cut into convex parts.
@@ -64,6 +67,16 @@ impl Meshes {
         if let Ok(read) = parse_mesh(path, bytes) {
             self.files.insert(path.to_path_buf(), Arc::new(read.mesh));
         }
+    }
+
+    /// The mesh of a wall, if it is kept.
+    pub fn wall(&self, kind: &WallKind) -> Option<Arc<WallMesh>> {
+        self.walls.iter().find(|(other, _)| other == kind).map(|(_, mesh)| Arc::clone(mesh))
+    }
+
+    /// Keeps the mesh of a wall.
+    pub fn keep_wall(&mut self, kind: WallKind, mesh: WallMesh) {
+        self.walls.push((kind, Arc::new(mesh)));
     }
 
     /// Keeps the convex parts of a mesh.

@@ -2,12 +2,14 @@
 
 mod count;
 mod graph;
+mod node_memory;
 mod nodes;
 mod persistent;
 mod reductions;
 mod sparse;
 mod transport;
 
+pub use node_memory::share_on_node;
 pub use nodes::{are_nodes_given, cartesian, ranks_of_node};
 pub use transport::MpiTransport;
 

@@ -1,6 +1,8 @@
 //! Hierarchy of axis-aligned boxes for finding the triangles in a box.
 
 use crate::Vec3;
+use crate::table::{Table, TableReader, write_table};
+use bytemuck::{Pod, Zeroable};
 
 /// Boxes in a leaf.
 const LEAF: usize = 4;
@@ -11,7 +13,8 @@ const STACK: usize = 64;
 const TIE: f64 = 1e-14;
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Aabb {
     /// Lower corner (m).
     pub lower: Vec3,
@@ -46,7 +49,8 @@ impl Aabb {
 }
 
 /// Node of the tree; its left child follows it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 struct Node {
     bounds: Aabb,
     /// Right child, or first item of a leaf.
@@ -55,45 +59,44 @@ struct Node {
     count: u32,
 }
 
+/// A box of a leaf.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Item {
+    bounds: Aabb,
+    /// The index it was given under.
+    index: u64,
+}
+
 /// A static tree over boxes, halved at the median of their centres along the longest axis.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
-    nodes: Vec<Node>,
-    /// Boxes in the order of the leaves, with the index each was given under.
-    items: Vec<(Aabb, u32)>,
+    nodes: Table<Node>,
+    /// Boxes in the order of the leaves.
+    items: Table<Item>,
 }
 
 impl Bvh {
     /// Tree over the given boxes.
     pub fn new(boxes: &[Aabb]) -> Self {
-        let mut bvh =
-            Bvh { nodes: Vec::new(), items: boxes.iter().enumerate().map(|(i, b)| (*b, i as u32)).collect() };
+        let mut items: Vec<Item> =
+            boxes.iter().zip(0..).map(|(&bounds, index)| Item { bounds, index }).collect();
+        let mut nodes = Vec::new();
         if !boxes.is_empty() {
-            bvh.split(0, boxes.len());
+            split(&mut nodes, &mut items, 0);
         }
-        bvh
+        Bvh { nodes: nodes.into(), items: items.into() }
     }
 
-    /// Builds the subtree over the items `start..end`.
-    fn split(&mut self, start: usize, end: usize) {
-        let items = &mut self.items[start..end];
-        let bounds = items.iter().fold(items[0].0, |b, (other, _)| b.union(other));
-        let node = self.nodes.len();
-        let count = end - start;
-        if count <= LEAF {
-            self.nodes.push(Node { bounds, next: start as u32, count: count as u32 });
-            return;
-        }
-        self.nodes.push(Node { bounds, next: 0, count: 0 });
-        let axis = centre_extent(items).imax();
-        let centre = |b: &Aabb| b.lower[axis] + b.upper[axis];
-        // The index breaks ties, so that equal boxes always end up in the same order.
-        items.select_nth_unstable_by(count / 2, |a, b| {
-            centre(&a.0).total_cmp(&centre(&b.0)).then(a.1.cmp(&b.1))
-        });
-        self.split(start, start + count / 2);
-        self.nodes[node].next = self.nodes.len() as u32;
-        self.split(start + count / 2, end);
+    /// Appends its arrays to bytes that [`Bvh::read`] reads.
+    pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
+        write_table(&self.nodes, bytes);
+        write_table(&self.items, bytes);
+    }
+
+    /// The tree that [`Bvh::write`] wrote.
+    pub(crate) fn read(reader: &mut TableReader) -> Option<Self> {
+        Some(Self { nodes: reader.next()?, items: reader.next()? })
     }
 
     /// Calls `f` with the index of every box that meets the box `lower..upper` (m), each once, in an
@@ -119,7 +122,10 @@ impl Bvh {
                 continue;
             }
             let leaf = node.next as usize..(node.next + node.count) as usize;
-            self.items[leaf].iter().filter(|(b, _)| b.meets(lower, upper)).for_each(|(_, i)| f(*i));
+            self.items[leaf]
+                .iter()
+                .filter(|item| item.bounds.meets(lower, upper))
+                .for_each(|item| f(item.index as u32));
         }
     }
 
@@ -144,13 +150,14 @@ impl Bvh {
                 waiting += 2;
                 continue;
             }
-            for (_, i) in &self.items[node.next as usize..(node.next + node.count) as usize] {
-                let found = squared(*i);
+            for item in &self.items[node.next as usize..(node.next + node.count) as usize] {
+                let i = item.index as u32;
+                let found = squared(i);
                 let is_nearer = |(first, min): (u32, f64)| {
-                    found * (1.0 + TIE) < min || found <= min * (1.0 + TIE) && *i < first
+                    found * (1.0 + TIE) < min || found <= min * (1.0 + TIE) && i < first
                 };
                 if best.is_none_or(is_nearer) {
-                    best = Some((*i, found));
+                    best = Some((i, found));
                 }
             }
         }
@@ -158,11 +165,32 @@ impl Bvh {
     }
 }
 
+/// Appends the subtree over items that come after `before` others, and sorts them as its leaves are.
+fn split(nodes: &mut Vec<Node>, items: &mut [Item], before: usize) {
+    let bounds = items.iter().fold(items[0].bounds, |b, other| b.union(&other.bounds));
+    let (node, count) = (nodes.len(), items.len());
+    if count <= LEAF {
+        nodes.push(Node { bounds, next: before as u32, count: count as u32 });
+        return;
+    }
+    nodes.push(Node { bounds, next: 0, count: 0 });
+    let axis = centre_extent(items).imax();
+    let centre = |b: &Aabb| b.lower[axis] + b.upper[axis];
+    // The index breaks ties, so that equal boxes always end up in the same order.
+    items.select_nth_unstable_by(count / 2, |a, b| {
+        centre(&a.bounds).total_cmp(&centre(&b.bounds)).then(a.index.cmp(&b.index))
+    });
+    let (left, right) = items.split_at_mut(count / 2);
+    split(nodes, left, before);
+    nodes[node].next = nodes.len() as u32;
+    split(nodes, right, before + count / 2);
+}
+
 /// Extent of twice the centres of the boxes (m).
-fn centre_extent(items: &[(Aabb, u32)]) -> Vec3 {
-    let first = items[0].0.lower + items[0].0.upper;
-    let spread = items.iter().fold((first, first), |(lower, upper), (b, _)| {
-        let centre = b.lower + b.upper;
+fn centre_extent(items: &[Item]) -> Vec3 {
+    let first = items[0].bounds.lower + items[0].bounds.upper;
+    let spread = items.iter().fold((first, first), |(lower, upper), item| {
+        let centre = item.bounds.lower + item.bounds.upper;
         (lower.inf(&centre), upper.sup(&centre))
     });
     spread.1 - spread.0

@@ -37,6 +37,7 @@ mod shapes;
 mod solid;
 pub mod superellipsoid;
 pub mod surface;
+mod table;
 mod turn;
 
 /// Vector of three f64.

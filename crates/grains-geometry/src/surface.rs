@@ -7,11 +7,13 @@
 
 mod conform;
 mod facets;
+mod shared;
 mod topology;
 
 use crate::Vec3;
 use crate::bvh::Bvh;
 use crate::mesh::{MeshError, MeshReport, TriMesh, WELD_TOLERANCE, WeldReport};
+use crate::table::Table;
 use facets::Facets;
 use topology::{Edge, Triangle, Vertex};
 
@@ -70,17 +72,17 @@ pub struct WallReport {
 pub struct WallMesh {
     mesh: TriMesh,
     report: WallReport,
-    triangles: Vec<Triangle>,
-    edges: Vec<Edge>,
-    vertices: Vec<Vertex>,
+    triangles: Table<Triangle>,
+    edges: Table<Edge>,
+    vertices: Table<Vertex>,
     /// Inward in-plane unit normals, one per triangle at an edge, edge by edge.
-    sides: Vec<Vec3>,
+    sides: Table<Vec3>,
     /// Unit edge directions away from a vertex, vertex by vertex.
-    spokes: Vec<Vec3>,
+    spokes: Table<Vec3>,
     /// Edges of these directions.
-    spoke_edges: Vec<u32>,
+    spoke_edges: Table<u32>,
     /// Triangles sharing a vertex with a triangle, triangle by triangle.
-    neighbours: Vec<u32>,
+    neighbours: Table<u32>,
     facets: Facets,
     bvh: Bvh,
     side_tolerance: f64,
@@ -103,13 +105,13 @@ impl WallMesh {
         Ok(WallMesh {
             report: WallReport { weld, duplicate_triangles, split_triangles, mesh: mesh.report() },
             facets: Facets::of(&parts.triangles, parts.edges.len(), WELD_TOLERANCE * diagonal),
-            triangles: parts.triangles,
-            edges: parts.edges,
-            vertices: parts.vertices,
-            sides: parts.sides,
-            spokes: parts.spokes,
-            spoke_edges: parts.spoke_edges,
-            neighbours: parts.neighbours,
+            triangles: parts.triangles.into(),
+            edges: parts.edges.into(),
+            vertices: parts.vertices.into(),
+            sides: parts.sides.into(),
+            spokes: parts.spokes.into(),
+            spoke_edges: parts.spoke_edges.into(),
+            neighbours: parts.neighbours.into(),
             bvh: Bvh::new(&parts.boxes),
             mesh,
             side_tolerance: SIDE_TOLERANCE * diagonal,
@@ -168,7 +170,7 @@ impl WallMesh {
         let triangle = &self.triangles[t as usize];
         let [a, b, d] = triangle.depths(c);
         let is_inside = a.min(b).min(d) >= -self.side_tolerance;
-        let rims = (0..3).filter(|&k| self.facets.rims[t as usize][k]).map(|k| {
+        let rims = (0..3).filter(|&k| self.facets.is_rim(t, k)).map(|k| {
             let edge = &self.edges[triangle.edges[k] as usize];
             let from_origin = c - edge.origin;
             let along = from_origin.dot(&edge.direction).clamp(0.0, edge.length);
@@ -283,7 +285,7 @@ impl WallMesh {
         let triangle = &self.triangles[t as usize];
         let inside = triangle.depths(c);
         let to_face = -inside[0].min(inside[1]).min(inside[2]);
-        let edges = (0..3).filter(|&k| triangle.owned_edges[k]).map(|k| {
+        let edges = (0..3).filter(|&k| triangle.owns_edge(k)).map(|k| {
             let edge = &self.edges[triangle.edges[k] as usize];
             let from_origin = c - edge.origin;
             let along = from_origin.dot(&edge.direction);
@@ -291,7 +293,7 @@ impl WallMesh {
             let sides = self.sides[edge.sides()].iter().map(|side| from_origin.dot(side));
             sides.chain([inside[k]]).map(|depth| depth - self.side_tolerance).fold(beyond, f64::max)
         });
-        let vertices = (0..3).filter(|&k| triangle.owned_vertices[k]).map(|k| {
+        let vertices = (0..3).filter(|&k| triangle.owns_vertex(k)).map(|k| {
             let spokes = &self.spokes[self.vertices[triangle.vertices[k] as usize].spokes()];
             let along = spokes.iter().map(|spoke| (c - triangle.corners[k]).dot(spoke));
             along.fold(f64::NEG_INFINITY, f64::max) - self.corner_tolerance
@@ -322,7 +324,7 @@ impl WallMesh {
 
     /// Local minimum on an edge that the triangle owns (m).
     fn edge_minimum(&self, triangle: &Triangle, inside: &[f64; 3], c: &Vec3) -> Option<Vec3> {
-        let owned = (0..3).filter(|&k| triangle.owned_edges[k] && inside[k] <= self.side_tolerance);
+        let owned = (0..3).filter(|&k| triangle.owns_edge(k) && inside[k] <= self.side_tolerance);
         owned.map(|k| &self.edges[triangle.edges[k] as usize]).find_map(|edge| {
             let from_origin = c - edge.origin;
             let along = from_origin.dot(&edge.direction);
@@ -335,7 +337,7 @@ impl WallMesh {
 
     /// Local minimum on a vertex that the triangle owns (m).
     fn vertex_minimum(&self, triangle: &Triangle, c: &Vec3) -> Option<Vec3> {
-        let owned = (0..3).filter(|&k| triangle.owned_vertices[k]);
+        let owned = (0..3).filter(|&k| triangle.owns_vertex(k));
         owned.map(|k| (triangle.corners[k], triangle.vertices[k])).find_map(|(position, v)| {
             let spokes = &self.spokes[self.vertices[v as usize].spokes()];
             let is_minimum = spokes.iter().all(|spoke| (c - position).dot(spoke) <= self.corner_tolerance);
@@ -356,13 +358,13 @@ impl WallMesh {
             let vertex = &self.vertices[triangle.vertices[k] as usize];
             if (point - triangle.corners[k]).norm() <= POINT_TOLERANCE * vertex.shortest_edge {
                 let spokes = &self.spokes[vertex.spokes()];
-                return triangle.owned_vertices[k] && !spokes.iter().any(descends);
+                return triangle.owns_vertex(k) && !spokes.iter().any(descends);
             }
         }
         for (k, depth) in triangle.depths(point).into_iter().enumerate() {
             let edge = &self.edges[triangle.edges[k] as usize];
             if depth <= POINT_TOLERANCE * edge.length {
-                return triangle.owned_edges[k] && !self.sides[edge.sides()].iter().any(descends);
+                return triangle.owns_edge(k) && !self.sides[edge.sides()].iter().any(descends);
             }
         }
         true
@@ -373,10 +375,10 @@ impl WallMesh {
     pub(crate) fn ridges(&self, t: u32, toward: &Vec3) -> [[bool; 3]; 2] {
         let triangle = &self.triangles[t as usize];
         let is_ridge = |edge: u32| self.edges[edge as usize].is_ridge(&self.sides, toward);
-        let edge = |k: usize| triangle.owned_edges[k] && is_ridge(triangle.edges[k]);
+        let edge = |k: usize| triangle.owns_edge(k) && is_ridge(triangle.edges[k]);
         let corner = |k: usize| {
             let spokes = self.vertices[triangle.vertices[k] as usize].spokes();
-            triangle.owned_vertices[k] && self.spoke_edges[spokes].iter().any(|&edge| is_ridge(edge))
+            triangle.owns_vertex(k) && self.spoke_edges[spokes].iter().any(|&edge| is_ridge(edge))
         };
         [[0, 1, 2].map(edge), [0, 1, 2].map(corner)]
     }

@@ -78,6 +78,7 @@ fn per_rank(dem: &Dem, (before, counted): &(Traffic, StepReport), transport: &im
         ("rebuilds", (dem.report.rebuilds - counted.rebuilds) as f64),
         ("border_rebuilds", (dem.report.border_rebuilds - counted.border_rebuilds) as f64),
         ("common_rebuilds", (dem.report.common_rebuilds - counted.common_rebuilds) as f64),
+        ("waits", (now.waits - before.waits) as f64 / updates),
         ("wait_us", 1e6 * (now.wait - before.wait) / updates),
         ("memory_bytes", dem.memory_use().total() as f64),
         ("memory_bytes_particles", dem.memory_use().particles as f64),

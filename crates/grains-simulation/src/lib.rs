@@ -102,8 +102,9 @@ pub use system::catalogue;
 pub use views::{FluidView, ParticleView, WallView};
 
 use grains_case::read_text;
+use grains_comm::{ranks_of_node, share_on_node};
 use grains_domain::Transport;
-use grains_geometry::ConvexParts;
+use grains_geometry::{ConvexParts, WallMesh};
 use std::path::Path;
 
 /// Joins MPI that others have started: the job of a communicator; as for [`start`].
@@ -145,6 +146,7 @@ pub fn load(path: &Path, job: &Job) -> Result<Case, RunError> {
     let case = Case::parse(&text, &path.display().to_string(), base);
     let mut case = agreed(job.transport(), case.map_err(|e| RunError::case(e.to_string())))?;
     share_meshes(&mut case, job);
+    share_walls(&mut case, job);
     if is_first {
         case.warnings.iter().for_each(|w| log::warn!("{w}"));
     }
@@ -164,6 +166,19 @@ fn share_meshes(case: &mut Case, job: &Job) {
         let parts = of_first(&|| case.meshes.parts(&decomposition).map_or(Vec::new(), |parts| parts.bytes()));
         if let Some(parts) = ConvexParts::of_bytes(&parts) {
             case.meshes.keep_parts(decomposition, parts);
+        }
+    }
+}
+
+/// Gives the ranks of each node one copy of the meshes of walls, built by the first of them; what is wrong with one shows where it is
+/// asked for. Collective.
+fn share_walls(case: &mut Case, job: &Job) {
+    let node = ranks_of_node(job.world());
+    for wall in &case.walls {
+        let of_first = || wall_surfaces::mesh_to_share(&wall.kind, &case.meshes).map(|mesh| mesh.bytes());
+        let shared = share_on_node(&node, of_first);
+        if let Some(mesh) = shared.and_then(|memory| WallMesh::in_memory(&memory)) {
+            case.meshes.keep_wall(wall.kind.clone(), mesh);
         }
     }
 }

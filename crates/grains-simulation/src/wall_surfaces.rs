@@ -2,7 +2,9 @@
 
 use grains_case::{Meshes, Side, WallKind};
 use grains_dem::{OpenTube, Surface};
-use grains_geometry::{Core, Mat3, Revolution, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, rotation_onto};
+use grains_geometry::{
+    Core, Mat3, Revolution, Rotation, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh, rotation_onto,
+};
 use std::sync::Arc;
 
 /// Corners of the box around a finite wall (m).
@@ -40,24 +42,46 @@ pub fn surfaces(kind: &WallKind, meshes: &Meshes) -> Result<(Vec<Surface>, Optio
         WallKind::Cylinder { center, axis, radius, height, side, caps } => {
             cylinder(Vec3::from(*center), Vec3::from(*axis), *radius, 0.5 * height, (*side, *caps))?
         }
+        WallKind::Cone { .. }
+        | WallKind::Revolution { .. }
+        | WallKind::Mesh { .. }
+        | WallKind::Polygons { .. } => {
+            let triangles = triangles(kind, meshes)?;
+            let wall = match meshes.wall(kind) {
+                Some(wall) => wall,
+                None => Arc::new(wall_mesh(&triangles)?),
+            };
+            (vec![Surface::Mesh(wall)], Some(triangles.extents()))
+        }
+    })
+}
+
+/// The mesh of a wall, for the ranks of a node to share; none of a wall that is no mesh, or of one that cannot be used.
+pub fn mesh_to_share(kind: &WallKind, meshes: &Meshes) -> Option<WallMesh> {
+    wall_mesh(&triangles(kind, meshes).ok()?).ok()
+}
+
+fn wall_mesh(triangles: &TriMesh) -> Result<WallMesh, String> {
+    WallMesh::new(triangles, SMOOTH_ANGLE).map_err(|e| e.to_string())
+}
+
+/// The triangles of a wall that is a mesh.
+fn triangles(kind: &WallKind, meshes: &Meshes) -> Result<TriMesh, String> {
+    Ok(match kind {
         WallKind::Cone { facets, .. } | WallKind::Revolution { facets, .. } => {
-            let revolution = revolution(kind).ok_or("has no profile")?;
-            mesh_surface(&revolution.mesh(*facets))?
+            revolution(kind).ok_or("has no profile")?.mesh(*facets)
         }
         WallKind::Mesh { path, scale, translate } => {
             let mesh = meshes.mesh(path).map_err(|e| e.to_string())?;
-            mesh_surface(&mesh.transformed(
-                &grains_geometry::Rotation::identity(),
-                *scale,
-                &Vec3::from(*translate),
-            ))?
+            mesh.transformed(&Rotation::identity(), *scale, &Vec3::from(*translate))
         }
         WallKind::Polygons { vertices, faces } => {
             let vertices = vertices.iter().map(|v| Vec3::from(*v)).collect();
             let faces: Vec<Vec<usize>> =
                 faces.iter().map(|f| f.iter().map(|&v| v as usize).collect()).collect();
-            mesh_surface(&TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?)?
+            TriMesh::from_polygons(vertices, &faces).map_err(|e| e.to_string())?
         }
+        _ => return Err("is no mesh".into()),
     })
 }
 
@@ -79,12 +103,6 @@ pub fn revolution(kind: &WallKind) -> Option<Revolution> {
         }
         _ => None,
     }
-}
-
-fn mesh_surface(mesh: &TriMesh) -> Result<(Vec<Surface>, Option<Extents>), String> {
-    let extents = mesh.extents();
-    let wall = WallMesh::new(mesh, SMOOTH_ANGLE).map_err(|e| e.to_string())?;
-    Ok((vec![Surface::Mesh(Arc::new(wall))], Some(extents)))
 }
 
 fn cylinder(

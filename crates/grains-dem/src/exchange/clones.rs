@@ -90,6 +90,7 @@ impl Exchange {
         let ranks: Vec<usize> = senders.iter().map(|&k| self.peers[k]).collect();
         let mut messages: Vec<Vec<f64>> =
             senders.iter().map(|&k| std::mem::take(&mut self.received[k])).collect();
+        self.updates.traffic.waits += u64::from(!ranks.is_empty());
         let to: (&[usize], &[Vec<f64>]) = if sends { (&self.peers, &self.sent) } else { (&[], &[]) };
         transport.send_and_receive(to, (&ranks, &mut messages));
         senders.iter().zip(messages).for_each(|(&k, message)| self.received[k] = message);

@@ -75,6 +75,7 @@ impl Exchange {
         let ranks: Vec<usize> = partners.iter().map(|&k| self.peers[k]).collect();
         let sent: Vec<Vec<f64>> = partners.iter().map(|&k| std::mem::take(&mut self.sent[k])).collect();
         let mut received = vec![Vec::new(); partners.len()];
+        self.updates.traffic.waits += u64::from(!ranks.is_empty());
         transport.exchange_unsized(&ranks, &sent, &mut received);
         for message in &received {
             let mut rest = &message[..];

@@ -49,6 +49,8 @@ pub struct Traffic {
     pub messages: u64,
     /// Bytes sent.
     pub bytes: u64,
+    /// Times that messages of other ranks were waited for, those of rebuilds among them.
+    pub waits: u64,
     /// Time (s) in which nothing else was done.
     pub wait: f64,
 }
@@ -226,6 +228,7 @@ impl Updates {
 
     pub(super) fn timed(&mut self, wait: impl FnOnce(&mut Self)) {
         let begun = Instant::now();
+        self.traffic.waits += 1;
         wait(self);
         self.traffic.wait += begun.elapsed().as_secs_f64();
     }

@@ -4,18 +4,22 @@
 
 use super::topology::Triangle;
 use crate::Vec3;
+use crate::table::{Table, TableReader, write_table};
+use bytemuck::{Pod, Zeroable};
 
 /// A flat face of a wall mesh.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Facet {
     /// A point of its plane (m).
     pub origin: Vec3,
     /// Unit normal, that of its largest triangle.
     pub normal: Vec3,
-    /// Its triangle of the lowest number.
-    pub first: u32,
     /// Mean width: twice the area over the length of the rim (m).
     pub width: f64,
+    /// Its triangle of the lowest number.
+    pub first: u32,
+    padding: u32,
 }
 
 impl Facet {
@@ -51,11 +55,11 @@ impl OverFacet {
 /// The facets of a mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Facets {
-    pub all: Vec<Facet>,
+    pub all: Table<Facet>,
     /// Facet of each triangle.
-    pub of_triangle: Vec<u32>,
-    /// Which edges of each triangle are on the rim of its facet.
-    pub rims: Vec<[bool; 3]>,
+    pub of_triangle: Table<u32>,
+    /// Bits of the edges of each triangle that are on the rim of its facet.
+    rims: Table<u8>,
 }
 
 /// The plane that a facet grows in.
@@ -142,32 +146,49 @@ impl Facets {
                 }
             }
             let first = members.iter().fold(seed, |first, &t| first.min(t));
-            all.push(Facet { origin: plane.origin, normal: plane.normal, first, width: 0.0 });
+            all.push(Facet { origin: plane.origin, normal: plane.normal, width: 0.0, first, padding: 0 });
         }
-        let mut facets = Self { rims: rims(&across, &of_triangle), of_triangle, all };
-        facets.measure(triangles);
-        facets
+        let rims = rims(&across, &of_triangle);
+        measure(&mut all, triangles, (&rims, &of_triangle));
+        Self { all: all.into(), of_triangle: of_triangle.into(), rims: rims.into() }
     }
 
-    /// Finds the widths.
-    fn measure(&mut self, triangles: &[Triangle]) {
-        let mut sizes = vec![[0.0; 2]; self.all.len()];
-        for ((triangle, rims), &facet) in triangles.iter().zip(&self.rims).zip(&self.of_triangle) {
-            let [a, b, c] = triangle.corners;
-            let [sum, rim] = &mut sizes[facet as usize];
-            *sum += area(triangle);
-            let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
-            *rim += lengths
-                .iter()
-                .zip(rims)
-                .filter(|(_, is_rim)| **is_rim)
-                .map(|(length, _)| length)
-                .sum::<f64>();
-        }
-        for (facet, [area, rim]) in self.all.iter_mut().zip(sizes) {
-            facet.width = if rim > 0.0 { 2.0 * area / rim } else { f64::INFINITY };
-        }
+    /// Whether edge `k` of a triangle is on the rim of its facet.
+    #[inline]
+    pub fn is_rim(&self, triangle: u32, k: usize) -> bool {
+        is_bit(self.rims[triangle as usize], k)
     }
+
+    /// Appends its arrays to bytes that [`Facets::read`] reads.
+    pub fn write(&self, bytes: &mut Vec<u8>) {
+        write_table(&self.all, bytes);
+        write_table(&self.of_triangle, bytes);
+        write_table(&self.rims, bytes);
+    }
+
+    /// The facets that [`Facets::write`] wrote.
+    pub fn read(reader: &mut TableReader) -> Option<Self> {
+        Some(Self { all: reader.next()?, of_triangle: reader.next()?, rims: reader.next()? })
+    }
+}
+
+/// Finds the widths of facets by the rims of triangles and their facets.
+fn measure(facets: &mut [Facet], triangles: &[Triangle], (rims, of_triangle): (&[u8], &[u32])) {
+    let mut sizes = vec![[0.0; 2]; facets.len()];
+    for ((triangle, &rims), &facet) in triangles.iter().zip(rims).zip(of_triangle) {
+        let [a, b, c] = triangle.corners;
+        let [sum, rim] = &mut sizes[facet as usize];
+        *sum += area(triangle);
+        let lengths = [(b - a).norm(), (c - b).norm(), (a - c).norm()];
+        *rim += (0..3).filter(|&k| is_bit(rims, k)).map(|k| lengths[k]).sum::<f64>();
+    }
+    for (facet, [area, rim]) in facets.iter_mut().zip(sizes) {
+        facet.width = if rim > 0.0 { 2.0 * area / rim } else { f64::INFINITY };
+    }
+}
+
+fn is_bit(bits: u8, k: usize) -> bool {
+    bits >> k & 1 == 1
 }
 
 /// Area (m²).
@@ -204,10 +225,14 @@ fn neighbours_across_edges(triangles: &[Triangle], edges: usize) -> Vec<[Option<
     triangles.iter().enumerate().map(|(t, triangle)| triangle.edges.map(|edge| other(t, edge))).collect()
 }
 
-/// Which edges of each triangle have no other triangle of the same facet.
-fn rims(across: &[[Option<u32>; 3]], of_triangle: &[u32]) -> Vec<[bool; 3]> {
+/// Bits of the edges of each triangle that have no other triangle of the same facet.
+fn rims(across: &[[Option<u32>; 3]], of_triangle: &[u32]) -> Vec<u8> {
     let is_rim = |t: usize, other: Option<u32>| {
         other.is_none_or(|other| of_triangle[other as usize] != of_triangle[t])
     };
-    across.iter().enumerate().map(|(t, others)| others.map(|other| is_rim(t, other))).collect()
+    across
+        .iter()
+        .enumerate()
+        .map(|(t, others)| (0..3).map(|k| u8::from(is_rim(t, others[k])) << k).sum())
+        .collect()
 }

@@ -3,24 +3,26 @@
 use crate::Vec3;
 use crate::bvh::Aabb;
 use crate::mesh::{TriMesh, ordered};
+use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// What a query needs of a triangle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct Triangle {
     pub corners: [Vec3; 3],
     pub normal: Vec3,
     /// Inward in-plane unit normal of edge k, from corner k to corner k + 1.
     pub inward: [Vec3; 3],
-    pub edges: [u32; 3],
-    pub vertices: [u32; 3],
-    pub owned_edges: [bool; 3],
-    pub owned_vertices: [bool; 3],
     /// How far (m) the triangles that share a vertex with it rise over its plane, to either side.
     pub relief: f64,
+    pub edges: [u32; 3],
+    pub vertices: [u32; 3],
     first_neighbour: u32,
     end_neighbour: u32,
+    /// Bits 0 to 2 of the edges that it owns, 3 to 5 of the vertices.
+    owned: u64,
 }
 
 impl Triangle {
@@ -31,6 +33,18 @@ impl Triangle {
         [depth(0), depth(1), depth(2)]
     }
 
+    /// Whether it owns edge `k`.
+    #[inline]
+    pub fn owns_edge(&self, k: usize) -> bool {
+        self.owned >> k & 1 == 1
+    }
+
+    /// Whether it owns vertex `k`.
+    #[inline]
+    pub fn owns_vertex(&self, k: usize) -> bool {
+        self.owned >> (3 + k) & 1 == 1
+    }
+
     /// Where its neighbours stand.
     #[inline]
     pub fn neighbours(&self) -> Range<usize> {
@@ -39,7 +53,8 @@ impl Triangle {
 }
 
 /// An edge, seen the same way by all its triangles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct Edge {
     pub origin: Vec3,
     pub direction: Vec3,
@@ -57,7 +72,8 @@ impl Edge {
 }
 
 /// A vertex of the mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct Vertex {
     pub shortest_edge: f64,
     first_spoke: u32,
@@ -109,7 +125,7 @@ pub(super) fn build(mesh: &TriMesh) -> Parts {
         for (order, &(t, k)) in uses.iter().enumerate() {
             let triangle = &mut triangles[t as usize];
             triangle.edges[k] = edges.len() as u32;
-            triangle.owned_edges[k] = order == 0;
+            triangle.owned |= u64::from(order == 0) << k;
             sides.push(triangle.inward[k]);
         }
         let length = (end - origin).norm();
@@ -148,14 +164,14 @@ fn triangle(mesh: &TriMesh, t: usize, fans: &[Vec<u32>]) -> Triangle {
     let edge = |k: usize| corners[(k + 1) % 3] - corners[k];
     let normal = unit_normal([edge(0), edge(1), edge(2)]);
     let vertices = mesh.triangles[t];
+    let owns = |k: usize| fans[vertices[k] as usize].first() == Some(&(t as u32));
     Triangle {
         corners,
         normal,
         inward: [0, 1, 2].map(|k| normal.cross(&edge(k)).normalize()),
         edges: [0; 3],
         vertices,
-        owned_edges: [false; 3],
-        owned_vertices: vertices.map(|v| fans[v as usize].first() == Some(&(t as u32))),
+        owned: (0..3).map(|k| u64::from(owns(k)) << (3 + k)).sum(),
         relief: 0.0,
         first_neighbour: 0,
         end_neighbour: 0,

@@ -2,6 +2,7 @@
 use crate::support::Random;
 use crate::walls::tessellated_square;
 use grains_geometry::{Rotation, SMOOTH_ANGLE, TriMesh, Vec3, WallMesh};
+use std::sync::Arc;
 
 /// A square tessellated at random, its normal before it was turned, and how it was turned and moved.
 fn square(random: &mut Random, splits: usize, size: f64) -> (TriMesh, Rotation, Vec3) {
@@ -119,4 +120,47 @@ fn a_bowl_keeps_its_facets_apart() {
         assert_eq!(wall.facet(t).first, t - t % 2);
         assert!(wall.facet(t).width < 0.27);
     }
+}
+
+#[test]
+fn a_wall_read_from_shared_memory_is_the_one_that_was_written() {
+    let mut random = Random::new(5);
+    let in_memory = |bytes: &[u8]| {
+        let mut memory = memmap2::MmapMut::map_anon(bytes.len().max(1)).unwrap();
+        memory[..bytes.len()].copy_from_slice(bytes);
+        WallMesh::in_memory(&Arc::new(memory.make_read_only().unwrap()))
+    };
+    for round in 0..40 {
+        let (mut mesh, ..) = square(&mut random, 1 + 5 * round, 1.0);
+        // Some are bent, some have a hole, some a triangle that is there twice.
+        for vertex in mesh.vertices.iter_mut().skip(round) {
+            vertex.z += 0.1 * vertex.x * vertex.x;
+        }
+        mesh.triangles.truncate(mesh.triangles.len() - round % 2);
+        mesh.triangles.extend_from_within(..round % 3);
+        let built = wall(&mesh);
+        let bytes = built.bytes();
+        let read = in_memory(&bytes).unwrap();
+        assert_eq!(format!("{read:?}"), format!("{built:?}"), "round {round}");
+        for _ in 0..100 {
+            let (center, radius) = (random.vector() * 1.5, 0.6 * random.unit());
+            let contacts = |wall: &WallMesh| {
+                let mut found = Vec::new();
+                let half = Vec3::repeat(radius);
+                wall.for_each_in_box(&(center - half), &(center + half), |t| {
+                    found.push((
+                        t,
+                        wall.closest_within(t, &center, radius),
+                        wall.free_path(t, &center, radius),
+                    ));
+                });
+                found
+            };
+            assert_eq!(contacts(&read), contacts(&built), "round {round}");
+        }
+        // The memory of a mapping ends at a whole page.
+        assert!(in_memory(&bytes[..bytes.len() / 2]).is_none(), "half of it");
+        assert!(in_memory(&bytes[8..]).is_none(), "shifted");
+    }
+    assert!(in_memory(&[]).is_none());
 }
