@@ -6,7 +6,7 @@ Spheres fly about in a periodic box, too few to meet often: the fastest of a ran
     n = min(h, a / (v dt)),
 
 h being the steps that lists are meant to last, a the largest way that a particle may go, and v its speed. Their velocities are drawn from a
-Maxwell distribution. The simulation knows n of each rank and follows what ranks tell each other, as `dem/rebuild_times.rs` has it: a rank tells
+Maxwell distribution. The simulation moves the same spheres, without collisions, and follows what ranks tell each other, as `dem/rebuild_times.rs` has it: a rank tells
 its neighbours of a rebuild four steps before; a neighbour joins it if half of its own lists' life is over, or if it holds particles
 that are to go there.
 
@@ -34,7 +34,7 @@ REQUEST = 2  # steps until a rebuild that neighbours are asked for
 STRAY_STEPS = 8  # steps for which a sphere beyond a border must have room
 STRAY_SHARE = 0.25  # of its allowance, that it may be beyond
 DEVIATION = 0.0015  # of a component of the velocity: radii per step
-SPREAD = 1.0  # of the ranks: deviations of their velocities are up to 2^1 times as large or small
+SPREAD = 1.0  # of the ranks: their deviations are up to 2^SPREAD times as large or small
 FRACTION = 0.0002  # solid
 
 CASE = """\
