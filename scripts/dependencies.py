@@ -24,6 +24,7 @@ compare it with `Cargo.lock`, which pins every version.
 
 None of them, those of `fuzz/Cargo.lock` included, had a known vulnerability in the [RustSec database](https://rustsec.org) of 2026-08-21.
 One is no longer maintained: `custom_derive` (RUSTSEC-2025-0058), macros of the bindings of MPI that no input reaches.
+`bytemuck_derive` and `memmap2` came later and have not been compared with it; RUSTSEC-2026-0186 is mended in `memmap2` 0.9.11.
 
 | library of the system | licence |
 |---|---|
