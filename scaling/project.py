@@ -53,14 +53,14 @@ gravity = [0, 0, 0]
 [domain]
 lower = [0, 0, 0]
 upper = [{x:.6f}, {y:.6f}, {z:.6f}]
-periodic = [true, true, false]
+periodic = {periodic}
 ranks = {layout}
 balance = false
 
 [time]
 end = 10
 dt = {dt}
-
+{keys}
 {glass}
 [[shape]]
 name = "bead"
@@ -72,6 +72,13 @@ name = "spheres"
 particles = [{{ shape = "bead", material = "glass" }}]
 place = {{ kind = "file", path = "places.csv" }}
 """
+
+
+def random_case(upper, grid, periodic, keys=""):
+    """The case of spheres whose places are in places.csv; more keys of [time]."""
+    x, y, z = upper
+    periodic = json.dumps(periodic)
+    return RANDOM.format(x=x, y=y, z=z, periodic=periodic, layout=list(grid), dt=DT, keys=keys, glass=GLASS, radius=RADIUS)
 
 
 def random_places(count, lower, upper):
@@ -101,8 +108,7 @@ def random_bed(count, grid, solid_fraction=0.2, filled=0.85):
     fraction = total * math.pi / 6 * DIAMETER**3 / (upper[0] * upper[1] * (top - RADIUS))
     model = Bed((0.0, 0.0, 0.0), upper, (0.0, 0.0, RADIUS), (upper[0], upper[1], top), (True, True, False), grid, total,
                 DIAMETER, fraction, (AT_REST, AT_REST))
-    x, y, z = upper
-    return RANDOM.format(x=x, y=y, z=z, layout=list(grid), dt=DT, glass=GLASS, radius=RADIUS), model
+    return random_case(upper, grid, [True, True, False]), model
 
 
 def bench(text, ranks, warm, steps, options, name):

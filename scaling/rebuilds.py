@@ -22,10 +22,10 @@ from pathlib import Path
 
 import numpy
 
-from benchmark import BINARY, DT, GLASS, RADIUS, ROOT, table
+from benchmark import BINARY, DT, RADIUS, ROOT, table
 from exchange import layout
 from model import AT_REST, FAST
-from project import bench, random_places
+from project import bench, random_case, random_places
 from study import write_csv
 
 HORIZON = 80  # steps that lists are meant to last
@@ -36,34 +36,6 @@ STRAY_SHARE = 0.25  # of its allowance, that it may be beyond
 DEVIATION = 0.0015  # of a component of the velocity: radii per step
 SPREAD = 1.0  # of the ranks: their deviations are up to 2^SPREAD times as large or small
 FRACTION = 0.0002  # solid
-
-CASE = """\
-name = "gas"
-gravity = [0, 0, 0]
-
-[domain]
-lower = [0, 0, 0]
-upper = [{x:.6f}, {y:.6f}, {z:.6f}]
-periodic = [true, true, true]
-ranks = {layout}
-balance = false
-
-[time]
-end = 10
-dt = {dt}
-impact_speed = {impact}
-
-{glass}
-[[shape]]
-name = "bead"
-kind = "sphere"
-radius = {radius}
-
-[[insert]]
-name = "gas"
-particles = [{{ shape = "bead", material = "glass" }}]
-place = {{ kind = "file", path = "gas.csv" }}
-"""
 
 
 def edge(count):
@@ -93,9 +65,9 @@ def counted(spheres, ranks, options):
     folder = options.out / "project" / f"rebuilds-{ranks}"
     folder.mkdir(parents=True, exist_ok=True)
     rows = numpy.hstack([spheres[0] * RADIUS, spheres[1] * RADIUS / DT]).tolist()
-    write_csv(folder / "gas.csv", ["x", "y", "z", "vx", "vy", "vz"], rows)
-    x, y, z = (n * edge(options.count) * RADIUS for n in grid)
-    text = CASE.format(x=x, y=y, z=z, layout=list(grid), dt=DT, impact=8 * 2**SPREAD * sigma, glass=GLASS, radius=RADIUS)
+    write_csv(folder / "places.csv", ["x", "y", "z", "vx", "vy", "vz"], rows)
+    upper = [n * edge(options.count) * RADIUS for n in grid]
+    text = random_case(upper, grid, [True] * 3, f"impact_speed = {8 * 2**SPREAD * sigma}\n")
     found = bench(text, ranks, options.warm, options.steps, options, f"rebuilds-{ranks}").per_rank
     mean = lambda name: found[name][0]
     per_step = 1 / (3 * options.steps)
@@ -215,8 +187,8 @@ def main():
     parser.add_argument("--timeout", type=float, default=7200, help="longest time of one run (s)")
     parser.add_argument("--ranks", type=int, nargs="+", default=[2, 8, 27, 64])
     parser.add_argument("--count", type=int, default=500, help="spheres per rank")
-    parser.add_argument("--warm", type=int, default=200)
-    parser.add_argument("--steps", type=int, default=200, help="in each of three segments")
+    parser.add_argument("--warm", type=int, default=100, help="steps before counting")
+    parser.add_argument("--steps", type=int, default=400, help="steps of each of three segments")
     options = parser.parse_args()
     rows = []
     for ranks in options.ranks:
