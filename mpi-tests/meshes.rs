@@ -84,18 +84,17 @@ fn after_the_case_is_loaded_nobody_reads_its_meshes_again() {
             meshes.iter().for_each(|mesh| write_stl(&mut fs::File::create(mesh).unwrap(), &angle()).unwrap());
         }
         wait_for_all();
-        let kind = &Case::load(&path).unwrap().walls[0].kind;
-        let scaled = Vec3::new(0.02, 0.01, 0.004);
-        let wall = Case::load(&path).unwrap().meshes.mesh(&meshes[1]).unwrap();
-        let wall = wall.transformed(&Rotation::identity(), 0.004, &scaled);
+        let own = Case::load(&path).unwrap();
+        let translate = Vec3::new(0.02, 0.01, 0.004);
+        let wall = own.meshes.mesh(&meshes[1]).unwrap().transformed(&Rotation::identity(), 0.004, &translate);
         let wall = format!("{:?}", WallMesh::new(&wall, SMOOTH_ANGLE).unwrap());
-        let alone = format!("{:?}", catalogue(&Case::load(&path).unwrap()).unwrap().shapes);
+        let alone = format!("{:?}", catalogue(&own).unwrap().shapes);
         let case = load(&path, job).unwrap();
         if is_first {
             meshes.iter().for_each(|mesh| fs::remove_file(mesh).unwrap());
         }
         wait_for_all();
-        let of_node = case.meshes.wall(kind);
+        let of_node = case.meshes.wall(&own.walls[0].kind);
         assert_eq!(of_node.is_some(), job.size() > 1, "one copy per node");
         assert!(of_node.is_none_or(|of_node| format!("{of_node:?}") == wall), "the copy is the mesh");
         let shared = catalogue(&case).unwrap().shapes;
