@@ -1,5 +1,5 @@
 """Porosity of packings of equal volumes in a box periodic in x and y (thesis table 3.3):
-`python3 cases/packing/packing.py [--seeds N] [--ratio Q] [--width MM] [--jobs J] [SHAPE ...]`."""
+`python3 cases/packing/packing.py [--seeds N] [--ratio Q] [--width MM] [--friction MU] [--jobs J] [SHAPE ...]`."""
 import argparse
 import math
 import sys
@@ -43,10 +43,14 @@ SOURCE = {
 }
 
 
-def case(name, keys, seed, width, folder):
+def case(name, keys, seed, width, friction, folder):
     """The case of one bed in a box of a width (mm)."""
     text = CASE.replace(SPHERE, keys).replace("seed = 1\n", f"seed = {seed}\n")
-    text = text.replace("0.018, 0.018", f"{width / 1e3:g}, {width / 1e3:g}")
+    text = text.replace("0.018, 0.018", f"{width / 1e3:g}, {width / 1e3:g}").replace("friction = 0.55", f"friction = {friction:g}")
+    if width < 18:
+        # Beds in narrower boxes are higher.
+        for height in (0.14, 0.135, 0.138):
+            text = text.replace(f"{height:g}]", f"{height * (18 / width) ** 2:.4f}]")
     text = text.replace('name = "packing of spheres"', f'name = "packing of {name}, seed {seed}"')
     if name != "spheres":
         # Corners meet for shorter than spheres do; still for ten steps.
@@ -64,18 +68,20 @@ def main():
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--ratio", type=float, default=5, help="length over width of the beams of crosses")
     parser.add_argument("--width", type=float, default=18, help="of the box (mm), at least twice the longest body")
+    parser.add_argument("--friction", type=float, default=0.55, help="coefficient of friction")
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     names = arguments.shape or list(SOURCE)
     wide = f"-{arguments.width:g}-mm" if arguments.width != 18 else ""
-    suffix = lambda name: (f"-q{arguments.ratio:g}" if name.startswith("crosses") else "") + wide
+    rough = f"-mu{arguments.friction:g}" if arguments.friction != 0.55 else ""
+    suffix = lambda name: (f"-q{arguments.ratio:g}" if name.startswith("crosses") else "") + wide + rough
     folder = lambda name, seed: sweep.RESULTS / "packing" / f"{name}{suffix(name)}-{seed}"
     seeds = range(1, arguments.seeds + 1)
     runs = []
     for seed in seeds:
         for name in names:
             keys = shapes(ratio=arguments.ratio)[name]
-            runs.append((case(name, keys, seed, arguments.width, folder(name, seed)), folder(name, seed)))
+            runs.append((case(name, keys, seed, arguments.width, arguments.friction, folder(name, seed)), folder(name, seed)))
     sweep.run_all(runs, arguments.jobs)
     print(f"{'shape':<12} {'thesis':>7} {'here':>7} {'spread':>7} {'inside':>7} {'spread':>7}   each seed")
     for name in names:

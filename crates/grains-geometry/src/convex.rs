@@ -18,6 +18,7 @@ pub(crate) mod triangle;
 use crate::superellipsoid::Superellipsoid;
 use crate::{Mat3, Vec3};
 use feature::Feature;
+use polyhedron::Polyhedron;
 use surface_points::SurfaceElement;
 
 /// Support mapping of one kind of core; the distance loop is compiled once for each pair of kinds.
@@ -59,6 +60,11 @@ pub(crate) trait Support {
 
     /// Half edges of a box (m), if the core is one.
     fn half_edges(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// The polyhedron, if the core is one that has faces.
+    fn polyhedron(&self) -> Option<&Polyhedron> {
         None
     }
 

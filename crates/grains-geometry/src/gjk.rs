@@ -21,6 +21,7 @@ mod ellipsoids;
 mod faces_and_edges;
 pub(crate) mod nearest;
 mod point;
+mod polyhedra;
 mod query;
 mod search;
 mod smooth;
@@ -29,6 +30,7 @@ mod start;
 pub use boxes::{BoxQueries, BoxStart};
 pub use cylinders::{CylinderMarks, CylinderQueries};
 pub use ellipsoids::EllipsoidQueries;
+pub use polyhedra::{PolyhedronQueries, PolyhedronStart};
 pub(crate) use smooth::penetration as smooth_penetration;
 pub use start::{StartForm, read_surfaces, write_surfaces};
 

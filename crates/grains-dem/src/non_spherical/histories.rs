@@ -6,8 +6,10 @@
 use super::pairs::PartPair;
 use crate::contact_history::{ContactHistory, LawHistory};
 use crate::memory_use::{heap_bytes, make_room};
-use grains_geometry::gjk::{BoxStart, CylinderMarks, StartForm, read_surfaces, write_surfaces};
-use grains_geometry::{Core, Simplex, Vec3};
+use grains_geometry::gjk::{
+    BoxStart, CylinderMarks, PolyhedronStart, StartForm, read_surfaces, write_surfaces,
+};
+use grains_geometry::{Core, Polyhedron, Simplex, Vec3};
 
 /// Of the place of a start: it is that of a whole simplex.
 const WHOLE: u32 = 1 << 31;
@@ -186,6 +188,24 @@ impl Histories {
     pub(super) fn set_start_of_boxes(&mut self, pair: &PartPair, halves: &[Vec3; 2], start: &BoxStart) {
         let first = self.starts[pair.place as usize] as usize;
         start.write(halves, &mut self.words[first..]);
+    }
+
+    /// What two polyhedra touched with, from which their query starts; `None` if it is neither corner on face nor edge on edge.
+    #[inline(always)]
+    pub(super) fn start_of_polyhedra(
+        &self,
+        pair: &PartPair,
+        hulls: [&Polyhedron; 2],
+    ) -> Option<PolyhedronStart> {
+        let first = self.starts[pair.place as usize] as usize;
+        PolyhedronStart::read(hulls, &self.words[first..])
+    }
+
+    /// Keeps what two polyhedra touch with.
+    #[inline(always)]
+    pub(super) fn set_start_of_polyhedra(&mut self, pair: &PartPair, start: &PolyhedronStart) {
+        let first = self.starts[pair.place as usize] as usize;
+        start.write(&mut self.words[first..]);
     }
 
     /// All that is kept of a pair that touches.

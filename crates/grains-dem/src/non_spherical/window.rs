@@ -6,13 +6,15 @@ use crate::catalogue::Catalogue;
 use crate::contacts::BLOCK;
 use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, SweptFrame, across_gap};
 use crate::particles::Particles;
-use grains_geometry::gjk::{BoxQueries, CylinderQueries, EllipsoidQueries, Separation};
+use grains_geometry::gjk::{BoxQueries, CylinderQueries, EllipsoidQueries, PolyhedronQueries, Separation};
 use grains_geometry::{Core, Mat3, Vec3};
 use multiversion::multiversion;
 use std::ops::Range;
 
 /// Largest number of pairs of particles in a window that are not known to be apart.
 const GROUPS: usize = 4 * BLOCK;
+/// Largest number of groups of queries of the same two polyhedra.
+const POLYHEDRA: usize = BLOCK / 2;
 
 /// Pairs of particles side by side in the list, and the distances of those of their parts that touched and are found together.
 #[derive(Clone, Debug)]
@@ -20,6 +22,7 @@ pub(super) struct Window {
     ellipsoids: EllipsoidQueries<BLOCK>,
     cylinders: CylinderQueries<BLOCK>,
     boxes: BoxQueries<BLOCK>,
+    polyhedra: PolyhedronQueries<POLYHEDRA>,
     /// Pairs of two particles that are not known to be apart, from one place in the list to another.
     groups: [(u32, u32); GROUPS],
     /// Number of those.
@@ -53,6 +56,7 @@ enum QueryKind {
     Ellipsoids(u32),
     Cylinders(u32),
     Boxes(u32),
+    Polyhedra(u32),
 }
 
 impl Default for Window {
@@ -69,6 +73,7 @@ impl Default for Window {
             ellipsoids: EllipsoidQueries::default(),
             cylinders: CylinderQueries::default(),
             boxes: BoxQueries::default(),
+            polyhedra: PolyhedronQueries::default(),
             groups: [(0, 0); GROUPS],
             close: 0,
             next: 0,
@@ -82,10 +87,16 @@ impl Default for Window {
 impl Window {
     /// Whether distances of such parts may be found together.
     pub(super) fn is_for(cores: [&Core; 2]) -> bool {
-        let is_for = |holds: fn(&Core) -> bool| cores.iter().all(|core| holds(core));
-        is_for(|core| core.ellipsoid().is_some())
-            || is_for(|core| matches!(core, Core::Cylinder { .. }))
-            || is_for(|core| matches!(core, Core::Box(_)))
+        match cores {
+            [Core::Superellipsoid(_), Core::Superellipsoid(_)] => {
+                cores.iter().all(|core| core.ellipsoid().is_some())
+            }
+            [Core::Cylinder { .. }, Core::Cylinder { .. }] | [Core::Box(_), Core::Box(_)] => true,
+            [Core::Polyhedron(first), Core::Polyhedron(second)] => {
+                [first, second].iter().all(|hull| PolyhedronQueries::<POLYHEDRA>::are_for(hull))
+            }
+            _ => false,
+        }
     }
 
     /// Looks at pairs from a place of the list on, which has one: which are not known to be apart, and the distances of parts that touched;
@@ -102,6 +113,7 @@ impl Window {
         self.ellipsoids.clear();
         self.cylinders.clear();
         self.boxes.clear();
+        self.polyhedra.clear();
         (self.len, self.asked, self.close, self.next) = (0, 0, 0, 0);
         let mut end = start;
         while end < pairs.len() && self.close < GROUPS {
@@ -124,6 +136,7 @@ impl Window {
         }
         if self.len > 0 {
             solve(&mut self.ellipsoids, &mut self.cylinders, &mut self.boxes);
+            solve_polyhedra(&mut self.polyhedra);
         }
         end
     }
@@ -184,6 +197,11 @@ impl Window {
         } else if let (&Core::Box(first), &Core::Box(second)) = (a.core, b.core) {
             let Some(start) = histories.start_of_boxes(pair, &[first, second]) else { return };
             QueryKind::Boxes(self.boxes.push(&[first, second], &placement, &start) as u32)
+        } else if let (Core::Polyhedron(first), Core::Polyhedron(second)) = (a.core, b.core) {
+            let hulls = [first, second];
+            let Some(start) = histories.start_of_polyhedra(pair, hulls.map(|hull| &**hull)) else { return };
+            let Some(number) = self.polyhedra.push(hulls, &placement, &start) else { return };
+            QueryKind::Polyhedra(number)
         } else {
             let Some(marks) = histories.start_of_cylinders(pair) else { return };
             if !self.cylinders.takes([a.core, b.core], &placement, &marks) {
@@ -232,6 +250,12 @@ impl Window {
                 histories.set_start_of_boxes(pair, &self.boxes.halves(k as usize), &left);
                 Some(contact)
             }
+            QueryKind::Polyhedra(k) => {
+                let (gap, left) = self.polyhedra.answer(k)?;
+                let contact = contact_at(&gap)?;
+                histories.set_start_of_polyhedra(pair, &left);
+                Some(contact)
+            }
         }
     }
 }
@@ -247,190 +271,10 @@ fn solve(
     boxes.solve();
 }
 
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-    use grains_geometry::gjk::{BoxStart, CylinderMarks, StartForm, distance};
-    use grains_geometry::{Placement, Rotation, Simplex, Superellipsoid};
-
-    /// Numbers from 0 to 1.
-    struct Random(u64);
-
-    impl Random {
-        fn unit(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        }
-
-        fn vector(&mut self, size: f64) -> Vec3 {
-            Vec3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * size
-        }
-
-        /// A pair of cores that lie in any way a gap of 0.001 to 0.1 apart and then move a little, and the start that was left before.
-        fn moved_pair(&mut self, core: impl Fn(&mut Self) -> Core) -> ([Core; 2], Placement, Simplex) {
-            let cores = [core(self), core(self)];
-            let matrix = Rotation::from_scaled_axis(self.vector(6.0)).to_rotation_matrix().into_inner();
-            let way = self.vector(1.0).normalize();
-            let reach = cores[0].support_value(&way) + cores[1].support_value(&matrix.tr_mul(&-way));
-            let mut placement = Placement { matrix, translation: way * (reach + 0.001 + 0.1 * self.unit()) };
-            let mut start = Simplex::default();
-            distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
-            placement.translation += self.vector(1e-4);
-            (cores, placement, start)
-        }
-    }
-
-    impl Random {
-        /// Half edges of two boxes of which the second, of another scale, is turned by up to `rocking` (rad) from face to face, a gap of
-        /// 0.001 to 0.1 apart, and then moves a little; and the start that was left before.
-        fn moved_boxes(&mut self, rocking: f64) -> ([Vec3; 2], Placement, Simplex) {
-            let halves = [0; 2].map(|_| Vec3::repeat(0.7) + self.vector(1.0));
-            let scale = 0.5 + self.unit();
-            let turn = |random: &mut Self, angle: f64| {
-                Rotation::from_scaled_axis(random.vector(angle)).to_rotation_matrix().into_inner()
-            };
-            let spin = Rotation::from_scaled_axis(Vec3::z() * self.unit()).to_rotation_matrix().into_inner();
-            let mut matrix = turn(self, rocking) * spin * scale;
-            let way = (Vec3::z() + self.vector(if rocking < 1.0 { 0.1 } else { 4.0 })).normalize();
-            let face = if rocking < 1.0 { Vec3::z() } else { way };
-            let reach = halves[0].dot(&face.abs()) + halves[1].dot(&matrix.tr_mul(&face).abs());
-            let height = (reach + 0.001 + 0.1 * self.unit()) / way.dot(&face);
-            let mut placement = Placement { matrix, translation: way * height };
-            let cores = halves.map(Core::Box);
-            let mut start = Simplex::default();
-            distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
-            matrix = turn(self, 1e-4 * rocking.min(1.0)) * matrix;
-            placement = Placement { matrix, translation: placement.translation + self.vector(1e-4) };
-            (halves, placement, start)
-        }
-    }
-
-    /// Whatever lanes the processor has, the numbers are those of one lane, and those of the query of one pair.
-    #[test]
-    fn lanes_of_any_width_find_the_same_distances_of_ellipsoids() {
-        let (mut random, mut answered) = (Random(7), 0);
-        for _ in 0..100 {
-            let mut queries = EllipsoidQueries::<BLOCK>::default();
-            let mut asked = Vec::new();
-            while !queries.is_full() {
-                let (cores, placement, start) = random.moved_pair(|random| {
-                    let axes = Vec3::repeat(0.7) + random.vector(0.6);
-                    Core::superellipsoid(Superellipsoid::new(axes, [1.0; 2]).unwrap().eroded(0.01))
-                });
-                if start.len == 1 {
-                    let bodies = cores.each_ref().map(|core| core.ellipsoid().unwrap());
-                    queries.push(bodies, &placement, &start.a[0]);
-                    asked.push((cores, placement, start));
-                }
-            }
-            let mut plain = queries.clone();
-            solve(&mut queries, &mut CylinderQueries::default(), &mut BoxQueries::default());
-            plain.solve();
-            for (k, (cores, placement, mut start)) in asked.into_iter().enumerate() {
-                let found = queries.answer(k);
-                assert_eq!(found, plain.answer(k));
-                if let Some((answer, left)) = found {
-                    let alone =
-                        distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
-                    assert_eq!((answer, left), (alone, [start.a[0], start.b[0]]));
-                    answered += 1;
-                }
-            }
-        }
-        assert!(answered > 4000, "{answered}");
-    }
-
-    /// The same of cylinders.
-    #[test]
-    fn lanes_of_any_width_find_the_same_distances_of_cylinders() {
-        let (mut random, mut answered) = (Random(8), 0);
-        for _ in 0..100 {
-            let mut queries = CylinderQueries::<BLOCK>::default();
-            let mut asked = Vec::new();
-            while queries.len() < BLOCK {
-                let (cores, placement, start) = random.moved_pair(|random| Core::Cylinder {
-                    radius: 0.2 + random.unit(),
-                    half_height: 0.2 + random.unit(),
-                });
-                let form = StartForm::of(&cores[0], &cores[1]).unwrap();
-                let mut words = vec![0; form.words()];
-                form.write(cores.each_ref(), &start, &mut words);
-                let Some(marks) = CylinderMarks::read(&words) else { continue };
-                if queries.takes(cores.each_ref(), &placement, &marks) {
-                    asked.push((cores, placement, marks, start));
-                }
-            }
-            let mut plain = queries.clone();
-            solve(&mut EllipsoidQueries::default(), &mut queries, &mut BoxQueries::default());
-            plain.solve();
-            for (k, (cores, placement, marks, mut start)) in asked.into_iter().enumerate() {
-                let found = queries.answer(k);
-                let (mut left, mut same) = (marks, marks);
-                queries.refresh(k, &mut left);
-                plain.refresh(k, &mut same);
-                assert_eq!((found, left), (plain.answer(k), same));
-                if let Some(answer) = found {
-                    let alone =
-                        distance(&cores[0], &cores[1], &placement, f64::INFINITY, &mut start).unwrap();
-                    assert_eq!(answer, alone);
-                    answered += 1;
-                }
-            }
-        }
-        assert!(answered > 4000, "{answered}");
-    }
-
-    /// The same of boxes that rock on their faces or lie in any way, the second of another scale.
-    #[test]
-    fn lanes_of_any_width_find_the_same_distances_of_boxes() {
-        let (mut random, mut asked_for, mut answered) = (Random(9), 0, [0; 3]);
-        for block in 0..300 {
-            let mut queries = BoxQueries::<BLOCK>::default();
-            let mut asked = Vec::new();
-            for _ in 0..BLOCK {
-                let rocking = [1e-6, 1e-4, 1e-2, 6.0][block % 4];
-                let (halves, placement, start) = random.moved_boxes(rocking);
-                let cores = halves.map(Core::Box);
-                let form = StartForm::of(&cores[0], &cores[1]).unwrap();
-                let mut words = vec![0; form.words()];
-                form.write(cores.each_ref(), &start, &mut words);
-                let Some(touched) = BoxStart::read(&halves, &words) else { continue };
-                let number = queries.push(&halves, &placement, &touched);
-                asked.push((number, halves, placement, start));
-            }
-            let mut plain = queries.clone();
-            solve(&mut EllipsoidQueries::default(), &mut CylinderQueries::default(), &mut queries);
-            plain.solve();
-            asked_for += asked.len();
-            for (number, halves, placement, mut start) in asked {
-                let found = queries.answer(number);
-                assert_eq!(found, plain.answer(number));
-                let Some((answer, left)) = found else { continue };
-                let cores = halves.map(Core::Box);
-                let query = |start: &mut Simplex| {
-                    distance(&cores[0], &cores[1], &placement, f64::INFINITY, start).unwrap()
-                };
-                assert_eq!(answer, query(&mut start));
-                let form = StartForm::of(&cores[0], &cores[1]).unwrap();
-                let mut words = [vec![0; form.words()], vec![0; form.words()]];
-                form.write(cores.each_ref(), &start, &mut words[0]);
-                left.write(&halves, &mut words[1]);
-                assert_eq!(words[0], words[1]);
-                let afresh = query(&mut Simplex::default());
-                let [gap, other] = [answer, afresh].map(|found| match found {
-                    Separation::Apart { distance, .. } => distance,
-                    _ => f64::NAN,
-                });
-                assert!((gap - other).abs() < 1e-10 * halves[0].norm(), "{gap} instead of {other}");
-                let kind = match left {
-                    BoxStart::CornerOnFace([on_a, _]) => usize::from(on_a.abs() != halves[0]),
-                    BoxStart::EdgeOnEdge(_) => 2,
-                };
-                answered[kind] += 1;
-            }
-        }
-        assert!(answered.iter().all(|&kind| kind > asked_for / 10), "{answered:?} of {asked_for}");
-        assert!(answered.iter().sum::<usize>() > asked_for * 9 / 10, "{answered:?} of {asked_for}");
-    }
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn solve_polyhedra(polyhedra: &mut PolyhedronQueries<POLYHEDRA>) {
+    polyhedra.solve();
 }
+
+#[cfg(test)]
+mod tests;

@@ -134,6 +134,11 @@ impl Support for Polyhedron {
     fn extent(&self) -> f64 {
         self.radius
     }
+
+    #[inline(always)]
+    fn polyhedron(&self) -> Option<&Polyhedron> {
+        (!self.faces.is_empty()).then_some(self)
+    }
 }
 
 impl Convex for Polyhedron {

@@ -5,7 +5,7 @@ use super::cylinders::{Guess, Touching};
 use super::nearest::{Nearest, nearest};
 use super::query::{Bounds, Query, combine};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
-use super::{boxes, ellipsoids, smooth};
+use super::{boxes, ellipsoids, polyhedra, smooth};
 use crate::convex::Support;
 use crate::core::with_convex;
 use crate::{Core, Superellipsoid, Vec3};
@@ -56,6 +56,7 @@ impl Query<'_> {
         let warm = simplex.len > 0;
         let answer = self.start_smooth(a, b, simplex);
         let answer = answer.or_else(|| self.start_boxes(a, b, simplex));
+        let answer = answer.or_else(|| self.start_polyhedra(a, b, simplex));
         let answer = answer.or_else(|| self.start_faced(a, b, simplex));
         if let Some(answer) = answer.or_else(|| self.start_curved(a, b, simplex)) {
             return Ok(answer);
@@ -130,6 +131,17 @@ impl Query<'_> {
     #[inline(always)]
     fn start_boxes<A: Support, B: Support>(&self, a: &A, b: &B, simplex: &mut Simplex) -> Option<Separation> {
         boxes::pair([a.half_edges()?, b.half_edges()?], self, simplex)
+    }
+
+    /// Answers for two polyhedra that touched corner on face or edge on edge, if they still do.
+    #[inline(always)]
+    fn start_polyhedra<A: Support, B: Support>(
+        &self,
+        a: &A,
+        b: &B,
+        simplex: &mut Simplex,
+    ) -> Option<Separation> {
+        polyhedra::pair([a.polyhedron()?, b.polyhedron()?], self, simplex)
     }
 
     /// Answers for a pair that may meet corner on face, cold, or if it did in the last step.

@@ -1,0 +1,230 @@
+//! Numbers of one query, or of several side by side in the lanes of the processor.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Queries side by side: a whole number of times the lanes of any processor.
+pub(super) const LANES: usize = 8;
+
+/// A number of one query, or of each of several.
+pub(super) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The same number for all.
+    fn of(x: f64) -> Self;
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    /// One of two numbers: the first where this one is above another.
+    fn if_above(self, other: Self, then: Self, otherwise: Self) -> Self;
+    /// One of two numbers: the first where this one equals another.
+    fn if_equal(self, other: Self, then: Self, otherwise: Self) -> Self;
+}
+
+/// Numbers of queries side by side.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Lanes(pub(super) [f64; LANES]);
+
+impl Lanes {
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        let mut found = [0.0; LANES];
+        for lane in 0..LANES {
+            found[lane] = f(self.0[lane]);
+        }
+        Self(found)
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut found = [0.0; LANES];
+        for lane in 0..LANES {
+            found[lane] = f(self.0[lane], other.0[lane]);
+        }
+        Self(found)
+    }
+
+    #[inline(always)]
+    fn select(self, other: Self, (then, otherwise): (Self, Self), holds: impl Fn(f64, f64) -> bool) -> Self {
+        let mut found = [0.0; LANES];
+        for lane in 0..LANES {
+            found[lane] = if holds(self.0[lane], other.0[lane]) { then.0[lane] } else { otherwise.0[lane] };
+        }
+        Self(found)
+    }
+}
+
+impl Add for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |x, y| x + y)
+    }
+}
+
+impl Sub for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |x, y| x - y)
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |x, y| x * y)
+    }
+}
+
+impl Div for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |x, y| x / y)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|x| -x)
+    }
+}
+
+impl Number for Lanes {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Self([x; LANES])
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+
+    #[inline(always)]
+    fn if_above(self, other: Self, then: Self, otherwise: Self) -> Self {
+        self.select(other, (then, otherwise), |x, y| x > y)
+    }
+
+    #[inline(always)]
+    fn if_equal(self, other: Self, then: Self, otherwise: Self) -> Self {
+        self.select(other, (then, otherwise), |x, y| x == y)
+    }
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn if_above(self, other: Self, then: Self, otherwise: Self) -> Self {
+        if self > other { then } else { otherwise }
+    }
+
+    #[inline(always)]
+    fn if_equal(self, other: Self, then: Self, otherwise: Self) -> Self {
+        if self == other { then } else { otherwise }
+    }
+}
+
+/// A vector of such numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vector<T>(pub(super) [T; 3]);
+
+impl<T: Number> Vector<T> {
+    #[inline(always)]
+    pub(super) fn of(v: &crate::Vec3) -> Self {
+        Self([T::of(v.x), T::of(v.y), T::of(v.z)])
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(&self, Self([p, q, r]): &Self) -> T {
+        let [x, y, z] = self.0;
+        x * *p + y * *q + z * *r
+    }
+
+    #[inline(always)]
+    pub(super) fn cross(&self, Self([p, q, r]): &Self) -> Self {
+        let [x, y, z] = self.0;
+        Self([y * *r - z * *q, z * *p - x * *r, x * *q - y * *p])
+    }
+
+    #[inline(always)]
+    pub(super) fn plus(&self, Self([p, q, r]): &Self) -> Self {
+        let [x, y, z] = self.0;
+        Self([x + *p, y + *q, z + *r])
+    }
+
+    #[inline(always)]
+    pub(super) fn minus(&self, Self([p, q, r]): &Self) -> Self {
+        let [x, y, z] = self.0;
+        Self([x - *p, y - *q, z - *r])
+    }
+
+    #[inline(always)]
+    pub(super) fn times(&self, factor: T) -> Self {
+        let [x, y, z] = self.0;
+        Self([x * factor, y * factor, z * factor])
+    }
+
+    #[inline(always)]
+    pub(super) fn squared(&self) -> T {
+        self.dot(self)
+    }
+
+    /// Sum of the components without signs.
+    #[inline(always)]
+    pub(super) fn sum_of_sizes(&self) -> T {
+        let [x, y, z] = self.0;
+        x.abs() + y.abs() + z.abs()
+    }
+
+    /// One of two vectors: the first where a number is above another.
+    #[inline(always)]
+    pub(super) fn if_above((number, other): (T, T), then: &Self, otherwise: &Self) -> Self {
+        let [x, y, z] = then.0;
+        let [p, q, r] = otherwise.0;
+        let pick = |then, otherwise| number.if_above(other, then, otherwise);
+        Self([pick(x, p), pick(y, q), pick(z, r)])
+    }
+}
+
+/// A matrix of such numbers, by columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Matrix<T>(pub(super) [Vector<T>; 3]);
+
+impl<T: Number> Matrix<T> {
+    /// The product with a vector.
+    #[inline(always)]
+    pub(super) fn times(&self, Vector([x, y, z]): &Vector<T>) -> Vector<T> {
+        let [p, q, r] = &self.0;
+        p.times(*x).plus(&q.times(*y)).plus(&r.times(*z))
+    }
+
+    /// The product of the transposed matrix with a vector.
+    #[inline(always)]
+    pub(super) fn transposed_times(&self, v: &Vector<T>) -> Vector<T> {
+        let [p, q, r] = &self.0;
+        Vector([p.dot(v), q.dot(v), r.dot(v)])
+    }
+}
