@@ -26,6 +26,7 @@ mod query;
 mod search;
 mod smooth;
 mod start;
+mod superellipsoids;
 
 pub use boxes::{BoxQueries, BoxStart};
 pub use cylinders::{CylinderMarks, CylinderQueries};
@@ -33,6 +34,7 @@ pub use ellipsoids::EllipsoidQueries;
 pub use polyhedra::{PolyhedronQueries, PolyhedronStart};
 pub(crate) use smooth::penetration as smooth_penetration;
 pub use start::{StartForm, read_surfaces, write_surfaces};
+pub use superellipsoids::SuperellipsoidQueries;
 
 use crate::core::with_convex;
 use crate::{Core, GjkError, Placement, Vec3};

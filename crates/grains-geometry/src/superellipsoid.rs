@@ -8,12 +8,14 @@
 
 mod local;
 mod size;
+mod surface;
 
 use crate::error::check_length;
 use crate::powers::{natural, pow};
 use crate::{ShapeError, Vec3};
 pub(crate) use local::Local;
 pub(crate) use size::tangents;
+pub(crate) use surface::{NaturalBody, Surface};
 
 /// Exponents of roundness allowed: below, powers up to 2/ε lose digits and the body is a box to 2 %.
 pub const EPS_RANGE: std::ops::RangeInclusive<f64> = 0.05..=2.0;
@@ -183,7 +185,7 @@ impl Superellipsoid {
 
     /// Whether the body is an ellipsoid.
     #[inline(always)]
-    pub(crate) fn is_ellipsoid(&self) -> bool {
+    pub fn is_ellipsoid(&self) -> bool {
         self.powers == Powers::Squares
     }
 

@@ -161,17 +161,16 @@ impl Histories {
         CylinderMarks::write(Some(marks), &mut self.words[first..]);
     }
 
-    /// Point of the first of two ellipsoids that touched from which their query starts, in the frame of the body (m); `None` if it is
-    /// cold.
+    /// Points of two superellipsoids that touched from which their query starts, in the frames of the bodies (m); `None` if it is cold.
     #[inline(always)]
-    pub(super) fn start_of_ellipsoids(&self, pair: &PartPair) -> Option<Vec3> {
+    pub(super) fn start_of_surfaces(&self, pair: &PartPair) -> Option<[Vec3; 2]> {
         let first = self.starts[pair.place as usize] as usize;
-        read_surfaces(&self.words[first..]).map(|[on_first, _]| on_first)
+        read_surfaces(&self.words[first..])
     }
 
-    /// Keeps the nearest points (m) of two ellipsoids, in the frames of the bodies.
+    /// Keeps the nearest points (m) of two superellipsoids, in the frames of the bodies.
     #[inline(always)]
-    pub(super) fn set_start_of_ellipsoids(&mut self, pair: &PartPair, points: &[Vec3; 2]) {
+    pub(super) fn set_start_of_surfaces(&mut self, pair: &PartPair, points: &[Vec3; 2]) {
         let first = self.starts[pair.place as usize] as usize;
         write_surfaces(points, &mut self.words[first..]);
     }

@@ -6,15 +6,17 @@ use crate::catalogue::Catalogue;
 use crate::contacts::BLOCK;
 use crate::narrow_phase::{Meeting, PartContact, PlacedPart, Pose, SweptFrame, across_gap};
 use crate::particles::Particles;
-use grains_geometry::gjk::{BoxQueries, CylinderQueries, EllipsoidQueries, PolyhedronQueries, Separation};
-use grains_geometry::{Core, Mat3, Vec3};
+use grains_geometry::gjk::{
+    BoxQueries, CylinderQueries, EllipsoidQueries, PolyhedronQueries, Separation, SuperellipsoidQueries,
+};
+use grains_geometry::{Core, Mat3, Superellipsoid, Vec3};
 use multiversion::multiversion;
 use std::ops::Range;
 
 /// Largest number of pairs of particles in a window that are not known to be apart.
 const GROUPS: usize = 4 * BLOCK;
-/// Largest number of groups of queries of the same two polyhedra.
-const POLYHEDRA: usize = BLOCK / 2;
+/// Largest number of groups of queries of the same two bodies.
+const SAME_BODIES: usize = BLOCK / 2;
 
 /// Pairs of particles side by side in the list, and the distances of those of their parts that touched and are found together.
 #[derive(Clone, Debug)]
@@ -22,7 +24,8 @@ pub(super) struct Window {
     ellipsoids: EllipsoidQueries<BLOCK>,
     cylinders: CylinderQueries<BLOCK>,
     boxes: BoxQueries<BLOCK>,
-    polyhedra: PolyhedronQueries<POLYHEDRA>,
+    polyhedra: PolyhedronQueries<SAME_BODIES>,
+    superellipsoids: SuperellipsoidQueries<SAME_BODIES>,
     /// Pairs of two particles that are not known to be apart, from one place in the list to another.
     groups: [(u32, u32); GROUPS],
     /// Number of those.
@@ -57,6 +60,7 @@ enum QueryKind {
     Cylinders(u32),
     Boxes(u32),
     Polyhedra(u32),
+    Superellipsoids(u32),
 }
 
 impl Default for Window {
@@ -74,6 +78,7 @@ impl Default for Window {
             cylinders: CylinderQueries::default(),
             boxes: BoxQueries::default(),
             polyhedra: PolyhedronQueries::default(),
+            superellipsoids: SuperellipsoidQueries::default(),
             groups: [(0, 0); GROUPS],
             close: 0,
             next: 0,
@@ -88,12 +93,13 @@ impl Window {
     /// Whether distances of such parts may be found together.
     pub(super) fn is_for(cores: [&Core; 2]) -> bool {
         match cores {
-            [Core::Superellipsoid(_), Core::Superellipsoid(_)] => {
-                cores.iter().all(|core| core.ellipsoid().is_some())
+            [Core::Superellipsoid(first), Core::Superellipsoid(second)] => {
+                let are = |holds: fn(&Superellipsoid) -> bool| holds(first) && holds(second);
+                are(Superellipsoid::is_ellipsoid) || are(Superellipsoid::has_natural_powers)
             }
             [Core::Cylinder { .. }, Core::Cylinder { .. }] | [Core::Box(_), Core::Box(_)] => true,
             [Core::Polyhedron(first), Core::Polyhedron(second)] => {
-                [first, second].iter().all(|hull| PolyhedronQueries::<POLYHEDRA>::are_for(hull))
+                [first, second].iter().all(|hull| PolyhedronQueries::<SAME_BODIES>::are_for(hull))
             }
             _ => false,
         }
@@ -114,6 +120,7 @@ impl Window {
         self.cylinders.clear();
         self.boxes.clear();
         self.polyhedra.clear();
+        self.superellipsoids.clear();
         (self.len, self.asked, self.close, self.next) = (0, 0, 0, 0);
         let mut end = start;
         while end < pairs.len() && self.close < GROUPS {
@@ -136,7 +143,7 @@ impl Window {
         }
         if self.len > 0 {
             solve(&mut self.ellipsoids, &mut self.cylinders, &mut self.boxes);
-            solve_polyhedra(&mut self.polyhedra);
+            solve_same_bodies(&mut self.polyhedra, &mut self.superellipsoids);
         }
         end
     }
@@ -190,24 +197,35 @@ impl Window {
     ) {
         let (a, b) = (PlacedPart::of(pose_a, pair.parts[0]), PlacedPart::of(pose_b, pair.parts[1]));
         let placement = a.placement(&b.rotation, b.scale, &(separation + (b.offset - a.offset)));
-        let kind = if let (Some(first), Some(second)) = (a.core.ellipsoid(), b.core.ellipsoid()) {
-            let Some(start) = histories.start_of_ellipsoids(pair) else { return };
-            self.ellipsoids.push([first, second], &placement, &start);
-            QueryKind::Ellipsoids(self.ellipsoids.len() as u32 - 1)
-        } else if let (&Core::Box(first), &Core::Box(second)) = (a.core, b.core) {
-            let Some(start) = histories.start_of_boxes(pair, &[first, second]) else { return };
-            QueryKind::Boxes(self.boxes.push(&[first, second], &placement, &start) as u32)
-        } else if let (Core::Polyhedron(first), Core::Polyhedron(second)) = (a.core, b.core) {
-            let hulls = [first, second];
-            let Some(start) = histories.start_of_polyhedra(pair, hulls.map(|hull| &**hull)) else { return };
-            let Some(number) = self.polyhedra.push(hulls, &placement, &start) else { return };
-            QueryKind::Polyhedra(number)
-        } else {
-            let Some(marks) = histories.start_of_cylinders(pair) else { return };
-            if !self.cylinders.takes([a.core, b.core], &placement, &marks) {
-                return;
+        let kind = match (a.core, b.core) {
+            (Core::Superellipsoid(first), Core::Superellipsoid(second)) => {
+                let Some(start) = histories.start_of_surfaces(pair) else { return };
+                if first.is_ellipsoid() {
+                    self.ellipsoids.push([first, second], &placement, &start[0]);
+                    QueryKind::Ellipsoids(self.ellipsoids.len() as u32 - 1)
+                } else {
+                    let number = self.superellipsoids.push([first, second], &placement, &start);
+                    let Some(number) = number else { return };
+                    QueryKind::Superellipsoids(number)
+                }
             }
-            QueryKind::Cylinders(self.cylinders.len() as u32 - 1)
+            (Core::Box(first), Core::Box(second)) => {
+                let halves = [*first, *second];
+                let Some(start) = histories.start_of_boxes(pair, &halves) else { return };
+                QueryKind::Boxes(self.boxes.push(&halves, &placement, &start) as u32)
+            }
+            (Core::Polyhedron(first), Core::Polyhedron(second)) => {
+                let Some(start) = histories.start_of_polyhedra(pair, [first, second]) else { return };
+                let Some(number) = self.polyhedra.push([first, second], &placement, &start) else { return };
+                QueryKind::Polyhedra(number)
+            }
+            _ => {
+                let Some(marks) = histories.start_of_cylinders(pair) else { return };
+                if !self.cylinders.takes([a.core, b.core], &placement, &marks) {
+                    return;
+                }
+                QueryKind::Cylinders(self.cylinders.len() as u32 - 1)
+            }
         };
         let (frame, offset, other_crust) = (a.swept_frame(), a.offset, b.crust);
         self.queries[self.len] = Query { place: pair.place, kind, frame, offset, other_crust };
@@ -234,7 +252,7 @@ impl Window {
             QueryKind::Ellipsoids(k) => {
                 let (gap, nearest) = self.ellipsoids.answer(k as usize)?;
                 let contact = contact_at(&gap)?;
-                histories.set_start_of_ellipsoids(pair, &nearest);
+                histories.set_start_of_surfaces(pair, &nearest);
                 Some(contact)
             }
             QueryKind::Cylinders(k) => {
@@ -256,6 +274,12 @@ impl Window {
                 histories.set_start_of_polyhedra(pair, &left);
                 Some(contact)
             }
+            QueryKind::Superellipsoids(k) => {
+                let (gap, nearest) = self.superellipsoids.answer(k)?;
+                let contact = contact_at(&gap)?;
+                histories.set_start_of_surfaces(pair, &nearest);
+                Some(contact)
+            }
         }
     }
 }
@@ -272,8 +296,12 @@ fn solve(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-fn solve_polyhedra(polyhedra: &mut PolyhedronQueries<POLYHEDRA>) {
+fn solve_same_bodies(
+    polyhedra: &mut PolyhedronQueries<SAME_BODIES>,
+    superellipsoids: &mut SuperellipsoidQueries<SAME_BODIES>,
+) {
     polyhedra.solve();
+    superellipsoids.solve();
 }
 
 #[cfg(test)]

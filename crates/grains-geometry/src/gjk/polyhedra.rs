@@ -17,16 +17,15 @@
 //! lanes of the processor.
 
 mod lanes;
-mod number;
 mod start;
 
 use super::faces_and_edges::PARALLEL;
 use super::query::Query;
 use super::{MEETING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
 use crate::convex::Support as _;
+use crate::lanes::{Matrix, Number, Vector};
 use crate::{Placement, Polyhedron, Vec3};
 pub use lanes::PolyhedronQueries;
-use number::{Matrix, Number, Vector};
 pub use start::PolyhedronStart;
 
 /// Depth below the planes of all other faces from which on a foot counts as on a face, not on its edge or at a corner (relative to the size).
@@ -80,12 +79,12 @@ impl Features {
     #[inline(always)]
     fn leave(&self, hulls: [&Polyhedron; 2], touched: &Touched<f64>, simplex: &mut Simplex) {
         let (foot, corner) =
-            (vec3(&touched.foot), |side: usize| hulls[side].vertices()[touched.place as usize]);
+            (touched.foot.get(), |side: usize| hulls[side].vertices()[touched.place as usize]);
         match self {
             Self::OnFirst(_) => (simplex.len, simplex.a[0], simplex.b[0]) = (1, foot, corner(1)),
             Self::OnSecond(_) => (simplex.len, simplex.a[0], simplex.b[0]) = (1, corner(0), foot),
             Self::Edges(ends) => {
-                let ends = ends.each_ref().map(|ends| ends.each_ref().map(vec3));
+                let ends = ends.each_ref().map(|ends| ends.each_ref().map(Vector::<f64>::get));
                 let [a, b] = start::triangle(ends, touched.place > 0.5);
                 simplex.len = 3;
                 for k in 0..3 {
@@ -138,11 +137,7 @@ struct Corner<T> {
 
 impl Pair<f64> {
     fn of(placement: &Placement) -> Self {
-        let column = |k: usize| Vector::of(&placement.matrix.column(k).into_owned());
-        Self {
-            matrix: Matrix([column(0), column(1), column(2)]),
-            translation: Vector::of(&placement.translation),
-        }
+        Self { matrix: Matrix::of(&placement.matrix), translation: Vector::of(&placement.translation) }
     }
 }
 
@@ -250,13 +245,13 @@ impl<T: Number> Pair<T> {
 
 impl Touched<f64> {
     fn normal(&self) -> Vec3 {
-        vec3(&self.normal)
+        self.normal.get()
     }
 
     /// The answer, if the points are known to be nearest.
     #[inline(always)]
     fn answer(&self) -> Option<Separation> {
-        let (distance, normal, point_a) = (self.distance, self.normal(), vec3(&self.point_a));
+        let (distance, normal, point_a) = (self.distance, self.normal(), self.point_a.get());
         let point_b = point_a + normal * distance;
         (!distance.is_nan()).then_some(Separation::Apart { distance, normal, point_a, point_b })
     }
@@ -320,9 +315,4 @@ fn height_over_others<T: Number>(hull: &Polyhedron, one: &Plane<T>, point: &Vect
         highest = height.if_above(highest, height, highest);
     }
     highest
-}
-
-#[inline(always)]
-fn vec3(v: &Vector<f64>) -> Vec3 {
-    Vec3::from(v.0)
 }

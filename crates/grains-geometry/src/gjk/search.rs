@@ -5,7 +5,7 @@ use super::cylinders::{Guess, Touching};
 use super::nearest::{Nearest, nearest};
 use super::query::{Bounds, Query, combine};
 use super::{MAX_ITERATIONS, MEETING, PATIENCE, ROUNDING, STALLED_TOLERANCE, Separation, Simplex, TOLERANCE};
-use super::{boxes, ellipsoids, polyhedra, smooth};
+use super::{boxes, ellipsoids, polyhedra, smooth, superellipsoids};
 use crate::convex::Support;
 use crate::core::with_convex;
 use crate::{Core, Superellipsoid, Vec3};
@@ -202,6 +202,10 @@ impl Query<'_> {
         match (a.superellipsoid(), b.superellipsoid()) {
             (Some(a), Some(b)) if weights.is_none() && a.is_ellipsoid() && b.is_ellipsoid() => {
                 ellipsoids::pair(a, b, self, simplex)
+                    .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
+            }
+            (Some(a), Some(b)) if weights.is_none() && a.has_natural_powers() && b.has_natural_powers() => {
+                superellipsoids::pair(a, b, self, simplex)
                     .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
             }
             (Some(a), Some(b)) => smooth::pair(a, b, self, size, simplex, weights),

@@ -36,7 +36,7 @@ const LONGEST_STEP: f64 = 0.5;
 /// which a penetration is settled; the depth is then exact to its square.
 const SETTLED: f64 = 1e-9;
 /// Curvature of two flat faces, times the size, taken for the smallest.
-const LEAST_CURVATURE: f64 = 1e-13;
+pub(super) const LEAST_CURVATURE: f64 = 1e-13;
 
 type Matrix2 = [[f64; 2]; 2];
 

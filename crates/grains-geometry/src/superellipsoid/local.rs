@@ -7,14 +7,14 @@ use crate::powers::{exp2, log2, natural};
 /// Largest curvature of an edge (ε > 1), where it is infinite (1/semi-axis).
 const EDGE: f64 = 1e6;
 /// Distance of T from 1 up to which its root is a series of [`SERIES`] terms.
-const NEAR_ONE: f64 = 4e-3;
+pub(super) const NEAR_ONE: f64 = 4e-3;
 /// Number of those terms.
 pub(super) const SERIES: usize = 6;
 /// Distance up to which three terms do.
 const NEARER_ONE: f64 = 1e-4;
 /// Change of a component of the normal, relative to it, up to which the support function is bounded by
 /// its second derivative.
-const SMALL_TURN: f64 = 0.1;
+pub(super) const SMALL_TURN: f64 = 0.1;
 
 /// The surface at one of its points, in the body's frame and without its inset.
 #[derive(Clone, Copy, Debug)]

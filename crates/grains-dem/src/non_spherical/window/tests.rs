@@ -18,7 +18,7 @@ impl Random {
     }
 
     /// A pair of cores that lie in any way a gap of 0.001 to 0.1 apart and then move a little, and the start that was left before.
-    fn moved_pair(&mut self, core: impl Fn(&mut Self) -> Core) -> ([Core; 2], Placement, Simplex) {
+    fn moved_pair(&mut self, mut core: impl FnMut(&mut Self) -> Core) -> ([Core; 2], Placement, Simplex) {
         let cores = [core(self), core(self)];
         let matrix = Rotation::from_scaled_axis(self.vector(6.0)).to_rotation_matrix().into_inner();
         let way = self.vector(1.0).normalize();
@@ -223,7 +223,7 @@ fn lanes_of_any_width_find_the_same_distances_of_boxes() {
 fn lanes_of_any_width_find_the_same_distances_of_polyhedra() {
     let (mut random, mut asked_for, mut answered) = (Random(10), 0, [0; 3]);
     for block in 0..400 {
-        let mut queries = PolyhedronQueries::<POLYHEDRA>::default();
+        let mut queries = PolyhedronQueries::<SAME_BODIES>::default();
         let mut asked = Vec::new();
         let shapes: Vec<Core> = (0..1 + block % 3).map(|_| random.polyhedron()).collect();
         for k in 0..BLOCK {
@@ -238,7 +238,7 @@ fn lanes_of_any_width_find_the_same_distances_of_polyhedra() {
             asked.push((number, cores, placement, start));
         }
         let mut plain = queries.clone();
-        solve_polyhedra(&mut queries);
+        solve_same_bodies(&mut queries, &mut SuperellipsoidQueries::default());
         plain.solve();
         asked_for += asked.len();
         for (number, cores, placement, mut start) in asked {
@@ -270,4 +270,63 @@ fn lanes_of_any_width_find_the_same_distances_of_polyhedra() {
     }
     assert!(answered.iter().all(|&kind| kind > asked_for / 20), "{answered:?} of {asked_for}");
     assert!(answered.iter().sum::<usize>() > asked_for * 4 / 5, "{answered:?} of {asked_for}");
+}
+
+/// The same of superellipsoids whose powers are natural numbers.
+#[test]
+fn lanes_of_any_width_find_the_same_distances_of_superellipsoids() {
+    let (mut random, mut asked_for, mut answered) = (Random(11), 0, 0);
+    for block in 0..200 {
+        let mut queries = SuperellipsoidQueries::<SAME_BODIES>::default();
+        let mut asked = Vec::new();
+        let shapes: Vec<Core> = (0..1 + block % 3)
+            .map(|_| {
+                let axes = Vec3::repeat(0.7) + random.vector(0.6);
+                let eps = [[0.25, 0.25], [0.5, 0.5], [0.4, 0.8], [0.2, 1.0]][block % 4];
+                Core::superellipsoid(Superellipsoid::new(axes, eps).unwrap().eroded(0.01))
+            })
+            .collect();
+        let mut pairs = Vec::new();
+        for k in 0..BLOCK {
+            let mut side = 0;
+            let (_, placement, start) = random.moved_pair(|_| {
+                side += 1;
+                shapes[(k >> (3 * (side - 1))) % shapes.len()].clone()
+            });
+            pairs.push(([k, k >> 3].map(|k| k % shapes.len()), placement, start));
+        }
+        for (cores, placement, start) in pairs {
+            let [Core::Superellipsoid(first), Core::Superellipsoid(second)] = cores.map(|k| &shapes[k])
+            else {
+                unreachable!()
+            };
+            if start.len != 1 {
+                continue;
+            }
+            let points = [start.a[0], start.b[0]];
+            let Some(number) = queries.push([first, second], &placement, &points) else { continue };
+            asked.push((number, cores, placement, start));
+        }
+        let mut plain = queries.clone();
+        solve_same_bodies(&mut PolyhedronQueries::default(), &mut queries);
+        plain.solve();
+        asked_for += asked.len();
+        for (number, cores, placement, mut start) in asked {
+            let found = queries.answer(number);
+            assert_eq!(found, plain.answer(number));
+            let Some((answer, left)) = found else { continue };
+            let cores = cores.map(|k| &shapes[k]);
+            let query =
+                |start: &mut Simplex| distance(cores[0], cores[1], &placement, f64::INFINITY, start).unwrap();
+            assert_eq!((answer, left), (query(&mut start), [start.a[0], start.b[0]]));
+            let afresh = query(&mut Simplex::default());
+            let [gap, other] = [answer, afresh].map(|found| match found {
+                Separation::Apart { distance, .. } => distance,
+                _ => f64::NAN,
+            });
+            assert!((gap - other).abs() < 1e-9, "{gap} instead of {other}");
+            answered += 1;
+        }
+    }
+    assert!(asked_for > 100 * BLOCK && answered > asked_for * 4 / 5, "{answered} of {asked_for}");
 }

@@ -1,11 +1,11 @@
 //! Many pairs of polyhedra at once, in the lanes of the processor.
 
-use super::number::{LANES, Lanes, Matrix, Number as _, Vector};
 use super::start::PolyhedronStart;
 use super::{Pair, Touched};
 use crate::gjk::Separation;
 use crate::gjk::start::FOOT;
-use crate::{Placement, Polyhedron, Vec3};
+use crate::lanes::{LANES, Lanes, Matrix, Number as _, Vector};
+use crate::{Placement, Polyhedron};
 use std::sync::Arc;
 
 /// Ways in which two polyhedra touched.
@@ -85,25 +85,23 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
         let group = &mut self.groups[place];
         let lane = group.len;
         group.len += 1;
-        for (column, of) in group.pair.matrix.0.iter_mut().zip(placement.matrix.column_iter()) {
-            set(column, lane, &of.into_owned());
-        }
-        set(&mut group.pair.translation, lane, &placement.translation);
+        group.pair.matrix.set(lane, &placement.matrix);
+        group.pair.translation.set(lane, &placement.translation);
         let corner = |side: usize, number: u16| &hulls[side].vertices()[number as usize];
         match start {
             PolyhedronStart::OnFirst(number, foot) => {
-                set(&mut group.points[0][0], lane, foot);
-                set(&mut group.points[1][0], lane, corner(1, *number));
+                group.points[0][0].set(lane, foot);
+                group.points[1][0].set(lane, corner(1, *number));
             }
             PolyhedronStart::OnSecond(number, foot) => {
-                set(&mut group.points[0][0], lane, corner(0, *number));
-                set(&mut group.points[1][0], lane, foot);
+                group.points[0][0].set(lane, corner(0, *number));
+                group.points[1][0].set(lane, foot);
             }
             PolyhedronStart::EdgeOnEdge(ends, _) => {
                 group.ends[lane] = *ends;
                 for side in 0..2 {
                     for end in 0..2 {
-                        set(&mut group.points[side][end], lane, corner(side, ends[side][end]));
+                        group.points[side][end].set(lane, corner(side, ends[side][end]));
                     }
                 }
             }
@@ -159,9 +157,9 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
         if distance.is_nan() {
             return None;
         }
-        let (normal, point_a) = (get(&touched.normal, lane), get(&touched.point_a, lane));
+        let (normal, point_a) = (touched.normal.get(lane), touched.point_a.get(lane));
         let point_b = point_a + normal * distance;
-        let (place, foot) = (touched.place.0[lane], get(&touched.foot, lane));
+        let (place, foot) = (touched.place.0[lane], touched.foot.get(lane));
         let start = match group.way {
             0 => PolyhedronStart::OnFirst(place as u16, foot),
             1 => PolyhedronStart::OnSecond(place as u16, foot),
@@ -169,16 +167,4 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
         };
         Some((Separation::Apart { distance, normal, point_a, point_b }, start))
     }
-}
-
-#[inline(always)]
-fn set(vector: &mut Vector<Lanes>, lane: usize, v: &Vec3) {
-    for axis in 0..3 {
-        vector.0[axis].0[lane] = v[axis];
-    }
-}
-
-#[inline(always)]
-fn get(Vector([x, y, z]): &Vector<Lanes>, lane: usize) -> Vec3 {
-    Vec3::new(x.0[lane], y.0[lane], z.0[lane])
 }

@@ -1,12 +1,13 @@
 //! Numbers of one query, or of several side by side in the lanes of the processor.
 
+use crate::{Mat3, Vec3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Queries side by side: a whole number of times the lanes of any processor.
-pub(super) const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// A number of one query, or of each of several.
-pub(super) trait Number:
+pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The same number for all.
@@ -22,7 +23,7 @@ pub(super) trait Number:
 /// Numbers of queries side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct Lanes(pub(super) [f64; LANES]);
+pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
 impl Lanes {
     #[inline(always)]
@@ -147,61 +148,87 @@ impl Number for f64 {
     }
 }
 
+/// A number to a natural power, by repeated squaring.
+#[inline(always)]
+pub(crate) fn natural<T: Number>(x: T, mut exponent: u32) -> T {
+    let (mut power, mut square) = (T::of(1.0), x);
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            power = power * square;
+        }
+        square = square * square;
+        exponent >>= 1;
+    }
+    power
+}
+
 /// A vector of such numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vector<T>(pub(super) [T; 3]);
+pub(crate) struct Vector<T>(pub(crate) [T; 3]);
 
 impl<T: Number> Vector<T> {
     #[inline(always)]
-    pub(super) fn of(v: &crate::Vec3) -> Self {
+    pub(crate) fn of(v: &Vec3) -> Self {
         Self([T::of(v.x), T::of(v.y), T::of(v.z)])
     }
 
     #[inline(always)]
-    pub(super) fn dot(&self, Self([p, q, r]): &Self) -> T {
+    pub(crate) fn dot(&self, Self([p, q, r]): &Self) -> T {
         let [x, y, z] = self.0;
         x * *p + y * *q + z * *r
     }
 
     #[inline(always)]
-    pub(super) fn cross(&self, Self([p, q, r]): &Self) -> Self {
+    pub(crate) fn cross(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([y * *r - z * *q, z * *p - x * *r, x * *q - y * *p])
     }
 
     #[inline(always)]
-    pub(super) fn plus(&self, Self([p, q, r]): &Self) -> Self {
+    pub(crate) fn plus(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([x + *p, y + *q, z + *r])
     }
 
     #[inline(always)]
-    pub(super) fn minus(&self, Self([p, q, r]): &Self) -> Self {
+    pub(crate) fn minus(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([x - *p, y - *q, z - *r])
     }
 
     #[inline(always)]
-    pub(super) fn times(&self, factor: T) -> Self {
+    pub(crate) fn times(&self, factor: T) -> Self {
         let [x, y, z] = self.0;
         Self([x * factor, y * factor, z * factor])
     }
 
     #[inline(always)]
-    pub(super) fn squared(&self) -> T {
+    pub(crate) fn squared(&self) -> T {
         self.dot(self)
+    }
+
+    #[inline(always)]
+    pub(crate) fn norm(&self) -> T {
+        self.squared().sqrt()
+    }
+
+    /// Products of the components.
+    #[inline(always)]
+    pub(crate) fn by_component(&self, Self([p, q, r]): &Self) -> Self {
+        let [x, y, z] = self.0;
+        Self([x * *p, y * *q, z * *r])
     }
 
     /// Sum of the components without signs.
     #[inline(always)]
-    pub(super) fn sum_of_sizes(&self) -> T {
+    pub(crate) fn sum_of_sizes(&self) -> T {
         let [x, y, z] = self.0;
         x.abs() + y.abs() + z.abs()
     }
 
     /// One of two vectors: the first where a number is above another.
     #[inline(always)]
-    pub(super) fn if_above((number, other): (T, T), then: &Self, otherwise: &Self) -> Self {
+    pub(crate) fn if_above((number, other): (T, T), then: &Self, otherwise: &Self) -> Self {
         let [x, y, z] = then.0;
         let [p, q, r] = otherwise.0;
         let pick = |then, otherwise| number.if_above(other, then, otherwise);
@@ -211,20 +238,60 @@ impl<T: Number> Vector<T> {
 
 /// A matrix of such numbers, by columns.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Matrix<T>(pub(super) [Vector<T>; 3]);
+pub(crate) struct Matrix<T>(pub(crate) [Vector<T>; 3]);
 
 impl<T: Number> Matrix<T> {
     /// The product with a vector.
     #[inline(always)]
-    pub(super) fn times(&self, Vector([x, y, z]): &Vector<T>) -> Vector<T> {
+    pub(crate) fn times(&self, Vector([x, y, z]): &Vector<T>) -> Vector<T> {
         let [p, q, r] = &self.0;
         p.times(*x).plus(&q.times(*y)).plus(&r.times(*z))
     }
 
+    /// That of a placement, by one query.
+    #[inline(always)]
+    pub(crate) fn of(matrix: &Mat3) -> Self {
+        Self([0, 1, 2].map(|k| Vector::of(&matrix.column(k).into_owned())))
+    }
+
     /// The product of the transposed matrix with a vector.
     #[inline(always)]
-    pub(super) fn transposed_times(&self, v: &Vector<T>) -> Vector<T> {
+    pub(crate) fn transposed_times(&self, v: &Vector<T>) -> Vector<T> {
         let [p, q, r] = &self.0;
         Vector([p.dot(v), q.dot(v), r.dot(v)])
+    }
+}
+
+impl Vector<Lanes> {
+    /// Sets the vector of a query.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, v: &Vec3) {
+        for axis in 0..3 {
+            self.0[axis].0[lane] = v[axis];
+        }
+    }
+
+    /// The vector of a query.
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> Vec3 {
+        let Self([x, y, z]) = self;
+        Vec3::new(x.0[lane], y.0[lane], z.0[lane])
+    }
+}
+
+impl Matrix<Lanes> {
+    /// Sets the matrix of a query.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, matrix: &Mat3) {
+        for (column, of) in self.0.iter_mut().zip(matrix.column_iter()) {
+            column.set(lane, &of.into_owned());
+        }
+    }
+}
+
+impl Vector<f64> {
+    #[inline(always)]
+    pub(crate) fn get(&self) -> Vec3 {
+        Vec3::from(self.0)
     }
 }
