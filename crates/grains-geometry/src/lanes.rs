@@ -1,6 +1,6 @@
 //! Numbers of one query, or of several side by side in the lanes of the processor.
 
-use crate::{Mat3, Vec3};
+use crate::{Mat3, Vec3, powers};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Queries side by side: a whole number of times the lanes of any processor.
@@ -14,6 +14,10 @@ pub(crate) trait Number:
     fn of(x: f64) -> Self;
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
+    /// Binary logarithm of a positive normal number.
+    fn log2(self) -> Self;
+    /// Power of two.
+    fn exp2(self) -> Self;
     /// One of two numbers: the first where this one is above another.
     fn if_above(self, other: Self, then: Self, otherwise: Self) -> Self;
     /// One of two numbers: the first where this one equals another.
@@ -111,6 +115,16 @@ impl Number for Lanes {
     }
 
     #[inline(always)]
+    fn log2(self) -> Self {
+        Self(powers::log2(self.0))
+    }
+
+    #[inline(always)]
+    fn exp2(self) -> Self {
+        Self(powers::exp2(self.0))
+    }
+
+    #[inline(always)]
     fn if_above(self, other: Self, then: Self, otherwise: Self) -> Self {
         self.select(other, (then, otherwise), |x, y| x > y)
     }
@@ -135,6 +149,16 @@ impl Number for f64 {
     #[inline(always)]
     fn abs(self) -> Self {
         self.abs()
+    }
+
+    #[inline(always)]
+    fn log2(self) -> Self {
+        powers::log2([self])[0]
+    }
+
+    #[inline(always)]
+    fn exp2(self) -> Self {
+        powers::exp2([self])[0]
     }
 
     #[inline(always)]

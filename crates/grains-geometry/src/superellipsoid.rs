@@ -15,7 +15,7 @@ use crate::powers::{natural, pow};
 use crate::{ShapeError, Vec3};
 pub(crate) use local::Local;
 pub(crate) use size::tangents;
-pub(crate) use surface::{NaturalBody, Surface};
+pub(crate) use surface::{RoundBody, Surface};
 
 /// Exponents of roundness allowed: below, powers up to 2/ε lose digits and the body is a box to 2 %.
 pub const EPS_RANGE: std::ops::RangeInclusive<f64> = 0.05..=2.0;
@@ -195,7 +195,7 @@ impl Superellipsoid {
     }
 
     /// Whether edges or corners of infinite curvature make normals, not points, the smooth variable.
-    pub(crate) fn is_sharp(&self) -> bool {
+    pub fn is_sharp(&self) -> bool {
         self.eps[0] > 1.0 || self.eps[1] > 1.0
     }
 

@@ -9,7 +9,7 @@ use crate::particles::Particles;
 use grains_geometry::gjk::{
     BoxQueries, CylinderQueries, EllipsoidQueries, PolyhedronQueries, Separation, SuperellipsoidQueries,
 };
-use grains_geometry::{Core, Mat3, Superellipsoid, Vec3};
+use grains_geometry::{Core, Mat3, Vec3};
 use multiversion::multiversion;
 use std::ops::Range;
 
@@ -94,8 +94,7 @@ impl Window {
     pub(super) fn is_for(cores: [&Core; 2]) -> bool {
         match cores {
             [Core::Superellipsoid(first), Core::Superellipsoid(second)] => {
-                let are = |holds: fn(&Superellipsoid) -> bool| holds(first) && holds(second);
-                are(Superellipsoid::is_ellipsoid) || are(Superellipsoid::has_natural_powers)
+                !(first.is_sharp() || second.is_sharp())
             }
             [Core::Cylinder { .. }, Core::Cylinder { .. }] | [Core::Box(_), Core::Box(_)] => true,
             [Core::Polyhedron(first), Core::Polyhedron(second)] => {
@@ -200,7 +199,7 @@ impl Window {
         let kind = match (a.core, b.core) {
             (Core::Superellipsoid(first), Core::Superellipsoid(second)) => {
                 let Some(start) = histories.start_of_surfaces(pair) else { return };
-                if first.is_ellipsoid() {
+                if first.is_ellipsoid() && second.is_ellipsoid() {
                     self.ellipsoids.push([first, second], &placement, &start[0]);
                     QueryKind::Ellipsoids(self.ellipsoids.len() as u32 - 1)
                 } else {

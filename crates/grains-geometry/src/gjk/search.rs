@@ -204,7 +204,7 @@ impl Query<'_> {
                 ellipsoids::pair(a, b, self, simplex)
                     .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
             }
-            (Some(a), Some(b)) if weights.is_none() && a.has_natural_powers() && b.has_natural_powers() => {
+            (Some(a), Some(b)) if weights.is_none() && !(a.is_sharp() || b.is_sharp()) => {
                 superellipsoids::pair(a, b, self, simplex)
                     .or_else(|| smooth::pair(a, b, self, size, simplex, weights))
             }

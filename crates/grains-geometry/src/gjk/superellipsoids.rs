@@ -1,4 +1,4 @@
-//! Two superellipsoids whose powers are natural numbers, from the points that were nearest before.
+//! Two superellipsoids without edges (ε ≤ 1), from the points that were nearest before.
 //!
 //! Newton's method and the proof of its answer are those of [`smooth`](super::smooth), without branches, so that pairs of the same two
 //! bodies are answered together in the lanes of the processor. Points that lie farther off the surfaces, and pairs that need
@@ -11,7 +11,7 @@ use super::smooth::LEAST_CURVATURE;
 use super::{MEETING, Separation, Simplex, TOLERANCE};
 use crate::Superellipsoid;
 use crate::lanes::{Matrix, Number, Vector};
-use crate::superellipsoid::{NaturalBody, Surface};
+use crate::superellipsoid::{RoundBody, Surface};
 pub use lanes::SuperellipsoidQueries;
 
 /// Newton steps before a pair is left to the general method.
@@ -28,7 +28,7 @@ pub(super) fn pair(
     if simplex.len != 1 {
         return None;
     }
-    let bodies = [a.natural()?, b.natural()?];
+    let bodies = [a.round()?, b.round()?];
     let pair = Pair::new(
         &bodies,
         Matrix::<f64>::of(&query.placement.matrix),
@@ -54,7 +54,7 @@ pub(super) fn pair(
 
 /// Two superellipsoids in the frame of the first.
 struct Pair<'a, T> {
-    bodies: &'a [NaturalBody; 2],
+    bodies: &'a [RoundBody; 2],
     /// Rotation times scale of B.
     matrix: Matrix<T>,
     /// Centre of B (m).
@@ -80,7 +80,7 @@ struct Facing<'a, T> {
 
 impl<'a, T: Number> Pair<'a, T> {
     #[inline(always)]
-    fn new(bodies: &'a [NaturalBody; 2], matrix: Matrix<T>, translation: Vector<T>) -> Self {
+    fn new(bodies: &'a [RoundBody; 2], matrix: Matrix<T>, translation: Vector<T>) -> Self {
         let scale = matrix.0[0].norm();
         let [of_a, of_b] = bodies.each_ref().map(|body| T::of(body.size()));
         let size = of_a + of_b * scale + translation.sum_of_sizes();

@@ -1,4 +1,4 @@
-//! Surfaces of superellipsoids whose powers are natural numbers, near their points, without branches.
+//! Surfaces of superellipsoids without edges (ε ≤ 1) near their points, without branches.
 //!
 //! The same as [`Local`](super::Local), but only where a point is nearly on the surface: elsewhere nothing is a number.
 
@@ -7,15 +7,15 @@ use super::{Powers, Superellipsoid};
 use crate::Vec3;
 use crate::lanes::{Number, Vector, natural};
 
-/// A superellipsoid whose powers are natural numbers.
+/// A superellipsoid without edges.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NaturalBody {
+pub(crate) struct RoundBody {
     /// Semi-axes without inset, their inverses, and the squares of these (m, 1/m, 1/m²).
     axes: Vec3,
     inverse: Vec3,
     squares: Vec3,
-    /// p − 2, q − 2 and q/p − 1.
-    powers: [u32; 3],
+    /// p − 2, q − 2 and q/p − 1, if all are natural numbers.
+    natural: Option<[u32; 3]>,
     /// p and q.
     exponents: [f64; 2],
     /// Sum of their conjugates less 2, and relative change of the normal up to which the support function is bounded by its second
@@ -42,16 +42,23 @@ pub(crate) struct Surface<T> {
 }
 
 impl Superellipsoid {
-    /// The body, if its powers are natural numbers.
+    /// The body, if it has no edges.
     #[inline(always)]
-    pub(crate) fn natural(&self) -> Option<NaturalBody> {
-        let Powers::Natural(powers) = self.powers else { return None };
+    pub(crate) fn round(&self) -> Option<RoundBody> {
+        if self.is_sharp() {
+            return None;
+        }
+        let natural = match self.powers {
+            Powers::Squares => Some([0; 3]),
+            Powers::Natural(powers) => Some(powers),
+            Powers::Real => None,
+        };
         let [dual_p, dual_q] = self.conjugates;
-        Some(NaturalBody {
+        Some(RoundBody {
             axes: self.semi_axes,
             inverse: self.inverse_axes,
             squares: self.inverse_axes.component_mul(&self.inverse_axes),
-            powers,
+            natural,
             exponents: self.exponents,
             growth: dual_p + dual_q - 2.0,
             limit: SMALL_TURN / dual_p.max(dual_q),
@@ -59,15 +66,9 @@ impl Superellipsoid {
             inset: self.inset,
         })
     }
-
-    /// Whether its powers are natural numbers and it is no ellipsoid.
-    #[inline(always)]
-    pub fn has_natural_powers(&self) -> bool {
-        matches!(self.powers, Powers::Natural(_))
-    }
 }
 
-impl NaturalBody {
+impl RoundBody {
     /// Sum of the semi-axes (m).
     #[inline(always)]
     pub(crate) fn size(&self) -> f64 {
@@ -80,16 +81,11 @@ impl NaturalBody {
         let one = T::of(1.0);
         let squares = Vector::of(&self.squares);
         let x = near.by_component(&Vector::of(&self.inverse));
-        let [xx, yy, zz] = x.by_component(&x).0;
-        let [u, v, w] = x.0.map(Number::abs);
-        let [n, m, ratio] = self.powers;
-        let (u, v, w) = (natural(u, n), natural(v, n), natural(w, m));
-        let s = u * xx + v * yy;
-        let c = natural(s, ratio);
-        let (powers, s) = (Vector([c * u, c * v, w]), c * s);
+        let (powers, s) = self.raised(&x);
         let gradient = powers.by_component(near).by_component(&squares);
         let normal = gradient.times(one / gradient.norm());
-        let t = s + w * zz;
+        let [_, _, z] = x.0;
+        let t = s + powers.0[2] * (z * z);
         let k = self.root(t);
         let point = near.times(k);
         let height = normal.dot(&point);
@@ -98,11 +94,35 @@ impl NaturalBody {
         let factors = [p - 1.0, p - 1.0, q - 1.0].map(|factor| T::of(factor) * bend);
         let diagonal = powers.by_component(&Vector(factors)).by_component(&squares);
         let zero = T::of(0.0);
-        let coupling = match ratio {
-            0 => zero,
-            _ => s.if_above(T::of(f64::MIN_POSITIVE), T::of(q - p) * t / (s * height), zero),
+        let coupling = if p == q {
+            zero
+        } else {
+            s.if_above(T::of(f64::MIN_POSITIVE), T::of(q - p) * t / (s * height), zero)
         };
         Surface { point, normal, height, diagonal, coupling }
+    }
+
+    /// Factors of (X, Y, Z) in ∇F^q/q, and S^(q/p), with S = |X|^p + |Y|^p, as those of [`Local`](super::Local).
+    #[inline(always)]
+    fn raised<T: Number>(&self, x: &Vector<T>) -> (Vector<T>, T) {
+        let [u, v, w] = x.0.map(Number::abs);
+        if let Some([n, m, ratio]) = self.natural {
+            let (up, vp) = (natural(u, n), natural(v, n));
+            let s = up * (u * u) + vp * (v * v);
+            let c = natural(s, ratio);
+            return (Vector([c * up, c * vp, natural(w, m)]), c * s);
+        }
+        let [p, q] = self.exponents;
+        let (one, least) = (T::of(1.0), T::of(f64::MIN_POSITIVE));
+        let [u, v, w] = [u, v, w].map(|x| x.if_above(least, x, least));
+        // X and Y over the larger of the two, so that no power of a small S is taken.
+        let largest = if p == q { one } else { u.if_above(v, u, v) };
+        let (across, along) = (u / largest, v / largest);
+        let power = |x: T, exponent: f64| (x.log2() * T::of(exponent)).exp2();
+        let (up, vp, wp) = (power(across, p - 2.0), power(along, p - 2.0), power(w, q - 2.0));
+        let s = up * (across * across) + vp * (along * along);
+        let c = if p == q { one } else { power(largest, q - 2.0) * power(s, q / p - 1.0) };
+        (Vector([c * up, c * vp, wp]), c * s * (largest * largest))
     }
 
     /// t^(−1/q) near 1 by its series; elsewhere not a number.
