@@ -31,30 +31,32 @@ pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
 impl Lanes {
     #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        let mut found = [0.0; LANES];
-        for lane in 0..LANES {
-            found[lane] = f(self.0[lane]);
+    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for x in &mut self.0 {
+            *x = f(*x);
         }
-        Self(found)
+        self
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        let mut found = [0.0; LANES];
-        for lane in 0..LANES {
-            found[lane] = f(self.0[lane], other.0[lane]);
+    fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for (x, y) in self.0.iter_mut().zip(&other.0) {
+            *x = f(*x, *y);
         }
-        Self(found)
+        self
     }
 
     #[inline(always)]
-    fn select(self, other: Self, (then, otherwise): (Self, Self), holds: impl Fn(f64, f64) -> bool) -> Self {
-        let mut found = [0.0; LANES];
-        for lane in 0..LANES {
-            found[lane] = if holds(self.0[lane], other.0[lane]) { then.0[lane] } else { otherwise.0[lane] };
+    fn select(
+        self,
+        other: Self,
+        (then, mut otherwise): (Self, Self),
+        holds: impl Fn(f64, f64) -> bool,
+    ) -> Self {
+        for (lane, found) in otherwise.0.iter_mut().enumerate() {
+            *found = if holds(self.0[lane], other.0[lane]) { then.0[lane] } else { *found };
         }
-        Self(found)
+        otherwise
     }
 }
 

@@ -100,9 +100,9 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
             }
             PolyhedronStart::EdgeOnEdge(ends, _) => {
                 group.ends[lane] = *ends;
-                for side in 0..2 {
-                    for end in 0..2 {
-                        group.points[side][end].set(lane, corner(side, ends[side][end]));
+                for (side, (points, numbers)) in group.points.iter_mut().zip(ends).enumerate() {
+                    for (point, number) in points.iter_mut().zip(numbers) {
+                        point.set(lane, corner(side, *number));
                     }
                 }
             }
