@@ -113,8 +113,8 @@ impl RoundBody {
             return (Vector([c * up, c * vp, natural(w, m)]), c * s);
         }
         let [p, q] = self.exponents;
-        let (one, least) = (T::of(1.0), T::of(f64::MIN_POSITIVE));
-        let [u, v, w] = [u, v, w].map(|x| x.if_above(least, x, least));
+        let (one, smallest) = (T::of(1.0), T::of(f64::MIN_POSITIVE));
+        let [u, v, w] = [u, v, w].map(|x| x.if_above(smallest, x, smallest));
         // X and Y over the larger of the two, so that no power of a small S is taken.
         let largest = if p == q { one } else { u.if_above(v, u, v) };
         let (across, along) = (u / largest, v / largest);

@@ -8,8 +8,13 @@ use crate::lanes::{LANES, Lanes, Matrix, Number as _, Vector};
 use crate::{Placement, Polyhedron};
 use std::sync::Arc;
 
-/// Ways in which two polyhedra touched.
-const WAYS: usize = 3;
+/// How two polyhedra touched.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    OnFirst,
+    OnSecond,
+    EdgeOnEdge,
+}
 
 /// Distances of pairs of polyhedra that touched corner on face or edge on edge.
 ///
@@ -20,15 +25,15 @@ pub struct PolyhedronQueries<const GROUPS: usize> {
     groups: Vec<Group>,
     /// Number of groups that have queries.
     len: usize,
-    /// The groups that were added to last, for each way.
-    open: [Option<usize>; WAYS],
+    /// The groups that were added to last, for each way in which two touched.
+    open: [Option<usize>; 3],
 }
 
 /// Queries side by side.
 #[derive(Clone, Debug)]
 struct Group {
     hulls: [Arc<Polyhedron>; 2],
-    way: usize,
+    way: Way,
     len: usize,
     pair: Pair<Lanes>,
     /// Points of the features that touched, in the frames of the bodies (m).
@@ -44,7 +49,7 @@ impl Group {
         let vector = Vector([zero; 3]);
         Self {
             hulls,
-            way: 0,
+            way: Way::OnFirst,
             len: 0,
             pair: Pair { matrix: Matrix([vector; 3]), translation: vector },
             points: [[vector; 2]; 2],
@@ -65,7 +70,7 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.len = 0;
-        self.open = [None; WAYS];
+        self.open = [None; 3];
     }
 
     /// Adds the query of two polyhedra, the second at `placement` in the frame of the first; returns its number, or `None` if there is no room.
@@ -78,9 +83,9 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
         start: &PolyhedronStart,
     ) -> Option<u32> {
         let way = match start {
-            PolyhedronStart::OnFirst(..) => 0,
-            PolyhedronStart::OnSecond(..) => 1,
-            PolyhedronStart::EdgeOnEdge(..) => 2,
+            PolyhedronStart::OnFirst(..) => Way::OnFirst,
+            PolyhedronStart::OnSecond(..) => Way::OnSecond,
+            PolyhedronStart::EdgeOnEdge(..) => Way::EdgeOnEdge,
         };
         let place = self.group_for(hulls, way)?;
         let group = &mut self.groups[place];
@@ -112,10 +117,10 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
 
     /// The group to which a query is added.
     #[inline(always)]
-    fn group_for(&mut self, hulls: [&Arc<Polyhedron>; 2], way: usize) -> Option<usize> {
+    fn group_for(&mut self, hulls: [&Arc<Polyhedron>; 2], way: Way) -> Option<usize> {
         let are_its = |group: &Group| (0..2).all(|side| Arc::ptr_eq(&group.hulls[side], hulls[side]));
-        if let Some(place) =
-            self.open[way].filter(|&place| self.groups[place].len < LANES && are_its(&self.groups[place]))
+        if let Some(place) = self.open[way as usize]
+            .filter(|&place| self.groups[place].len < LANES && are_its(&self.groups[place]))
         {
             return Some(place);
         }
@@ -130,7 +135,7 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
             self.groups[place].hulls = hulls.map(Arc::clone);
         }
         (self.groups[place].way, self.groups[place].len) = (way, 0);
-        self.open[way] = Some(place);
+        self.open[way as usize] = Some(place);
         self.len += 1;
         Some(place)
     }
@@ -142,9 +147,9 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
             let hulls = group.hulls.each_ref().map(|hull| &**hull);
             let [[on_a, _], [on_b, _]] = group.points;
             group.touched = match group.way {
-                0 => group.pair.over_first(hulls, &group.pair.between(&[on_a, on_b])),
-                1 => group.pair.over_second(hulls, &group.pair.between(&[on_a, on_b])),
-                _ => group.pair.edge_on_edge(hulls, &group.points),
+                Way::OnFirst => group.pair.over_first(hulls, &group.pair.between(&[on_a, on_b])),
+                Way::OnSecond => group.pair.over_second(hulls, &group.pair.between(&[on_a, on_b])),
+                Way::EdgeOnEdge => group.pair.edge_on_edge(hulls, &group.points),
             };
         }
     }
@@ -162,9 +167,9 @@ impl<const GROUPS: usize> PolyhedronQueries<GROUPS> {
         let point_b = point_a + normal * distance;
         let (place, foot) = (touched.place.0[lane], touched.foot.get(lane));
         let start = match group.way {
-            0 => PolyhedronStart::OnFirst(place as u16, foot),
-            1 => PolyhedronStart::OnSecond(place as u16, foot),
-            _ => PolyhedronStart::EdgeOnEdge(group.ends[lane], place > 0.5),
+            Way::OnFirst => PolyhedronStart::OnFirst(place as u16, foot),
+            Way::OnSecond => PolyhedronStart::OnSecond(place as u16, foot),
+            Way::EdgeOnEdge => PolyhedronStart::EdgeOnEdge(group.ends[lane], place > 0.5),
         };
         Some((Separation::Apart { distance, normal, point_a, point_b }, start))
     }
