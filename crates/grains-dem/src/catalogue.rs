@@ -207,10 +207,13 @@ impl Catalogue {
         shape.volume * (body.radius / shape.bounding_radius).powi(3)
     }
 
-    /// R1 R2/(R1 + R2) (m) of the radii that laws take.
+    /// R1 R2/(R1 + R2) (m) of the radii that laws take, if they take them, else that of ones.
     #[inline]
     pub(crate) fn effective_radius(&self, bodies: [&Body; 2], law: &PreparedLaw) -> f64 {
-        let [a, b] = bodies.map(|body| self.contact_radius(body, law));
+        if !law.takes_radius() {
+            return 0.5;
+        }
+        let [a, b] = bodies.map(|body| self.part_radius(body));
         a * b / (a + b)
     }
 

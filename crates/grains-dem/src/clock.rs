@@ -17,19 +17,22 @@ pub enum Phase {
     Motion,
     /// Waiting for and agreeing with other ranks.
     Agreement,
+    /// Placing new particles.
+    Insertion,
     /// Writing files.
     Output,
 }
 
 impl Phase {
     /// All phases with their names.
-    pub const ALL: [(Phase, &'static str); 7] = [
+    pub const ALL: [(Phase, &'static str); 8] = [
         (Phase::Lists, "neighbour lists"),
         (Phase::Clones, "clone update"),
         (Phase::Contacts, "particle contacts"),
         (Phase::Walls, "wall contacts"),
         (Phase::Motion, "motion"),
         (Phase::Agreement, "agreement of ranks"),
+        (Phase::Insertion, "insertion"),
         (Phase::Output, "output"),
     ];
 }

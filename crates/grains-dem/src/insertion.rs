@@ -3,17 +3,14 @@
 use crate::catalogue::{Catalogue, FaceContact};
 use crate::dem::Dem;
 use crate::integrate::half_step_back;
-use crate::narrow_phase::{Meeting, PlacedPart, Pose, touch};
+use crate::narrow_phase::{PlacedPart, Pose, overlaps};
 use crate::particles::{Body, Kind, ParticleRecord};
 use crate::periodic_images as images;
 use crate::rotation::frame;
 use crate::walls::Surface;
 use grains_domain::{SIZE_CLASSES, size_class};
-use grains_geometry::{GjkError, Mat3, Rotation, Simplex, Vec3};
+use grains_geometry::{Mat3, Rotation, Shape, Simplex, Vec3};
 use std::collections::HashMap;
-
-/// Overlap (m) where the distance of two bodies could not be found: their place is refused.
-const UNKNOWN: f64 = f64::INFINITY;
 
 /// A particle to be placed.
 #[derive(Clone, Copy, Debug)]
@@ -79,38 +76,29 @@ impl NewParticle {
         frame(&self.orientation)
     }
 
-    /// Largest overlap (m) with another particle at `separation` (m) from this one; 0 if apart.
-    pub fn overlap_with(&self, other: &NewParticle, separation: &Vec3, catalogue: &Catalogue) -> f64 {
+    /// Whether it overlaps another particle at `separation` (m) from it.
+    pub fn overlaps(&self, other: &NewParticle, separation: &Vec3, catalogue: &Catalogue) -> bool {
         let (shape, other_shape) = (catalogue.shape(self.kind), catalogue.shape(other.kind));
-        let radii = shape.bounding_radius * self.scale + other_shape.bounding_radius * other.scale;
+        let sum = |radius: fn(&Shape) -> f64| radius(shape) * self.scale + radius(other_shape) * other.scale;
         let distance = separation.norm();
-        if distance >= radii {
-            return 0.0;
+        if distance >= sum(|shape| shape.bounding_radius) {
+            return false;
         }
-        if shape.is_sphere() && other_shape.is_sphere() {
-            return radii - distance;
+        if distance < sum(|shape| shape.inscribed_radius) {
+            return true;
         }
         let frames = [self.frame(), other.frame()];
         let pose = Pose { shape, frame: &frames[0], scale: self.scale };
         let other_pose = Pose { shape: other_shape, frame: &frames[1], scale: other.scale };
-        let mut worst = 0.0_f64;
-        for a in 0..shape.parts.len() as u16 {
+        (0..shape.parts.len() as u16).any(|a| {
             let part = PlacedPart::of(&pose, a);
-            for b in 0..other_shape.parts.len() as u16 {
-                let other_part = PlacedPart::of(&other_pose, b);
-                let between = separation + other_part.offset - part.offset;
-                let placement = part.placement(&other_part.rotation, other_part.scale, &between);
-                let mut cold = Simplex::default();
-                worst = worst.max(
-                    match touch(&part, other_part.core, &placement, other_part.crust, 0.0, &mut cold) {
-                        Ok(Meeting::Touching(contact)) => contact.overlap,
-                        Ok(_) => 0.0,
-                        Err(_) => UNKNOWN,
-                    },
-                );
-            }
-        }
-        worst
+            (0..other_shape.parts.len() as u16).any(|b| {
+                let other = PlacedPart::of(&other_pose, b);
+                let between = separation + other.offset - part.offset;
+                between.norm() < part.bounding_radius + other.bounding_radius
+                    && overlaps(&part, &other, &part.placement(&other.rotation, other.scale, &between))
+            })
+        })
     }
 }
 
@@ -196,58 +184,53 @@ impl Occupancy {
         std::array::from_fn(|a| (position[a] / width).floor() as i32)
     }
 
-    /// Calls `visit` with those of a class that could be within a range (m) of a position.
-    fn for_each_near<'a>(
-        &'a self,
+    /// Whether something is true of one of those of a class that could be within a range (m) of a position.
+    fn any_near(
+        &self,
         class: usize,
         position: &Vec3,
         range: f64,
-        visit: impl FnMut(&'a NewParticle),
-    ) {
+        is_true: impl Fn(&NewParticle) -> bool,
+    ) -> bool {
+        let is_true = |place: &u32| is_true(&self.held[*place as usize]);
         let [low, high] = [-range, range].map(|range| self.cell(class, &position.add_scalar(range)));
         let count: f64 = (0..3).map(|a| f64::from(high[a] - low[a] + 1)).product();
         if count > self.members[class].len() as f64 {
-            return self.members[class].iter().map(|&k| &self.held[k as usize]).for_each(visit);
+            return self.members[class].iter().any(is_true);
         }
         let cells = (low[2]..=high[2]).flat_map(move |z| {
             (low[1]..=high[1]).flat_map(move |y| (low[0]..=high[0]).map(move |x| [x, y, z]))
         });
-        let held = cells.flat_map(|cell| self.cells.get(&(class, cell)).into_iter().flatten());
-        held.map(|&k| &self.held[k as usize]).for_each(visit);
+        cells.filter_map(|cell| self.cells.get(&(class, cell))).flatten().any(is_true)
     }
 
-    /// The particle of lowest id that a new one would overlap by more than `tolerance` (m), with the overlap.
-    pub fn in_the_way(&self, new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(u64, f64)> {
+    /// Whether a new particle would overlap one of these.
+    pub fn is_in_the_way(&self, new: &NewParticle, dem: &Dem) -> bool {
         let global = &dem.setup.global;
-        let mut found: Option<(u64, f64)> = None;
         let (catalogue, radius) = (&dem.setup.catalogue, new.radius(&dem.setup.catalogue));
         let range = radius + self.largest_radius;
-        for code in 0..27 {
+        (0..27).any(|code| {
             let step = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
             if (0..3).any(|a| step[a] != 0 && !global.periodic[a]) {
-                continue;
+                return false;
             }
             let shift = Vec3::from_fn(|a, _| f64::from(step[a]) * global.length(a));
             let image = new.position + shift;
             let [lower, upper] = &self.corners;
             if (0..3).any(|a| image[a] < lower[a] - range || image[a] > upper[a] + range) {
-                continue;
+                return false;
             }
-            for class in (0..SIZE_CLASSES).filter(|&class| !self.members[class].is_empty()) {
-                self.for_each_near(class, &image, radius + self.radius_of(class), |other| {
-                    let overlap = new.overlap_with(other, &(other.position - image), catalogue);
-                    if overlap > tolerance && found.is_none_or(|(id, _)| other.id < id) {
-                        found = Some((other.id, overlap));
-                    }
-                });
-            }
-        }
-        found
+            (0..SIZE_CLASSES).filter(|&class| !self.members[class].is_empty()).any(|class| {
+                self.any_near(class, &image, radius + self.radius_of(class), |other| {
+                    new.overlaps(other, &(other.position - image), catalogue)
+                })
+            })
+        })
     }
 }
 
-/// Name of a wall that a new particle would overlap by more than `tolerance` (m), with the overlap.
-pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(String, f64)> {
+/// Whether a new particle would overlap a wall.
+pub fn is_wall_in_the_way(new: &NewParticle, dem: &Dem) -> bool {
     let shape = dem.setup.catalogue.shape(new.kind);
     let radius = shape.bounding_radius * new.scale;
     let global = &dem.setup.global;
@@ -265,29 +248,24 @@ pub fn wall_in_the_way(new: &NewParticle, dem: &Dem, tolerance: f64) -> Option<(
                 let center = state.to_wall(&(new.position + shifts[image as usize]));
                 surface.for_each_near(&center, radius, |e| near.push((center, e)));
             }
-            let overlaps =
-                near.iter().map(|(center, e)| overlap_with_element(surface, *e, center, radius, &pose));
-            if let Some(overlap) = overlaps.into_iter().find(|overlap| *overlap > tolerance) {
-                return Some((wall.name.clone(), overlap));
+            if near.iter().any(|(center, e)| overlaps_element(surface, *e, center, radius, &pose)) {
+                return true;
             }
         }
     }
-    None
+    false
 }
 
-/// Largest overlap (m) of a particle at `center` (m), in the wall's frame, with an element of a surface; 0 if apart.
-fn overlap_with_element(surface: &Surface, element: u32, center: &Vec3, radius: f64, pose: &Pose) -> f64 {
-    let overlap = |met: Result<Option<f64>, GjkError>| met.map_or(UNKNOWN, |met| met.unwrap_or(0.0));
+/// Whether a particle at `center` (m), in the wall's frame, overlaps an element of a surface; where that cannot be found it is taken to.
+fn overlaps_element(surface: &Surface, element: u32, center: &Vec3, radius: f64, pose: &Pose) -> bool {
     if pose.shape.is_sphere() {
         let met = surface.meets_sphere(element, center, radius);
-        return overlap(met.map(|met| met.map(|touch| touch.overlap)));
+        return met.map_or(true, |met| met.is_some_and(|touch| touch.overlap > 0.0));
     }
-    let of_part = |part: u16| {
+    (0..pose.shape.parts.len() as u16).any(|part| {
         let placed = PlacedPart::of(pose, part);
-        let mut cold = Simplex::default();
-        let at = center + placed.offset;
+        let (mut cold, at) = (Simplex::default(), center + placed.offset);
         let met = surface.meets_part(element, &at, &placed, &mut cold, FaceContact::Point);
-        overlap(met.map(|met| met.contact().map(|contact| contact.overlap)))
-    };
-    (0..pose.shape.parts.len() as u16).map(of_part).fold(0.0, f64::max)
+        met.map_or(true, |met| met.contact().is_some_and(|contact| contact.overlap > 0.0))
+    })
 }

@@ -113,7 +113,7 @@ pub use flow_planes::{Crossings, FlowPlane};
 pub use hard::{CollisionModel, HardModel};
 pub use heat::{Heat, HeatLedger, Thermal};
 pub use history_check::HistoryBounds;
-pub use insertion::{NewParticle, Occupancy, wall_in_the_way};
+pub use insertion::{NewParticle, Occupancy, is_wall_in_the_way};
 pub use integrate::{StepParameters, half_step_back, other_half_step};
 pub use memory_use::MemoryUse;
 pub use mobility::SurfaceMobility;

@@ -373,8 +373,10 @@ impl Simulation {
     }
 
     fn insert(&mut self) -> Result<(), RunError> {
+        self.dem.clock.start();
         let inserted =
             self.insertions.insert_due(&self.case, &mut self.dem, &self.transport).map_err(RunError::case)?;
+        self.dem.clock.charge(Phase::Insertion);
         if !inserted {
             return Ok(());
         }

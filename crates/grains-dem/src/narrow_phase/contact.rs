@@ -27,6 +27,21 @@ pub(crate) fn gap_across_plane(poses: &[Pose; 2], parts: &[u16; 2], separation: 
     along - a.support_value(part_a, axis) - b.support_value(part_b, &-axis)
 }
 
+/// The widest of the gaps (m) of two parts across planes normal to some axes, of any length, and the unit normal of that plane.
+pub(crate) fn widest_gap(
+    poses: &[Pose; 2],
+    parts: &[u16; 2],
+    separation: &Vec3,
+    axes: &[Vec3],
+) -> (f64, Vec3) {
+    let across = |axis: &Vec3| {
+        let normal = axis * (1.0 / axis.norm());
+        (gap_across_plane(poses, parts, separation, &normal), normal)
+    };
+    let wider = |a: (f64, Vec3), b: (f64, Vec3)| if b.0 > a.0 { b } else { a };
+    axes.iter().map(across).fold((f64::NEG_INFINITY, Vec3::x()), wider)
+}
+
 /// Where two bodies touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PartContact {
@@ -83,6 +98,16 @@ pub(crate) fn touch(
     }
     let p = penetration(part.core, other, placement, simplex)?;
     Ok(at_nearest_points(&frame, other_crust, (-p.depth, &p.normal), (p.point_a + p.point_b, true)))
+}
+
+/// Whether a part touches another one placed in its frame; one whose distance cannot be found is taken to.
+pub(crate) fn overlaps(part: &PlacedPart, other: &PlacedPart, placement: &Placement) -> bool {
+    let crusts = part.crust + other.crust;
+    match distance(part.core, other.core, placement, crusts / part.scale, &mut Simplex::default()) {
+        Ok(Separation::Apart { distance, .. }) => crusts - distance * part.scale > 0.0,
+        Ok(Separation::Beyond { .. }) => false,
+        Ok(Separation::Meeting) | Err(_) => true,
+    }
 }
 
 /// Meeting of a part with another core whose distance was found; `None` if the cores meet.

@@ -50,7 +50,7 @@ impl<'a> Pose<'a> {
     #[inline(always)]
     pub(crate) fn of_body(body: &Body, frame: &'a Mat3, catalogue: &'a Catalogue) -> Self {
         let shape = catalogue.shape(body.kind);
-        Self { shape, frame, scale: body.radius / shape.bounding_radius }
+        Self { shape, frame, scale: ratio(body.radius, shape.bounding_radius) }
     }
 
     /// Radius of the largest ball about the centre within the body (m).
@@ -166,10 +166,16 @@ impl<'a> PlacedPart<'a> {
     /// Placement of another frame (its rotation, scale, and centre from ours in the world) in this part's.
     #[inline]
     pub(crate) fn placement(&self, rotation: &Mat3, scale: f64, separation: &Vec3) -> Placement {
-        let inverse = 1.0 / self.scale;
+        let inverse = ratio(1.0, self.scale);
         Placement {
             matrix: self.rotation.tr_mul(rotation) * (scale * inverse),
             translation: self.rotation.tr_mul(separation) * inverse,
         }
     }
+}
+
+/// x/y; bodies of the size of their shape are the rule, and a comparison is quicker than a division.
+#[inline(always)]
+fn ratio(x: f64, y: f64) -> f64 {
+    if x == y { 1.0 } else { x / y }
 }

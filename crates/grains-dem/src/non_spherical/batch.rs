@@ -2,7 +2,7 @@
 
 use super::histories::Histories;
 use super::pairs::PartPair;
-use super::point_contact::PartPoint;
+use super::point_contact::{PartPoint, arms};
 use crate::catalogue::Catalogue;
 use crate::contact_history::LawHistory;
 use crate::contacts::{
@@ -39,16 +39,22 @@ impl Default for PointColumns {
 }
 
 impl PointColumns {
+    /// Sets the point in which two bodies touch, at its arms from their centres of mass (m).
     #[inline(always)]
-    fn set(&mut self, k: usize, point: &PartPoint, inverse_mass: f64, [radius, effective]: [f64; 2]) {
-        let PartPoint { normal, overlap, arms: [arm, other_arm], velocities, spins, inverse_inertia } = point;
-        set(&mut self.normals, k, [normal.x, normal.y, normal.z, *overlap]);
+    fn set(
+        &mut self,
+        k: usize,
+        (bodies, found, arms): ([&Body; 2], &PartContact, &[Vec3; 2]),
+        [inverse_mass, radius, inverse_inertia, effective_radius]: [f64; 4],
+    ) {
+        let (n, [arm, other]) = (&found.normal, arms);
+        set(&mut self.normals, k, [n.x, n.y, n.z, found.overlap]);
         set(&mut self.arms, k, [arm.x, arm.y, arm.z, inverse_mass]);
-        set(&mut self.other_arms, k, [other_arm.x, other_arm.y, other_arm.z, radius]);
-        for side in 0..2 {
-            let v = velocities[side];
-            set(&mut self.velocities[side], k, [v.x, v.y, v.z, [*inverse_inertia, effective][side]]);
-            set(&mut self.spins[side], k, spins[side].into());
+        set(&mut self.other_arms, k, [other.x, other.y, other.z, radius]);
+        for (side, last) in [inverse_inertia, effective_radius].into_iter().enumerate() {
+            let (v, w) = (&bodies[side].velocity, &bodies[side].angular_velocity);
+            set(&mut self.velocities[side], k, [v.x, v.y, v.z, last]);
+            set(&mut self.spins[side], k, [w.x, w.y, w.z]);
         }
     }
 }
@@ -95,7 +101,7 @@ impl PointBatch {
         (place, found): (usize, &PartContact),
         [a, b]: [&Body; 2],
         poses: &[Pose; 2],
-        (displacement, law_history, films): (&Vec3, &LawHistory, f64),
+        (displacement, law_history, films): (&Vec3, Option<&LawHistory>, f64),
         catalogue: &Catalogue,
     ) {
         let law = catalogue.contacts.prepared(a.kind.material, b.kind.material);
@@ -103,14 +109,17 @@ impl PointBatch {
             self.materials = materials([a, b]);
             self.law = Some(*law);
         }
-        let point = PartPoint::of([a, b], found, catalogue.inverse_inertia([a, b], law));
-        let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &point.arms[0], &point.normal)
-            + poses[1].inverse_effective_mass(b.contact_mass(), &point.arms[1], &point.normal);
+        let arms = arms([a, b], found);
+        let inverse_mass = poses[0].inverse_effective_mass(a.contact_mass(), &arms[0], &found.normal)
+            + poses[1].inverse_effective_mass(b.contact_mass(), &arms[1], &found.normal);
         let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
-        let effective_radius = catalogue.effective_radius([a, b], law);
-        self.batch.columns.set(self.batch.len, &point, inverse_mass, [radius, effective_radius]);
+        let of_law = [catalogue.inverse_inertia([a, b], law), catalogue.effective_radius([a, b], law)];
+        let numbers = [inverse_mass, radius, of_law[0], of_law[1]];
+        self.batch.columns.set(self.batch.len, ([a, b], found, &arms), numbers);
         self.batch.push(place as u32, displacement);
-        self.batch.set_law_history(law_history);
+        if let Some(history) = law_history {
+            self.batch.set_law_history(history);
+        }
         self.batch.set_films(films);
     }
 

@@ -126,12 +126,12 @@ impl PairForces<'_, '_> {
         let springs = histories.springs(&pair);
         springs.torsional_angle = 0.0;
         let displacement = springs.tangential_displacement;
-        let mut law = histories.law(&pair);
-        if particles.is_wet() {
-            law.bridge = bridge;
-        }
+        let law = histories.keep_laws.then(|| {
+            let law = histories.law(&pair);
+            if particles.is_wet() { LawHistory { bridge, ..law } } else { law }
+        });
         pass.statistics.deep_penetrations += u64::from(contact.is_deep_penetration);
-        batch.take((place, contact), bodies, &poses, (&displacement, &law, films), pass.catalogue);
+        batch.take((place, contact), bodies, &poses, (&displacement, law.as_ref(), films), pass.catalogue);
     }
 
     /// Adds the loads of the contacts that wait.
@@ -197,9 +197,7 @@ fn add_contacts(
     }
     let wound = several.wound(found.items.iter().map(|item| {
         let pair = &group[item.place];
-        let mut law = histories.law(pair);
-        let wound = kept_by(histories.springs(pair), &mut law).wound();
-        (item.contact.overlap, patch(item), wound)
+        (item.contact.overlap, patch(item), histories.wound(pair))
     }));
     let radius = poses[0].inscribed_radius().min(poses[1].inscribed_radius());
     let mut deepest = 0.0_f64;

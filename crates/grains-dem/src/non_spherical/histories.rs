@@ -5,6 +5,7 @@
 
 use super::pairs::PartPair;
 use crate::contact_history::{ContactHistory, LawHistory};
+use crate::contacts::Wound;
 use crate::memory_use::{heap_bytes, make_room};
 use grains_geometry::gjk::{
     BoxStart, CylinderMarks, PolyhedronStart, StartForm, read_surfaces, write_surfaces,
@@ -105,6 +106,13 @@ impl Histories {
     pub(super) fn law(&self, pair: &PartPair) -> LawHistory {
         let kept = self.laws.get(pair.place as usize).filter(|_| pair.is_touching());
         kept.copied().unwrap_or_default()
+    }
+
+    /// What the contact of a pair that touches has wound up.
+    #[inline(always)]
+    pub(super) fn wound(&self, pair: &PartPair) -> Wound {
+        let Springs { tangential_displacement, torsional_angle } = self.springs[pair.place as usize];
+        Wound { displacement: tangential_displacement, torsional_angle, angles: self.law(pair).angles }
     }
 
     /// Keeps what laws keep of a pair.

@@ -22,6 +22,12 @@ pub(super) struct PartPoint {
     pub inverse_inertia: f64,
 }
 
+/// From the centres of mass of two bodies to where they touch (m), which is given from that of the first.
+#[inline(always)]
+pub(super) fn arms([a, b]: [&Body; 2], found: &PartContact) -> [Vec3; 2] {
+    [found.point, found.point - (b.position - a.position)]
+}
+
 impl PartPoint {
     /// A contact that was found, its point from the centre of mass of the first body.
     #[inline(always)]
@@ -29,7 +35,7 @@ impl PartPoint {
         Self {
             normal: found.normal,
             overlap: found.overlap,
-            arms: [found.point, found.point - (b.position - a.position)],
+            arms: arms([a, b], found),
             velocities: [a.velocity, b.velocity],
             spins: [a.angular_velocity, b.angular_velocity],
             inverse_inertia,

@@ -10,7 +10,7 @@ use crate::contact_history::SavedHistories;
 use crate::contacts::SpherePair;
 use crate::error::StepError;
 use crate::memory_use::make_room;
-use crate::narrow_phase::{PlacedPart, Pose};
+use crate::narrow_phase::{PlacedPart, Pose, widest_gap};
 use crate::particles::{Body, Particles};
 use crate::periodic_images as images;
 use crate::rotation::frame;
@@ -341,14 +341,18 @@ impl VerletLists {
                 }
                 let placement = part_a.placement(&part_b.rotation, part_b.scale, &between);
                 let half = |k: usize, part: u16| &poses[k].shape.parts[part as usize].half_extents;
-                let (half, margin) = ([half(0, part), half(1, other)], margin / part_a.scale);
-                let Some(axis) = axis_of_widest_gap(half[0], half[1], &placement, margin) else { continue };
+                let (half, local) = ([half(0, part), half(1, other)], margin / part_a.scale);
+                let Some(axis) = axis_of_widest_gap(half[0], half[1], &placement, local) else { continue };
                 let (partner, parts) = (particles.ids[j], [part, other]);
                 let known = histories.part_pairs.row(search.row(i)).iter();
                 let known = known.into_iter().find(|m| m.partner == partner && m.parts == parts);
+                let axes = [part_a.rotation * axis, between];
+                let (gap, axis) = widest_gap(&poses, &parts, &separation, &axes);
+                if known.is_none() && gap > margin {
+                    continue;
+                }
                 let list = if is_resting { &mut self.resting.part_pairs } else { &mut self.part_pairs };
                 let cores = [part_a.core, part_b.core];
-                let axis = part_a.rotation * axis;
                 list.push([a, b].map(|i| i as u32), (parts, cores), &axis, known.map(|m| &m.contact));
             }
         }

@@ -22,6 +22,7 @@ mod open_tubes;
 mod part_seams;
 mod prescribed;
 mod rebuilds;
+mod room;
 mod same_bits;
 mod sheared;
 mod size_classes;
