@@ -52,6 +52,11 @@ fn a_restart_continues_the_files_and_a_new_run_moves_them_aside() {
     ] {
         assert!(output.stdout.contains(words), "`{words}` is missing: {}", output.text());
     }
+    let lines = output.stdout.lines().skip_while(|line| !line.starts_with("time by phase"));
+    let lines = lines.take_while(|line| !line.starts_with("memory"));
+    let share = |line: &str| line.strip_suffix(" %")?.rsplit(' ').next()?.parse::<f64>().ok();
+    let shares: f64 = lines.filter_map(share).sum();
+    assert!((shares - 100.0).abs() < 1.0, "shares of {shares} %: {}", output.text());
     let aside = home.join("results.1");
     assert_eq!(fs::read_to_string(aside.join("notes.txt")).unwrap(), "mine");
     assert_same_series(&series(&aside), &series(&results));

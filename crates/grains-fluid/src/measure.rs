@@ -270,21 +270,40 @@ impl Flow {
 
     /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).
     pub(crate) fn rates_of_own_cells(&self) -> f64 {
-        let strides = self.local.layout.strides();
-        let mut largest = 0.0_f64;
-        self.for_cells(|cell, p| {
-            let rate: f64 = (0..3)
-                .filter(|&a| self.local.active[a])
-                .map(|a| {
-                    let u = self.state.velocity.component(a);
-                    u[p].abs().max(u[p - strides[a]].abs())
-                        * self.local.axes[a].inverse_width[self.local.entry(cell[a])]
-                })
-                .sum();
-            // A velocity that is no number must not pass for the smallest.
-            largest = if rate.is_nan() { f64::INFINITY } else { largest.max(rate) };
-        });
-        largest
+        let (layout, strides) = (self.local.layout, self.local.layout.strides());
+        let [nx, ny, nz] = layout.cells;
+        let (mut rates, mut largest, mut sums) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
+        for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+            let start = layout.row(j, k);
+            rates.fill(0.0);
+            for a in (0..3).filter(|&a| self.local.active[a]) {
+                let u = self.state.velocity.component(a);
+                let (below, above) = (&u[start - strides[a]..][..nx], &u[start..][..nx]);
+                let inverse = &self.local.axes[a].inverse_width;
+                let speed = |(below, above): (&f64, &f64)| {
+                    let [below, above] = [below.abs(), above.abs()];
+                    if below > above { below } else { above }
+                };
+                let speeds = below.iter().zip(above).map(speed);
+                if a == 0 {
+                    let inverse = &inverse[self.local.entry(0)..][..nx];
+                    let terms = speeds.zip(inverse).map(|(speed, inverse)| speed * inverse);
+                    rates.iter_mut().zip(terms).for_each(|(rate, term)| *rate += term);
+                } else {
+                    let inverse = inverse[self.local.entry([0, j, k][a])];
+                    rates.iter_mut().zip(speeds).for_each(|(rate, speed)| *rate += speed * inverse);
+                }
+            }
+            for ((rate, largest), sum) in rates.iter().zip(&mut largest).zip(&mut sums) {
+                *largest = if *rate > *largest { *rate } else { *largest };
+                *sum += rate;
+            }
+        }
+        // A velocity that is no number must not pass for the smallest.
+        match sums.iter().any(|sum: &f64| sum.is_nan()) {
+            true => f64::INFINITY,
+            false => largest.into_iter().fold(0.0, f64::max),
+        }
     }
 
     /// Courant number of the own cells with a step (s).

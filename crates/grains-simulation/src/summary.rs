@@ -167,18 +167,20 @@ impl FluidSummary {
             steps: fluid.steps,
             iterations: fluid.iterations,
             cells: fluid.flow.setup.grid.cells().iter().product(),
-            seconds: fluid.seconds[0],
+            seconds: fluid.seconds.flow,
             is_alone: fluid.is_alone(),
         }
     }
 }
 
-/// Times spent in the parts of a step; collective.
+/// Times spent in the parts of a step, and in none of them; collective.
 fn phase_times(done: &Done, transport: &MpiTransport) -> Vec<PhaseTime> {
     let seconds = done.dem.clock.seconds();
     let phases = Phase::ALL.iter().zip(seconds).map(|((_, name), &s)| (name.to_string(), s));
-    let parts: Vec<(String, f64)> =
+    let mut parts: Vec<(String, f64)> =
         phases.chain(done.fluid.into_iter().flat_map(FluidPhase::times)).collect();
+    let known: f64 = parts.iter().map(|&(_, s)| s).sum();
+    parts.push(("everything else".to_string(), (done.seconds - known).max(0.0)));
     let mut sums: Vec<f64> = parts.iter().map(|&(_, s)| s).collect();
     // The maximum of each and, as that of the negative, the minimum.
     let mut spans: Vec<f64> = sums.iter().flat_map(|&s| [s, -s]).collect();

@@ -1,6 +1,6 @@
 //! What a simulation shows of its particles, walls and fluid.
 
-use crate::fluid::FluidPhase;
+use crate::fluid::{FluidPhase, Seconds};
 use grains_dem::{Body, Dem, Load, WallLoad, WallState};
 use grains_fluid::Flow;
 use grains_geometry::{Rotation, Vec3};
@@ -83,7 +83,7 @@ pub struct FluidView<'a> {
 
 impl<'a> FluidView<'a> {
     pub(crate) fn new(fluid: &'a FluidPhase) -> Self {
-        let [seconds, exchange_seconds] = fluid.seconds;
+        let Seconds { flow: seconds, exchange: exchange_seconds, .. } = fluid.seconds;
         let FluidPhase { flow, steps, iterations, .. } = fluid;
         Self { flow, steps: *steps, iterations: *iterations, seconds, exchange_seconds }
     }

@@ -393,6 +393,45 @@ fn a_drive_from_rest_keeps_the_courant_number() {
     }
 }
 
+/// On cells of any widths, in two dimensions and three; a velocity that is no number counts as the largest.
+#[test]
+fn the_courant_number_is_that_of_the_fastest_cell() {
+    for cells in [[7, 9, 6], [16, 5, 1], [1, 8, 11]] {
+        let axis = |n: usize| match n {
+            1 => Axis::uniform(0.0, 1.0, 1, true),
+            _ => Axis::clustered(0.0, 1.0, n, 1.3),
+        };
+        let grid = Grid::new(cells.map(axis)).unwrap();
+        let mut flow = Flow::new(FlowSetup::new(grid, 1.0, 0.01), &SERIAL).unwrap();
+        let mut random = 1_u64;
+        let mut draw = || {
+            random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        for a in 0..3 {
+            flow.state.velocity.component_mut(a).iter_mut().for_each(|u| *u = draw());
+        }
+        let (layout, strides) = (flow.layout(), flow.layout().strides());
+        let mut largest = 0.0_f64;
+        let places = (0..cells[2]).flat_map(|k| (0..cells[1]).map(move |j| (j, k)));
+        for (i, (j, k)) in places.flat_map(|jk| (0..cells[0]).map(move |i| (i, jk))) {
+            let place = layout.index(i as isize, j as isize, k as isize);
+            let of_axis = |a: usize| {
+                let u = flow.state.velocity.component(a);
+                let width = flow.setup.grid.axis(a).width([i, j, k][a] as isize);
+                u[place].abs().max(u[place - strides[a]].abs()) / width
+            };
+            largest = largest.max((0..3).filter(|&a| cells[a] > 1).map(of_axis).sum());
+        }
+        let found = flow.cfl_number(1.0, &SERIAL);
+        assert!((found - largest).abs() < 1e-12 * largest, "{cells:?}: {found} {largest}");
+        let somewhere = cells.map(|n| (n / 2) as isize);
+        let place = layout.index(somewhere[0], somewhere[1], somewhere[2]);
+        flow.state.velocity.component_mut(if cells[0] > 1 { 0 } else { 2 })[place] = f64::NAN;
+        assert_eq!(flow.cfl_number(1.0, &SERIAL), f64::INFINITY);
+    }
+}
+
 #[test]
 fn back_flow_through_an_outlet_dies_down() {
     // A strong vortex in front of the outlet sucks fluid in.

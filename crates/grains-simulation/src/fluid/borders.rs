@@ -85,7 +85,7 @@ impl FluidPhase {
         (fluid.report, fluid.sampled, fluid.rule) = (report, sampled, rule);
         fluid.is_told_of_backflow = is_told_of_backflow;
         (fluid.steps, fluid.iterations, fluid.seconds) = (steps, iterations, seconds);
-        fluid.seconds[1] += begun.elapsed().as_secs_f64();
+        fluid.seconds.exchange += begun.elapsed().as_secs_f64();
         Ok(fluid)
     }
 }

@@ -34,6 +34,7 @@ mod resolved;
 mod resolved_scalars;
 mod restart;
 mod scalars;
+mod seconds;
 mod settling;
 mod setup;
 mod span;
@@ -53,7 +54,7 @@ use grains_comm::MpiTransport;
 use grains_coupling::{Coupling, CouplingError, add_drag};
 use grains_dem::{Catalogue, Dem, DemSetup};
 use grains_domain::Decomposition;
-use grains_fluid::{Flow, FlowSetup, Halo, Phase, StepReport};
+use grains_fluid::{Flow, FlowSetup, Halo, StepReport};
 pub use imposed::fastest;
 use kernel_grid::{check_kernel, halo_width};
 pub use max_dt::{FluidStepLimit, max_dt};
@@ -64,9 +65,11 @@ use resolved::ResolvedBodies;
 pub use resolved::lubrication;
 use scalars::ScalarNames;
 pub use scalars::interned;
+pub use seconds::Seconds;
 pub use setup::condition_number;
 use span::SpanRule;
 use std::cell::Cell;
+use std::time::Instant;
 use steady::Steady;
 
 /// Work in a step of the fluid, in units of a pair of spheres in a step of the particles (some 7 ns where these were measured):
@@ -97,8 +100,8 @@ pub struct FluidPhase {
     pub steps: u64,
     /// Iterations for the pressure in these.
     pub iterations: u64,
-    /// Seconds spent in the fluid's step, and in the exchange with particles.
-    pub seconds: [f64; 2],
+    /// What took how long.
+    pub seconds: Seconds,
     /// Sums of the fields since the case's `mean_from`, if it has one.
     pub means: Option<Sums>,
     /// Particle step of the last sample in these.
@@ -187,7 +190,7 @@ impl FluidPhase {
             report: StepReport::default(),
             steps: 0,
             iterations: 0,
-            seconds: [0.0; 2],
+            seconds: Seconds::default(),
             means,
             sampled: None,
             scalar_names,
@@ -199,15 +202,6 @@ impl FluidPhase {
             rule: SpanRule::new(case, fluid),
             is_told_of_backflow: Cell::new(false),
         }))
-    }
-
-    /// Names of the parts of a step and the seconds spent in them.
-    pub fn times(&self) -> Vec<(String, f64)> {
-        let names =
-            ["momentum", "diffusion", "divergence", "pressure", "correction", "boundaries", "scalars"];
-        let seconds = Phase::ALL.map(|phase| self.flow.clock.seconds(phase));
-        let of_flow = names.map(|name| ["fluid ", name].concat()).into_iter().zip(seconds);
-        of_flow.chain([("fluid and particles".to_string(), self.seconds[1])]).collect()
     }
 
     /// Adds what the cells hold now to the means, if it is time and they are not in them; collective.
@@ -290,23 +284,29 @@ impl FluidPhase {
                 Some(steady) => self.rule.longest_settling = steady.longest,
                 None => {}
             }
+            let begun = Instant::now();
             self.last_span = self.rule.choose((dem, &self.flow), self.last_span, event, transport)?;
             self.next_step = dem.step + self.last_span;
+            self.seconds.choice += begun.elapsed().as_secs_f64();
             // Resolved particles and walls go through the step before the fluid does.
             if let Some(resolved) = self.resolved.as_mut().filter(|resolved| resolved.are_walls_alone()) {
+                let begun = Instant::now();
                 dem.resume_at(self.next_step);
                 resolved.place(dem, &mut self.flow, transport);
+                self.seconds.exchange += begun.elapsed().as_secs_f64();
             }
             if self.is_alone() || self.exchange.is_some() {
                 self.step(dem, transport)?;
             }
         }
+        let begun = Instant::now();
         if let Some(exchange) = &mut self.exchange {
             add_drag(&mut dem.particles, &dem.setup.parameters, &mut exchange.account.ledger);
         }
         if let Some(resolved) = self.resolved.as_ref().filter(|resolved| !resolved.is_fixed) {
             resolved.add_loads(dem);
         }
+        self.seconds.loads += begun.elapsed().as_secs_f64();
         Ok(())
     }
 
@@ -319,16 +319,16 @@ impl FluidPhase {
             return Ok(());
         }
         if let Some(resolved) = &mut self.resolved {
-            let begun = std::time::Instant::now();
+            let begun = Instant::now();
             resolved.place(dem, &mut self.flow, transport);
-            self.seconds[1] += begun.elapsed().as_secs_f64();
+            self.seconds.exchange += begun.elapsed().as_secs_f64();
             self.step(dem, transport)?;
         }
         Ok(())
     }
 
     fn step(&mut self, dem: &mut Dem, transport: &MpiTransport) -> Result<(), RunError> {
-        let begun = std::time::Instant::now();
+        let begun = Instant::now();
         let dt = self.last_span as f64 * dem.setup.parameters.dt;
         if let Some(exchange) = &mut self.exchange {
             if let Some(walls) = &mut self.enclosing {
@@ -364,8 +364,8 @@ impl FluidPhase {
             let bodies = self.resolved.as_ref().map(|resolved| &resolved.bodies);
             steady.end((dem, bodies), &mut self.flow, dt, transport);
         }
-        self.seconds[0] += stepped - exchanged;
-        self.seconds[1] += exchanged + begun.elapsed().as_secs_f64() - stepped;
+        self.seconds.flow += stepped - exchanged;
+        self.seconds.exchange += exchanged + begun.elapsed().as_secs_f64() - stepped;
         self.steps += 1;
         self.iterations += self.report.solve.iterations as u64;
         self.tell_work(dem);

@@ -54,7 +54,7 @@ impl FluidPhase {
             steady.end_of_scalars(&self.flow, dt, transport);
         }
         self.report.dt = dt;
-        self.seconds[0] += begun.elapsed().as_secs_f64();
+        self.seconds.flow += begun.elapsed().as_secs_f64();
         self.steps += 1;
         Ok(())
     }
