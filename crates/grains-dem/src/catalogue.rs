@@ -207,7 +207,7 @@ impl Catalogue {
         shape.volume * (body.radius / shape.bounding_radius).powi(3)
     }
 
-    /// R1 R2/(R1 + R2) (m) of the radii that laws take, if they take them, else that of ones.
+    /// R1 R2/(R1 + R2) (m) of the radii that the law takes, 1/2 if it takes none.
     #[inline]
     pub(crate) fn effective_radius(&self, bodies: [&Body; 2], law: &PreparedLaw) -> f64 {
         if !law.takes_radius() {

@@ -106,12 +106,12 @@ impl NewParticle {
 ///
 /// Build it once per batch; particles accepted meanwhile are added with [`Occupancy::add`].
 pub struct Occupancy {
-    /// Places in `held` by class of sizes and cell; cells are as wide as the largest particles of their class.
+    /// Places in `particles` by class of sizes and cell; cells are as wide as the largest particles of their class.
     cells: HashMap<(usize, [i32; 3]), Vec<u32>>,
-    /// Places in `held` by class.
+    /// Places in `particles` by class.
     members: [Vec<u32>; SIZE_CLASSES],
     largest_radius: f64,
-    held: Vec<NewParticle>,
+    particles: Vec<NewParticle>,
     /// Corners (m) of the box around their centres.
     corners: [Vec3; 2],
 }
@@ -124,7 +124,7 @@ impl Occupancy {
             cells: HashMap::new(),
             members: Default::default(),
             largest_radius: largest,
-            held: Vec::new(),
+            particles: Vec::new(),
             corners: nowhere,
         }
     }
@@ -166,12 +166,12 @@ impl Occupancy {
     pub fn add(&mut self, particle: NewParticle, catalogue: &Catalogue) {
         let class = size_class(particle.radius(catalogue), self.largest_radius);
         let key = (class, self.cell(class, &particle.position));
-        let place = self.held.len() as u32;
+        let place = self.particles.len() as u32;
         self.members[class].push(place);
         self.cells.entry(key).or_default().push(place);
         let [lower, upper] = self.corners;
         self.corners = [lower.inf(&particle.position), upper.sup(&particle.position)];
-        self.held.push(particle);
+        self.particles.push(particle);
     }
 
     /// Largest radius in a class (m).
@@ -192,7 +192,7 @@ impl Occupancy {
         range: f64,
         is_true: impl Fn(&NewParticle) -> bool,
     ) -> bool {
-        let is_true = |place: &u32| is_true(&self.held[*place as usize]);
+        let is_true = |place: &u32| is_true(&self.particles[*place as usize]);
         let [low, high] = [-range, range].map(|range| self.cell(class, &position.add_scalar(range)));
         let count: f64 = (0..3).map(|a| f64::from(high[a] - low[a] + 1)).product();
         if count > self.members[class].len() as f64 {

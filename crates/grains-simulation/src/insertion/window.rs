@@ -7,7 +7,7 @@
 //! Rounds ask for many places of many particles at once whether they are free: each rank compares them with its own particles, the
 //! owner of a place with the walls, and one reduction makes the answers known. The places are then given away on all ranks alike,
 //! which takes a comparison with those of the same round. The first round asks for one particle: a window that is full, into which
-//! others wait to fall, costs its places alone. Further rounds ask for twice as many particles as found places in the one before.
+//! others wait to fall, costs its places alone. Each further round asks for twice as many places as the one before.
 
 use super::draws::purpose;
 use crate::random::Draw;
@@ -19,8 +19,6 @@ use std::f64::consts::TAU;
 
 /// Largest number of places asked about in a round.
 const PLACES: usize = 4096;
-/// Places asked about in a round after the first at least: fewer take longer to agree on than to look at.
-const FEW_PLACES: usize = 256;
 /// Places of each particle in the first round, and the fewest.
 const FIRST_TRIES: usize = 4;
 
@@ -34,8 +32,8 @@ pub struct Turns<'a> {
     tried: usize,
     /// Places of each particle in the next round.
     tries: usize,
-    /// Particles in the next round.
-    takers: usize,
+    /// Places asked about in the next round.
+    places: usize,
 }
 
 /// Particles that had their turns in a round.
@@ -50,12 +48,12 @@ impl<'a> Turns<'a> {
     /// Turns of which none was taken.
     pub fn new(window: &'a Window, attempts: u64, seed: u64) -> Self {
         let attempts = usize::try_from(attempts).unwrap_or(usize::MAX);
-        Self { window, attempts, seed, tried: 0, tries: FIRST_TRIES, takers: 1 }
+        Self { window, attempts, seed, tried: 0, tries: FIRST_TRIES, places: FIRST_TRIES }
     }
 
     /// Particles that take part in the next round, if there are as many.
     pub fn takers(&self) -> usize {
-        self.takers.min(PLACES / self.tries)
+        (self.places / self.tries).max(1)
     }
 
     /// Gives places to the first of some particles, as far as those of one round suffice; collective.
@@ -100,17 +98,17 @@ impl<'a> Turns<'a> {
                 continue;
             }
             let is_full = tries.end == attempts;
-            self.prepare(tries.end, 2 * width, placed.len());
+            self.prepare(tries.end, 2 * width);
             return Round { placed, is_full };
         }
-        self.prepare(0, width / 2, placed.len());
+        self.prepare(0, width / 2);
         Round { placed, is_full: false }
     }
 
-    /// Prepares the next round, in which so many places of the first particle were asked about before.
-    fn prepare(&mut self, tried: usize, tries: usize, placed: usize) {
+    /// Prepares the next round, before which so many places of its first particle were asked about.
+    fn prepare(&mut self, tried: usize, tries: usize) {
         (self.tried, self.tries) = (tried, tries.clamp(FIRST_TRIES, PLACES));
-        self.takers = (2 * placed).max(FEW_PLACES / self.tries).max(1);
+        self.places = (2 * self.places).min(PLACES);
     }
 }
 
@@ -277,7 +275,7 @@ directory = "results"
                 all.iter().map(|new| (new.id, <[f64; 3]>::from(new.position).map(f64::to_bits))).collect()
             };
             assert_eq!(state(&found), state(&wanted), "{count} particles, {attempts} attempts");
-            assert!(found.len() > 5 && rounds < 100, "{} in {rounds} rounds", found.len());
+            assert!(found.len() > 5 && rounds < 60, "{} in {rounds} rounds", found.len());
         }
         // Some windows got full, and some rounds ended before.
         assert!(ends[0] > 3 && ends[1] > 2, "{ends:?}");
