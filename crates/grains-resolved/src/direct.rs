@@ -18,7 +18,7 @@ impl Resolved {
         dt: f64,
         transport: &dyn Transport,
     ) -> Vec<Action> {
-        if motions.is_some() || self.walls_moved {
+        if motions.is_some() || self.first_moved.is_some() {
             self.release(flow, dt);
             flow.refresh_velocity(self.subgrid.layout.halo, transport);
         }
@@ -91,7 +91,7 @@ impl Resolved {
         flow.refresh_velocity(flow.layers_of_step(), transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
         self.note_walls(flow, transport);
-        self.walls_moved = false;
+        self.first_moved = None;
         actions.truncate(self.first_wall());
         self.ghosts.gather(&mut actions, &self.subgrid, transport);
         actions.iter().take(self.owned).map(Action::read).collect()

@@ -103,9 +103,11 @@ pub(crate) struct Nodes {
     pub cut_faces: CutFaces,
 }
 
-/// Velocities of a component inside walls, kept while these stay where they are; bodies are numbers of walls.
+/// Velocities of a component inside walls, kept while these stay where they are, wall by wall; bodies are numbers of walls.
 #[derive(Clone, Debug, Default)]
 struct WallNodes {
+    /// Where each wall begins in the lists below.
+    begins: Vec<WallBegin>,
     own: Vec<Node>,
     /// From the centre of the wall, or of its image, to each of these (m).
     arms: Vec<Vec3>,
@@ -114,6 +116,15 @@ struct WallNodes {
     halo: Vec<(u32, u32)>,
     /// Faces that walls cut, halo included.
     cut: Vec<CutFace>,
+}
+
+/// Where a wall begins in the lists of [`WallNodes`].
+#[derive(Clone, Copy, Debug)]
+struct WallBegin {
+    own: usize,
+    closest_points: usize,
+    halo: usize,
+    cut: usize,
 }
 
 impl Nodes {
@@ -129,19 +140,18 @@ impl Nodes {
         }
     }
 
-    /// Finds the velocities inside walls anew, which have moved.
+    /// Finds the velocities inside walls anew, the first of which that has moved is given; those before it keep what they hold.
     ///
     /// Of several walls that hold a node, the first one has it.
-    pub fn find_in_walls(&mut self, solids: &Solids) {
+    pub fn find_in_walls(&mut self, first_moved: usize, solids: &Solids) {
         for component in (0..3).filter(|&c| solids.subgrid.active[c]) {
             let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
+            found.forget_from(first_moved);
             marks.fill(OUTSIDE);
-            found.own.clear();
-            found.arms.clear();
-            found.closest_points.clear();
-            found.halo.clear();
-            found.cut.clear();
-            for wall in 0..solids.walls.len() {
+            let kept = found.own.iter().map(|node| node.place).chain(found.halo.iter().map(|(place, _)| *place));
+            kept.for_each(|place| marks[place as usize] = HALO);
+            for wall in first_moved..solids.walls.len() {
+                found.begin_wall();
                 solids.for_each_run(component, wall, |run| {
                     found.add(&run, (component, wall as u32), solids.subgrid, marks);
                 });
@@ -378,6 +388,27 @@ impl Nodes {
 }
 
 impl WallNodes {
+    /// Notes that what is added from here on is of the next wall.
+    fn begin_wall(&mut self) {
+        self.begins.push(WallBegin {
+            own: self.own.len(),
+            closest_points: self.closest_points.len(),
+            halo: self.halo.len(),
+            cut: self.cut.len(),
+        });
+    }
+
+    /// Forgets what walls from one on hold.
+    fn forget_from(&mut self, wall: usize) {
+        let Some(begin) = self.begins.get(wall).copied() else { return };
+        self.begins.truncate(wall);
+        self.own.truncate(begin.own);
+        self.arms.truncate(begin.own);
+        self.closest_points.truncate(begin.closest_points);
+        self.halo.truncate(begin.halo);
+        self.cut.truncate(begin.cut);
+    }
+
     /// Adds what no earlier wall holds of a run of velocities in a wall; all but the first are deep.
     fn add(&mut self, run: &WallRun, (component, wall): (usize, u32), subgrid: &Subgrid, marks: &mut [u32]) {
         let [first, j, k] = run.first;

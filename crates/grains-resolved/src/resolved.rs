@@ -47,8 +47,8 @@ pub struct Resolved {
     /// What the flow does to the walls there are, of all ranks together.
     pub on_walls: Vec<FlowOnWall>,
     pub(crate) walls: Vec<PlacedWall>,
-    /// Whether the walls lie elsewhere than in the last step of the fluid.
-    pub(crate) walls_moved: bool,
+    /// The first wall that lies elsewhere than in the last step of the fluid; none if all rest.
+    pub(crate) first_moved: Option<usize>,
     pub(crate) ghosts: BodyGhosts,
     pub(crate) nodes: Nodes,
     /// Places of the last step's forces per component.
@@ -82,7 +82,7 @@ impl Resolved {
             owned: 0,
             on_walls: Vec::new(),
             walls: Vec::new(),
-            walls_moved: false,
+            first_moved: None,
             ghosts: BodyGhosts::default(),
             forced: Default::default(),
             outlets: Default::default(),
@@ -96,8 +96,8 @@ impl Resolved {
             PlacedWall::new(wall, RigidBody { form: Form::Wall(number as u16), ..body }, &self.subgrid)
         });
         let placed: Vec<PlacedWall> = placed.collect();
-        self.walls_moved = placed.len() != self.walls.len()
-            || placed.iter().zip(&self.walls).any(|(wall, there)| !wall.is_where(there));
+        let rest = placed.iter().zip(&self.walls).take_while(|(wall, there)| wall.is_where(there)).count();
+        self.first_moved = (rest < placed.len().max(self.walls.len())).then_some(rest);
         self.walls = placed;
         let known = std::mem::take(&mut self.on_walls);
         let of = |wall: u64| known.iter().find(|known| known.wall == wall).copied();
@@ -129,8 +129,8 @@ impl Resolved {
             Method::Multiplier(_) => Extrapolation::Rigid,
         };
         let solids = Solids { bodies: &self.bodies, shapes, walls: &self.walls, subgrid: &self.subgrid };
-        if self.walls_moved {
-            self.nodes.find_in_walls(&solids);
+        if let Some(first_moved) = self.first_moved {
+            self.nodes.find_in_walls(first_moved, &solids);
         }
         self.nodes.find(&solids, extrapolation);
         if let Method::Multiplier(method) = self.forcing.method {

@@ -395,3 +395,46 @@ fn flow_between_walls_that_move_is_the_same_on_any_ranks() {
         assert!(difference(&loads, &other_loads) < 1e-10, "{ranks:?} {loads:?} {other_loads:?}");
     }
 }
+
+#[test]
+fn walls_that_rest_hold_what_they_would_if_found_anew() {
+    let grid = Grid::uniform([0.0; 3], [1.0; 3], [16; 3], [true, false, false]).unwrap();
+    let mut setup = FlowSetup::new(grid, 1.0, 0.1);
+    setup.drive[0] = Drive::PressureGradient(-1.0);
+    let obstacle =
+        || FluidWall { surface: ClosedSurface::Mesh(Arc::new(tetrahedron(0.2))), solid: SolidSide::Inside };
+    let container = cylinder(Vec3::new(0.0, 0.52, 0.49), Vec3::x(), 0.42, SolidSide::Outside);
+    // Obstacles that overlap each other, the container and a periodic face, listed on both sides of it.
+    let walls = [obstacle(), container, obstacle(), obstacle()];
+    let centers = [[0.3, 0.5, 0.45], [0.0; 3], [0.45, 0.6, 0.5], [0.95, 0.4, 0.6]].map(Vec3::from);
+    let mut turned = [0.0; 4];
+    let places = |turned: &[f64; 4]| {
+        let place = |wall: usize| RigidBody {
+            center: centers[wall],
+            rotation: nalgebra::Rotation3::from_euler_angles(turned[wall], 0.3, 0.0).into_inner(),
+            spin: Vec3::x(),
+            ..at_rest(wall)
+        };
+        let mut places: Vec<RigidBody> = (0..4).map(place).collect();
+        places[1] = at_rest(1);
+        places
+    };
+    let new = || Walled::new(&setup, [1; 3], (&walls, places(&[0.0; 4])), &SerialTransport);
+    let [mut kept, mut anew] = [new(), new()];
+    // Any of the obstacles move, in an order in which each comes after others.
+    for (step, moving) in [4, 1, 6, 3, 5, 2, 7, 4, 2, 1].into_iter().enumerate() {
+        for (bit, wall) in [0, 2, 3].into_iter().enumerate().filter(|(bit, _)| moving & 1 << bit != 0) {
+            turned[wall] += 0.1 + 0.03 * (step + bit) as f64;
+        }
+        anew.resolved.place_walls(Vec::new());
+        for walled in [&mut kept, &mut anew] {
+            walled.place(places(&turned), &SerialTransport);
+            walled.step(0.01, &SerialTransport);
+        }
+        for component in 0..3 {
+            let [a, b] = [&kept, &anew].map(|walled| walled.flow.state.velocity.component(component));
+            assert!(a == b, "{turned:?}");
+        }
+        assert_eq!(kept.resolved.on_walls, anew.resolved.on_walls);
+    }
+}
