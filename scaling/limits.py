@@ -32,7 +32,6 @@ SETTLING = ROOT / "cases/sedimentation-3d/spheres.toml"
 class Loop:
     """A case whose step is looked at, and how many steps of the particles are timed and simulated."""
 
-    name: str
     folder: Path
     case: str
     steps: int
@@ -43,34 +42,56 @@ class Loop:
         """The command of a benchmark of so many steps."""
         return [str(x) for x in [binary, "bench", self.case, *self.options, "--steps", steps, "--segments", segments]]
 
-    def segments(self, output):
-        """Nanoseconds per unit and step, and units times steps, of the segments in the output of a benchmark."""
-        steps = int(re.search(r"--steps (\d+)", " ".join(output[0]))[1])
+    def segments(self, output, steps):
+        """Nanoseconds per unit and step, and units times steps, of the segments of so many steps in the output of a benchmark."""
         if self.of_fluid:
-            found = re.findall(r"^fluid_ns_per_cell_step (\S+) exchange (\S+) cells (\d+) steps (\d+)", output[1], re.M)
-            return [(float(flow) + float(exchange), int(cells) * int(n)) for flow, exchange, cells, n in found]
-        found = re.findall(r"^us_per_particle_step\s+(\S+) particles (\d+)", output[1], re.M)
-        return [(1e3 * float(time), int(particles) * steps) for time, particles in found]
+            found = re.findall(r"^fluid_ns_per_cell_step (\S+) exchange (\S+) cells (\d+) steps (\d+)", output, re.M)
+            read = [(float(flow) + float(exchange), int(cells) * int(n)) for flow, exchange, cells, n in found]
+        else:
+            found = re.findall(r"^us_per_particle_step\s+(\S+) particles (\d+)", output, re.M)
+            read = [(1e3 * float(time), int(particles) * steps) for time, particles in found]
+        if not read:
+            raise SystemExit(f"no timing in the output:\n{output[-2000:]}")
+        return read
 
 
-def loops(options, folder):
-    """The loops of the table in scaling/README.md."""
-    if options.peers:
-        for name, tiles, steps in (("14", 1, 100), ("100", 2, 20)):
-            make_bed(name, options.peers / f"state/b{name}.csv.gz", tiles, folder)
-            yield Loop(f"{name},000 spheres", folder, f"{name}.toml", steps)
-    for shape in SHAPES:
-        bed = settle(shape, folder, options.binary, 1, options.timeout)
-        yield Loop(shape, bed, "bed.toml", 60, options=("--restart", "latest", "--warm", "100"))
-    for method in ("fast", "conjugate_gradients"):
-        case = f"cavity-{method}.toml"
-        (folder / case).write_text(bench_fluid.CASE.format(cells=64, length_cells=64, length=1, dt=0.25 / 64, method=method))
-        yield Loop(f"fluid, 64³, {method}", folder, case, 4, True, ("--warm", "3"))
+def spheres(options, folder, thousands, tiles, steps):
+    """Settled spheres, in tiles of a peer's state."""
+    make_bed(thousands, options.peers / f"state/b{thousands}.csv.gz", tiles, folder)
+    return Loop(folder, f"{thousands}.toml", steps)
+
+
+def bodies(options, folder, shape):
+    """A settled bed of a shape."""
+    bed = settle(shape, folder, options.binary, 1, options.timeout)
+    return Loop(bed, "bed.toml", 60, options=("--restart", "latest", "--warm", "100"))
+
+
+def cavity(_, folder, method):
+    """A fluid alone."""
+    case = f"cavity-{method}.toml"
+    (folder / case).write_text(bench_fluid.CASE.format(cells=64, length_cells=64, length=1, dt=0.25 / 64, method=method))
+    return Loop(folder, case, 4, of_fluid=True, options=("--warm", "3"))
+
+
+def settling(_, folder):
+    """125 spheres that settle, resolved with ten cells across each."""
     text = SETTLING.read_text()
     for old, new in (("[14, 14,", "[4, 4,"), ("[140, 140,", "[40, 40,"), ("13.5, 13.5", "3.5, 3.5"), ("count = 1528", "count = 125")):
         text = text.replace(old, new)
     (folder / "resolved.toml").write_text(text)
-    yield Loop("fluid and 125 resolved spheres", folder, "resolved.toml", 60, True, ("--warm", "300"))
+    return Loop(folder, "resolved.toml", 60, of_fluid=True, options=("--warm", "300"))
+
+
+# The loops of the table in README.md, and what prepares each.
+LOOPS = {
+    "14,000 spheres": lambda options, folder: spheres(options, folder, "14", 1, 100),
+    "100,000 spheres": lambda options, folder: spheres(options, folder, "100", 2, 20),
+    **{shape: lambda options, folder, shape=shape: bodies(options, folder, shape) for shape in SHAPES},
+    "fluid, 64³, transforms": lambda options, folder: cavity(options, folder, "fast"),
+    "fluid, 64³, multigrid": lambda options, folder: cavity(options, folder, "conjugate_gradients"),
+    "fluid and 125 resolved spheres": settling,
+}
 
 
 def simulated(loop, options):
@@ -82,8 +103,8 @@ def simulated(loop, options):
         out = loop.folder / "cachegrind.out"
         tool = ["valgrind", "--tool=cachegrind", "--cache-sim=yes", f"--cachegrind-out-file={out}",
                 f"--D1={first},8,{LINE}", f"--I1={first},8,{LINE}", f"--LL={second},8,{LINE}"]
-        command = loop.command(options.binary, steps, 1)
-        (_, work), = loop.segments((command, run(tool + command, options.timeout, loop.folder)))
+        output = run(tool + loop.command(options.binary, steps, 1), options.timeout, loop.folder)
+        (_, work), = loop.segments(output, steps)
         names, values = (re.search(rf"^{key}: (.*)$", out.read_text(), re.M)[1].split() for key in ("events", "summary"))
         totals.append({"work": work, **dict(zip(names, map(int, values)))})
     less, more = totals
@@ -94,12 +115,13 @@ def simulated(loop, options):
 def timed(loop, options, copies):
     """Nanoseconds per unit and step of copies that run at once, each on a core of its own."""
     cores = sorted(os.sched_getaffinity(0))[:copies]
-    command = loop.command(options.binary, options.longer * loop.steps, 5)
+    steps = options.longer * loop.steps
+    command = loop.command(options.binary, steps, 5)
     start = lambda core: subprocess.Popen(["taskset", "-c", str(core), *command], cwd=loop.folder, env=os.environ | ENVIRONMENT,
                                           text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     running = [start(core) for core in cores]
     outputs = [copy.communicate(timeout=options.timeout)[0] for copy in running]
-    return [time for output in outputs for time, _ in loop.segments((command, output))]
+    return [time for output in outputs for time, _ in loop.segments(output, steps)]
 
 
 def abilities(folder):
@@ -123,18 +145,20 @@ def main():
     options.binary = options.binary.resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folder = (options.folder or Path(temporary)).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
         before, core = machine(), abilities(folder)
         print(f"{before}. One core: {core['gigahertz']:.2f} cycles/ns; by level of memory, streaming (GB/s) and a load that waits (ns): "
               + ", ".join(f"{level} {core[f'stream_{level}']:.0f}, {core[f'latency_{level}']:.1f}"
                           for level in ("first", "second", "third", "memory")) + ".\n")
         rows = []
-        for loop in loops(options, folder):
-            if options.only and not any(part in loop.name for part in options.only):
+        for name, prepare in LOOPS.items():
+            if options.only and not any(part in name for part in options.only) or not options.peers and "000 spheres" in name:
                 continue
+            loop = prepare(options, folder)
             alone, beside = (statistics.median(timed(loop, options, copies)) for copies in (1, 2))
             instructions, beyond_first, beyond_second = simulated(loop, options)
             cycles = alone * core["gigahertz"]
-            rows.append([loop.name, "cell" if loop.of_fluid else "particle", f"{alone:.1f}", f"{instructions:.0f}",
+            rows.append([name, "cell" if loop.of_fluid else "particle", f"{alone:.1f}", f"{instructions:.0f}",
                          f"{instructions / cycles:.2f}", f"{LINE * beyond_first:.0f}", f"{LINE * beyond_second:.0f}",
                          f"{100 * LINE * beyond_second / alone / core['stream_third']:.0f} %",
                          f"{100 * LINE * beyond_second / alone / core['stream_memory']:.0f} %", f"{beside / alone:.2f}"])

@@ -17,6 +17,7 @@ import dam_break
 import ellipsoids
 import exchange
 import fluidised_bed
+import limits
 import model
 import project
 import silos
@@ -91,6 +92,20 @@ class Tables(unittest.TestCase):
         self.assertEqual([row[1] for row in rows], [1, 512])
         self.assertEqual(rows[1][header.index("S(n)") + 1], "0.930")
         self.assertTrue(all(len(row) == len(header) for row in rows))
+
+
+class Limits(unittest.TestCase):
+    def test_segments_are_read_with_the_work_they_did(self):
+        bodies = limits.Loop(Path("."), "bed.toml", 60)
+        output = "us_per_particle_step 0.5 particles 2000 rebuilds 1\nus_per_particle_step 0.75 particles 2000 rebuilds 0\n"
+        self.assertEqual(bodies.segments(output, 60), [(500, 120_000), (750, 120_000)])
+        fluid = limits.Loop(Path("."), "cavity.toml", 4, of_fluid=True)
+        output += "fluid_ns_per_cell_step 80.5 exchange 20.5 cells 1000 steps 3 iterations 3\n"
+        self.assertEqual(fluid.segments(output, 4), [(101, 3000)])
+
+    def test_a_benchmark_without_timing_is_an_error(self):
+        with self.assertRaises(SystemExit):
+            limits.Loop(Path("."), "bed.toml", 60).segments("error: no such file", 60)
 
 
 class Sources(unittest.TestCase):

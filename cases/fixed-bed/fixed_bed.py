@@ -39,11 +39,11 @@ def case(shape, ratio, tube, window, seed, folder):
     text = text.replace("[-0.003, -0.003, 0.085]", f"[{-half}, {-half}, 0.085]")
     text = text.replace("[0.003, 0.003, 0.085]", f"[{half}, {half}, 0.085]")
     text = text.replace("seed = 1\n", f"seed = {seed}\n").replace('"results/fixed-bed"', f'"{folder / "run"}"')
-    # Four times the volume at rest, and the way down.
+    # Four times the volume at rest, and the way down; above the window room for those that meet in falling and are thrown up.
     volume = 1000 * math.pi / 4 * diameter**2 * LENGTH * FRACTION[shape]
     section = 18.0**2 if tube == 0 else math.pi / 4 * tube**2
     top = (0.03 + volume / 0.5 / section / 1e3)
-    text = text.replace("0.085", f"{top:.4f}").replace("0.09]", f"{top + 0.005:.4f}]")
+    text = text.replace("0.085", f"{top:.4f}").replace("0.09]", f"{top + 0.02:.4f}]")
     if tube:
         radius = tube / 2e3
         text = text.replace("-0.009, -0.009, 0]", f"{-radius - 5e-4}, {-radius - 5e-4}, 0]")

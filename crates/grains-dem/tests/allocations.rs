@@ -13,7 +13,7 @@ use grains_geometry::Vec3;
 use grains_testing::CountingAllocator;
 
 #[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator::new();
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Tests of one program run side by side: what one allocates the other must not count.
 #[test]

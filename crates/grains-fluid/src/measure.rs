@@ -5,6 +5,7 @@ use crate::momentum::RowPlace;
 use crate::projection::divergence;
 use crate::{Centre, Faces, Field, Halo};
 use grains_domain::Transport;
+use multiversion::multiversion;
 
 impl Flow {
     /// What passes cut faces beyond the velocity, if there are any.
@@ -270,40 +271,7 @@ impl Flow {
 
     /// Largest Σ max(|u₋|, |u₊|)/Δx of the own cells (1/s).
     pub(crate) fn rates_of_own_cells(&self) -> f64 {
-        let (layout, strides) = (self.local.layout, self.local.layout.strides());
-        let [nx, ny, nz] = layout.cells;
-        let (mut rates, mut largest, mut sums) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
-        for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
-            let start = layout.row(j, k);
-            rates.fill(0.0);
-            for a in (0..3).filter(|&a| self.local.active[a]) {
-                let u = self.state.velocity.component(a);
-                let (below, above) = (&u[start - strides[a]..][..nx], &u[start..][..nx]);
-                let inverse = &self.local.axes[a].inverse_width;
-                let speed = |(below, above): (&f64, &f64)| {
-                    let [below, above] = [below.abs(), above.abs()];
-                    if below > above { below } else { above }
-                };
-                let speeds = below.iter().zip(above).map(speed);
-                if a == 0 {
-                    let inverse = &inverse[self.local.entry(0)..][..nx];
-                    let terms = speeds.zip(inverse).map(|(speed, inverse)| speed * inverse);
-                    rates.iter_mut().zip(terms).for_each(|(rate, term)| *rate += term);
-                } else {
-                    let inverse = inverse[self.local.entry([0, j, k][a])];
-                    rates.iter_mut().zip(speeds).for_each(|(rate, speed)| *rate += speed * inverse);
-                }
-            }
-            for ((rate, largest), sum) in rates.iter().zip(&mut largest).zip(&mut sums) {
-                *largest = if *rate > *largest { *rate } else { *largest };
-                *sum += rate;
-            }
-        }
-        // A velocity that is no number must not pass for the smallest.
-        match sums.iter().any(|sum: &f64| sum.is_nan()) {
-            true => f64::INFINITY,
-            false => largest.into_iter().fold(0.0, f64::max),
-        }
+        largest_rate(self)
     }
 
     /// Courant number of the own cells with a step (s).
@@ -328,5 +296,44 @@ impl Flow {
                 (0..nx).for_each(|i| job([i, j, k], start + i));
             }
         }
+    }
+}
+
+/// See [`Flow::rates_of_own_cells`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn largest_rate(flow: &Flow) -> f64 {
+    let (layout, strides) = (flow.local.layout, flow.local.layout.strides());
+    let [nx, ny, nz] = layout.cells;
+    let (mut rates, mut largest, mut sums) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
+    for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+        let start = layout.row(j, k);
+        rates.fill(0.0);
+        for a in (0..3).filter(|&a| flow.local.active[a]) {
+            let u = flow.state.velocity.component(a);
+            let (below, above) = (&u[start - strides[a]..][..nx], &u[start..][..nx]);
+            let inverse = &flow.local.axes[a].inverse_width;
+            let speed = |(below, above): (&f64, &f64)| {
+                let [below, above] = [below.abs(), above.abs()];
+                if below > above { below } else { above }
+            };
+            let speeds = below.iter().zip(above).map(speed);
+            if a == 0 {
+                let inverse = &inverse[flow.local.entry(0)..][..nx];
+                let terms = speeds.zip(inverse).map(|(speed, inverse)| speed * inverse);
+                rates.iter_mut().zip(terms).for_each(|(rate, term)| *rate += term);
+            } else {
+                let inverse = inverse[flow.local.entry([0, j, k][a])];
+                rates.iter_mut().zip(speeds).for_each(|(rate, speed)| *rate += speed * inverse);
+            }
+        }
+        for ((rate, largest), sum) in rates.iter().zip(&mut largest).zip(&mut sums) {
+            *largest = if *rate > *largest { *rate } else { *largest };
+            *sum += rate;
+        }
+    }
+    // A velocity that is no number must not pass for the smallest.
+    match sums.iter().any(|sum: &f64| sum.is_nan()) {
+        true => f64::INFINITY,
+        false => largest.into_iter().fold(0.0, f64::max),
     }
 }

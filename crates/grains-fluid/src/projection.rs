@@ -5,10 +5,12 @@ use crate::metrics::Local;
 use crate::mixture::Mixture;
 use crate::mixture_model::MixtureModel;
 use crate::{Centre, Faces, Field};
+use multiversion::multiversion;
 
 /// f = Σ_faces ± A ε u + V ∂ε/∂t of every own cell (m³/s); returns its sum and that of the fluxes' sizes.
 ///
 /// `porous` holds ε on the faces and ∂ε/∂t at the centres; none where ε = 1.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
 pub(crate) fn divergence(
     local: &Local,
     velocity: &Faces,
@@ -91,6 +93,7 @@ pub(crate) fn add_divergence(local: &Local, passing: &Faces, rhs: &mut Field<Cen
 const LANES: usize = 8;
 
 /// Σ w f(x), w = 1 if none are given.
+#[inline(always)]
 fn weighted_sum(values: &[f64], weights: Option<&[f64]>, f: impl Fn(f64) -> f64) -> f64 {
     let mut lanes = [0.0; LANES];
     let whole = values.len() / LANES * LANES;
@@ -159,30 +162,7 @@ impl Correction<'_> {
 
     /// Corrects all faces but those of the box.
     pub fn velocity(&self, velocity: &mut Faces) {
-        let (layout, strides) = (self.local.layout, self.local.layout.strides());
-        for component in 0..3 {
-            let n = self.local.unknowns(component);
-            let distances = &self.local.axes[component].inverse_distance;
-            for k in 0..n[2] {
-                for j in 0..n[1] {
-                    let start = layout.row(j, k);
-                    let here = &self.potential[start..][..n[0]];
-                    let next = &self.potential[start + strides[component]..][..n[0]];
-                    let row = &mut velocity.component_mut(component)[start..][..n[0]];
-                    let e = self.local.entry([0, j, k][component]);
-                    let distances = &distances[e..][..if component == 0 { n[0] } else { 1 }];
-                    let force = ForceRow { pressures: [here, next], distances, drive: 0.0 };
-                    match self.coefficients {
-                        None => force.add(row, |_| 1.0),
-                        Some(mixture) => {
-                            let gradient_factor =
-                                &mixture.gradient_factor.component(component)[start..][..n[0]];
-                            force.add(row, |i| gradient_factor[i]);
-                        }
-                    }
-                }
-            }
-        }
+        correct_velocity(self, velocity);
     }
 
     /// Corrects the normal velocities of outlets.
@@ -234,6 +214,34 @@ impl Correction<'_> {
                         for i in 0..nx {
                             row[i] += self.scale * potential[i] - half * inverse_widths[i] * f[i];
                         }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// See [`Correction::velocity`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn correct_velocity(correction: &Correction<'_>, velocity: &mut Faces) {
+    let (layout, strides) = (correction.local.layout, correction.local.layout.strides());
+    for component in 0..3 {
+        let n = correction.local.unknowns(component);
+        let distances = &correction.local.axes[component].inverse_distance;
+        for k in 0..n[2] {
+            for j in 0..n[1] {
+                let start = layout.row(j, k);
+                let here = &correction.potential[start..][..n[0]];
+                let next = &correction.potential[start + strides[component]..][..n[0]];
+                let row = &mut velocity.component_mut(component)[start..][..n[0]];
+                let e = correction.local.entry([0, j, k][component]);
+                let distances = &distances[e..][..if component == 0 { n[0] } else { 1 }];
+                let force = ForceRow { pressures: [here, next], distances, drive: 0.0 };
+                match correction.coefficients {
+                    None => force.add(row, |_| 1.0),
+                    Some(mixture) => {
+                        let gradient_factor = &mixture.gradient_factor.component(component)[start..][..n[0]];
+                        force.add(row, |i| gradient_factor[i]);
                     }
                 }
             }

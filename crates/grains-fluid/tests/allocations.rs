@@ -7,7 +7,7 @@ use grains_fluid::{Boundaries, Condition, Flow, FlowSetup, Grid, Side};
 use grains_testing::CountingAllocator;
 
 #[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator::new();
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn a_step_allocates_nothing() {

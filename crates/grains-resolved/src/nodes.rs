@@ -148,7 +148,8 @@ impl Nodes {
             let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
             found.forget_from(first_moved);
             marks.fill(OUTSIDE);
-            let kept = found.own.iter().map(|node| node.place).chain(found.halo.iter().map(|(place, _)| *place));
+            let kept =
+                found.own.iter().map(|node| node.place).chain(found.halo.iter().map(|(place, _)| *place));
             kept.for_each(|place| marks[place as usize] = HALO);
             for wall in first_moved..solids.walls.len() {
                 found.begin_wall();

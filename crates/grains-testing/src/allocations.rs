@@ -3,31 +3,30 @@
 #![allow(unsafe_code)] // an allocator
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::cell::Cell;
 
-/// The allocator of the system, which counts allocations. It counts those of the whole process, so a test program that
-/// uses it holds one test only.
-pub struct CountingAllocator {
-    count: AtomicU64,
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
+/// The allocator of the system, which counts the allocations of every thread: the program that runs tests has its own.
+pub struct CountingAllocator;
+
 impl CountingAllocator {
-    /// For `#[global_allocator] static …`.
-    #[allow(clippy::new_without_default)] // a static needs a const function
-    pub const fn new() -> Self {
-        Self { count: AtomicU64::new(0) }
+    /// Allocations of this thread so far.
+    pub fn count(&self) -> u64 {
+        COUNT.get()
     }
 
-    /// Allocations so far.
-    pub fn count(&self) -> u64 {
-        self.count.load(Ordering::Relaxed)
+    fn add(&self) {
+        COUNT.set(COUNT.get() + 1);
     }
 }
 
 // SAFETY: every call is handed on to the allocator of the system.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        self.count.fetch_add(1, Ordering::Relaxed);
+        self.add();
         unsafe { System.alloc(layout) }
     }
 
@@ -36,7 +35,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        self.count.fetch_add(1, Ordering::Relaxed);
+        self.add();
         unsafe { System.realloc(pointer, layout, size) }
     }
 }

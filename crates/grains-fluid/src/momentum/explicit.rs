@@ -2,6 +2,7 @@
 
 use super::Advection;
 use crate::metrics::Local;
+use multiversion::multiversion;
 
 /// Fields the explicit terms are made of; all halos filled.
 ///
@@ -46,14 +47,10 @@ impl Explicit<'_> {
     ///
     /// ∇·∇uᵀ vanishes, so the transposed half of the stress counts only where w varies.
     pub fn row(&self, place: RowPlace, advective: &mut [f64], viscous: &mut [f64]) {
-        advective.fill(0.0);
-        viscous.fill(0.0);
-        match self.advection {
-            Advection::Central => self.row_with(place, advective, viscous, central),
-            Advection::VanLeer => self.row_with(place, advective, viscous, van_leer),
-        }
+        set_row(self, place, advective, viscous);
     }
 
+    #[inline(always)]
     fn row_with(
         &self,
         place: RowPlace,
@@ -79,6 +76,17 @@ impl Explicit<'_> {
                 false => pair.add::<true, false>(advective, viscous, scheme, |i| [low[i], high[i]]),
             }
         }
+    }
+}
+
+/// See [`Explicit::row`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn set_row(terms: &Explicit<'_>, place: RowPlace, advective: &mut [f64], viscous: &mut [f64]) {
+    advective.fill(0.0);
+    viscous.fill(0.0);
+    match terms.advection {
+        Advection::Central => terms.row_with(place, advective, viscous, central),
+        Advection::VanLeer => terms.row_with(place, advective, viscous, van_leer),
     }
 }
 

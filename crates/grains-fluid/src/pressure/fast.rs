@@ -224,16 +224,12 @@ fn transform_columns(
     buffer.resize(COLUMNS * n, 0.0);
     for first in (0..width).step_by(COLUMNS) {
         let count = COLUMNS.min(width - first);
-        for (i, row) in data.chunks_exact(width).enumerate() {
-            for (c, value) in row[first..first + count].iter().enumerate() {
-                buffer[c * n + i] = *value;
-            }
+        for (c, line) in buffer.chunks_exact_mut(n).take(count).enumerate() {
+            line.iter_mut().zip(data[first + c..].iter().step_by(width)).for_each(|(x, value)| *x = *value);
+            way.apply(transform, line);
         }
-        buffer.chunks_exact_mut(n).take(count).for_each(|line| way.apply(transform, line));
-        for (i, row) in data.chunks_exact_mut(width).enumerate() {
-            for (c, value) in row[first..first + count].iter_mut().enumerate() {
-                *value = buffer[c * n + i];
-            }
+        for (c, line) in buffer.chunks_exact(n).take(count).enumerate() {
+            data[first + c..].iter_mut().step_by(width).zip(line).for_each(|(value, x)| *value = *x);
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::PressureProblem;
 use crate::tridiagonal::{Couplings, Panel, SharedLines};
 use grains_domain::Transport;
+use multiversion::multiversion;
 
 /// Coefficients c that depend on the place along the line axis only; global, the same on all ranks.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -126,41 +127,6 @@ impl ModalTridiagonal {
         }
     }
 
-    /// Thomas elimination of the lines of a panel, from line number `first` on.
-    ///
-    /// Solves −(lower x₋ − diagonal x + upper x₊) = −d: the sign of the operator is turned once, in `solve`.
-    fn thomas(&self, data: &mut [f64], panel: Panel, first: usize, carried: &mut Vec<f64>) {
-        let (n, lines) = (self.len(), panel.lines);
-        carried.resize(n * lines, 0.0);
-        let (l1, l2) = (&self.lambda[0][first..first + lines], &self.lambda[1][first..first + lines]);
-        let pin = self.pinned.filter(|p| (first..first + lines).contains(&p.0));
-        for i in 0..n {
-            let (base, a1, a2) = (self.base[i], self.across[0][i], self.across[1][i]);
-            let (low, high) = (self.lower[i], self.upper[i]);
-            let (carried_done, carried_now) = carried.split_at_mut(i * lines);
-            let carried_now = &mut carried_now[..lines];
-            if i == 0 {
-                panel.forward(data, i, |l| {
-                    let extra = pin.map_or(0.0, |(line, size)| if line == first + l { size } else { 0.0 });
-                    let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] + extra);
-                    carried_now[l] = high * inverse;
-                    [0.0, inverse]
-                });
-            } else {
-                let previous = &carried_done[(i - 1) * lines..][..lines];
-                panel.forward(data, i, |l| {
-                    let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] - low * previous[l]);
-                    carried_now[l] = high * inverse;
-                    [low, inverse]
-                });
-            }
-        }
-        for i in (0..n.saturating_sub(1)).rev() {
-            let carried = &carried[i * lines..][..lines];
-            panel.backward(data, i, |l| carried[l]);
-        }
-    }
-
     /// Influence vectors of the own part of every line for unit values beyond its ends.
     fn set_influence(&mut self, transport: &dyn Transport) {
         let (n, count) = (self.len(), self.lambda[0].len());
@@ -173,7 +139,7 @@ impl ModalTridiagonal {
                 scratch.panel.clear();
                 scratch.panel.resize(n * lines, 0.0);
                 scratch.panel[place * lines..][..lines].fill(-coupling);
-                self.thomas(&mut scratch.panel, side_by_side(lines), first, &mut scratch.carried);
+                thomas(self, &mut scratch.panel, side_by_side(lines), first, &mut scratch.carried);
                 for l in 0..lines {
                     ends[4 * l + 2 * side] = scratch.panel[l];
                     ends[4 * l + 2 * side + 1] = scratch.panel[(n - 1) * lines + l];
@@ -207,7 +173,7 @@ impl ModalTridiagonal {
             self.impose_ends(block);
         }
         self.for_panels(block, &mut scratch, |lines, data, panel, first, carried| {
-            lines.thomas(data, panel, first, carried);
+            thomas(lines, data, panel, first, carried);
         });
         self.scratch = scratch;
     }
@@ -224,7 +190,7 @@ impl ModalTridiagonal {
             for (i, row) in copy.chunks_exact_mut(lines).enumerate() {
                 row.copy_from_slice(&data[start + i * stride..][..lines]);
             }
-            this.thomas(&mut copy, side_by_side(lines), first, carried);
+            thomas(this, &mut copy, side_by_side(lines), first, carried);
             ends.extend((0..lines).flat_map(|l| [copy[l], copy[(n - 1) * lines + l]]));
         });
         scratch.panel = copy;
@@ -278,6 +244,42 @@ impl ModalTridiagonal {
                 }
             }
         }
+    }
+}
+
+/// Thomas elimination of the lines of a panel, from line number `first` on.
+///
+/// Solves −(lower x₋ − diagonal x + upper x₊) = −d: the sign of the operator is turned once, in `solve`.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn thomas(modes: &ModalTridiagonal, data: &mut [f64], panel: Panel, first: usize, carried: &mut Vec<f64>) {
+    let (n, lines) = (modes.len(), panel.lines);
+    carried.resize(n * lines, 0.0);
+    let (l1, l2) = (&modes.lambda[0][first..first + lines], &modes.lambda[1][first..first + lines]);
+    let pin = modes.pinned.filter(|p| (first..first + lines).contains(&p.0));
+    for i in 0..n {
+        let (base, a1, a2) = (modes.base[i], modes.across[0][i], modes.across[1][i]);
+        let (low, high) = (modes.lower[i], modes.upper[i]);
+        let (carried_done, carried_now) = carried.split_at_mut(i * lines);
+        let carried_now = &mut carried_now[..lines];
+        if i == 0 {
+            panel.forward(data, i, |l| {
+                let extra = pin.map_or(0.0, |(line, size)| if line == first + l { size } else { 0.0 });
+                let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] + extra);
+                carried_now[l] = high * inverse;
+                [0.0, inverse]
+            });
+        } else {
+            let previous = &carried_done[(i - 1) * lines..][..lines];
+            panel.forward(data, i, |l| {
+                let inverse = 1.0 / (base + a1 * l1[l] + a2 * l2[l] - low * previous[l]);
+                carried_now[l] = high * inverse;
+                [low, inverse]
+            });
+        }
+    }
+    for i in (0..n.saturating_sub(1)).rev() {
+        let carried = &carried[i * lines..][..lines];
+        panel.backward(data, i, |l| carried[l]);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::PressureProblem;
 use crate::metrics::Local;
 use crate::{CellPartition, Centre, Faces, Field, Grid, Layout};
+use multiversion::multiversion;
 
 /// Σ_faces c A (p_neighbour − p)/d of every cell.
 #[derive(Clone, Debug)]
@@ -153,24 +154,33 @@ impl PressureOperator {
         let n = layout.cells[0];
         let mut product = 0.0;
         for start in layout.rows() {
-            let neighbours = self.neighbours(p.data(), start);
             let own = start..start + n;
-            let (here, diagonal) = (&p.data()[own.clone()], &self.diagonal.data()[own.clone()]);
             let row = &mut out.data_mut()[own.clone()];
-            for i in 0..n {
-                row[i] = neighbours.sum(i) - diagonal[i] * here[i];
-            }
-            product += dot(row, here);
+            product += apply_row(self, p.data(), start, row);
             look(own, row);
         }
         product
     }
 }
 
+/// A row of A p, and Σ p A p over it.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn apply_row(operator: &PressureOperator, p: &[f64], start: usize, row: &mut [f64]) -> f64 {
+    let n = operator.local.layout.cells[0];
+    let neighbours = operator.neighbours(p, start);
+    let (here, diagonal) = (&p[start..start + n], &operator.diagonal.data()[start..start + n]);
+    let row = &mut row[..n];
+    for i in 0..n {
+        row[i] = neighbours.sum(i) - diagonal[i] * here[i];
+    }
+    dot(row, here)
+}
+
 /// Partial sums kept apart, so that additions need not wait for one another.
 const LANES: usize = 8;
 
 /// Σ a b of two rows.
+#[inline]
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
     let (whole_a, rest_a) = a.as_chunks::<LANES>();

@@ -206,44 +206,48 @@ impl Transform {
     /// X_k = Σ x_i cos(π k (i + ½)/n) by a Fourier transform of the even entries followed by the odd ones
     /// backwards; sines are the cosines of the line with alternating signs, backwards.
     fn cosine_forward(&mut self, line: &mut [f64]) {
-        let n = self.n;
-        let sign = if self.basis == Basis::Sine { -1.0 } else { 1.0 };
-        for (i, pair) in line.chunks(2).enumerate() {
-            self.real[i] = pair[0];
-            if let Some(&odd) = pair.get(1) {
-                self.real[n - 1 - i] = sign * odd;
-            }
-        }
+        let (n, sign) = (self.n, self.sign_of_odd());
+        let (even, odd) = self.real.split_at_mut(n.div_ceil(2));
+        even.iter_mut().zip(line.iter().step_by(2)).for_each(|(even, x)| *even = *x);
+        odd.iter_mut().rev().zip(line.iter().skip(1).step_by(2)).for_each(|(odd, x)| *odd = sign * x);
         self.transform_real();
-        let place = |k: usize| if self.basis == Basis::Sine { n - 1 - k } else { k };
-        line[place(0)] = self.complex[0].re;
-        for k in 1..=n / 2 {
-            let turned = self.twiddles[k] * self.complex[k];
-            line[place(n - k)] = -turned.im;
-            line[place(k)] = turned.re;
+        let (low, high) = line.split_at_mut(n / 2 + 1);
+        let turned = |(twiddle, c): (&Complex<f64>, &Complex<f64>)| twiddle * c;
+        let turned = self.twiddles[1..].iter().zip(&self.complex[1..]).map(turned);
+        low[0] = self.complex[0].re;
+        low[1..].iter_mut().zip(turned.clone()).for_each(|(x, turned)| *x = turned.re);
+        high.iter_mut().rev().zip(turned).for_each(|(x, turned)| *x = -turned.im);
+        if self.basis == Basis::Sine {
+            line.reverse();
         }
     }
 
     fn cosine_backward(&mut self, line: &mut [f64]) {
-        let n = self.n;
-        let sign = if self.basis == Basis::Sine { -1.0 } else { 1.0 };
-        let place = |k: usize| if self.basis == Basis::Sine { n - 1 - k } else { k };
-        self.complex[0] = Complex::new(line[place(0)], 0.0);
-        for k in 1..=n / 2 {
-            let turned = Complex::new(line[place(k)], -line[place(n - k)]);
-            self.complex[k] = self.twiddles[k].conj() * turned;
+        let (n, sign) = (self.n, self.sign_of_odd());
+        if self.basis == Basis::Sine {
+            line.reverse();
+        }
+        let (low, high) = line.split_at(n / 2 + 1);
+        self.complex[0] = Complex::new(low[0], 0.0);
+        // The middle one of an even number is its own partner.
+        let partners = high.iter().rev().chain(low.last());
+        let pairs = low[1..].iter().zip(partners).zip(&self.twiddles[1..]);
+        for (c, ((x, partner), twiddle)) in self.complex[1..].iter_mut().zip(pairs) {
+            *c = twiddle.conj() * Complex::new(*x, -partner);
         }
         if n.is_multiple_of(2) {
             // Real but for rounding, as the inverse transform demands.
             self.complex[n / 2].im = 0.0;
         }
         self.transform_complex();
-        for (i, pair) in line.chunks_mut(2).enumerate() {
-            pair[0] = self.real[i];
-            if let Some(odd) = pair.get_mut(1) {
-                *odd = sign * self.real[n - 1 - i];
-            }
-        }
+        let (even, odd) = self.real.split_at(n.div_ceil(2));
+        line.iter_mut().step_by(2).zip(even).for_each(|(x, even)| *x = *even);
+        line.iter_mut().skip(1).step_by(2).zip(odd.iter().rev()).for_each(|(x, odd)| *x = sign * odd);
+    }
+
+    /// What the odd entries of a line are multiplied with for its sines to be cosines.
+    fn sign_of_odd(&self) -> f64 {
+        if self.basis == Basis::Sine { -1.0 } else { 1.0 }
     }
 }
 

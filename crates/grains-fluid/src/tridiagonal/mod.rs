@@ -17,17 +17,26 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
+    /// Row i, and another one, j, beside it.
+    #[inline(always)]
+    pub fn rows(self, x: &mut [f64], i: usize, j: usize) -> (&mut [f64], &[f64]) {
+        let [at_i, at_j] = [i, j].map(|i| self.start + i * self.stride);
+        let (before, from) = x.split_at_mut(at_i.max(at_j));
+        match j < i {
+            true => (&mut from[..self.lines], &before[at_j..][..self.lines]),
+            false => (&mut before[at_i..][..self.lines], &from[..self.lines]),
+        }
+    }
+
     /// Row i of the forward sweep: x_i = (x_i + low x_{i−1}) pivot, with low and the inverse pivot of line l from `row(l)`.
     #[inline(always)]
     pub fn forward(self, x: &mut [f64], i: usize, mut row: impl FnMut(usize) -> [f64; 2]) {
-        let Self { start, stride, lines } = self;
-        let (done, ahead) = x.split_at_mut(start + i * stride);
-        let current = &mut ahead[..lines];
         if i == 0 {
-            current.iter_mut().enumerate().for_each(|(l, x)| *x *= row(l)[1]);
+            let first = &mut x[self.start..][..self.lines];
+            first.iter_mut().enumerate().for_each(|(l, x)| *x *= row(l)[1]);
         } else {
-            let previous = &done[start + (i - 1) * stride..][..lines];
-            for l in 0..lines {
+            let (current, previous) = self.rows(x, i, i - 1);
+            for l in 0..self.lines {
                 let [low, pivot] = row(l);
                 current[l] = (current[l] + low * previous[l]) * pivot;
             }
@@ -37,10 +46,8 @@ impl Panel {
     /// Row i of the backward sweep: x_i = x_i + high x_{i+1}, with high over the pivot of line l from `high(l)`.
     #[inline(always)]
     pub fn backward(self, x: &mut [f64], i: usize, high: impl Fn(usize) -> f64) {
-        let Self { start, stride, lines } = self;
-        let (done, ahead) = x.split_at_mut(start + (i + 1) * stride);
-        let (current, next) = (&mut done[start + i * stride..][..lines], &ahead[..lines]);
-        for l in 0..lines {
+        let (current, next) = self.rows(x, i, i + 1);
+        for l in 0..self.lines {
             current[l] += high(l) * next[l];
         }
     }

@@ -5,6 +5,7 @@ use super::transfer::Transfer;
 use crate::pressure::operator::{PressureOperator, dot};
 use crate::{CellPartition, Centre, Field, Grid, Halo};
 use grains_domain::Transport;
+use multiversion::multiversion;
 
 /// Damping of the Jacobi steps.
 const DAMPING: f64 = 0.85;
@@ -76,13 +77,12 @@ impl Level {
         }
         self.halo.fill(&mut [self.before.data_mut()], transport);
         let residual = |start: usize, out: &mut [f64]| {
-            let neighbours = self.operator.neighbours(self.before.data(), start);
-            let rhs = &self.rhs.data()[start..start + n];
-            let out = &mut out[..n];
-            for i in 0..n {
-                // The diagonal times the step from zero is the damped right-hand side.
-                out[i] = (1.0 - DAMPING) * rhs[i] + neighbours.sum(i);
-            }
+            set_residual(
+                &self.operator,
+                self.before.data(),
+                (start, &self.rhs.data()[start..start + n]),
+                out,
+            );
         };
         transfer.restrict(residual, &mut coarse.rhs);
         coarse.halo.add(&mut [coarse.rhs.data_mut()], transport);
@@ -102,15 +102,39 @@ impl Level {
         let mut product = 0.0;
         for start in self.operator.layout().rows() {
             let own = start..start + n;
-            let neighbours = self.operator.neighbours(self.before.data(), start);
             let (rhs, weight) = (&self.rhs.data()[own.clone()], &self.weight.data()[own.clone()]);
-            let before = &self.before.data()[own.clone()];
             let x = &mut self.solution.data_mut()[own];
-            for i in 0..n {
-                x[i] = (1.0 - DAMPING) * before[i] + weight[i] * (rhs[i] + neighbours.sum(i));
-            }
-            product += dot(x, rhs);
+            product += smooth_row(&self.operator, self.before.data(), (start, rhs, weight), x);
         }
         product
     }
+}
+
+/// A row of the residual after a Jacobi step from zero.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn set_residual(operator: &PressureOperator, x: &[f64], (start, rhs): (usize, &[f64]), out: &mut [f64]) {
+    let n = operator.layout().cells[0];
+    let neighbours = operator.neighbours(x, start);
+    let (rhs, out) = (&rhs[..n], &mut out[..n]);
+    for i in 0..n {
+        // The diagonal times the step from zero is the damped right-hand side.
+        out[i] = (1.0 - DAMPING) * rhs[i] + neighbours.sum(i);
+    }
+}
+
+/// A row after a Jacobi step from x, and Σ rhs · solution over it.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn smooth_row(
+    operator: &PressureOperator,
+    x: &[f64],
+    (start, rhs, weight): (usize, &[f64], &[f64]),
+    out: &mut [f64],
+) -> f64 {
+    let n = operator.layout().cells[0];
+    let neighbours = operator.neighbours(x, start);
+    let (before, rhs, weight, out) = (&x[start..start + n], &rhs[..n], &weight[..n], &mut out[..n]);
+    for i in 0..n {
+        out[i] = (1.0 - DAMPING) * before[i] + weight[i] * (rhs[i] + neighbours.sum(i));
+    }
+    dot(out, rhs)
 }
