@@ -31,7 +31,7 @@ impl Flow {
                 for j in 0..n[1] {
                     let place = RowPlace { component, j, k };
                     self.explicit_terms().row(place, &mut advective[..n[0]], &mut viscous[..n[0]]);
-                    combine(self, place, [&mut advective[..n[0]], &mut viscous[..n[0]]], weights, dt);
+                    set_increments(self, place, [&mut advective[..n[0]], &mut viscous[..n[0]]], weights, dt);
                 }
             }
         }
@@ -121,7 +121,7 @@ impl Flow {
 
 /// Increment of a row before implicit diffusion: the sum of all terms over the momentum diagonal m.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-fn combine(
+fn set_increments(
     flow: &mut Flow,
     place: RowPlace,
     [explicit, viscous]: [&mut [f64]; 2],
