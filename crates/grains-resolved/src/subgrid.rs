@@ -18,8 +18,6 @@ pub struct Subgrid {
     pub layout: Layout,
     /// Widths of the cells (m).
     pub spacing: Vec3,
-    /// Cells in a length (1/m).
-    per_cell: Vec3,
     /// Axes along which the flow varies.
     pub active: [bool; 3],
     /// Lower corner of own cell (0, 0, 0) (m).
@@ -83,7 +81,6 @@ impl Subgrid {
         Ok(Self {
             layout,
             spacing: Vec3::from_fn(|a, _| grid.axis(a).width(0)),
-            per_cell: Vec3::from_fn(|a, _| 1.0 / grid.axis(a).width(0)),
             active: std::array::from_fn(|a| grid.is_active(a)),
             lower: Vec3::from_fn(|a, _| grid.axis(a).node(first[a] as isize)),
             upper: Vec3::from_fn(|a, _| grid.axis(a).node((first[a] + layout.cells[a]) as isize)),
@@ -267,8 +264,7 @@ impl Subgrid {
                 base += halo as usize * strides[a];
                 continue;
             }
-            let within = if a == component { 1.0 } else { 0.5 };
-            let place = (point[a] - self.lower[a]) * self.per_cell[a] - within;
+            let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
             let [low, high] = allowed[a][usize::from(a != component)];
             // In cells from the first; those that are not negative are rounded down as they become whole numbers.
             let from_first = place - low as f64 + ROUNDING;
