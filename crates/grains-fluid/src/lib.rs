@@ -42,7 +42,7 @@
 //!
 //! Arrays read + written per step, of one phase with Crank–Nicolson: predict 7 + 6, diffuse 6 + 6 (x and y while a plane
 //! is in cache, then z), add 6 + 3, source 3 + 1, fast solve 3 + 3, correct 7 + 4: 55 × 8 bytes per cell, 15 ns at
-//! 30 GB/s. Measured times are several times that: the step is bound by arithmetic. The loops that take most of it do as many
+//! 30 GB/s. Measured times are several times that: the step is bound by arithmetic. Its longest loops do as many
 //! numbers at a time as the processor has lanes, with the same bits in any. With explicit diffusion it is 43.
 //!
 //! With particles: prepare 16 + 20 (void fraction on faces and edges, fluxes, diagonals, coefficients), multigrid set-up

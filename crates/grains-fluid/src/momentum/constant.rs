@@ -233,3 +233,37 @@ impl ConstantLines {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines side by side solve their rows, and have the bits that each has alone, whatever their number and stride.
+    #[test]
+    fn lines_side_by_side_are_solved_as_each_alone() {
+        let value = |k: usize| (k as f64 * 1.7).sin();
+        for (n, lines) in (1..8).flat_map(|n| (1..=25).map(move |lines| (n, lines))) {
+            let rows: Vec<[f64; 3]> = (0..n)
+                .map(|i| [-0.4 - 0.2 * value(i), 2.0 + value(i + 9), -0.3 + 0.2 * value(i + 5)])
+                .collect();
+            let factors = factor(&rows);
+            let (start, stride) = (2, lines + n % 3);
+            let given: Vec<f64> = (0..start + n * stride).map(value).collect();
+            let mut solved = given.clone();
+            eliminate(&mut solved, Panel { start, stride, lines }, &factors);
+            for l in 0..lines {
+                let of_line =
+                    |data: &[f64]| (0..n).map(|i| data[start + i * stride + l]).collect::<Vec<f64>>();
+                let (wanted, x) = (of_line(&given), of_line(&solved));
+                for (i, [low, diagonal, high]) in rows.iter().enumerate() {
+                    let before = if i > 0 { low * x[i - 1] } else { 0.0 };
+                    let after = if i + 1 < n { high * x[i + 1] } else { 0.0 };
+                    assert!((before + diagonal * x[i] + after - wanted[i]).abs() < 1e-13, "{n} {lines} {l}");
+                }
+                let mut alone = wanted;
+                eliminate(&mut alone, Panel { start: 0, stride: 1, lines: 1 }, &factors);
+                assert_eq!(alone, x, "{n} {lines} {l}");
+            }
+        }
+    }
+}
