@@ -76,6 +76,26 @@ location!(FaceX, Some(0), "Centre of the cell's upper x-face.");
 location!(FaceY, Some(1), "Centre of the cell's upper y-face.");
 location!(FaceZ, Some(2), "Centre of the cell's upper z-face.");
 
+/// A number of a field: double precision, or single for what need not be exact.
+pub trait Real: Copy + Debug + Default + PartialEq + AddAssign + SubAssign + Into<f64> {
+    /// The nearest number to a value.
+    fn nearest(value: f64) -> Self;
+}
+
+impl Real for f64 {
+    #[inline]
+    fn nearest(value: f64) -> Self {
+        value
+    }
+}
+
+impl Real for f32 {
+    #[inline]
+    fn nearest(value: f64) -> Self {
+        value as f32
+    }
+}
+
 /// One quantity on a subdomain: `[nz + 2h][ny + 2h][nx + 2h]`, x fastest, at a place in the cell told by the type.
 ///
 /// Fields add only to fields of the same place:
@@ -86,16 +106,16 @@ location!(FaceZ, Some(2), "Centre of the cell's upper z-face.");
 /// pressure += &Field::<FaceX>::new(layout);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field<L: Location> {
+pub struct Field<L: Location, T: Real = f64> {
     layout: Layout,
-    data: Vec<f64>,
+    data: Vec<T>,
     location: PhantomData<L>,
 }
 
-impl<L: Location> Field<L> {
+impl<L: Location, T: Real> Field<L, T> {
     /// Field of zeros.
     pub fn new(layout: Layout) -> Self {
-        Self { layout, data: vec![0.0; layout.len()], location: PhantomData }
+        Self { layout, data: vec![T::default(); layout.len()], location: PhantomData }
     }
 
     /// Extent of the arrays.
@@ -105,54 +125,54 @@ impl<L: Location> Field<L> {
 
     /// All values, halo included.
     #[inline]
-    pub fn data(&self) -> &[f64] {
+    pub fn data(&self) -> &[T] {
         &self.data
     }
 
     /// All values, halo included.
     #[inline]
-    pub fn data_mut(&mut self) -> &mut [f64] {
+    pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
     }
 
     /// Value of cell (i, j, k), own cells from 0.
     #[inline]
-    pub fn at(&self, i: isize, j: isize, k: isize) -> f64 {
+    pub fn at(&self, i: isize, j: isize, k: isize) -> T {
         self.data[self.layout.index(i, j, k)]
     }
 
     /// Sets the value of cell (i, j, k).
     #[inline]
-    pub fn set(&mut self, i: isize, j: isize, k: isize, value: f64) {
+    pub fn set(&mut self, i: isize, j: isize, k: isize, value: T) {
         let at = self.layout.index(i, j, k);
         self.data[at] = value;
     }
 
     /// Sets every value, halo included.
-    pub fn fill(&mut self, value: f64) {
+    pub fn fill(&mut self, value: T) {
         self.data.fill(value);
     }
 
     /// Own values of row (j, k).
-    pub fn row(&self, j: usize, k: usize) -> &[f64] {
+    pub fn row(&self, j: usize, k: usize) -> &[T] {
         &self.data[self.layout.row(j, k)..][..self.layout.cells[0]]
     }
 
     /// Own values, x fastest, without halo.
-    pub fn own(&self) -> impl Iterator<Item = f64> + '_ {
+    pub fn own(&self) -> impl Iterator<Item = T> + '_ {
         self.layout.rows().flat_map(|p| self.data[p..p + self.layout.cells[0]].iter().copied())
     }
 }
 
-impl<L: Location> AddAssign<&Field<L>> for Field<L> {
-    fn add_assign(&mut self, other: &Field<L>) {
-        self.data.iter_mut().zip(&other.data).for_each(|(a, b)| *a += b);
+impl<L: Location, T: Real> AddAssign<&Self> for Field<L, T> {
+    fn add_assign(&mut self, other: &Self) {
+        self.data.iter_mut().zip(&other.data).for_each(|(a, b)| *a += *b);
     }
 }
 
-impl<L: Location> SubAssign<&Field<L>> for Field<L> {
-    fn sub_assign(&mut self, other: &Field<L>) {
-        self.data.iter_mut().zip(&other.data).for_each(|(a, b)| *a -= b);
+impl<L: Location, T: Real> SubAssign<&Self> for Field<L, T> {
+    fn sub_assign(&mut self, other: &Self) {
+        self.data.iter_mut().zip(&other.data).for_each(|(a, b)| *a -= *b);
     }
 }
 

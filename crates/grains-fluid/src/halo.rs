@@ -1,6 +1,6 @@
 //! The halo of a subdomain: filled from the owners, or added back to them.
 
-use crate::{CellPartition, Grid, Layout};
+use crate::{CellPartition, Grid, Layout, Real};
 use grains_domain::Transport;
 
 /// Exchange along one axis with the ranks below and above.
@@ -52,18 +52,24 @@ impl Halo {
     }
 
     /// Fills the halos of all fields from the owners; sides without a neighbour stay as they are.
-    pub fn fill(&mut self, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    pub fn fill<T: Real>(&mut self, fields: &mut [&mut [T]], transport: &dyn Transport) {
         self.fill_to(self.layout.halo, fields, transport);
     }
 
     /// The same for so many layers next to the own cells alone.
-    pub fn fill_to(&mut self, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    pub fn fill_to<T: Real>(&mut self, depth: usize, fields: &mut [&mut [T]], transport: &dyn Transport) {
         for a in 0..3 {
             self.fill_axis(a, depth.min(self.layout.halo), fields, transport);
         }
     }
 
-    fn fill_axis(&mut self, axis: usize, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    fn fill_axis<T: Real>(
+        &mut self,
+        axis: usize,
+        depth: usize,
+        fields: &mut [&mut [T]],
+        transport: &dyn Transport,
+    ) {
         let (layout, own) = (self.layout, self.own);
         let (n, h) = (layout.cells[axis], layout.halo);
         let exchange = &mut self.axes[axis];
@@ -72,7 +78,9 @@ impl Halo {
         let outer = |side: usize| if side == 0 { h - depth } else { n + h };
         exchange.pack(layout, (axis, depth), fields, inner);
         exchange.communicate(transport);
-        exchange.unpack(layout, (axis, depth), fields, outer, |to, from| to.copy_from_slice(from));
+        exchange.unpack(layout, (axis, depth), fields, outer, |to, from| {
+            to.iter_mut().zip(from).for_each(|(t, f)| *t = T::nearest(*f));
+        });
         if exchange.neighbours.contains(&Some(own)) {
             for field in fields.iter_mut() {
                 for layer in 0..depth {
@@ -87,18 +95,24 @@ impl Halo {
 
     /// Adds what the halos hold to the owners' cells and clears it; what lies beyond a side without neighbour
     /// stays in the halo.
-    pub fn add(&mut self, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    pub fn add<T: Real>(&mut self, fields: &mut [&mut [T]], transport: &dyn Transport) {
         self.add_to(self.layout.halo, fields, transport);
     }
 
     /// The same for so many layers next to the own cells alone; there is nothing in those beyond.
-    pub fn add_to(&mut self, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    pub fn add_to<T: Real>(&mut self, depth: usize, fields: &mut [&mut [T]], transport: &dyn Transport) {
         for a in (0..3).rev() {
             self.add_axis(a, depth.min(self.layout.halo), fields, transport);
         }
     }
 
-    fn add_axis(&mut self, axis: usize, depth: usize, fields: &mut [&mut [f64]], transport: &dyn Transport) {
+    fn add_axis<T: Real>(
+        &mut self,
+        axis: usize,
+        depth: usize,
+        fields: &mut [&mut [T]],
+        transport: &dyn Transport,
+    ) {
         let (layout, own) = (self.layout, self.own);
         let (n, h) = (layout.cells[axis], layout.halo);
         let exchange = &mut self.axes[axis];
@@ -107,7 +121,7 @@ impl Halo {
         exchange.pack(layout, (axis, depth), fields, outer);
         exchange.communicate(transport);
         exchange.unpack(layout, (axis, depth), fields, inner, |to, from| {
-            to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
+            to.iter_mut().zip(from).for_each(|(t, f)| *t += T::nearest(*f));
         });
         for side in 0..2 {
             let Some(rank) = exchange.neighbours[side] else { continue };
@@ -123,11 +137,11 @@ impl Halo {
 }
 
 impl AxisExchange {
-    fn pack(
+    fn pack<T: Real>(
         &mut self,
         layout: Layout,
         (axis, depth): (usize, usize),
-        fields: &mut [&mut [f64]],
+        fields: &mut [&mut [T]],
         first: impl Fn(usize) -> usize,
     ) {
         let size = layout.len() / layout.dims()[axis] * depth * fields.len();
@@ -135,7 +149,7 @@ impl AxisExchange {
             message.clear();
             for field in fields.iter() {
                 for_runs(layout, axis, first(side), depth, |run| {
-                    message.extend_from_slice(&field[run]);
+                    message.extend(field[run].iter().map(|value| -> f64 { (*value).into() }));
                 });
             }
         }
@@ -148,13 +162,13 @@ impl AxisExchange {
         }
     }
 
-    fn unpack(
+    fn unpack<T: Real>(
         &self,
         layout: Layout,
         (axis, depth): (usize, usize),
-        fields: &mut [&mut [f64]],
+        fields: &mut [&mut [T]],
         first: impl Fn(usize) -> usize,
-        store: impl Fn(&mut [f64], &[f64]),
+        store: impl Fn(&mut [T], &[f64]),
     ) {
         for (message, &side) in self.received.iter().zip(&self.arrives) {
             let mut at = 0;
@@ -186,7 +200,7 @@ fn for_runs(
     }
 }
 
-fn copy_layer(layout: Layout, axis: usize, field: &mut [f64], from: usize, to: usize) {
+fn copy_layer<T: Real>(layout: Layout, axis: usize, field: &mut [T], from: usize, to: usize) {
     let (from, to, stride) = (from as isize, to as isize, layout.strides()[axis] as isize);
     for_runs(layout, axis, to as usize, 1, |run| {
         let source = (run.start as isize + (from - to) * stride) as usize;
@@ -195,7 +209,7 @@ fn copy_layer(layout: Layout, axis: usize, field: &mut [f64], from: usize, to: u
 }
 
 /// Clears a layer, adding it first to the layer `home` if there is one.
-fn take_layer(layout: Layout, axis: usize, field: &mut [f64], at: usize, home: Option<usize>) {
+fn take_layer<T: Real>(layout: Layout, axis: usize, field: &mut [T], at: usize, home: Option<usize>) {
     let stride = layout.strides()[axis] as isize;
     for_runs(layout, axis, at, 1, |run| {
         for p in run {

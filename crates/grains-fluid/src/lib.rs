@@ -93,7 +93,7 @@ pub use boundary::{
 pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};
 pub use error::{SetupError, SolveError, StepError};
-pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location};
+pub use field::{Centre, FaceX, FaceY, FaceZ, Faces, Field, Layout, Location, Real};
 pub use flow::{
     Drive, Flow, FlowSetup, FlowState, HeldFaces, Immersed, March, SolidStresses, StepReport, ValuesOnFaces,
 };

@@ -6,6 +6,7 @@ mod modal_tridiagonal;
 mod multigrid;
 mod operator;
 mod pencil_transpose;
+mod single_operator;
 mod transform;
 
 pub use conjugate_gradients::{ConjugateGradients, Preconditioner};

@@ -3,7 +3,6 @@
 use super::PressureProblem;
 use crate::metrics::Local;
 use crate::{CellPartition, Centre, Faces, Field, Grid, Layout};
-use multiversion::multiversion;
 
 /// Σ_faces c A (p_neighbour − p)/d of every cell.
 #[derive(Clone, Debug)]
@@ -138,42 +137,25 @@ impl PressureOperator {
         }
     }
 
-    /// out = A p in the own cells, and Σ p A p over them; the halo of p must be filled, and zero beyond the box.
-    pub fn apply(&self, p: &Field<Centre>, out: &mut Field<Centre>) -> f64 {
-        self.apply_with(p, out, |_, _| {})
-    }
-
-    /// The same; every row of A p and its place are handed to `look`.
-    pub(crate) fn apply_with(
-        &self,
-        p: &Field<Centre>,
-        out: &mut Field<Centre>,
-        mut look: impl FnMut(std::ops::Range<usize>, &[f64]),
-    ) -> f64 {
+    /// out = A p in the own cells; the halo of p must be filled, and zero beyond the box.
+    pub fn apply(&self, p: &Field<Centre>, out: &mut Field<Centre>) {
         let layout = self.local.layout;
-        let n = layout.cells[0];
-        let mut product = 0.0;
         for start in layout.rows() {
-            let own = start..start + n;
-            let row = &mut out.data_mut()[own.clone()];
-            product += apply_row(self, p.data(), start, row);
-            look(own, row);
+            self.apply_row(p.data(), start, &mut out.data_mut()[start..start + layout.cells[0]]);
         }
-        product
     }
-}
 
-/// A row of A p, and Σ p A p over it.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-fn apply_row(operator: &PressureOperator, p: &[f64], start: usize, row: &mut [f64]) -> f64 {
-    let n = operator.local.layout.cells[0];
-    let neighbours = operator.neighbours(p, start);
-    let (here, diagonal) = (&p[start..start + n], &operator.diagonal.data()[start..start + n]);
-    let row = &mut row[..n];
-    for i in 0..n {
-        row[i] = neighbours.sum(i) - diagonal[i] * here[i];
+    /// The row of A p that starts at an array place.
+    #[inline(always)]
+    pub(crate) fn apply_row(&self, p: &[f64], start: usize, row: &mut [f64]) {
+        let n = self.local.layout.cells[0];
+        let neighbours = self.neighbours(p, start);
+        let (here, diagonal) = (&p[start..start + n], &self.diagonal.data()[start..start + n]);
+        let row = &mut row[..n];
+        for i in 0..n {
+            row[i] = neighbours.sum(i) - diagonal[i] * here[i];
+        }
     }
-    dot(row, here)
 }
 
 /// Partial sums kept apart, so that additions need not wait for one another.

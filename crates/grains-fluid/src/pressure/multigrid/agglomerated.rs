@@ -97,8 +97,8 @@ impl Agglomerated {
     pub fn set(&mut self, level: &Level, transport: &dyn Transport) {
         let (layout, strides) = (level.operator.layout(), level.operator.layout().strides());
         for axis in 0..3 {
-            let from = level.operator.conductances.component(axis);
-            let mut faces = own_cells(layout).flat_map(|p| [from[p - strides[axis]], from[p]]);
+            let from = &level.operator.conductances[axis];
+            let mut faces = own_cells(layout).flat_map(|p| [from[p - strides[axis]], from[p]].map(f64::from));
             self.values.iter_mut().for_each(|message| message.resize(2 * message.len(), 0.0));
             if self.gathered.is_none() {
                 self.values[0].iter_mut().zip(&mut faces).for_each(|(value, face)| *value = face);
@@ -107,10 +107,12 @@ impl Agglomerated {
             if let Some(Gathered { hierarchy, places }) = &mut self.gathered {
                 let operator = &mut hierarchy.finest_mut().operator;
                 let stride = operator.layout().strides()[axis];
-                let to = operator.conductances.component_mut(axis);
+                let to = &mut operator.conductances[axis];
                 let mut store = |places: &[usize], faces: &mut dyn Iterator<Item = f64>| {
                     for &p in places {
-                        (to[p - stride], to[p]) = (faces.next().unwrap_or(0.0), faces.next().unwrap_or(0.0));
+                        for face in [p - stride, p] {
+                            to[face] = faces.next().unwrap_or(0.0) as f32;
+                        }
                     }
                 };
                 store(&places[0], &mut faces);
@@ -121,7 +123,6 @@ impl Agglomerated {
             self.values.iter_mut().for_each(|message| message.truncate(message.len() / 2));
         }
         if let Some(Gathered { hierarchy, .. }) = &mut self.gathered {
-            hierarchy.finest_mut().operator.set_diagonal();
             hierarchy.refresh(transport);
         }
     }
@@ -131,27 +132,30 @@ impl Agglomerated {
         let layout = level.operator.layout();
         if self.gathered.is_none() {
             let rhs = level.rhs.data();
-            self.values[0].iter_mut().zip(own_cells(layout)).for_each(|(value, p)| *value = rhs[p]);
+            self.values[0]
+                .iter_mut()
+                .zip(own_cells(layout))
+                .for_each(|(value, p)| *value = f64::from(rhs[p]));
         }
         self.gather(transport);
         if let Some(Gathered { hierarchy, places }) = &mut self.gathered {
             let rhs = hierarchy.finest_mut().rhs.data_mut();
             places[0].iter().zip(level.rhs.own()).for_each(|(&p, value)| rhs[p] = value);
             for (places, message) in places[1..].iter().zip(&self.values) {
-                places.iter().zip(message).for_each(|(&p, value)| rhs[p] = *value);
+                places.iter().zip(message).for_each(|(&p, value)| rhs[p] = *value as f32);
             }
             hierarchy.cycle(transport);
             let solution = hierarchy.finest().solution.data();
             let own = level.solution.data_mut();
             own_cells(layout).zip(&places[0]).for_each(|(to, &p)| own[to] = solution[p]);
             for (places, message) in places[1..].iter().zip(&mut self.values) {
-                message.iter_mut().zip(places).for_each(|(value, &p)| *value = solution[p]);
+                message.iter_mut().zip(places).for_each(|(value, &p)| *value = f64::from(solution[p]));
             }
         }
         self.scatter(transport);
         if self.gathered.is_none() {
             let solution = level.solution.data_mut();
-            own_cells(layout).zip(&self.values[0]).for_each(|(p, value)| solution[p] = *value);
+            own_cells(layout).zip(&self.values[0]).for_each(|(p, value)| solution[p] = *value as f32);
         }
     }
 }

@@ -37,14 +37,14 @@ impl Dense {
         for row in 0..n {
             let cell = [row % nx, row / nx % ny, row / (nx * ny)];
             let p = self.layout.row(cell[1], cell[2]) + cell[0];
-            let diagonal = operator.diagonal.data()[p];
+            let diagonal = operator.diagonal(p);
             self.factor[row * n + row] += if diagonal > 0.0 { diagonal } else { 1.0 };
             for axis in 0..3 {
                 let (mut next, cells) = (cell, self.layout.cells[axis]);
                 next[axis] = (cell[axis] + 1) % cells;
                 if next[axis] != cell[axis] && (next[axis] > 0 || self.periodic[axis]) {
                     let other = (next[2] * ny + next[1]) * nx + next[0];
-                    let conductance = operator.conductances.component(axis)[p];
+                    let conductance = f64::from(operator.conductances[axis][p]);
                     self.factor[row.max(other) * n + row.min(other)] -= conductance;
                 }
             }
@@ -77,7 +77,7 @@ impl Dense {
         let (n, nx) = (self.values.len(), self.layout.cells[0]);
         let x = &mut self.values;
         for (row, start) in x.chunks_exact_mut(nx).zip(self.layout.rows()) {
-            row.copy_from_slice(&level.rhs.data()[start..start + nx]);
+            row.iter_mut().zip(&level.rhs.data()[start..]).for_each(|(x, rhs)| *x = f64::from(*rhs));
         }
         for i in 0..n {
             let row = &self.factor[i * n..=i * n + i];
@@ -91,7 +91,8 @@ impl Dense {
             x[..i].iter_mut().zip(row).for_each(|(x, a)| *x -= a * value);
         }
         for (row, start) in x.chunks_exact(nx).zip(self.layout.rows()) {
-            level.solution.data_mut()[start..start + nx].copy_from_slice(row);
+            let solution = &mut level.solution.data_mut()[start..start + nx];
+            solution.iter_mut().zip(row).for_each(|(solution, x)| *solution = *x as f32);
         }
     }
 }

@@ -92,7 +92,10 @@ impl Hierarchy {
             let (fine, coarse) = levels.split_at_mut(l + 1);
             product = Some(fine[l].prolongation_leg(transfer, &mut coarse[0], transport));
         }
-        product.unwrap_or_else(|| levels[0].rhs.own().zip(levels[0].solution.own()).map(|(r, x)| r * x).sum())
+        product.unwrap_or_else(|| {
+            let pairs = levels[0].rhs.own().zip(levels[0].solution.own());
+            pairs.map(|(r, x)| f64::from(r) * f64::from(x)).sum()
+        })
     }
 }
 

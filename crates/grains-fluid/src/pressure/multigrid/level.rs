@@ -2,7 +2,7 @@
 
 use super::leaders::Leaders;
 use super::transfer::Transfer;
-use crate::pressure::operator::{PressureOperator, dot};
+use crate::pressure::single_operator::{SingleOperator, dot};
 use crate::{CellPartition, Centre, Field, Grid, Halo};
 use grains_domain::Transport;
 use multiversion::multiversion;
@@ -10,27 +10,27 @@ use multiversion::multiversion;
 /// Damping of the Jacobi steps.
 const DAMPING: f64 = 0.85;
 
-/// A grid with the fields of a cycle, all with a halo of one cell that is zero beyond the box.
+/// A grid with the fields of a cycle, all in single precision with a halo of one cell that is zero beyond the box.
 ///
 /// The operator is taken with its sign turned: positive definite.
 pub(crate) struct Level {
     pub grid: Grid,
     pub partition: CellPartition,
-    pub operator: PressureOperator,
+    pub operator: SingleOperator,
     pub halo: Halo,
-    pub rhs: Field<Centre>,
+    pub rhs: Field<Centre, f32>,
     /// Result of the cycle.
-    pub solution: Field<Centre>,
+    pub solution: Field<Centre, f32>,
     /// Before the last step of the smoother.
-    before: Field<Centre>,
+    before: Field<Centre, f32>,
     /// Damping over the diagonal.
-    weight: Field<Centre>,
+    weight: Field<Centre, f32>,
 }
 
 impl Level {
     /// Of a grid whose cells `leaders` share by a partition.
     pub fn new(grid: Grid, partition: CellPartition, leaders: Leaders) -> Self {
-        let operator = PressureOperator::on(&grid, &partition, 1);
+        let operator = SingleOperator::new(partition.cells());
         let layout = operator.layout();
         let field = || Field::new(layout);
         Self {
@@ -53,9 +53,10 @@ impl Level {
 
     /// To be called when the operator has changed.
     pub fn set_weights(&mut self) {
-        let weights = self.weight.data_mut().iter_mut();
-        for (weight, diagonal) in weights.zip(self.operator.diagonal.data()) {
-            *weight = if *diagonal > 0.0 { DAMPING / diagonal } else { 0.0 };
+        let layout = self.operator.layout();
+        for place in layout.rows().flat_map(|start| start..start + layout.cells[0]) {
+            let diagonal = self.operator.diagonal(place);
+            self.weight.data_mut()[place] = if diagonal > 0.0 { (DAMPING / diagonal) as f32 } else { 0.0 };
         }
     }
 
@@ -66,25 +67,9 @@ impl Level {
         coarse: &mut Level,
         transport: &dyn Transport,
     ) {
-        let n = self.operator.layout().cells[0];
-        for start in self.operator.layout().rows() {
-            let own = start..start + n;
-            let (rhs, weight) = (&self.rhs.data()[own.clone()], &self.weight.data()[own.clone()]);
-            let x = &mut self.before.data_mut()[own];
-            for i in 0..n {
-                x[i] = weight[i] * rhs[i];
-            }
-        }
+        step_from_zero(self.weight.data(), self.rhs.data(), self.before.data_mut());
         self.halo.fill(&mut [self.before.data_mut()], transport);
-        let residual = |start: usize, out: &mut [f64]| {
-            set_residual(
-                &self.operator,
-                self.before.data(),
-                (start, &self.rhs.data()[start..start + n]),
-                out,
-            );
-        };
-        transfer.restrict(residual, &mut coarse.rhs);
+        restrict_residual(self, transfer, &mut coarse.rhs);
         coarse.halo.add(&mut [coarse.rhs.data_mut()], transport);
     }
 
@@ -96,45 +81,47 @@ impl Level {
         transport: &dyn Transport,
     ) -> f64 {
         coarse.halo.fill(&mut [coarse.solution.data_mut()], transport);
-        transfer.prolong(&coarse.solution, &mut self.before);
+        prolong(transfer, &coarse.solution, &mut self.before);
         self.halo.fill(&mut [self.before.data_mut()], transport);
-        let n = self.operator.layout().cells[0];
-        let mut product = 0.0;
-        for start in self.operator.layout().rows() {
-            let own = start..start + n;
-            let (rhs, weight) = (&self.rhs.data()[own.clone()], &self.weight.data()[own.clone()]);
-            let x = &mut self.solution.data_mut()[own];
-            product += smooth_row(&self.operator, self.before.data(), (start, rhs, weight), x);
-        }
-        product
+        smooth(self)
     }
 }
 
-/// A row of the residual after a Jacobi step from zero.
+/// A Jacobi step from zero; weights are zero in the halo.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-fn set_residual(operator: &PressureOperator, x: &[f64], (start, rhs): (usize, &[f64]), out: &mut [f64]) {
-    let n = operator.layout().cells[0];
-    let neighbours = operator.neighbours(x, start);
-    let (rhs, out) = (&rhs[..n], &mut out[..n]);
-    for i in 0..n {
-        // The diagonal times the step from zero is the damped right-hand side.
-        out[i] = (1.0 - DAMPING) * rhs[i] + neighbours.sum(i);
-    }
+fn step_from_zero(weight: &[f32], rhs: &[f32], x: &mut [f32]) {
+    x.iter_mut().zip(weight).zip(rhs).for_each(|((x, weight), rhs)| *x = weight * rhs);
 }
 
-/// A row after a Jacobi step from x, and Σ rhs · solution over it.
+/// Restricts the residual after a Jacobi step.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
-fn smooth_row(
-    operator: &PressureOperator,
-    x: &[f64],
-    (start, rhs, weight): (usize, &[f64], &[f64]),
-    out: &mut [f64],
-) -> f64 {
-    let n = operator.layout().cells[0];
-    let neighbours = operator.neighbours(x, start);
-    let (before, rhs, weight, out) = (&x[start..start + n], &rhs[..n], &weight[..n], &mut out[..n]);
-    for i in 0..n {
-        out[i] = (1.0 - DAMPING) * before[i] + weight[i] * (rhs[i] + neighbours.sum(i));
+fn restrict_residual(level: &Level, transfer: &mut Transfer, coarse: &mut Field<Centre, f32>) {
+    let residual = |start: usize, out: &mut [f32]| {
+        let row = level.operator.row(level.before.data(), start);
+        let rhs = &level.rhs.data()[start..start + out.len()];
+        row.for_each(out, |i, _, flux| rhs[i] + flux);
+    };
+    transfer.restrict(residual, coarse);
+}
+
+/// Adds the interpolation of a coarse field, halo filled, to a fine one.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn prolong(transfer: &mut Transfer, coarse: &Field<Centre, f32>, fine: &mut Field<Centre, f32>) {
+    transfer.prolong(coarse, fine);
+}
+
+/// A Jacobi step from `before`; returns Σ rhs · solution of the own cells.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
+fn smooth(level: &mut Level) -> f64 {
+    let n = level.operator.layout().cells[0];
+    let mut product = 0.0;
+    for start in level.operator.layout().rows() {
+        let own = start..start + n;
+        let (rhs, weight) = (&level.rhs.data()[own.clone()], &level.weight.data()[own.clone()]);
+        let row = level.operator.row(level.before.data(), start);
+        let x = &mut level.solution.data_mut()[own];
+        row.for_each(x, |i, before, flux| before + weight[i] * (rhs[i] + flux));
+        product += dot(x, rhs);
     }
-    dot(out, rhs)
+    product
 }

@@ -3,9 +3,12 @@
 //! Cells are joined in pairs along the axes on which they are thin, every rank its own. Coarse conductances are
 //! those of the fine faces side by side over the coarse distance. A cycle goes down once and up once, with a damped
 //! Jacobi step before and after each correction, and with linear interpolation and its transpose: symmetric,
-//! positive definite, and the same for any order of the cells. As soon as the cells of eight ranks are few, the first of the
-//! eight takes them all and goes on with other such ranks, and so forth. Ranks that gave their cells away wait for the
-//! correction. The first rank alone has the last levels and solves the coarsest by Cholesky.
+//! positive definite, and the same for any order of the cells. A cell without an open face takes what coarser grids give
+//! it, so that cells next to walls interpolate between sensible values. All but the coarsest has single precision.
+//!
+//! As soon as the cells of eight ranks are few, the first of the eight takes them all and goes on with other such ranks, and so
+//! forth. Ranks that gave their cells away wait for the correction. The first rank alone has the last levels and solves the
+//! coarsest by Cholesky.
 
 mod agglomerated;
 mod dense;
@@ -15,11 +18,12 @@ mod level;
 mod transfer;
 
 use super::PressureProblem;
+use super::conjugate_gradients::Equation;
 use super::operator::PressureOperator;
-use crate::{Centre, Faces, Field};
 use grains_domain::Transport;
 use hierarchy::Hierarchy;
 use leaders::Leaders;
+use level::Level;
 
 /// The hierarchy, built once; coefficients are set as often as they change.
 pub(crate) struct Multigrid {
@@ -34,31 +38,20 @@ impl Multigrid {
         Self { hierarchy: Hierarchy::new(&problem.grid, &problem.partition, leaders, is_singular, imposed) }
     }
 
-    /// The operator of the equation.
-    pub fn operator(&self) -> &PressureOperator {
-        &self.hierarchy.finest().operator
+    /// What a cycle solves and what it gives.
+    pub fn equation(&mut self) -> Equation<'_> {
+        let Level { operator, rhs, solution, .. } = self.hierarchy.finest_mut();
+        Equation { operator, residual: rhs, correction: solution }
     }
 
-    /// Takes new coefficients; collective.
-    pub fn set(&mut self, coefficients: &Faces, transport: &dyn Transport) {
-        self.hierarchy.finest_mut().operator.set(coefficients);
+    /// Takes the conductances of an operator, divided by a unit; collective.
+    pub fn set(&mut self, operator: &PressureOperator, unit: f64, transport: &dyn Transport) {
+        self.hierarchy.finest_mut().operator.set(operator, unit);
         self.hierarchy.refresh(transport);
     }
 
-    /// One cycle for −div(c grad p) = `residual`, which is borrowed by swapping: `correction` becomes p. Returns the own part
-    /// of Σ residual · correction; collective.
-    pub fn apply(
-        &mut self,
-        residual: &mut Field<Centre>,
-        correction: &mut Field<Centre>,
-        transport: &dyn Transport,
-    ) -> f64 {
-        let hierarchy = &mut self.hierarchy;
-        std::mem::swap(residual, &mut hierarchy.finest_mut().rhs);
-        std::mem::swap(correction, &mut hierarchy.finest_mut().solution);
-        let product = hierarchy.cycle(transport);
-        std::mem::swap(residual, &mut hierarchy.finest_mut().rhs);
-        std::mem::swap(correction, &mut hierarchy.finest_mut().solution);
-        product
+    /// One cycle; returns the own part of Σ r z. Collective.
+    pub fn cycle(&mut self, transport: &dyn Transport) -> f64 {
+        self.hierarchy.cycle(transport)
     }
 }
