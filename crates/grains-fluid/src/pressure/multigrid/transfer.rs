@@ -283,11 +283,11 @@ mod tests {
             let axis = |a: usize| {
                 let nodes =
                     (0..=cells[a]).map(|i| (i as f64 / cells[a] as f64).powf([1.0, 1.2][(case + a) % 2]));
-                Axis::stretched(nodes.collect(), (case >> a) % 3 == 0)
+                Axis::stretched(nodes.collect(), (case >> a).is_multiple_of(3))
             };
             let fine = [0, 1, 2].map(axis);
             let is_paired = [0, 1, 2].map(|a| cells[a] > 1 && (case >> (2 * a)) % 4 != 0);
-            let imposed = [0, 1, 2].map(|a| [false, !fine[a].is_periodic() && (case + a) % 5 == 0]);
+            let imposed = [0, 1, 2].map(|a| [false, !fine[a].is_periodic() && (case + a).is_multiple_of(5)]);
             let coarse = [0, 1, 2]
                 .map(|a| if is_paired[a] { paired(&fine[a], &[0, cells[a]]).0 } else { fine[a].clone() });
             let coarse_cells = coarse.each_ref().map(Axis::cells);
