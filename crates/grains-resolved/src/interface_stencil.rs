@@ -132,6 +132,9 @@ enum Sample {
     Opposite(f64, u32, Vec3),
 }
 
+/// Where there is no sample yet.
+const NOTHING: Sample = Sample::Opposite(0.0, 0, Vec3::new(0.0, 0.0, 0.0));
+
 /// Up to three values that a profile takes, from the surface on.
 struct Samples {
     values: [Sample; 3],
@@ -140,7 +143,7 @@ struct Samples {
 
 impl Samples {
     fn of(given: impl Iterator<Item = Sample>) -> Self {
-        let mut samples = Self { values: [Sample::Opposite(0.0, 0, Vec3::zeros()); 3], count: 0 };
+        let mut samples = Self { values: [NOTHING; 3], count: 0 };
         for (place, sample) in samples.values.iter_mut().zip(given) {
             *place = sample;
             samples.count += 1;
@@ -177,12 +180,32 @@ impl Profile<'_> {
     ///
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
+    #[inline(always)]
     pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
-        let Rule { samples, spacing, .. } = self.rule;
-        let step = spacing * pitch(&self.out.surface.direction, self.subgrid);
+        let step = self.rule.spacing * pitch(&self.out.surface.direction, self.subgrid);
+        let whole = match self.rule.samples {
+            1 => self.whole::<1>(step),
+            2 => self.whole::<2>(step),
+            _ => self.whole::<3>(step),
+        };
+        whole.or_else(|| self.partial(step))
+    }
+
+    /// The extrapolation from as many points in the fluid as are wanted.
+    fn whole<const N: usize>(&self, step: f64) -> Option<InterfaceStencil> {
+        let mut samples = [NOTHING; N];
+        for (n, sample) in samples.iter_mut().enumerate() {
+            *sample = self.flow((n + 1) as f64 * step)?;
+        }
+        self.fit_all(&samples)
+    }
+
+    /// The extrapolation to the surface opposite, or from fewer points.
+    #[cold]
+    fn partial(&self, step: f64) -> Option<InterfaceStencil> {
+        let samples = self.rule.samples;
         let flow = Samples::of((1..=samples).map_while(|n| self.flow(n as f64 * step)));
         let flow = flow.all();
-        let whole = || self.fit(flow).filter(|_| flow.len() == samples);
         let across = || {
             let (width, end) = flow.iter().find_map(|sample| self.opposite(sample))?;
             let before =
@@ -191,10 +214,11 @@ impl Profile<'_> {
             self.fit(samples.all()).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
         };
         let fewer = || (1..samples).rev().find_map(|n| self.fit(flow.get(..n)?));
-        whole().or_else(|| if samples > 1 { across() } else { None }).or_else(fewer)
+        if samples > 1 { across() } else { None }.or_else(fewer)
     }
 
     /// The flow at a distance (m) from the surface.
+    #[inline(always)]
     fn flow(&self, distance: f64) -> Option<Sample> {
         let point = self.start + self.out.surface.direction * distance;
         Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
@@ -203,11 +227,22 @@ impl Profile<'_> {
     /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
     /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
     fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
+        match samples {
+            [a] => self.fit_all(&[*a]),
+            [a, b] => self.fit_all(&[*a, *b]),
+            [a, b, c] => self.fit_all(&[*a, *b, *c]),
+            _ => None,
+        }
+    }
+
+    /// The same for a number of samples that is known: what is found of each stays in registers.
+    #[inline(always)]
+    fn fit_all<const N: usize>(&self, samples: &[Sample; N]) -> Option<InterfaceStencil> {
         let unit = pitch(&self.out.surface.direction, self.subgrid);
         let strides = self.subgrid.layout.strides();
-        let (mut powers, mut hidden, mut response) = ([Vec3::zeros(); 3], Vec3::zeros(), Vec3::zeros());
-        for (n, sample) in samples.iter().enumerate() {
-            powers[n] = match sample {
+        let (mut powers, mut hidden, mut response) = ([Vec3::zeros(); N], Vec3::zeros(), Vec3::zeros());
+        for n in 0..N {
+            powers[n] = match &samples[n] {
                 Sample::Opposite(width, ..) => {
                     let y = width / unit;
                     Vec3::new(y, y * y, y * y * y)
@@ -221,7 +256,7 @@ impl Profile<'_> {
                 }
             };
         }
-        let weights = solve(&powers[..samples.len()], &self.wanted)?;
+        let weights = solve(&powers, &self.wanted)?;
         if weights.abs().dot(&hidden) > self.rule.max_feedback + ROUNDING
             || weights.abs().sum() > self.rule.max_weight + ROUNDING
             || -weights.dot(&response) > self.rule.max_response + ROUNDING
@@ -343,6 +378,7 @@ impl InterfaceStencil {
 }
 
 /// The weights b with Σ b_n p_nk = w_k, of as many powers k as there are columns p_n; none where there are no such.
+#[inline(always)]
 fn solve(columns: &[Vec3], wanted: &Vec3) -> Option<Vec3> {
     let (determinant, weights) = match *columns {
         [p] => (p.x, Vec3::new(wanted.x, 0.0, 0.0)),

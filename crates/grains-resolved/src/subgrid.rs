@@ -218,6 +218,7 @@ impl Subgrid {
     }
 
     /// Corner and weights of the cell of velocities about a point (m); none if one of them means nothing.
+    #[inline(always)]
     pub(crate) fn stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
         self.cell_about(component, point, &self.valid)
     }
@@ -256,6 +257,7 @@ impl Subgrid {
         Some(PointStencil { first: base as u32, weights })
     }
 
+    #[inline(always)]
     fn cell_about(&self, component: usize, point: &Vec3, allowed: &[[[isize; 2]; 2]; 3]) -> Option<Stencil> {
         let (mut base, mut fractions) = (0, [0.0; 3]);
         let (strides, halo) = (self.layout.strides(), self.layout.halo as isize);
@@ -379,7 +381,7 @@ impl Stencil {
     }
 
     /// Weight of the corners that are held (-).
-    #[inline]
+    #[inline(always)]
     pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
         let held = self.rows(strides).map(|row| [row, row + 1].map(|place| holders.holds(place)));
         match held.as_flattened().contains(&true) {

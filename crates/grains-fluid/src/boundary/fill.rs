@@ -43,12 +43,12 @@ impl BoundaryData {
         let [imposed, first, second] = self.wall;
         let (kinds, values) = (&self.kinds[component], &self.values[component]);
         let (field, normal) = velocity.two_components(component, self.face.axis);
-        for m in 0..ghosts {
-            let (ghost, mirror) = self.layers(layout, m);
-            for m2 in 0..self.extents[1] {
-                for m1 in 0..self.extents[0] {
-                    let e = m2 * self.extents[0] + m1;
-                    let p = self.inside(layout, m1, m2);
+        for m2 in 0..self.extents[1] {
+            for m1 in 0..self.extents[0] {
+                let e = m2 * self.extents[0] + m1;
+                let p = self.inside(layout, m1, m2);
+                for m in 0..ghosts {
+                    let (ghost, mirror) = self.layers(layout, m);
                     let inner = field[(p as isize + mirror) as usize];
                     let value = match kinds[e] {
                         Kind::Fixed if m == 0 => {
@@ -92,11 +92,11 @@ impl BoundaryData {
     pub fn fill_even(&self, field: &mut Field<Centre>) {
         let layout = field.layout();
         let data = field.data_mut();
-        for m in 0..layout.halo {
-            let (ghost, mirror) = self.layers(layout, m);
-            for m2 in 0..self.extents[1] {
-                for m1 in 0..self.extents[0] {
-                    let p = self.inside(layout, m1, m2) as isize;
+        for m2 in 0..self.extents[1] {
+            for m1 in 0..self.extents[0] {
+                let p = self.inside(layout, m1, m2) as isize;
+                for m in 0..layout.halo {
+                    let (ghost, mirror) = self.layers(layout, m);
                     data[(p + ghost) as usize] = data[(p + mirror) as usize];
                 }
             }
