@@ -4,19 +4,17 @@ use memmap2::Mmap;
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Write};
-use std::os::unix::ffi::OsStringExt;
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::{Path, PathBuf};
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::MetadataExt;
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Where files are kept in memory.
-const IN_MEMORY: &str = "/dev/shm";
+/// Where other processes find a file in memory: process, descriptor, device and inode; zeros where there is none.
+type Place = [u64; 4];
 
 /// The bytes of the first of the ranks of a node, as [`ranks_of_node`](crate::ranks_of_node) finds them, in memory that all of them read;
-/// collective over these ranks.
+/// collective over these ranks. The memory has no name, and nothing of it is left however the processes end.
 ///
 /// `None` on all of them if the first has none, if there is no other rank, or if the node does not let them share memory.
 pub fn share_on_node(
@@ -31,36 +29,41 @@ pub fn share_on_node(
     if is_first {
         give_back();
     }
-    let mut name = written.clone().map_or(Vec::new(), |path| path.into_os_string().into_vec());
-    let first = node.process_at_rank(0);
-    let mut length = name.len();
-    first.broadcast_into(&mut length);
-    if length == 0 {
+    let mut place = written.as_ref().map_or([0; 4], |(_, place)| *place);
+    node.process_at_rank(0).broadcast_into(&mut place[..]);
+    if place == [0; 4] {
         return None;
     }
-    name.resize(length, 0);
-    first.broadcast_into(&mut name[..]);
-    let memory = map(&PathBuf::from(std::ffi::OsString::from_vec(name)));
+    let memory = map(place);
     let mut all = 0;
+    // The descriptor is open until all have found it.
     node.all_reduce_into(&i32::from(memory.is_ok()), &mut all, SystemOperation::min());
-    if let Some(path) = written {
-        // It stays in memory as long as it is read.
-        let _ = fs::remove_file(path);
-    }
+    drop(written);
     memory.ok().filter(|_| all == 1).map(Arc::new)
 }
 
-/// Writes a file that the other processes of this machine can read.
-fn write(bytes: &[u8]) -> io::Result<PathBuf> {
-    let folder = if Path::new(IN_MEMORY).is_dir() { IN_MEMORY.into() } else { std::env::temp_dir() };
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
-    let path = folder.join(format!("grains-mpi-{}-{now}", std::process::id()));
-    let mut file = File::options().write(true).create_new(true).mode(0o600).open(&path)?;
-    let written = file.write_all(bytes);
-    if written.is_err() {
-        let _ = fs::remove_file(&path);
-    }
-    written.map(|()| path)
+/// Writes a file in memory, and says where the other processes of this machine find it.
+#[cfg(target_os = "linux")]
+fn write(bytes: &[u8]) -> io::Result<(File, Place)> {
+    use std::os::fd::FromRawFd;
+    // SAFETY: the name ends with a zero, and nobody else has the descriptor.
+    #[allow(unsafe_code)]
+    let mut file = unsafe {
+        match libc::memfd_create(c"grains-mpi".as_ptr(), libc::MFD_CLOEXEC) {
+            -1 => return Err(io::Error::last_os_error()),
+            descriptor => File::from_raw_fd(descriptor),
+        }
+    };
+    file.write_all(bytes)?;
+    let metadata = file.metadata()?;
+    let (process, descriptor) = (u64::from(std::process::id()), file.as_raw_fd() as u64);
+    Ok((file, [process, descriptor, metadata.dev(), metadata.ino()]))
+}
+
+/// Other systems have no such files.
+#[cfg(not(target_os = "linux"))]
+fn write(_: &[u8]) -> io::Result<(File, Place)> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// Gives what the process has freed back to the system: what the bytes were made from is several times as large as they.
@@ -73,9 +76,14 @@ fn give_back() {
     }
 }
 
-fn map(path: &Path) -> io::Result<Mmap> {
-    let file = File::open(path)?;
-    // SAFETY: nobody writes to the file once its name is known to others, and it is removed as soon as all have mapped it.
+/// The memory at a place. In a container of its own a process may see another one by this number: then it is another file.
+fn map([process, descriptor, device, inode]: Place) -> io::Result<Mmap> {
+    let file = File::open(format!("/proc/{process}/fd/{descriptor}"))?;
+    let metadata = file.metadata()?;
+    if (metadata.dev(), metadata.ino()) != (device, inode) {
+        return Err(io::ErrorKind::NotFound.into());
+    }
+    // SAFETY: nobody writes to the file once others know of it, and it is closed as soon as all have mapped it.
     #[allow(unsafe_code)]
     unsafe {
         Mmap::map(&file)

@@ -313,8 +313,8 @@ impl ConjugateGradients {
     ) -> Result<SolveReport, SolveError> {
         let (mut iterations, mut rho, mut scale, mut goes_on) = (0, 0.0, 1.0 / norm, false);
         let [mut residual, mut rounding] = self.find_residual((rhs, excess), scale, transport);
-        while residual.is_nan() || residual > (self.tolerance * norm).max(rounding) {
-            if residual.is_nan() {
+        while !residual.is_finite() || residual > (self.tolerance * norm).max(rounding) {
+            if !residual.is_finite() {
                 let why = "the right-hand side or the guess is no number";
                 return Err(self.failed(iterations, residual, why));
             }

@@ -342,6 +342,57 @@ fn single_precision_within_neither_needs_units_nor_limits_the_tolerance() {
     assert!(report.iterations <= 20 && residual(&problem, &faces, &rhs, &mut p) < 1e-8, "{report:?}");
 }
 
+/// Boxes of any numbers of cells, periodic and closed, thin or not; of every three, one whose outlets are closed all the same, and
+/// one that a closed plane cuts in two: corrections fall towards outlets, which costs iterations where these are closed.
+#[test]
+fn multigrid_takes_few_iterations_in_boxes_of_any_numbers_of_cells() {
+    use Ends::{Closed, Periodic};
+    let kinds = [Periodic, Closed(false, false), Closed(false, true), Closed(true, true)];
+    let mut most = [0; 3];
+    for case in 0..1500_usize {
+        let ends = [0, 1, 2].map(|a| kinds[(case >> (2 * a)) % 4]);
+        let cells = [1 + (7 * case + case / 3) % 23, 1 + (5 * case) % 7, 2 + (11 * case) % 41];
+        let cells =
+            [0, 1, 2].map(|a| if matches!(ends[a], Closed(_, true)) { cells[a].max(2) } else { cells[a] });
+        let axes = [0, 1, 2].map(|a| {
+            let length = cells[a] as f64 * [1.0, 0.9, 1.1][(case + a) % 3];
+            Axis::uniform(0.0, length, cells[a], matches!(ends[a], Periodic))
+        });
+        let grid = Grid::new(axes).unwrap();
+        let whole = partition(&grid, [1; 3], 0);
+        let problem = PressureProblem { grid, partition: whole, halo: 2, imposed: ends.map(Ends::imposed) };
+        let mut faces = coefficients(&problem, 0.5);
+        let (layout, strides) = (faces.layout(), faces.layout().strides());
+        let index = |a: usize, p: usize| (p / strides[a] % layout.dims()[a]) as isize - 2;
+        for a in 0..3 {
+            let is_closed = |p: usize| match case % 3 {
+                1 => !matches!(ends[a], Periodic) && [-1, cells[a] as isize - 1].contains(&index(a, p)),
+                2 => a == 2 && index(2, p).rem_euclid(cells[2] as isize) == cells[2] as isize / 2 - 1,
+                _ => false,
+            };
+            let all = faces.component_mut(a).iter_mut().enumerate();
+            all.filter(|(p, _)| is_closed(*p)).for_each(|(_, c)| *c = 0.0);
+        }
+        // What some pressure balances.
+        let mut operator = PressureOperator::new(&problem);
+        operator.set(&faces);
+        let [mut rhs, mut wave, mut p] = [0; 3].map(|_| Field::new(layout));
+        set(&mut wave, [0; 3], |[i, j, k]| ((3 * i + 5 * j + 7 * k + case) as f64).sin());
+        let mut halo = grains_fluid::Halo::new(&problem.grid, &problem.partition, layout);
+        halo.fill(&mut [wave.data_mut()], &SerialTransport);
+        operator.apply(&wave, &mut rhs);
+        let limits = [1e-8, 60.0];
+        let mut solver =
+            ConjugateGradients::preconditioned(&problem, limits, Preconditioner::Multigrid, &SerialTransport);
+        solver.set_coefficients(&faces, &SerialTransport).unwrap();
+        let report = solver.solve(&rhs, &mut p, &SerialTransport);
+        let report = report.unwrap_or_else(|error| panic!("{case} {cells:?} {ends:?}: {error}"));
+        most[case % 3] = most[case % 3].max(report.iterations);
+    }
+    println!("measured iterations: {most:?} at most, closed outlets and boxes cut in two apart");
+    assert!(most[0] <= 16 && most[1] <= 60 && most[2] <= 40, "{most:?}");
+}
+
 /// A tolerance that double precision cannot reach ends where rounding does, and the report says where.
 #[test]
 fn no_tolerance_is_too_small() {
@@ -368,6 +419,21 @@ fn no_tolerance_is_too_small() {
 /// Largest difference of two pressures.
 fn difference_of(a: &Field<Centre>, b: &Field<Centre>) -> f64 {
     a.own().zip(b.own()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn what_is_no_number_is_an_error() {
+    let ends = [Ends::Closed(false, false), Ends::Periodic, Ends::Closed(false, true)];
+    let problem = problem(ends, 6, [false; 3]);
+    let mut solver = ConjugateGradients::new(&problem, 1e-6, 20, &SerialTransport);
+    solver.set_coefficients(&coefficients(&problem, 0.5), &SerialTransport).unwrap();
+    for [of_rhs, of_guess] in [[f64::NAN, 0.0], [f64::INFINITY, 0.0], [1.0, f64::NAN], [1.0, f64::INFINITY]] {
+        let (mut rhs, mut p) = fields(&problem, ends);
+        rhs.set(2, 3, 1, of_rhs);
+        p.set(2, 3, 1, of_guess);
+        let error = solver.solve(&rhs, &mut p, &SerialTransport).unwrap_err();
+        assert!(error.to_string().contains("no number"), "{of_rhs} {of_guess}: {error}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::Layout;
 /// Cells that are solved directly.
 pub(super) const SOLVED_DIRECTLY: usize = 64;
 
-/// Pivots below this share of their diagonal entry are those of an isolated or floating cell.
+/// Pivots below this share of their diagonal entry are those of the last cell of a region that nothing ties to a pressure: it gets 0.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// A symmetric matrix of some cells, factored by Cholesky.
@@ -67,8 +67,8 @@ impl Dense {
                 row[j] = (row[j] - sum) * above[j];
             }
             let sum: f64 = row[..i].iter().map(|a| a * a).sum();
-            let pivot = (row[i] - sum).max(SMALLEST_PIVOT * row[i]);
-            row[i] = 1.0 / pivot.sqrt();
+            let pivot = row[i] - sum;
+            row[i] = if pivot > SMALLEST_PIVOT * row[i] { 1.0 / pivot.sqrt() } else { 0.0 };
         }
     }
 
