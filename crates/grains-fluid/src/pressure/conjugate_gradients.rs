@@ -422,13 +422,13 @@ impl PressureSolver for ConjugateGradients {
         let bad = coefficients.components().iter().any(|c| c.iter().map(check).sum::<f64>().is_nan());
         self.operator.set(coefficients);
         let diagonals = own_rows(&self.operator.diagonal).flat_map(|own| &self.operator.diagonal.data()[own]);
-        let mut most = [f64::from(bad), diagonals.fold(0.0, |most: f64, d| most.max(*d))];
-        transport.max(&mut most);
-        if most[0] > 0.0 {
+        let mut largest = [f64::from(bad), diagonals.fold(0.0, |largest: f64, d| largest.max(*d))];
+        transport.max(&mut largest);
+        if largest[0] > 0.0 {
             let reason = "a coefficient is negative or no number: look at void fraction and drag".to_string();
             return Err(SolveError::Coefficients { reason });
         }
-        self.unit = if most[1] > 0.0 { most[1] } else { 1.0 };
+        self.unit = if largest[1] > 0.0 { largest[1] } else { 1.0 };
         self.engine.set(coefficients, &self.operator, self.unit, transport);
         Ok(())
     }

@@ -187,7 +187,7 @@ mod tests {
             }
             let sums = single.apply(&p, &r, &mut out);
             exact.apply(&wide, &mut expected);
-            let bound = 1e-6 * expected.own().fold(0.0, |most: f64, a| most.max(a.abs()));
+            let bound = 1e-6 * expected.own().fold(0.0, |largest: f64, a| largest.max(a.abs()));
             assert!(
                 expected.own().zip(out.own()).all(|(a, b)| (a - 3.0 * f64::from(b)).abs() < bound),
                 "{n}"
