@@ -5,8 +5,7 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 use std::fs::File;
-use std::io::{self, Write};
-use std::os::fd::AsRawFd;
+use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::sync::Arc;
 
@@ -45,7 +44,8 @@ pub fn share_on_node(
 /// Writes a file in memory, and says where the other processes of this machine find it.
 #[cfg(target_os = "linux")]
 fn write(bytes: &[u8]) -> io::Result<(File, Place)> {
-    use std::os::fd::FromRawFd;
+    use std::io::Write;
+    use std::os::fd::{AsRawFd, FromRawFd};
     // SAFETY: the name ends with a zero, and nobody else has the descriptor.
     #[allow(unsafe_code)]
     let mut file = unsafe {

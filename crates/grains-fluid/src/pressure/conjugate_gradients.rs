@@ -2,7 +2,7 @@
 
 use super::multigrid::Multigrid;
 use super::operator::dot;
-use super::single_operator::{self, SingleOperator};
+use super::single_operator::{self, Equation, SingleOperator};
 use super::{FastSolver, PressureOperator, PressureProblem, PressureSolver, SolveReport};
 use crate::{Centre, Faces, Field, Halo, Layout, SolveError};
 use grains_domain::Transport;
@@ -61,13 +61,6 @@ pub struct ConjugateGradients {
     applied: Field<Centre, f32>,
     /// Own part of |r|².
     own_square: f64,
-}
-
-/// The equation −A z = r in single precision.
-pub(super) struct Equation<'a> {
-    pub operator: &'a SingleOperator,
-    pub residual: &'a mut Field<Centre, f32>,
-    pub correction: &'a mut Field<Centre, f32>,
 }
 
 /// The equation in single precision and an approximate solver of it.

@@ -25,6 +25,13 @@ pub(crate) struct SingleOperator {
     pub conductances: [Vec<f32>; 3],
 }
 
+/// The equation −A z = r in single precision: r in m³/s over a scale, z in Pa over another.
+pub(crate) struct Equation<'a> {
+    pub operator: &'a SingleOperator,
+    pub residual: &'a mut Field<Centre, f32>,
+    pub correction: &'a mut Field<Centre, f32>,
+}
+
 impl SingleOperator {
     /// Operator with conductances zero on so many cells.
     pub fn new(cells: [usize; 3]) -> Self {
@@ -126,6 +133,7 @@ impl Row<'_> {
     }
 }
 
+/// See [`SingleOperator::apply`].
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
 fn apply(operator: &SingleOperator, p: &[f32], r: &[f32], out: &mut [f32]) -> [f64; 3] {
     let n = operator.layout.cells[0];

@@ -10,6 +10,7 @@ mod openings;
 mod outlines;
 mod patches;
 mod poisson;
+mod poisson_boxes;
 mod pressure_inlets;
 mod random_walls;
 mod ranks;

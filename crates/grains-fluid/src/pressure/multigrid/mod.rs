@@ -18,8 +18,8 @@ mod level;
 mod transfer;
 
 use super::PressureProblem;
-use super::conjugate_gradients::Equation;
 use super::operator::PressureOperator;
+use super::single_operator::Equation;
 use grains_domain::Transport;
 use hierarchy::Hierarchy;
 use leaders::Leaders;
