@@ -4,7 +4,7 @@ use super::placed_part::{PlacedPart, Pose, SweptFrame};
 use grains_geometry::epa::penetration;
 use grains_geometry::gjk::{Separation, distance};
 use grains_geometry::{
-    ContactPatch, Core, GjkError, Nearest, Placement, Simplex, TouchesInAPoint, Vec3, WallMesh,
+    ContactPatch, Core, GjkError, Mat3, Nearest, Placement, Simplex, TouchesInAPoint, Vec3, WallMesh,
 };
 
 /// Gap up to which bodies are separated by the plane that lasts longest, that of the nearest points, relative to a body.
@@ -133,12 +133,18 @@ fn at_nearest_points(
 ) -> Meeting {
     let SweptFrame { rotation, scale, crust } = frame;
     let overlap = crust + other_crust - gap * scale;
+    let normal = turned(rotation, normal);
     if overlap <= 0.0 {
-        return Meeting::Apart(rotation * normal);
+        return Meeting::Apart(normal);
     }
-    let normal = rotation * normal;
-    let point = rotation * points * (0.5 * scale) + between_surfaces([*crust, other_crust], &normal);
+    let point = turned(rotation, &points) * (0.5 * scale) + between_surfaces([*crust, other_crust], &normal);
     Meeting::Touching(PartContact { normal, overlap, point, is_deep_penetration })
+}
+
+/// A vector in the frame that a rotation leads to; nalgebra's product is a call of its own.
+#[inline(always)]
+fn turned(rotation: &Mat3, vector: &Vec3) -> Vec3 {
+    rotation.column(0) * vector.x + rotation.column(1) * vector.y + rotation.column(2) * vector.z
 }
 
 /// From between the cores to between the surfaces.
