@@ -86,8 +86,9 @@ impl StartForm {
 
 /// Writes a start of the form [`StartForm::Surfaces`]: a point of each surface, in the frame of its body (m).
 #[inline(always)]
-pub fn write_surfaces(points: &[Vec3; 2], words: &mut [u64]) {
-    write_points(points, words);
+pub fn write_surfaces([a, b]: &[Vec3; 2], words: &mut [u64]) {
+    write_point(a, words);
+    write_point(b, &mut words[3..]);
 }
 
 /// Reads a start of the form [`StartForm::Surfaces`]; `None` if it is cold.
@@ -129,7 +130,7 @@ pub(super) fn write_numbers(numbers: &[[u16; 4]; 2], foot: &Vec3, words: &mut [u
         pair(k) | pair(k + 1) << 32
     };
     (words[0], words[1]) = (word(0), word(PAIRS));
-    write_points(&[*foot], &mut words[NUMBERS..]);
+    write_point(foot, &mut words[NUMBERS..]);
 }
 
 /// Reads the numbers of the corners of up to four pairs, how many those are, and a foot (m).
@@ -178,10 +179,11 @@ fn place(convex: &impl Convex, numbers: &[u16; 4], foot: &Vec3, points: &mut [Ve
     }
 }
 
+/// Writes the numbers one by one: a copy of them all would wait for them to reach the cache.
 #[inline(always)]
-fn write_points(points: &[Vec3], words: &mut [u64]) {
-    for (point, words) in points.iter().zip(words.chunks_exact_mut(3)) {
-        (words[0], words[1], words[2]) = (point.x.to_bits(), point.y.to_bits(), point.z.to_bits());
+fn write_point(point: &Vec3, words: &mut [u64]) {
+    if let [x, y, z, ..] = words {
+        (*x, *y, *z) = (point.x.to_bits(), point.y.to_bits(), point.z.to_bits());
     }
 }
 
