@@ -36,21 +36,11 @@ impl PolyhedronStart {
     /// Writes it.
     #[inline(always)]
     pub fn write(&self, words: &mut [u64]) {
-        let mut numbers = [[NONE; 4]; 2];
-        let foot = match self {
-            Self::OnFirst(corner, foot) => {
-                (numbers[0][0], numbers[1][0]) = (FOOT, *corner);
-                *foot
-            }
-            Self::OnSecond(corner, foot) => {
-                (numbers[0][0], numbers[1][0]) = (*corner, FOOT);
-                *foot
-            }
+        let (numbers, foot) = match self {
+            Self::OnFirst(corner, foot) => ([[FOOT, NONE, NONE, NONE], [*corner, NONE, NONE, NONE]], *foot),
+            Self::OnSecond(corner, foot) => ([[*corner, NONE, NONE, NONE], [FOOT, NONE, NONE, NONE]], *foot),
             Self::EdgeOnEdge(edges, is_farther_on_a) => {
-                for (numbers, corners) in numbers.iter_mut().zip(triangle(*edges, *is_farther_on_a)) {
-                    numbers[..3].copy_from_slice(&corners);
-                }
-                Vec3::zeros()
+                (triangle(*edges, *is_farther_on_a).map(|[p, q, r]| [p, q, r, NONE]), Vec3::zeros())
             }
         };
         write_numbers(&numbers, &foot, words);
