@@ -84,18 +84,19 @@ impl BoxStart {
     /// Writes the start of boxes of half edges (m).
     #[inline(always)]
     pub fn write(&self, halves: &[Vec3; 2], words: &mut [u64]) {
-        let (mut numbers, mut foot) = ([[NONE; 4]; 2], Vec3::zeros());
-        for side in 0..2 {
-            match self {
-                Self::CornerOnFace(points) => {
-                    numbers[side][0] = Cuboid(halves[side]).number_of(&points[side]).unwrap_or_else(|| {
-                        foot = points[side];
-                        FOOT
-                    });
-                }
-                Self::EdgeOnEdge(corners) => numbers[side][..3].copy_from_slice(&corners[side]),
+        let mut foot = Vec3::zeros();
+        let mut number = |side: usize, point: &Vec3| {
+            Cuboid(halves[side]).number_of(point).unwrap_or_else(|| {
+                foot = *point;
+                FOOT
+            })
+        };
+        let numbers = match self {
+            Self::CornerOnFace([a, b]) => {
+                [number(0, a), number(1, b)].map(|number| [number, NONE, NONE, NONE])
             }
-        }
+            Self::EdgeOnEdge(corners) => corners.map(|[p, q, r]| [p, q, r, NONE]),
+        };
         write_numbers(&numbers, &foot, words);
     }
 

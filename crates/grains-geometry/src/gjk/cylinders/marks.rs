@@ -116,13 +116,13 @@ impl CylinderMarks {
     /// Writes marks, or that the start is cold.
     #[inline(always)]
     pub fn write(marks: Option<&Self>, words: &mut [u64]) {
-        words[0] = 0;
-        if let Some(Self([a, b])) = marks {
-            words[0] = a.kind.number() | b.kind.number() << 8;
-            let points = [a.point, b.point];
-            for (word, x) in words[1..].iter_mut().zip(points.as_flattened()) {
-                *word = x.to_bits();
+        match (marks, words) {
+            (Some(Self([a, b])), [kinds, ax, ay, bx, by, ..]) => {
+                *kinds = a.kind.number() | b.kind.number() << 8;
+                (*ax, *ay) = (a.point[0].to_bits(), a.point[1].to_bits());
+                (*bx, *by) = (b.point[0].to_bits(), b.point[1].to_bits());
             }
+            (_, words) => words[0] = 0,
         }
     }
 
