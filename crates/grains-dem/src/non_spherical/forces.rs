@@ -257,21 +257,9 @@ fn follow(
     particles: &mut Particles,
     pass: &mut ContactPass,
 ) -> f64 {
-    match particles.is_wet() {
-        true => follow_films(bridge, gap, [a, b], particles, pass),
-        false => 0.0,
+    if !particles.is_wet() {
+        return 0.0;
     }
-}
-
-/// The same of bodies with films.
-#[inline(never)]
-fn follow_films(
-    bridge: &mut f64,
-    gap: f64,
-    [a, b]: [usize; 2],
-    particles: &mut Particles,
-    pass: &mut ContactPass,
-) -> f64 {
     let catalogue = pass.catalogue;
     let (contacts, law) = law_of(particles, [a, b], catalogue);
     let radii = [a, b].map(|i| catalogue.contact_radius(&particles.bodies[i], law));
