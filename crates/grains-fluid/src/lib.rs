@@ -88,7 +88,8 @@ mod viscosity;
 
 pub use anderson::Anderson;
 pub use boundary::{
-    Boundaries, BoxFace, Condition, FanCurve, FlowRate, Outline, Patch, Profile, Side, VelocityFunction,
+    Boundaries, BoxFace, Condition, FanCurve, FlowRate, Outline, Patch, Profile, Side, SteadyVelocity,
+    VelocityFunction,
 };
 pub use cell_partition::CellPartition;
 pub use clock::{Clock, Phase};

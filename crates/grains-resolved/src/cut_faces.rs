@@ -15,8 +15,8 @@
 //! pressure would rise without end.
 
 use crate::body::others;
+use crate::holders::Holders;
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
-use crate::nodes::Holders;
 use crate::wall::{ClosestPoint, Solids};
 use crate::wall_load::turning;
 use crate::{Extrapolation, RigidBody, Subgrid};
@@ -150,8 +150,10 @@ impl CutFaces {
                     wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
                 };
                 let (body, offset) = (first_wall + face.wall, surface.direction * face.moments[0]);
-                let stencil = profile.interface_stencil();
-                passed.extend(stencil.map(|stencil| Passed { place: face.place, body, stencil, offset }));
+                let mut stencil = InterfaceStencil::default();
+                if profile.find(&mut stencil) {
+                    passed.push(Passed { place: face.place, body, stencil, offset });
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
 
 use crate::Subgrid;
-use crate::nodes::Holders;
+use crate::holders::Holders;
 use crate::subgrid::Stencil;
 use crate::wall::{ClosestPoint, Solids};
 use grains_domain::prefetch;
@@ -99,7 +99,7 @@ fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct InterfaceStencil {
     /// From the centre of the body to the surface (m).
     pub foot: Vec3,
@@ -175,46 +175,50 @@ pub(crate) struct Profile<'a> {
 }
 
 impl Profile<'_> {
-    /// The extrapolation to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
-    /// none where there is nothing to extrapolate.
+    /// Finds the extrapolation to the start of the way, along a polynomial that is 0 on the surface and takes the samples;
+    /// false where there is nothing to extrapolate.
     ///
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
     #[inline(always)]
-    pub fn interface_stencil(&self) -> Option<InterfaceStencil> {
+    pub fn find(&self, found: &mut InterfaceStencil) -> bool {
         let step = self.rule.spacing * pitch(&self.out.surface.direction, self.subgrid);
         let whole = match self.rule.samples {
-            1 => self.whole::<1>(step),
-            2 => self.whole::<2>(step),
-            _ => self.whole::<3>(step),
+            1 => self.whole::<1>(step, found),
+            2 => self.whole::<2>(step, found),
+            _ => self.whole::<3>(step, found),
         };
-        whole.or_else(|| self.partial(step))
+        whole || self.partial(step, found)
     }
 
-    /// The extrapolation from as many points in the fluid as are wanted.
-    fn whole<const N: usize>(&self, step: f64) -> Option<InterfaceStencil> {
+    /// Finds the extrapolation from as many points in the fluid as are wanted.
+    fn whole<const N: usize>(&self, step: f64, found: &mut InterfaceStencil) -> bool {
         let mut samples = [NOTHING; N];
-        for (n, sample) in samples.iter_mut().enumerate() {
-            *sample = self.flow((n + 1) as f64 * step)?;
+        for (n, place) in samples.iter_mut().enumerate() {
+            let Some(sample) = self.flow((n + 1) as f64 * step) else { return false };
+            *place = sample;
         }
-        self.fit_all(&samples)
+        self.fit_all(&samples, found)
     }
 
-    /// The extrapolation to the surface opposite, or from fewer points.
+    /// Finds the extrapolation to the surface opposite, or from fewer points.
     #[cold]
-    fn partial(&self, step: f64) -> Option<InterfaceStencil> {
+    fn partial(&self, step: f64, found: &mut InterfaceStencil) -> bool {
         let samples = self.rule.samples;
         let flow = Samples::of((1..=samples).map_while(|n| self.flow(n as f64 * step)));
         let flow = flow.all();
-        let across = || {
-            let (width, end) = flow.iter().find_map(|sample| self.opposite(sample))?;
+        let across = |found: &mut InterfaceStencil| {
+            let Some((width, end)) = flow.iter().find_map(|sample| self.opposite(sample)) else {
+                return false;
+            };
             let before =
                 flow.iter().enumerate().take(samples - 1).take_while(|(n, _)| (*n + 1) as f64 * step < width);
             let samples = Samples::of(before.map(|(_, sample)| *sample).chain([end]));
-            self.fit(samples.all()).or_else(|| self.fit(&[self.flow(step.min(0.5 * width))?, end]))
+            self.fit(samples.all(), found)
+                || self.flow(step.min(0.5 * width)).is_some_and(|midst| self.fit(&[midst, end], found))
         };
-        let fewer = || (1..samples).rev().find_map(|n| self.fit(flow.get(..n)?));
-        if samples > 1 { across() } else { None }.or_else(fewer)
+        samples > 1 && across(found)
+            || (1..samples).rev().any(|n| flow.get(..n).is_some_and(|fewer| self.fit(fewer, found)))
     }
 
     /// The flow at a distance (m) from the surface.
@@ -224,20 +228,20 @@ impl Profile<'_> {
         Some(Sample::Flow(distance, self.subgrid.stencil(self.component, &point)?))
     }
 
-    /// The weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
-    /// there are samples, is extrapolated exactly, interpolation included; none if they are too large.
-    fn fit(&self, samples: &[Sample]) -> Option<InterfaceStencil> {
+    /// Finds the weights of samples with which every polynomial along the normal that is 0 on the surface, and has as many terms as
+    /// there are samples, is extrapolated exactly, interpolation included; false if they are too large.
+    fn fit(&self, samples: &[Sample], found: &mut InterfaceStencil) -> bool {
         match samples {
-            [a] => self.fit_all(&[*a]),
-            [a, b] => self.fit_all(&[*a, *b]),
-            [a, b, c] => self.fit_all(&[*a, *b, *c]),
-            _ => None,
+            [a] => self.fit_all(&[*a], found),
+            [a, b] => self.fit_all(&[*a, *b], found),
+            [a, b, c] => self.fit_all(&[*a, *b, *c], found),
+            _ => false,
         }
     }
 
     /// The same for a number of samples that is known: what is found of each stays in registers.
     #[inline(always)]
-    fn fit_all<const N: usize>(&self, samples: &[Sample; N]) -> Option<InterfaceStencil> {
+    fn fit_all<const N: usize>(&self, samples: &[Sample; N], found: &mut InterfaceStencil) -> bool {
         let unit = pitch(&self.out.surface.direction, self.subgrid);
         let strides = self.subgrid.layout.strides();
         let (mut powers, mut hidden, mut response) = ([Vec3::zeros(); N], Vec3::zeros(), Vec3::zeros());
@@ -256,30 +260,29 @@ impl Profile<'_> {
                 }
             };
         }
-        let weights = solve(&powers, &self.wanted)?;
+        let Some(weights) = solve(&powers, &self.wanted) else { return false };
         if weights.abs().dot(&hidden) > self.rule.max_feedback + ROUNDING
             || weights.abs().sum() > self.rule.max_weight + ROUNDING
             || -weights.dot(&response) > self.rule.max_response + ROUNDING
         {
-            return None;
+            return false;
         }
-        let foot = self.out.arm + self.out.surface.direction * self.out.surface.distance;
-        let (weights_of_fluid, bases, fractions) = Default::default();
-        let mut interface =
-            InterfaceStencil { foot, weights: weights_of_fluid, bases, fractions, opposite: None };
+        found.foot = self.out.arm + self.out.surface.direction * self.out.surface.distance;
+        found.weights = [0.0; 3];
+        found.opposite = None;
         for (n, sample) in samples.iter().enumerate() {
             match *sample {
                 Sample::Flow(_, Stencil { base, fractions }) => {
-                    interface.weights[n] = weights[n];
-                    interface.bases[n] = base as u32;
-                    interface.fractions[n] = fractions;
+                    found.weights[n] = weights[n];
+                    found.bases[n] = base as u32;
+                    found.fractions[n] = fractions;
                 }
                 Sample::Opposite(_, body, foot) => {
-                    interface.opposite = Some(Box::new(Opposite { body, foot, weight: weights[n] }));
+                    found.opposite = Some(Box::new(Opposite { body, foot, weight: weights[n] }));
                 }
             }
         }
-        Some(interface)
+        true
     }
 
     /// Mean over the fluid's corners of a stencil of the number of their neighbours inside bodies.

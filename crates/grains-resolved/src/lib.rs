@@ -118,6 +118,7 @@ mod direct;
 #[cfg(test)]
 mod elimination;
 mod error;
+mod holders;
 mod interface_stencil;
 mod motion;
 mod multiplier;

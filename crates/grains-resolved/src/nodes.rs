@@ -2,19 +2,14 @@
 
 use crate::body::others;
 use crate::cut_faces::{CutFace, CutFaces};
+use crate::holders::{Holders, Marks};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
 use crate::subgrid::Positions;
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
-use grains_domain::prefetch;
 use grains_fluid::{HeldFaces, SolidStresses};
 use grains_geometry::{ClosestSurface, Vec3};
 use std::ops::RangeInclusive;
-
-/// Marks of faces: outside all bodies; for an own face inside one, 1 plus the number of its node; for others [`HALO`] plus
-/// the place of the body in the list.
-const OUTSIDE: u32 = 0;
-const HALO: u32 = 1 << 31;
 
 /// Relative difference of distances that counts as rounding: velocities a cell deep are so on all ranks.
 pub(crate) const ROUNDING: f64 = 1e-9;
@@ -65,31 +60,6 @@ impl Arms<'_> {
     }
 }
 
-/// Who holds the velocities of a component, halo included.
-#[derive(Clone, Copy)]
-pub(crate) struct Holders<'a> {
-    marks: &'a [u32],
-    nodes: &'a [Node],
-}
-
-impl Holders<'_> {
-    /// Whether a body holds a place.
-    #[inline]
-    pub fn holds(&self, place: usize) -> bool {
-        self.marks[place] != OUTSIDE
-    }
-
-    /// The body that holds a place.
-    #[inline]
-    pub fn body(&self, place: usize) -> Option<u32> {
-        match self.marks[place] {
-            OUTSIDE => None,
-            mark @ HALO.. => Some(mark - HALO),
-            own => Some(self.nodes[own as usize - 1].body),
-        }
-    }
-}
-
 /// All velocities inside bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Nodes {
@@ -98,7 +68,7 @@ pub(crate) struct Nodes {
     interfaces: [Vec<InterfaceStencil>; 3],
     /// Scratch: the closest surface points that the interfaces of a component are made of.
     closest_points: Vec<ClosestPoint>,
-    marks: [Vec<u32>; 3],
+    marks: [Marks; 3],
     in_walls: [WallNodes; 3],
     pub cut_faces: CutFaces,
 }
@@ -129,7 +99,7 @@ struct WallBegin {
 
 impl Nodes {
     pub fn new(subgrid: &Subgrid) -> Self {
-        let marks = || vec![OUTSIDE; subgrid.layout.len()];
+        let marks = || Marks::new(subgrid.layout.len());
         Self {
             of: Default::default(),
             interfaces: Default::default(),
@@ -147,10 +117,10 @@ impl Nodes {
         for component in (0..3).filter(|&c| solids.subgrid.active[c]) {
             let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
             found.forget_from(first_moved);
-            marks.fill(OUTSIDE);
+            marks.clear();
             let kept =
                 found.own.iter().map(|node| node.place).chain(found.halo.iter().map(|(place, _)| *place));
-            kept.for_each(|place| marks[place as usize] = HALO);
+            kept.for_each(|place| marks.hold_halo(place as usize, 0));
             for wall in first_moved..solids.walls.len() {
                 found.begin_wall();
                 solids.for_each_run(component, wall, |run| {
@@ -164,7 +134,7 @@ impl Nodes {
     ///
     /// Walls keep what they hold. Of several bodies that hold a node, the one with the nearest centre has it (Wachs et al. 2009).
     pub fn find(&mut self, solids: &Solids, extrapolation: Extrapolation) {
-        self.marks.iter_mut().for_each(|marks| marks.fill(OUTSIDE));
+        self.marks.iter_mut().for_each(Marks::clear);
         let (subgrid, first_wall) = (solids.subgrid, solids.bodies.len() - solids.walls.len());
         for component in (0..3).filter(|&c| subgrid.active[c]) {
             self.take_walls(component, first_wall as u32);
@@ -182,9 +152,8 @@ impl Nodes {
     fn extrapolate(&mut self, component: usize, solids: &Solids, extrapolation: Extrapolation) {
         let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
         let subgrid = solids.subgrid;
-        let mut positions = subgrid.positions(component);
-        interfaces.clear();
-        interfaces.reserve(self.closest_points.len());
+        let (mut positions, mut made) = (subgrid.positions(component), 0);
+        interfaces.resize_with(self.closest_points.len(), InterfaceStencil::default);
         for number in 0..self.of[component].len() {
             let nodes = &self.of[component];
             let node = &nodes[number];
@@ -192,7 +161,7 @@ impl Nodes {
                 continue;
             }
             let (place, holders) = (node.place as usize, Holders { marks, nodes });
-            let made = extrapolation.rule().and_then(|rule| {
+            let is_made = extrapolation.rule().is_some_and(|rule| {
                 let out = self.closest_points[node.interface as usize];
                 let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
                 let profile = Profile {
@@ -205,12 +174,10 @@ impl Nodes {
                     out,
                     wanted: Vec3::new(depth, depth * depth, depth * depth * depth),
                 };
-                profile.interface_stencil()
+                profile.find(&mut interfaces[made])
             });
-            self.of[component][number].interface = made.map_or(RIGID, |interface| {
-                interfaces.push(interface);
-                interfaces.len() as u32 - 1
-            });
+            self.of[component][number].interface = if is_made { made as u32 } else { RIGID };
+            made += usize::from(is_made);
         }
     }
 
@@ -222,10 +189,10 @@ impl Nodes {
         nodes.extend(found.own.iter().map(|node| Node { body: first_wall + node.body, ..node.clone() }));
         self.closest_points.clone_from(&found.closest_points);
         for (number, node) in nodes.iter().enumerate() {
-            marks[node.place as usize] = number as u32 + 1;
+            marks.hold(node.place as usize, number as u32);
         }
         for (place, wall) in &found.halo {
-            marks[*place as usize] = HALO | (first_wall + wall);
+            marks.hold_halo(*place as usize, first_wall + wall);
         }
     }
 
@@ -244,14 +211,14 @@ impl Nodes {
     /// Whether a body holds an own node.
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
-        matches!(self.marks[component][place], 1..HALO)
+        self.marks[component].own(place).is_some()
     }
 
     /// Whether a place is that of an own node not next to the surface.
     #[inline]
     pub fn is_deep(&self, component: usize, place: usize) -> bool {
-        let mark = self.marks[component][place];
-        (1..HALO).contains(&mark) && self.of[component][mark as usize - 1].is_deep()
+        let number = self.marks[component].own(place);
+        number.is_some_and(|number| self.of[component][number as usize].is_deep())
     }
 
     /// The body that holds a velocity, halo included.
@@ -334,7 +301,7 @@ impl Nodes {
                 let (row, is_own) =
                     (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
                 let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
-                prefetch(&self.marks[component], later.wrapping_add_signed(*x.start()));
+                self.marks[component].prefetch(later.wrapping_add_signed(*x.start()));
                 for i in x.clone() {
                     let position = Vec3::new(coordinate(0, i), coordinate(1, j), coordinate(2, k));
                     let square = (position - body.center).norm_squared();
@@ -371,19 +338,19 @@ impl Nodes {
             return;
         }
         if !is_own {
-            marks[place] = HALO | number as u32;
+            marks.hold_halo(place, number as u32);
             return;
         }
         let node = match &out {
             Some(out) => Node::new(place, number as u32, out, subgrid, &mut self.closest_points),
-            None => Node { place: place as u32, body: number as u32, interface: DEEP },
+            None => Node::deep(place, number as u32),
         };
-        match marks[place] {
-            OUTSIDE => {
+        match marks.own(place) {
+            None => {
+                marks.hold(place, nodes.len() as u32);
                 nodes.push(node);
-                marks[place] = nodes.len() as u32;
             }
-            mark => nodes[mark as usize - 1] = node,
+            Some(number) => nodes[number as usize] = node,
         }
     }
 }
@@ -411,7 +378,7 @@ impl WallNodes {
     }
 
     /// Adds what no earlier wall holds of a run of velocities in a wall; all but the first are deep.
-    fn add(&mut self, run: &WallRun, (component, wall): (usize, u32), subgrid: &Subgrid, marks: &mut [u32]) {
+    fn add(&mut self, run: &WallRun, (component, wall): (usize, u32), subgrid: &Subgrid, marks: &mut Marks) {
         let [first, j, k] = run.first;
         let place = subgrid.layout.index(first, j, k);
         self.cut.extend(CutFace::new(component, place, (wall, run.out), subgrid));
@@ -420,10 +387,10 @@ impl WallNodes {
         }
         for (m, i) in (first..first + run.count as isize).enumerate() {
             let place = subgrid.layout.index(i, j, k);
-            if marks[place] != OUTSIDE {
+            if marks.holds(place) {
                 continue;
             }
-            marks[place] = HALO;
+            marks.hold_halo(place, 0);
             if !subgrid.is_own(component, [i, j, k]) {
                 self.halo.push((place as u32, wall));
                 continue;
@@ -476,6 +443,11 @@ impl Node {
             DEEP
         };
         Self { place: place as u32, body, interface }
+    }
+
+    /// One that is not next to the surface.
+    pub fn deep(place: usize, body: u32) -> Self {
+        Self { place: place as u32, body, interface: DEEP }
     }
 
     /// Whether it is not next to the surface.

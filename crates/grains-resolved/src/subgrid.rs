@@ -1,7 +1,7 @@
 //! The uniform cells of one rank: where velocities lie, and the ranks around.
 
 use crate::SetupError;
-use crate::nodes::Holders;
+use crate::holders::Holders;
 use crate::point_stencil::PointStencil;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
@@ -383,7 +383,9 @@ impl Stencil {
     /// Weight of the corners that are held (-).
     #[inline(always)]
     pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
-        let held = self.rows(strides).map(|row| [row, row + 1].map(|place| holders.holds(place)));
+        let [a, b, c, d] = self.rows(strides);
+        let on = |row: usize| holders.marks.holds_edge(row);
+        let held = [on(a), on(b), on(c), on(d)];
         match held.as_flattened().contains(&true) {
             true => self.between(held.map(|row| row.map(|is_held| f64::from(u8::from(is_held))))),
             false => 0.0,

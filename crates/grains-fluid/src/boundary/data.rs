@@ -190,6 +190,9 @@ impl BoundaryData {
                         Condition::Inlet { profile: Profile::Function(f) } => {
                             f(self.place(grid, local, component, entry).1, time)[component]
                         }
+                        Condition::Inlet { profile: Profile::SteadyFunction(f) } => {
+                            f(self.place(grid, local, component, entry).1)[component]
+                        }
                         _ => 0.0,
                     }
                 };
@@ -208,6 +211,7 @@ impl BoundaryData {
             Condition::Inlet { profile } => match profile {
                 Profile::Uniform(velocity) => velocity[axis],
                 Profile::Function(f) => f(piece.at, time)[axis],
+                Profile::SteadyFunction(f) => f(piece.at)[axis],
                 Profile::Parabolic { mean } => inwards * mean * piece.parabola,
                 Profile::FlowRate { rate, .. } => inwards * rate.at(time) * piece.parabola,
             },

@@ -11,22 +11,40 @@ impl BoundaryData {
         (outward * stride * (m as isize + 1), -outward * stride * m.min(n - 1) as isize)
     }
 
+    /// Entries side by side along the first tangential axis at which a component is of one kind, with the array places of the cells inside.
+    fn runs(
+        &self,
+        layout: Layout,
+        component: usize,
+    ) -> impl Iterator<Item = (Kind, impl Iterator<Item = (usize, usize)> + Clone)> {
+        let (length, stride) = (self.extents[0], layout.strides()[self.tangents[0]]);
+        let rows = self.kinds[component].chunks_exact(length).enumerate();
+        rows.flat_map(move |(m2, kinds)| {
+            let (mut m1, first) = (0, self.inside(layout, 0, m2));
+            kinds.chunk_by(PartialEq::eq).map(move |run| {
+                let entries = m1..m1 + run.len();
+                m1 = entries.end;
+                (run[0], entries.map(move |m1| (m2 * length + m1, first + m1 * stride)))
+            })
+        })
+    }
+
     /// Imposes the normal velocity on the face; behind it, it is mirrored about the imposed value, or continued.
     pub fn fill_normal(&self, velocity: &mut Faces, ghosts: usize) {
         let (layout, axis) = (velocity.layout(), self.face.axis);
         let field = velocity.component_mut(axis);
         let step = self.face.outward() as isize * layout.strides()[axis] as isize;
-        for m2 in 0..self.extents[1] {
-            for m1 in 0..self.extents[0] {
-                let e = m2 * self.extents[0] + m1;
-                let b = self.boundary(layout, self.inside(layout, m1, m2)) as isize;
-                let is_free = self.kinds[axis][e] == Kind::Free;
+        // The low side has one ghost layer less: its first holds the boundary value.
+        let ghosts = ghosts as isize - isize::from(step < 0);
+        for (kind, run) in self.runs(layout, axis) {
+            let is_free = kind == Kind::Free;
+            for (e, p) in run {
+                let b = self.boundary(layout, p) as isize;
                 if !is_free {
                     field[b as usize] = self.values[axis][e];
                 }
                 let value = field[b as usize];
-                // The low side has one ghost layer less: its first holds the boundary value.
-                for m in 1..=ghosts as isize - isize::from(step < 0) {
+                for m in 1..=ghosts {
                     let mirror = field[(b - step * m) as usize];
                     field[(b + step * m) as usize] = if is_free { value } else { 2.0 * value - mirror };
                 }
@@ -41,31 +59,28 @@ impl BoundaryData {
         let reach = layout.strides()[component];
         let inward = self.layers(layout, 1).1;
         let [imposed, first, second] = self.wall;
-        let (kinds, values) = (&self.kinds[component], &self.values[component]);
+        let values = &self.values[component];
         let (field, normal) = velocity.two_components(component, self.face.axis);
-        for m2 in 0..self.extents[1] {
-            for m1 in 0..self.extents[0] {
-                let e = m2 * self.extents[0] + m1;
-                let p = self.inside(layout, m1, m2);
-                for m in 0..ghosts {
-                    let (ghost, mirror) = self.layers(layout, m);
-                    let inner = field[(p as isize + mirror) as usize];
-                    let value = match kinds[e] {
-                        Kind::Fixed if m == 0 => {
-                            imposed * values[e]
-                                + first * inner
-                                + second * field[(p as isize + inward) as usize]
-                        }
-                        Kind::Fixed => 2.0 * values[e] - inner,
-                        Kind::Slip => inner,
-                        Kind::Free => {
-                            let b = self.boundary(layout, p);
-                            let next = if b + reach < normal.len() { b + reach } else { b };
-                            let leaving = self.face.outward() * (normal[b] + normal[next]) >= 0.0;
-                            if leaving { inner } else { -inner }
-                        }
-                    };
-                    field[(p as isize + ghost) as usize] = value;
+        let at = |p: usize, offset: isize| (p as isize + offset) as usize;
+        for (kind, run) in self.runs(layout, component) {
+            for m in 0..ghosts {
+                let (ghost, mirror) = self.layers(layout, m);
+                match kind {
+                    Kind::Fixed if m == 0 => run.clone().for_each(|(e, p)| {
+                        let inner = first * field[at(p, mirror)] + second * field[at(p, inward)];
+                        field[at(p, ghost)] = imposed * values[e] + inner;
+                    }),
+                    Kind::Fixed => run.clone().for_each(|(e, p)| {
+                        field[at(p, ghost)] = 2.0 * values[e] - field[at(p, mirror)];
+                    }),
+                    Kind::Slip => run.clone().for_each(|(_, p)| field[at(p, ghost)] = field[at(p, mirror)]),
+                    Kind::Free => run.clone().for_each(|(_, p)| {
+                        let b = self.boundary(layout, p);
+                        let next = if b + reach < normal.len() { b + reach } else { b };
+                        let leaving = self.face.outward() * (normal[b] + normal[next]) >= 0.0;
+                        let inner = field[at(p, mirror)];
+                        field[at(p, ghost)] = if leaving { inner } else { -inner };
+                    }),
                 }
             }
         }
@@ -74,16 +89,13 @@ impl BoundaryData {
     /// First ghost of a pressure: its mirror image, on outlets about `scale` times the outlet pressure.
     pub fn fill_pressure(&self, field: &mut Field<Centre>, scale: f64) {
         let layout = field.layout();
-        let (kinds, data) = (&self.kinds[self.face.axis], field.data_mut());
+        let data = field.data_mut();
         let (ghost, _) = self.layers(layout, 0);
-        for m2 in 0..self.extents[1] {
-            for m1 in 0..self.extents[0] {
-                let e = m2 * self.extents[0] + m1;
-                let p = self.inside(layout, m1, m2);
-                data[(p as isize + ghost) as usize] = match kinds[e] {
-                    Kind::Free => 2.0 * scale * self.pressure[e] - data[p],
-                    _ => data[p],
-                };
+        for (kind, run) in self.runs(layout, self.face.axis) {
+            let ghosts = run.map(|(e, p)| (e, p, (p as isize + ghost) as usize));
+            match kind {
+                Kind::Free => ghosts.for_each(|(e, p, g)| data[g] = 2.0 * scale * self.pressure[e] - data[p]),
+                Kind::Fixed | Kind::Slip => ghosts.for_each(|(_, p, g)| data[g] = data[p]),
             }
         }
     }

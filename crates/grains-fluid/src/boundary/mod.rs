@@ -18,7 +18,7 @@ pub(crate) use data::{BoundaryData, Kind};
 pub use fan::FanCurve;
 pub(crate) use fill::fill_velocity;
 pub use outline::Outline;
-pub use profile::{FlowRate, Profile, VelocityFunction};
+pub use profile::{FlowRate, Profile, SteadyVelocity, VelocityFunction};
 
 /// End of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

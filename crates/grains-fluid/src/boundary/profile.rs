@@ -9,6 +9,9 @@ use std::sync::Arc;
 /// A velocity (m/s) as a function of position (m) and time (s).
 pub type VelocityFunction = Arc<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 
+/// A velocity (m/s) as a function of position (m).
+pub type SteadyVelocity = Arc<dyn Fn([f64; 3]) -> [f64; 3] + Send + Sync>;
+
 /// A volume flow (m³/s) over time.
 #[derive(Clone)]
 pub enum FlowRate {
@@ -53,6 +56,8 @@ pub enum Profile {
     /// Any function of position and time, taken at the middle of a boundary cell, or of the parts into which edges of
     /// patches cut it: the flow rate is of second order in the width of the cells.
     Function(VelocityFunction),
+    /// The same of a function of position alone.
+    SteadyFunction(SteadyVelocity),
     /// A volume flow, normal to the face, through what is open of the inlet.
     FlowRate {
         /// Flow into the box (m³/s).
@@ -85,6 +90,7 @@ impl Debug for Profile {
             Profile::Uniform(velocity) => write!(f, "Uniform({velocity:?})"),
             Profile::Parabolic { mean } => write!(f, "Parabolic({mean})"),
             Profile::Function(_) => write!(f, "Function"),
+            Profile::SteadyFunction(_) => write!(f, "SteadyFunction"),
             Profile::FlowRate { rate, is_parabolic } => write!(f, "FlowRate({rate:?}, {is_parabolic})"),
         }
     }

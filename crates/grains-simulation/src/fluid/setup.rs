@@ -208,6 +208,11 @@ fn inlet(velocity: &[Expression; 3]) -> Result<Profile, FormulaError> {
         return Ok(Profile::Uniform([*x, *y, *z]));
     }
     let [x, y, z] = compiled(velocity)?;
+    if ![&x, &y, &z].iter().any(|formula| formula.is_unsteady()) {
+        return Ok(Profile::SteadyFunction(Arc::new(move |at| {
+            [&x, &y, &z].map(|formula| formula.at(at, 0.0))
+        })));
+    }
     Ok(Profile::Function(Arc::new(move |at, time| [x.at(at, time), y.at(at, time), z.at(at, time)])))
 }
 
