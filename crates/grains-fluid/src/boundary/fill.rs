@@ -67,8 +67,8 @@ impl BoundaryData {
                 let (ghost, mirror) = self.layers(layout, m);
                 match kind {
                     Kind::Fixed if m == 0 => run.clone().for_each(|(e, p)| {
-                        let inner = first * field[at(p, mirror)] + second * field[at(p, inward)];
-                        field[at(p, ghost)] = imposed * values[e] + inner;
+                        let [nearest, next] = [mirror, inward].map(|offset| field[at(p, offset)]);
+                        field[at(p, ghost)] = imposed * values[e] + first * nearest + second * next;
                     }),
                     Kind::Fixed => run.clone().for_each(|(e, p)| {
                         field[at(p, ghost)] = 2.0 * values[e] - field[at(p, mirror)];

@@ -69,7 +69,8 @@ fn the_flow_rate_of_a_patch_is_that_of_its_area() {
         let mut velocity = [0.0; 3];
         velocity[axis] = if side == Side::Low { speed } else { -speed };
         let profile = match trial % 4 {
-            0 | 1 => Profile::Uniform(velocity),
+            0 => Profile::Uniform(velocity),
+            1 => Profile::SteadyFunction(Arc::new(move |_| velocity)),
             2 => Profile::Parabolic { mean: speed },
             _ => Profile::Function(Arc::new(move |_, _| velocity)),
         };
@@ -148,6 +149,32 @@ fn the_flow_rate_of_a_formula_is_of_second_order() {
         let bound = 9.0 / 24.0 / (n * n) as f64;
         assert!(error(n) < bound, "{n} cells: {:.2e}, not below {bound:.2e}", error(n));
     }
+}
+
+/// The same bits come of a function of place alone, which is looked at once, and of the same as one of time, in every step: through
+/// patches, and along a lid.
+#[test]
+fn a_function_of_place_alone_is_one_of_time() {
+    let profile = |[x, y, z]: [f64; 3]| [(3.0 * y).sin() * (1.0 + z * z), 0.3 * x * z, 0.2 - 0.1 * y];
+    let run = |make: &dyn Fn() -> Profile| {
+        let inlet = || Condition::Inlet { profile: make() };
+        let face = BoxFace { axis: 0, side: Side::Low };
+        let boundaries = Boundaries::default()
+            .with(0, Side::High, Condition::Outlet { pressure: 0.0 })
+            .with(1, Side::High, Condition::Inlet { profile: Profile::Uniform([0.1, 0.0, 0.0]) })
+            .with_patch(patch(face, [[0.137, 0.731], [0.211, 0.803]], inlet()))
+            .with_patch(patch(BoxFace { axis: 2, side: Side::High }, [[0.2, 0.7], [0.1, 0.66]], inlet()));
+        let grid = Grid::uniform([0.0; 3], [1.0; 3], [9, 8, 7], [false; 3]).unwrap();
+        let mut flow =
+            Flow::new(FlowSetup { boundaries, ..FlowSetup::new(grid, 1.0, 0.01) }, &SERIAL).unwrap();
+        for step in 0..6 {
+            flow.step(0.01 + 0.002 * f64::from(step), &SERIAL).unwrap();
+        }
+        flow.state
+    };
+    let steady = run(&|| Profile::SteadyFunction(Arc::new(profile)));
+    assert_eq!(steady, run(&|| Profile::Function(Arc::new(move |at, _| profile(at)))));
+    assert!(steady.velocity.z.own().any(|w| w.abs() > 0.01));
 }
 
 /// The flow through a patch of a face that is periodic along y, all moved by some cells along y, and moved back.
