@@ -13,6 +13,7 @@ mod bar;
 mod bench;
 mod control;
 mod explanation;
+mod huge_pages;
 mod import;
 mod messages;
 mod pages;
@@ -49,6 +50,14 @@ struct Cli {
     command: Option<AnyCommand>,
     #[command(flatten)]
     run: Option<RunArguments>,
+}
+
+impl Cli {
+    /// Whether it asks for steps, of which there may be many.
+    fn is_long(&self) -> bool {
+        let steps = matches!(self.command, Some(AnyCommand::Job(Command::Run(_) | Command::Bench { .. })));
+        steps || self.run.is_some()
+    }
 }
 
 #[derive(Subcommand)]
@@ -144,6 +153,9 @@ pub fn main() {
         }
         std::process::exit(answer.exit_code());
     });
+    if cli.is_long() {
+        huge_pages::ask();
+    }
     messages::install();
     let command = match cli.command {
         Some(AnyCommand::Question(question)) => answer(&question),
