@@ -153,6 +153,7 @@ impl Nodes {
         let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
         let subgrid = solids.subgrid;
         let (mut positions, mut made) = (subgrid.positions(component), 0);
+        // Each is made in its place, which is large; no node has a number beyond those made.
         interfaces.resize_with(self.closest_points.len(), InterfaceStencil::default);
         for number in 0..self.of[component].len() {
             let nodes = &self.of[component];
