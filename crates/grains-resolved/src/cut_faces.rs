@@ -15,8 +15,8 @@
 //! pressure would rise without end.
 
 use crate::body::others;
-use crate::holders::Holders;
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::solid_mask::Holders;
 use crate::wall::{ClosestPoint, Solids};
 use crate::wall_load::turning;
 use crate::{Extrapolation, RigidBody, Subgrid};

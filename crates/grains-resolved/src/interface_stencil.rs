@@ -1,7 +1,7 @@
 //! The interface stencil: velocities next to a surface, extrapolated from the flow outside.
 
 use crate::Subgrid;
-use crate::holders::Holders;
+use crate::solid_mask::Holders;
 use crate::subgrid::Stencil;
 use crate::wall::{ClosestPoint, Solids};
 use grains_domain::prefetch;

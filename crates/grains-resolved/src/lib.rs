@@ -118,7 +118,6 @@ mod direct;
 #[cfg(test)]
 mod elimination;
 mod error;
-mod holders;
 mod interface_stencil;
 mod motion;
 mod multiplier;
@@ -128,6 +127,7 @@ mod points;
 mod resolved;
 mod solid;
 mod solid_cells;
+mod solid_mask;
 #[cfg(test)]
 mod spectrum;
 mod subgrid;

@@ -2,8 +2,8 @@
 
 use crate::body::others;
 use crate::cut_faces::{CutFace, CutFaces};
-use crate::holders::{Holders, Marks};
 use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::solid_mask::{Holders, SolidMask};
 use crate::subgrid::Positions;
 use crate::wall::{ClosestPoint, Solids, WallRun};
 use crate::{Extrapolation, RigidBody, Subgrid};
@@ -68,7 +68,7 @@ pub(crate) struct Nodes {
     interfaces: [Vec<InterfaceStencil>; 3],
     /// Scratch: the closest surface points that the interfaces of a component are made of.
     closest_points: Vec<ClosestPoint>,
-    marks: [Marks; 3],
+    masks: [SolidMask; 3],
     in_walls: [WallNodes; 3],
     pub cut_faces: CutFaces,
 }
@@ -99,12 +99,12 @@ struct WallBegin {
 
 impl Nodes {
     pub fn new(subgrid: &Subgrid) -> Self {
-        let marks = || Marks::new(subgrid.layout.len());
+        let mask = || SolidMask::new(subgrid.layout.len());
         Self {
             of: Default::default(),
             interfaces: Default::default(),
             closest_points: Vec::new(),
-            marks: [marks(), marks(), marks()],
+            masks: [mask(), mask(), mask()],
             in_walls: Default::default(),
             cut_faces: CutFaces::default(),
         }
@@ -115,16 +115,16 @@ impl Nodes {
     /// Of several walls that hold a node, the first one has it.
     pub fn find_in_walls(&mut self, first_moved: usize, solids: &Solids) {
         for component in (0..3).filter(|&c| solids.subgrid.active[c]) {
-            let (marks, found) = (&mut self.marks[component], &mut self.in_walls[component]);
+            let (mask, found) = (&mut self.masks[component], &mut self.in_walls[component]);
             found.forget_from(first_moved);
-            marks.clear();
+            mask.clear();
             let kept =
                 found.own.iter().map(|node| node.place).chain(found.halo.iter().map(|(place, _)| *place));
-            kept.for_each(|place| marks.hold_halo(place as usize, 0));
+            kept.for_each(|place| mask.set_halo(place as usize, 0));
             for wall in first_moved..solids.walls.len() {
                 found.begin_wall();
                 solids.for_each_run(component, wall, |run| {
-                    found.add(&run, (component, wall as u32), solids.subgrid, marks);
+                    found.add(&run, (component, wall as u32), solids.subgrid, mask);
                 });
             }
         }
@@ -134,7 +134,7 @@ impl Nodes {
     ///
     /// Walls keep what they hold. Of several bodies that hold a node, the one with the nearest centre has it (Wachs et al. 2009).
     pub fn find(&mut self, solids: &Solids, extrapolation: Extrapolation) {
-        self.marks.iter_mut().for_each(Marks::clear);
+        self.masks.iter_mut().for_each(SolidMask::clear);
         let (subgrid, first_wall) = (solids.subgrid, solids.bodies.len() - solids.walls.len());
         for component in (0..3).filter(|&c| subgrid.active[c]) {
             self.take_walls(component, first_wall as u32);
@@ -144,13 +144,13 @@ impl Nodes {
             self.extrapolate(component, solids, extrapolation);
         }
         let faces = self.in_walls.each_ref().map(|found| &found.cut[..]);
-        let holders = [0, 1, 2].map(|a| Holders { marks: &self.marks[a], nodes: &self.of[a] });
+        let holders = [0, 1, 2].map(|a| Holders { mask: &self.masks[a], nodes: &self.of[a] });
         self.cut_faces.find(faces, holders, solids, extrapolation);
     }
 
     /// Finds how the velocities of a component next to a surface are extrapolated.
     fn extrapolate(&mut self, component: usize, solids: &Solids, extrapolation: Extrapolation) {
-        let (marks, interfaces) = (&self.marks[component], &mut self.interfaces[component]);
+        let (mask, interfaces) = (&self.masks[component], &mut self.interfaces[component]);
         let subgrid = solids.subgrid;
         let (mut positions, mut made) = (subgrid.positions(component), 0);
         // Each is made in its place, which is large; no node has a number beyond those made.
@@ -161,7 +161,7 @@ impl Nodes {
             if node.is_deep() {
                 continue;
             }
-            let (place, holders) = (node.place as usize, Holders { marks, nodes });
+            let (place, holders) = (node.place as usize, Holders { mask, nodes });
             let is_made = extrapolation.rule().is_some_and(|rule| {
                 let out = self.closest_points[node.interface as usize];
                 let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
@@ -184,16 +184,16 @@ impl Nodes {
 
     /// Begins with the velocities inside walls, the first of which is a body with this number.
     fn take_walls(&mut self, component: usize, first_wall: u32) {
-        let (found, marks, nodes) =
-            (&self.in_walls[component], &mut self.marks[component], &mut self.of[component]);
+        let (found, mask, nodes) =
+            (&self.in_walls[component], &mut self.masks[component], &mut self.of[component]);
         nodes.clear();
         nodes.extend(found.own.iter().map(|node| Node { body: first_wall + node.body, ..node.clone() }));
         self.closest_points.clone_from(&found.closest_points);
         for (number, node) in nodes.iter().enumerate() {
-            marks.hold(node.place as usize, number as u32);
+            mask.set_own(node.place as usize, number as u32);
         }
         for (place, wall) in &found.halo {
-            marks.hold_halo(*place as usize, first_wall + wall);
+            mask.set_halo(*place as usize, first_wall + wall);
         }
     }
 
@@ -212,13 +212,13 @@ impl Nodes {
     /// Whether a body holds an own node.
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
-        self.marks[component].own(place).is_some()
+        self.masks[component].own_node(place).is_some()
     }
 
     /// Whether a place is that of an own node not next to the surface.
     #[inline]
     pub fn is_deep(&self, component: usize, place: usize) -> bool {
-        let number = self.marks[component].own(place);
+        let number = self.masks[component].own_node(place);
         number.is_some_and(|number| self.of[component][number as usize].is_deep())
     }
 
@@ -228,7 +228,7 @@ impl Nodes {
     }
 
     fn holders(&self, component: usize) -> Holders<'_> {
-        Holders { marks: &self.marks[component], nodes: &self.of[component] }
+        Holders { mask: &self.masks[component], nodes: &self.of[component] }
     }
 
     /// Places of the own nodes per component, those with the velocity of the body apart.
@@ -302,7 +302,7 @@ impl Nodes {
                 let (row, is_own) =
                     (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
                 let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
-                self.marks[component].prefetch(later.wrapping_add_signed(*x.start()));
+                self.masks[component].prefetch(later.wrapping_add_signed(*x.start()));
                 for i in x.clone() {
                     let position = Vec3::new(coordinate(0, i), coordinate(1, j), coordinate(2, k));
                     let square = (position - body.center).norm_squared();
@@ -325,9 +325,9 @@ impl Nodes {
         (position, Claimed { is_own, is_deep }): (&Vec3, Claimed),
         solids: &Solids,
     ) {
-        let (nodes, marks) = (&mut self.of[component], &mut self.marks[component]);
+        let (nodes, mask) = (&mut self.of[component], &mut self.masks[component]);
         let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
-        let held = Holders { marks, nodes }.body(place).map(|m| &solids.bodies[m as usize]);
+        let held = Holders { mask, nodes }.body(place).map(|m| &solids.bodies[m as usize]);
         if held.is_some_and(|other| {
             let [from_other, from_body] = [other, body].map(|body| (position - body.center).norm_squared());
             other.is_wall() || (from_other, other.id) <= (from_body, body.id)
@@ -339,16 +339,16 @@ impl Nodes {
             return;
         }
         if !is_own {
-            marks.hold_halo(place, number as u32);
+            mask.set_halo(place, number as u32);
             return;
         }
         let node = match &out {
             Some(out) => Node::new(place, number as u32, out, subgrid, &mut self.closest_points),
             None => Node::deep(place, number as u32),
         };
-        match marks.own(place) {
+        match mask.own_node(place) {
             None => {
-                marks.hold(place, nodes.len() as u32);
+                mask.set_own(place, nodes.len() as u32);
                 nodes.push(node);
             }
             Some(number) => nodes[number as usize] = node,
@@ -379,7 +379,13 @@ impl WallNodes {
     }
 
     /// Adds what no earlier wall holds of a run of velocities in a wall; all but the first are deep.
-    fn add(&mut self, run: &WallRun, (component, wall): (usize, u32), subgrid: &Subgrid, marks: &mut Marks) {
+    fn add(
+        &mut self,
+        run: &WallRun,
+        (component, wall): (usize, u32),
+        subgrid: &Subgrid,
+        mask: &mut SolidMask,
+    ) {
         let [first, j, k] = run.first;
         let place = subgrid.layout.index(first, j, k);
         self.cut.extend(CutFace::new(component, place, (wall, run.out), subgrid));
@@ -388,10 +394,10 @@ impl WallNodes {
         }
         for (m, i) in (first..first + run.count as isize).enumerate() {
             let place = subgrid.layout.index(i, j, k);
-            if marks.holds(place) {
+            if mask.contains(place) {
                 continue;
             }
-            marks.hold_halo(place, 0);
+            mask.set_halo(place, 0);
             if !subgrid.is_own(component, [i, j, k]) {
                 self.halo.push((place as u32, wall));
                 continue;

@@ -1,8 +1,8 @@
 //! The uniform cells of one rank: where velocities lie, and the ranks around.
 
 use crate::SetupError;
-use crate::holders::Holders;
 use crate::point_stencil::PointStencil;
+use crate::solid_mask::Holders;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
@@ -384,10 +384,11 @@ impl Stencil {
     #[inline(always)]
     pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
         let [a, b, c, d] = self.rows(strides);
-        let on = |row: usize| holders.marks.holds_edge(row);
-        let held = [on(a), on(b), on(c), on(d)];
-        match held.as_flattened().contains(&true) {
-            true => self.between(held.map(|row| row.map(|is_held| f64::from(u8::from(is_held))))),
+        // Maps of arrays would be calls of their own.
+        let on = |row: usize| holders.mask.contains_edge(row);
+        let solid = [on(a), on(b), on(c), on(d)];
+        match solid.as_flattened().contains(&true) {
+            true => self.between(solid.map(|row| row.map(|is_solid| f64::from(u8::from(is_solid))))),
             false => 0.0,
         }
     }

@@ -182,12 +182,10 @@ fn condition(kind: &BoundaryKind, density: f64) -> Result<Condition, String> {
         BoundaryKind::FlowInlet { profile, .. } => {
             let (flow, factor) = kind.flow(density).ok_or("states no flow")?;
             let formula = flow.compile().map_err(|e| e.to_string())?;
-            let rate = match flow {
-                Expression::Number(flow) => FlowRate::Constant(factor * flow),
-                Expression::Formula(_) => {
-                    FlowRate::Function(Arc::new(move |time| factor * formula.at([0.0; 3], time)))
-                }
-            };
+            let is_unsteady = formula.is_unsteady();
+            let at = move |time| factor * formula.at([0.0; 3], time);
+            let rate =
+                if is_unsteady { FlowRate::Function(Arc::new(at)) } else { FlowRate::Constant(at(0.0)) };
             let is_parabolic = *profile == FlowProfile::Parabolic;
             Condition::Inlet { profile: Profile::FlowRate { rate, is_parabolic } }
         }
@@ -208,7 +206,7 @@ fn inlet(velocity: &[Expression; 3]) -> Result<Profile, FormulaError> {
         return Ok(Profile::Uniform([*x, *y, *z]));
     }
     let [x, y, z] = compiled(velocity)?;
-    if ![&x, &y, &z].iter().any(|formula| formula.is_unsteady()) {
+    if [&x, &y, &z].iter().all(|formula| !formula.is_unsteady()) {
         return Ok(Profile::SteadyFunction(Arc::new(move |at| {
             [&x, &y, &z].map(|formula| formula.at(at, 0.0))
         })));
@@ -314,4 +312,24 @@ pub fn initialise(
         &key,
         format!("the formula is {value} at {at:?} m; it must have a value in all of the domain"),
     ))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// What does not mention the time is steady.
+    #[test]
+    fn inlets_are_unsteady_whose_formulas_depend_on_time() {
+        let of = |x: &str| {
+            inlet(&[Expression::Formula(x.into()), Expression::Number(0.5), Expression::Number(0.0)])
+        };
+        for steady in ["6*y*(0.41 - y)", "tan(z)", "2"] {
+            let Profile::SteadyFunction(f) = of(steady).unwrap() else { panic!("{steady} is steady") };
+            let expected = Formula::parse(steady).unwrap().at([0.1, 0.2, 0.3], 7.0);
+            assert_eq!(f([0.1, 0.2, 0.3]), [expected, 0.5, 0.0]);
+        }
+        assert!(matches!(of("y*t").unwrap(), Profile::Function(_)));
+    }
 }
