@@ -5,6 +5,9 @@ use grains_domain::Transport;
 /// Intervals of values for each rank, between which shares are cut.
 const INTERVALS: usize = 64;
 
+/// Rows of a table or points of a picture; longer ones are thinned out.
+const MAX_ROWS: u64 = 10_000;
+
 /// This rank's share of all rows in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Share<const N: usize> {
@@ -62,6 +65,14 @@ impl<const N: usize> Share<N> {
         transport.counts_before(&mut before);
         Self { rows, before: before[0], all }
     }
+
+    /// One in so many rows of all ranks and the last of them, in order and on every rank: at most 10,001; collective.
+    pub fn thinned(&self, transport: &impl Transport) -> Vec<[f64; N]> {
+        let stride = self.all.div_ceil(MAX_ROWS).max(1);
+        let is_kept = |place: u64| place.is_multiple_of(stride) || place + 1 == self.all;
+        let kept = self.rows.iter().zip(self.before..).filter(|(_, place)| is_kept(*place));
+        transport.gather(&kept.flat_map(|(row, _)| *row).collect::<Vec<_>>()).as_chunks().0.to_vec()
+    }
 }
 
 #[cfg(test)]
@@ -92,6 +103,24 @@ mod tests {
                     found.extend(share.rows);
                 }
                 assert_eq!(found, wanted, "{count} rows on {ranks} ranks");
+            }
+        }
+    }
+
+    #[test]
+    fn long_tables_are_thinned_out_evenly_to_the_last_row() {
+        for (count, stride) in [(0, 1), (1, 1), (9_999, 1), (10_000, 1), (10_001, 2), (35_000, 4)] {
+            let all: Vec<[f64; 2]> = (0..count).map(|k| [(k as f64).sqrt(), k as f64]).collect();
+            let mut wanted: Vec<[f64; 2]> = all.iter().copied().step_by(stride).collect();
+            if wanted.last() != all.last() {
+                wanted.push(all[count - 1]);
+            }
+            for ranks in [1, 3] {
+                let found = on_ranks(ranks, |transport| {
+                    let own = all.iter().rev().skip(transport.rank()).step_by(ranks).copied();
+                    Share::of(&own.collect::<Vec<_>>(), &transport).thinned(&transport)
+                });
+                assert!(found.iter().all(|rows| *rows == wanted), "{count} rows on {ranks} ranks");
             }
         }
     }

@@ -31,9 +31,6 @@ pub struct Options {
     pub region: RegionOptions,
 }
 
-/// Rows of the table; longer plots are thinned out.
-const MAX_ROWS: usize = 10_000;
-
 /// Void fraction of a state.
 #[derive(Clone, Debug)]
 pub struct Found {
@@ -73,14 +70,10 @@ pub fn measure(
     let below = running_sums(transport, &volumes);
     let own: Vec<[f64; 2]> =
         rows.iter().zip(&below).map(|(row, below)| [(below - 0.5 * row[2]) / volume, row[0]]).collect();
-    let stride = all.div_ceil(MAX_ROWS as u64).max(1);
-    let is_kept = |place: u64| place.is_multiple_of(stride) || place + 1 == all;
-    let kept = own.iter().zip(before..).filter(|(_, place)| is_kept(*place)).flat_map(|(point, _)| *point);
-    let points: Vec<[f64; 2]> = transport.gather(&kept.collect::<Vec<_>>()).as_chunks().0.to_vec();
-    Ok(line_through(&own, all, transport).map(|fit| {
-        let void_fraction = 1.0 - volume / (region.cross_section() * fit.slope);
-        Found { region, void_fraction, volume, fit, particles: all, points }
-    }))
+    let Some(fit) = line_through(&own, all, transport) else { return Ok(None) };
+    let points = Share { rows: own, before, all }.thinned(transport);
+    let void_fraction = 1.0 - volume / (region.cross_section() * fit.slope);
+    Ok(Some(Found { region, void_fraction, volume, fit, particles: all, points }))
 }
 
 /// Least squares through so many points of all ranks; none for fewer than two different x.

@@ -7,15 +7,15 @@
 //! ```
 
 use super::layers::FlowFile;
+use super::order::Share;
 use super::picture::{Curve, Picture};
 use super::region::Axis;
 use super::report::{Report, Table, seconds};
 use super::snapshots::StoredRun;
-use super::sums::exact_sums;
+use super::sums::{exact_sum, exact_sums};
 use super::{Common, resolved_fluid};
 use grains_case::{Fluid, ParticleTransfer, Scalar, ScalarKind};
 use grains_comm::MpiTransport;
-use grains_domain::Transport;
 use grains_geometry::Shape;
 use grains_simulation::RunError;
 
@@ -194,7 +194,7 @@ pub fn analyse(
     );
     let mut each = Table::new(
         &format!("{what}-particles"),
-        "Each particle: coordinate along the axis, what it gets or what reacts in it, the scalar mixed by the flow there, the number.",
+        "Particles, of many one in so many: coordinate along the axis, what they get or what reacts in them, the scalar mixed by the flow there, the number.",
         &[("time", "s"), ("id", "-"), ("position", "m"), ("rate", "SI"), ("mixed", "SI"), ("number", "-")],
     );
     let mut axial = Table::new(
@@ -224,7 +224,7 @@ pub fn analyse(
         };
         let given = particles.value.as_ref().and_then(|value| value.compile().ok());
         let conducts = scalar.diffusivity(fluid.density) * scalar.capacity(fluid.density);
-        let mut own = Vec::new();
+        let mut own: Vec<[f64; 5]> = Vec::new();
         for i in 0..snapshot.len() {
             let place = snapshot.position[i];
             let volume = snapshot.volume(i, shapes);
@@ -241,30 +241,32 @@ pub fn analyse(
                     rates[i] * (6.0 * volume / area) / (area * conducts * (mixed - surface))
                 }
             };
-            own.extend([time, snapshot.id[i] as f64, place[axis], rates[i], mixed, found]);
+            own.push([snapshot.id[i] as f64, place[axis], rates[i], mixed, found]);
         }
-        let mut rows: Vec<Vec<f64>> = transport.gather(&own).chunks_exact(6).map(<[f64]>::to_vec).collect();
-        rows.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        let count = rows.len() as f64;
-        let sum = |f: &dyn Fn(&[f64]) -> f64| rows.iter().map(|row| f(row)).sum::<f64>();
-        let mean = sum(&|row| row[5]) / count;
-        let spread = (sum(&|row| (row[5] - mean).powi(2)) / (count - 1.0).max(1.0)).sqrt();
+        let share = Share::of(&own, transport);
+        let count = share.all as f64;
+        let sum = |f: &dyn Fn(&[f64; 5]) -> f64| exact_sum(transport, own.iter().map(f));
+        let mean = sum(&|row| row[4]) / count;
+        let spread = (sum(&|row| (row[4] - mean).powi(2)) / (count - 1.0).max(1.0)).sqrt();
         let error = spread / count.sqrt();
-        let total = sum(&|row| row[3]);
+        let total = sum(&|row| row[2]);
         let ends = [layers.first(), layers.last()].map(|layer| layer.map_or(f64::NAN, |layer| layer.cup));
         report.lines.push(format!(
             "t = {}: {what} of {} {:.5} +- {:.2e} (spread {:.3}) over {} particles, {rate} {total:.5e} in all; mixed by the flow {:.6} to {:.6}",
-            seconds(time), scalar.name, mean, error, spread, rows.len(), ends[0], ends[1]
+            seconds(time), scalar.name, mean, error, spread, share.all, ends[0], ends[1]
         ));
         beds.push(vec![time, count, mean, error, spread, total, ends[0], ends[1]]);
         of_layers
             .push(Curve::line(seconds(time), layers.iter().map(|layer| [layer.middle, layer.cup]).collect()));
+        let rows = share.thinned(transport);
         of_particles.push(Curve::line(seconds(time), {
-            let mut points: Vec<[f64; 2]> = rows.iter().map(|row| [row[2], row[5]]).collect();
+            let mut points: Vec<[f64; 2]> = rows.iter().map(|row| [row[1], row[4]]).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             points
         }));
-        rows.into_iter().for_each(|row| each.push(row));
+        rows.iter().for_each(|[id, place, rate, mixed, found]| {
+            each.push(vec![time, *id, *place, *rate, *mixed, *found])
+        });
         layers.iter().for_each(|layer| axial.push(vec![time, layer.middle, layer.cup, layer.mean]));
         rings.iter().for_each(|[radius, mean]| radial.push(vec![time, *radius, *mean]));
     }
