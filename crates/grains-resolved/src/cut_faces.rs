@@ -147,6 +147,7 @@ impl CutFaces {
                     holders: holders[component],
                     start: subgrid.position(component, place) + surface.direction * surface.distance,
                     out: face.out,
+                    unit,
                     wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
                 };
                 let (body, offset) = (first_wall + face.wall, surface.direction * face.moments[0]);

@@ -169,8 +169,10 @@ pub(crate) struct Profile<'a> {
     pub out: ClosestPoint,
     /// How it is chosen.
     pub rule: Rule,
-    /// What is wanted of the powers 1 to 3 of the distance along the normal, in those of planes between which a cell fits (-):
-    /// those of a place in the wall, to extrapolate to it.
+    /// Distance (m) of planes normal to the profile between which a cell fits.
+    pub unit: f64,
+    /// What is wanted of the powers 1 to 3 of the distance along the normal, in that unit (-): those of a place in the wall, to
+    /// extrapolate to it.
     pub wanted: Vec3,
 }
 
@@ -182,7 +184,7 @@ impl Profile<'_> {
     /// there are fewer points.
     #[inline(always)]
     pub fn find(&self, found: &mut InterfaceStencil) -> bool {
-        let step = self.rule.spacing * pitch(&self.out.surface.direction, self.subgrid);
+        let step = self.rule.spacing * self.unit;
         let whole = match self.rule.samples {
             1 => self.whole::<1>(step, found),
             2 => self.whole::<2>(step, found),
@@ -242,13 +244,14 @@ impl Profile<'_> {
     /// The same for a number of samples that is known: what is found of each stays in registers.
     #[inline(always)]
     fn fit_all<const N: usize>(&self, samples: &[Sample; N], found: &mut InterfaceStencil) -> bool {
-        let unit = pitch(&self.out.surface.direction, self.subgrid);
+        let per_unit = 1.0 / self.unit;
+        let cell = self.out.surface.direction.component_mul(&self.subgrid.spacing) * per_unit;
         let strides = self.subgrid.layout.strides();
         let (mut powers, mut hidden, mut response) = ([Vec3::zeros(); N], Vec3::zeros(), Vec3::zeros());
         for n in 0..N {
             powers[n] = match &samples[n] {
                 Sample::Opposite(width, ..) => {
-                    let y = width / unit;
+                    let y = width * per_unit;
                     Vec3::new(y, y * y, y * y * y)
                 }
                 Sample::Flow(distance, stencil) => {
@@ -256,7 +259,7 @@ impl Profile<'_> {
                     if n < NEAR && self.rule.max_response.is_finite() {
                         response[n] = self.response(stencil);
                     }
-                    self.powers(distance / unit, stencil, unit)
+                    powers_between(distance * per_unit, stencil, &cell)
                 }
             };
         }
@@ -294,20 +297,6 @@ impl Profile<'_> {
             false => weight * around(self.subgrid, place).filter(|&p| holders.holds(p)).count() as f64,
         };
         stencil.corners(strides).map(of_corner).sum()
-    }
-
-    /// What multilinear interpolation makes of y, y², y³ at y, the distance along the normal in a unit (m): their means over
-    /// corners whose coordinates are independent of each other.
-    fn powers(&self, y: f64, stencil: &Stencil, unit: f64) -> Vec3 {
-        let (mut variance, mut third) = (0.0, 0.0);
-        for a in (0..3).filter(|&a| self.subgrid.active[a]) {
-            let (t, step) =
-                (stencil.fractions[a], self.out.surface.direction[a] * self.subgrid.spacing[a] / unit);
-            let spread = t * (1.0 - t) * step * step;
-            variance += spread;
-            third += spread * (1.0 - 2.0 * t) * step;
-        }
-        Vec3::new(y, y * y + variance, y * y * y + 3.0 * y * variance + third)
     }
 
     /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and that surface.
@@ -396,7 +385,21 @@ fn solve(columns: &[Vec3], wanted: &Vec3) -> Option<Vec3> {
         }
         _ => return None,
     };
-    (determinant != 0.0).then(|| weights / determinant)
+    (determinant != 0.0).then(|| weights * (1.0 / determinant))
+}
+
+/// What multilinear interpolation makes of y, y², y³ at y, the distance along a normal: their means over corners whose coordinates
+/// are independent of each other, with what a cell along each axis adds to y.
+#[inline(always)]
+fn powers_between(y: f64, stencil: &Stencil, cell: &Vec3) -> Vec3 {
+    let (mut variance, mut third) = (0.0, 0.0);
+    // Where the flow does not vary, the fraction is 0.
+    for (t, step) in stencil.fractions.iter().zip(cell.iter()) {
+        let spread = t * (1.0 - t) * step * step;
+        variance += spread;
+        third += spread * (1.0 - 2.0 * t) * step;
+    }
+    Vec3::new(y, y * y + variance, y * y * y + 3.0 * y * variance + third)
 }
 
 /// Distance (m) of two parallel planes between which a cell fits.

@@ -164,7 +164,8 @@ impl Nodes {
             let (place, holders) = (node.place as usize, Holders { mask, nodes });
             let is_made = extrapolation.rule().is_some_and(|rule| {
                 let out = self.closest_points[node.interface as usize];
-                let depth = -out.surface.distance / pitch(&out.surface.direction, subgrid);
+                let unit = pitch(&out.surface.direction, subgrid);
+                let depth = -out.surface.distance / unit;
                 let profile = Profile {
                     rule: rule.at(place, subgrid, holders),
                     subgrid,
@@ -173,6 +174,7 @@ impl Nodes {
                     holders,
                     start: positions.at(place) + out.surface.direction * out.surface.distance,
                     out,
+                    unit,
                     wanted: Vec3::new(depth, depth * depth, depth * depth * depth),
                 };
                 profile.find(&mut interfaces[made])
@@ -294,17 +296,22 @@ impl Nodes {
         let radius = body.radius(solids.shapes);
         // From here the way out is longer than a cell in any direction.
         let deep = (solids.inscribed_radius(number) - subgrid.diagonal()).max(0.0);
-        let [x, y, z] = ball_indices(subgrid, component, &body.center, radius);
+        let slack = ROUNDING.sqrt() * radius;
+        let [_, y, z] = ball_indices(subgrid, component, &body.center, radius);
         let coordinate = |a: usize, i: isize| subgrid.coordinate(component, a, i);
         let own = subgrid.unknowns(component).map(|n| 0..n as isize);
         for k in z {
             for j in y.clone() {
                 let (row, is_own) =
                     (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
+                let across = Vec3::new(body.center.x, coordinate(1, j), coordinate(2, k));
+                // A little more than half the chord: rounding of the squares counts where it is short.
+                let half = (radius * radius - (across - body.center).norm_squared()).max(0.0).sqrt() + slack;
+                let x = subgrid.indices_between(component, 0, [across.x - half, across.x + half]);
                 let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
                 self.masks[component].prefetch(later.wrapping_add_signed(*x.start()));
-                for i in x.clone() {
-                    let position = Vec3::new(coordinate(0, i), coordinate(1, j), coordinate(2, k));
+                for i in x {
+                    let position = Vec3::new(coordinate(0, i), across.y, across.z);
                     let square = (position - body.center).norm_squared();
                     if square < radius * radius {
                         let place = row.wrapping_add_signed(i);
@@ -418,16 +425,7 @@ pub(crate) fn ball_indices(
     center: &Vec3,
     radius: f64,
 ) -> [RangeInclusive<isize>; 3] {
-    let layout = subgrid.layout;
-    std::array::from_fn(|a| {
-        let (h, n) = (layout.halo as isize, layout.cells[a] as isize);
-        if !subgrid.active[a] {
-            return 0..=0;
-        }
-        let place = |x: f64| (x - subgrid.coordinate(component, a, 0)) / subgrid.spacing[a];
-        let low = place(center[a] - radius).ceil().max(-h as f64) as isize;
-        low..=(place(center[a] + radius).floor().min((n + h - 1) as f64) as isize)
-    })
+    std::array::from_fn(|a| subgrid.indices_between(component, a, [center[a] - radius, center[a] + radius]))
 }
 
 impl Node {

@@ -6,7 +6,7 @@ use crate::solid_mask::Holders;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// What rounding may make of a place (cells): points on nodes have the same cell on any rank.
 const ROUNDING: f64 = 1e-9;
@@ -18,6 +18,8 @@ pub struct Subgrid {
     pub layout: Layout,
     /// Widths of the cells (m).
     pub spacing: Vec3,
+    /// Cells per length (1/m).
+    cells_per_length: Vec3,
     /// Axes along which the flow varies.
     pub active: [bool; 3],
     /// Lower corner of own cell (0, 0, 0) (m).
@@ -78,9 +80,11 @@ impl Subgrid {
             let wraps = partition.touches(a).map(|t| t && grid.axis(a).is_periodic());
             [if wraps[0] { length } else { 0.0 }, if wraps[1] { -length } else { 0.0 }]
         };
+        let spacing = Vec3::from_fn(|a, _| grid.axis(a).width(0));
         Ok(Self {
             layout,
-            spacing: Vec3::from_fn(|a, _| grid.axis(a).width(0)),
+            spacing,
+            cells_per_length: spacing.map(|width| 1.0 / width),
             active: std::array::from_fn(|a| grid.is_active(a)),
             lower: Vec3::from_fn(|a, _| grid.axis(a).node(first[a] as isize)),
             upper: Vec3::from_fn(|a, _| grid.axis(a).node((first[a] + layout.cells[a]) as isize)),
@@ -101,6 +105,27 @@ impl Subgrid {
     pub fn coordinate(&self, component: usize, axis: usize, i: isize) -> f64 {
         let within = if axis == component { 1.0 } else { 0.5 };
         self.lower[axis] + (i as f64 + within) * self.spacing[axis]
+    }
+
+    /// Where a coordinate (m) along an axis lies among velocities along `component`: cells from the first own one (-).
+    #[inline]
+    fn cells_to(&self, component: usize, axis: usize, coordinate: f64) -> f64 {
+        (coordinate - self.coordinate(component, axis, 0)) * self.cells_per_length[axis]
+    }
+
+    /// Indices along an axis, halo included, of velocities along `component` between two coordinates (m).
+    pub(crate) fn indices_between(
+        &self,
+        component: usize,
+        axis: usize,
+        ends: [f64; 2],
+    ) -> RangeInclusive<isize> {
+        let (h, n) = (self.layout.halo as isize, self.layout.cells[axis] as isize);
+        if !self.active[axis] {
+            return 0..=0;
+        }
+        let [low, high] = ends.map(|end| self.cells_to(component, axis, end));
+        low.ceil().max(-h as f64) as isize..=high.floor().min((n + h - 1) as f64) as isize
     }
 
     /// Where the velocity along `component` at a place in the arrays lies (m).
@@ -233,7 +258,7 @@ impl Subgrid {
     ) -> Option<PointStencil> {
         let (mut lowest, mut weights) = ([0; 3], [[1.0, 0.0, 0.0]; 3]);
         for a in (0..3).filter(|&a| self.active[a]) {
-            let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
+            let place = self.cells_to(component, a, point[a]);
             let (floor, is_up) = (place.floor(), normal[a] >= 0.0);
             let (low, t) = if is_up { (floor, place - floor) } else { (floor - 1.0, floor + 1.0 - place) };
             let [first, last] = self.unknown[a][usize::from(a != component)];
@@ -266,7 +291,7 @@ impl Subgrid {
                 base += halo as usize * strides[a];
                 continue;
             }
-            let place = (point[a] - self.coordinate(component, a, 0)) / self.spacing[a];
+            let place = self.cells_to(component, a, point[a]);
             let [low, high] = allowed[a][usize::from(a != component)];
             // In cells from the first; those that are not negative are rounded down as they become whole numbers.
             let from_first = place - low as f64 + ROUNDING;
