@@ -83,19 +83,11 @@ impl Rule {
     /// What noise of the flow makes of a velocity in the fluid is shared among those of its neighbours that are extrapolated.
     pub fn at(self, place: usize, subgrid: &Subgrid, holders: Holders) -> Self {
         let mut max = 1;
-        for place in around(subgrid, place).filter(|&p| !holders.holds(p)) {
-            max = max.max(around(subgrid, place).filter(|&p| holders.holds(p)).count());
+        for place in subgrid.around(place).filter(|&p| !holders.holds(p)) {
+            max = max.max(subgrid.around(place).filter(|&p| holders.holds(p)).count());
         }
         Self { max_weight: self.max_weight / max as f64, ..self }
     }
-}
-
-/// Places next to one along the axes on which the flow varies.
-#[inline]
-fn around(subgrid: &Subgrid, place: usize) -> impl Iterator<Item = usize> {
-    let (strides, active) = (subgrid.layout.strides(), subgrid.active);
-    let places = strides.map(|stride| [place - stride, place + stride]);
-    (0..6).filter(move |k| active[k / 2]).map(move |k| places[k / 2][k % 2])
 }
 
 /// Extrapolation from the fluid through the surface to a velocity inside: u − u_s = Σ b_k (u(x_k) − u_s), u_s = U + ω × r_s.
@@ -294,7 +286,7 @@ impl Profile<'_> {
         let holders = self.holders;
         let of_corner = |(place, weight): (usize, f64)| match holders.holds(place) {
             true => 0.0,
-            false => weight * around(self.subgrid, place).filter(|&p| holders.holds(p)).count() as f64,
+            false => weight * self.subgrid.around(place).filter(|&p| holders.holds(p)).count() as f64,
         };
         stencil.corners(strides).map(of_corner).sum()
     }

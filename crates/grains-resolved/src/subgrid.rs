@@ -20,6 +20,8 @@ pub struct Subgrid {
     pub spacing: Vec3,
     /// Cells per length (1/m).
     cells_per_length: Vec3,
+    /// From a place in the arrays to those next to it along the axes on which the flow varies.
+    steps: Vec<isize>,
     /// Axes along which the flow varies.
     pub active: [bool; 3],
     /// Lower corner of own cell (0, 0, 0) (m).
@@ -85,6 +87,10 @@ impl Subgrid {
             layout,
             spacing,
             cells_per_length: spacing.map(|width| 1.0 / width),
+            steps: (0..3)
+                .filter(|&a| grid.is_active(a))
+                .flat_map(|a| [-1, 1].map(|side| side * layout.strides()[a] as isize))
+                .collect(),
             active: std::array::from_fn(|a| grid.is_active(a)),
             lower: Vec3::from_fn(|a, _| grid.axis(a).node(first[a] as isize)),
             upper: Vec3::from_fn(|a, _| grid.axis(a).node((first[a] + layout.cells[a]) as isize)),
@@ -133,6 +139,12 @@ impl Subgrid {
         let ([_, sy, sz], h) = (self.layout.strides(), self.layout.halo as isize);
         let at = [place % sy, place % sz / sy, place / sz];
         Vec3::from_fn(|a, _| self.coordinate(component, a, at[a] as isize - h))
+    }
+
+    /// Places next to one along the axes on which the flow varies.
+    #[inline(always)]
+    pub(crate) fn around(&self, place: usize) -> impl Iterator<Item = usize> {
+        self.steps.iter().map(move |step| place.wrapping_add_signed(*step))
     }
 
     /// Where the velocities along `component` lie, at places that for the most part follow one another along x.
