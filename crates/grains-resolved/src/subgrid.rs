@@ -18,8 +18,6 @@ pub struct Subgrid {
     pub layout: Layout,
     /// Widths of the cells (m).
     pub spacing: Vec3,
-    /// Cells per length (1/m).
-    cells_per_length: Vec3,
     /// From a place in the arrays to those next to it along the axes on which the flow varies.
     steps: Vec<isize>,
     /// Axes along which the flow varies.
@@ -86,7 +84,6 @@ impl Subgrid {
         Ok(Self {
             layout,
             spacing,
-            cells_per_length: spacing.map(|width| 1.0 / width),
             steps: (0..3)
                 .filter(|&a| grid.is_active(a))
                 .flat_map(|a| [-1, 1].map(|side| side * layout.strides()[a] as isize))
@@ -116,7 +113,8 @@ impl Subgrid {
     /// Where a coordinate (m) along an axis lies among velocities along `component`: cells from the first own one (-).
     #[inline]
     fn cells_to(&self, component: usize, axis: usize, coordinate: f64) -> f64 {
-        (coordinate - self.coordinate(component, axis, 0)) * self.cells_per_length[axis]
+        // Quotients, as those of places on velocities are whole on any rank; products are not.
+        (coordinate - self.coordinate(component, axis, 0)) / self.spacing[axis]
     }
 
     /// Indices along an axis, halo included, of velocities along `component` between two coordinates (m).
