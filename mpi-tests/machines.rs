@@ -92,7 +92,7 @@ fn spheres_of_many_sizes_behind_a_plate() {
     same_on_all("silo", "0.24", "0.08");
 }
 
-/// The tunables in the environment of a process while it runs, every other one that was seen before the last.
+/// The tunables that a process begins with, and those that it has after it began anew, as its environment shows them while it runs.
 fn tunables_seen(process: &mut std::process::Child) -> Vec<String> {
     let mut seen = Vec::new();
     while process.try_wait().unwrap().is_none() {

@@ -460,3 +460,39 @@ impl Node {
         self.interface == DEEP
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Form;
+    use crate::spectrum::Random;
+    use grains_fluid::{FlowSetup, Grid};
+    use grains_geometry::{Mat3, Shape};
+
+    /// A ball holds all velocities in it, halo included, also where it grazes them.
+    #[test]
+    fn balls_hold_all_velocities_in_them() {
+        let mut random = Random(4);
+        let grid = Grid::uniform([0.0; 3], [12.0; 3], [12; 3], [true; 3]).unwrap();
+        let subgrid = Subgrid::new(&FlowSetup { halo: 3, ..FlowSetup::new(grid, 1.0, 1.0) }).unwrap();
+        for k in 0..200 {
+            // Every other ball is on the lines of the grid, so that its radius may end on velocities.
+            let on_lines = |x: f64| if k % 2 == 0 { (2.0 * x).round() / 2.0 } else { x };
+            let radius = on_lines(1.0 + 3.0 * random.next());
+            let center = Vec3::from_fn(|_, _| on_lines(12.0 * random.next()));
+            let shape = Shape::sphere(radius).unwrap();
+            let (zero, rotation) = (Vec3::zeros(), Mat3::identity());
+            let form = Form::Shape(0);
+            let body = RigidBody { id: 1, form, scale: 1.0, center, rotation, velocity: zero, spin: zero };
+            let radius = body.radius(std::slice::from_ref(&shape));
+            let mut nodes = Nodes::new(&subgrid);
+            let solids = Solids { bodies: &[body], shapes: &[shape], walls: &[], subgrid: &subgrid };
+            nodes.find(&solids, Extrapolation::Quadratic);
+            for (component, place) in (0..3).flat_map(|c| (0..subgrid.layout.len()).map(move |p| (c, p))) {
+                let square = (subgrid.position(component, place) - center).norm_squared();
+                let is_in = square < radius * radius;
+                assert_eq!(nodes.holder(component, place).is_some(), is_in, "{center:?} {radius} {place}");
+            }
+        }
+    }
+}
