@@ -4,15 +4,21 @@ use crate::{Mat3, Vec3, powers};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Queries side by side: a whole number of times the lanes of any processor.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// A number of one query, or of each of several.
-pub(crate) trait Number:
+pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The same number for all.
     fn of(x: f64) -> Self;
+    /// The number of one of the queries.
+    fn lane(self, lane: usize) -> f64;
+    /// The largest whole number not above a number from 0 on.
+    fn whole(self) -> Self;
+    /// Square root.
     fn sqrt(self) -> Self;
+    /// The number without its sign.
     fn abs(self) -> Self;
     /// Binary logarithm of a positive normal number.
     fn log2(self) -> Self;
@@ -27,7 +33,7 @@ pub(crate) trait Number:
 /// Numbers of queries side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+pub struct Lanes(pub [f64; LANES]);
 
 impl Lanes {
     #[inline(always)]
@@ -107,6 +113,16 @@ impl Number for Lanes {
     }
 
     #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+
+    #[inline(always)]
+    fn whole(self) -> Self {
+        self.map(f64::floor)
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt)
     }
@@ -141,6 +157,16 @@ impl Number for f64 {
     #[inline(always)]
     fn of(x: f64) -> Self {
         x
+    }
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn whole(self) -> Self {
+        self as u64 as f64
     }
 
     #[inline(always)]
@@ -190,71 +216,79 @@ pub(crate) fn natural<T: Number>(x: T, mut exponent: u32) -> T {
 
 /// A vector of such numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vector<T>(pub(crate) [T; 3]);
+pub struct Vector<T>(pub [T; 3]);
 
 impl<T: Number> Vector<T> {
+    /// The same vector for all.
     #[inline(always)]
-    pub(crate) fn of(v: &Vec3) -> Self {
+    pub fn of(v: &Vec3) -> Self {
         Self([T::of(v.x), T::of(v.y), T::of(v.z)])
     }
 
+    /// Scalar product.
     #[inline(always)]
-    pub(crate) fn dot(&self, Self([p, q, r]): &Self) -> T {
+    pub fn dot(&self, Self([p, q, r]): &Self) -> T {
         let [x, y, z] = self.0;
         x * *p + y * *q + z * *r
     }
 
+    /// Vector product.
     #[inline(always)]
-    pub(crate) fn cross(&self, Self([p, q, r]): &Self) -> Self {
+    pub fn cross(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([y * *r - z * *q, z * *p - x * *r, x * *q - y * *p])
     }
 
+    /// Sum.
     #[inline(always)]
-    pub(crate) fn plus(&self, Self([p, q, r]): &Self) -> Self {
+    pub fn plus(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([x + *p, y + *q, z + *r])
     }
 
+    /// Difference.
     #[inline(always)]
-    pub(crate) fn minus(&self, Self([p, q, r]): &Self) -> Self {
+    pub fn minus(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([x - *p, y - *q, z - *r])
     }
 
+    /// The vector times a number.
     #[inline(always)]
-    pub(crate) fn times(&self, factor: T) -> Self {
+    pub fn times(&self, factor: T) -> Self {
         let [x, y, z] = self.0;
         Self([x * factor, y * factor, z * factor])
     }
 
+    /// Square of the length.
     #[inline(always)]
-    pub(crate) fn squared(&self) -> T {
+    pub fn squared(&self) -> T {
         self.dot(self)
     }
 
+    /// Length.
     #[inline(always)]
-    pub(crate) fn norm(&self) -> T {
+    pub fn norm(&self) -> T {
         self.squared().sqrt()
     }
 
     /// Products of the components.
     #[inline(always)]
-    pub(crate) fn by_component(&self, Self([p, q, r]): &Self) -> Self {
+    pub fn by_component(&self, Self([p, q, r]): &Self) -> Self {
         let [x, y, z] = self.0;
         Self([x * *p, y * *q, z * *r])
     }
 
     /// Sum of the components without signs.
     #[inline(always)]
-    pub(crate) fn sum_of_sizes(&self) -> T {
+    pub fn sum_of_sizes(&self) -> T {
         let [x, y, z] = self.0;
         x.abs() + y.abs() + z.abs()
     }
 
     /// One of two vectors: the first where a number is above another.
     #[inline(always)]
-    pub(crate) fn if_above((number, other): (T, T), then: &Self, otherwise: &Self) -> Self {
+    pub fn if_above((number, other): (T, T), then: &Self, otherwise: &Self) -> Self {
         let [x, y, z] = then.0;
         let [p, q, r] = otherwise.0;
         let pick = |then, otherwise| number.if_above(other, then, otherwise);
@@ -291,7 +325,7 @@ impl<T: Number> Matrix<T> {
 impl Vector<Lanes> {
     /// Sets the vector of a query.
     #[inline(always)]
-    pub(crate) fn set(&mut self, lane: usize, v: &Vec3) {
+    pub fn set(&mut self, lane: usize, v: &Vec3) {
         for axis in 0..3 {
             self.0[axis].0[lane] = v[axis];
         }
@@ -299,7 +333,7 @@ impl Vector<Lanes> {
 
     /// The vector of a query.
     #[inline(always)]
-    pub(crate) fn get(&self, lane: usize) -> Vec3 {
+    pub fn get(&self, lane: usize) -> Vec3 {
         let Self([x, y, z]) = self;
         Vec3::new(x.0[lane], y.0[lane], z.0[lane])
     }

@@ -24,7 +24,7 @@ mod error;
 pub mod gjk;
 mod glued;
 pub mod hull;
-mod lanes;
+pub mod lanes;
 pub mod mass;
 pub mod mesh;
 pub mod mesh_file;

@@ -1,11 +1,13 @@
 //! Which velocities bodies hold, and which of them are deep inside: against the closest surface of every velocity by itself.
 
-use crate::interface_stencil::pitch;
-use crate::nodes::{Nodes, ROUNDING};
+use crate::node::ROUNDING;
+use crate::nodes::Nodes;
+use crate::profile::pitch;
 use crate::spectrum::Random;
 use crate::wall::{ClosestPoint, Solids};
 use crate::{Extrapolation, Form, RigidBody, Subgrid};
 use grains_fluid::{FlowSetup, Grid};
+use grains_geometry::lanes::Vector;
 use grains_geometry::{Component, Shape, Vec3};
 use nalgebra::Rotation3;
 
@@ -73,7 +75,7 @@ fn velocities_are_deep_where_the_way_out_is_longer_than_a_cell_in_any_pose() {
                 assert_eq!(is_held, inside.is_some(), "{body:?} {component} {position:?}");
                 let is_own = subgrid.is_own(component, subgrid.indices(place));
                 let Some(out) = inside.filter(|_| is_own) else { continue };
-                let width = pitch(&out.surface.direction, &subgrid) * (1.0 - ROUNDING);
+                let width = pitch(&Vector::<f64>::of(&out.surface.direction), &subgrid) * (1.0 - ROUNDING);
                 let is_deep = out.surface.distance.max(0.0) >= width;
                 assert_eq!(nodes.is_deep(component, place), is_deep, "{body:?} {component} {position:?}");
                 if is_deep { deep += 1 } else { near += 1 }

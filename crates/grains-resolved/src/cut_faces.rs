@@ -15,7 +15,8 @@
 //! pressure would rise without end.
 
 use crate::body::others;
-use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::interface_stencil::InterfaceStencil;
+use crate::profile::{Normals, Profile, Target, pitch};
 use crate::solid_mask::Holders;
 use crate::wall::{ClosestPoint, Solids};
 use crate::wall_load::turning;
@@ -23,6 +24,7 @@ use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
+use grains_geometry::lanes::Vector;
 use std::collections::HashMap;
 
 /// Widths of a face along the normal, over that of a cell, below which the surface counts as parallel to its edges (-).
@@ -137,18 +139,17 @@ impl CutFaces {
                     continue;
                 }
                 let Some(rule) = extrapolation.rule() else { continue };
-                let unit = pitch(&face.out.surface.direction, subgrid);
                 let surface = &face.out.surface;
+                let direction = Vector::<f64>::of(&surface.direction);
+                let unit = pitch(&direction, subgrid);
+                let start = subgrid.position(component, place) + surface.direction * surface.distance;
+                let wanted = Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1));
+                let (start, wanted) = (Vector::of(&start), Vector::of(&wanted));
                 let profile = Profile {
-                    rule: rule.at(place, subgrid, holders[component]),
-                    subgrid,
+                    target: Target { subgrid, place, holders: holders[component], rule, out: &face.out },
                     component,
                     solids,
-                    holders: holders[component],
-                    start: subgrid.position(component, place) + surface.direction * surface.distance,
-                    out: face.out,
-                    unit,
-                    wanted: Vec3::from_fn(|k, _| face.moments[k] / unit.powi(k as i32 + 1)),
+                    normal: Normals { start, direction, unit, wanted },
                 };
                 let (body, offset) = (first_wall + face.wall, surface.direction * face.moments[0]);
                 let mut stencil = InterfaceStencil::default();
@@ -225,7 +226,7 @@ impl CutFaces {
                 }
                 let at = |body: u32, foot: &Vec3| bodies[body as usize].component_at(component, foot);
                 let surface = at(*body, &stencil.foot);
-                let opposite = stencil.opposite.as_ref().map(|o| (o.weight, at(o.body, &o.foot)));
+                let opposite = stencil.opposite().map(|o| (o.weight, at(o.body, &o.foot)));
                 let beyond = stencil.extrapolated(surface, opposite, velocity, strides) - surface;
                 passing[*place as usize] = beyond - turning(&bodies[*body as usize], component, offset);
                 self.noted[component].push(*place);

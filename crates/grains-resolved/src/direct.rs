@@ -1,7 +1,7 @@
 //! Direct forcing: the bodies' velocities from the balance of their momentum, the fluid's from them.
 
 use crate::body::others;
-use crate::nodes::Node;
+use crate::node::Node;
 use crate::wall_load::Stresses;
 use crate::{Action, BodyMotion, FlowOnWall, Resolved};
 use grains_domain::{Transport, prefetch};
@@ -133,7 +133,7 @@ impl Resolved {
             None => body.component_at(component, &arm()),
             Some(interface) => {
                 let surface = body.component_at(component, &interface.foot);
-                let opposite = interface.opposite.as_ref().map(|opposite| {
+                let opposite = interface.opposite().map(|opposite| {
                     let body = &self.bodies[opposite.body as usize];
                     (opposite.weight, body.component_at(component, &opposite.foot))
                 });

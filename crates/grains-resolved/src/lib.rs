@@ -110,6 +110,7 @@
 mod balance;
 mod body;
 mod body_ghosts;
+mod cell_stencil;
 #[cfg(test)]
 mod classification;
 mod constraints;
@@ -118,12 +119,16 @@ mod direct;
 #[cfg(test)]
 mod elimination;
 mod error;
+mod extrapolation;
 mod interface_stencil;
 mod motion;
 mod multiplier;
+mod near_surface;
+mod node;
 mod nodes;
 mod point_stencil;
 mod points;
+mod profile;
 mod resolved;
 mod solid;
 mod solid_cells;
@@ -134,12 +139,13 @@ mod subgrid;
 mod uzawa;
 mod wall;
 mod wall_load;
+mod wall_nodes;
 
 pub use balance::{Action, BodyMotion};
 pub use body::{Form, RigidBody};
 pub use constraints::Interpolation;
 pub use error::{ConstraintError, SetupError};
-pub use interface_stencil::{Extrapolation, MAX_DIFFUSION_NUMBER};
+pub use extrapolation::{Extrapolation, MAX_DIFFUSION_NUMBER};
 pub use motion::{FlowLink, Surroundings, bodies};
 pub use multiplier::MultiplierMethod;
 pub use points::{SurfacePoint, surface_points};

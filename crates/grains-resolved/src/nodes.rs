@@ -1,45 +1,21 @@
 //! The velocities of the fluid that bodies impose.
 
 use crate::body::others;
-use crate::cut_faces::{CutFace, CutFaces};
-use crate::interface_stencil::{InterfaceStencil, Profile, pitch};
+use crate::cut_faces::CutFaces;
+use crate::interface_stencil::InterfaceStencil;
+use crate::near_surface::{Near, extrapolate};
+use crate::node::{Depth, Node, RIGID, ROUNDING};
 use crate::solid_mask::{Holders, SolidMask};
 use crate::subgrid::Positions;
-use crate::wall::{ClosestPoint, Solids, WallRun};
+use crate::wall::{ClosestPoint, Solids};
+use crate::wall_nodes::WallNodes;
 use crate::{Extrapolation, RigidBody, Subgrid};
 use grains_fluid::{HeldFaces, SolidStresses};
-use grains_geometry::{ClosestSurface, Vec3};
+use grains_geometry::Vec3;
 use std::ops::RangeInclusive;
-
-/// Relative difference of distances that counts as rounding: velocities a cell deep are so on all ranks.
-pub(crate) const ROUNDING: f64 = 1e-9;
-
-/// A velocity of the fluid that a body imposes.
-#[derive(Clone, Debug)]
-pub(crate) struct Node {
-    /// Place in the arrays.
-    pub place: u32,
-    /// Place of the body in the list.
-    pub body: u32,
-    /// Number of its [`InterfaceStencil`], or one of the two below.
-    interface: u32,
-}
 
 /// Rows of marks that are asked for before they are needed.
 const ROWS_AHEAD: usize = 4;
-
-/// What is known of a node that a body claims.
-struct Claimed {
-    /// Whether it is this rank's own.
-    is_own: bool,
-    /// Whether it is surely inside and not next to the surface.
-    is_deep: bool,
-}
-
-/// A node that is not next to the surface.
-const DEEP: u32 = u32::MAX;
-/// A node next to the surface that has the velocity of the body all the same.
-const RIGID: u32 = u32::MAX - 1;
 
 /// From the centres of bodies to nodes of a component.
 pub(crate) struct Arms<'a> {
@@ -71,30 +47,6 @@ pub(crate) struct Nodes {
     masks: [SolidMask; 3],
     in_walls: [WallNodes; 3],
     pub cut_faces: CutFaces,
-}
-
-/// Velocities of a component inside walls, kept while these stay where they are, wall by wall; bodies are numbers of walls.
-#[derive(Clone, Debug, Default)]
-struct WallNodes {
-    /// Where each wall begins in the lists below.
-    begins: Vec<WallBegin>,
-    own: Vec<Node>,
-    /// From the centre of the wall, or of its image, to each of these (m).
-    arms: Vec<Vec3>,
-    closest_points: Vec<ClosestPoint>,
-    /// Places in the halo, and their walls.
-    halo: Vec<(u32, u32)>,
-    /// Faces that walls cut, halo included.
-    cut: Vec<CutFace>,
-}
-
-/// Where a wall begins in the lists of [`WallNodes`].
-#[derive(Clone, Copy, Debug)]
-struct WallBegin {
-    own: usize,
-    closest_points: usize,
-    halo: usize,
-    cut: usize,
 }
 
 impl Nodes {
@@ -150,37 +102,15 @@ impl Nodes {
 
     /// Finds how the velocities of a component next to a surface are extrapolated.
     fn extrapolate(&mut self, component: usize, solids: &Solids, extrapolation: Extrapolation) {
-        let (mask, interfaces) = (&self.masks[component], &mut self.interfaces[component]);
-        let subgrid = solids.subgrid;
-        let (mut positions, mut made) = (subgrid.positions(component), 0);
+        let (nodes, interfaces) = (&mut self.of[component], &mut self.interfaces[component]);
         // Each is made in its place, which is large; no node has a number beyond those made.
         interfaces.resize_with(self.closest_points.len(), InterfaceStencil::default);
-        for number in 0..self.of[component].len() {
-            let nodes = &self.of[component];
-            let node = &nodes[number];
-            if node.is_deep() {
-                continue;
+        match extrapolation.rule() {
+            Some(rule) => {
+                let near = Near { component, mask: &self.masks[component], out: &self.closest_points, rule };
+                extrapolate(nodes, &near, interfaces, solids);
             }
-            let (place, holders) = (node.place as usize, Holders { mask, nodes });
-            let is_made = extrapolation.rule().is_some_and(|rule| {
-                let out = self.closest_points[node.interface as usize];
-                let unit = pitch(&out.surface.direction, subgrid);
-                let depth = -out.surface.distance / unit;
-                let profile = Profile {
-                    rule: rule.at(place, subgrid, holders),
-                    subgrid,
-                    component,
-                    solids,
-                    holders,
-                    start: positions.at(place) + out.surface.direction * out.surface.distance,
-                    out,
-                    unit,
-                    wanted: Vec3::new(depth, depth * depth, depth * depth * depth),
-                };
-                profile.find(&mut interfaces[made])
-            });
-            self.of[component][number].interface = if is_made { made as u32 } else { RIGID };
-            made += usize::from(is_made);
+            None => nodes.iter_mut().filter(|node| !node.is_deep()).for_each(|node| node.interface = RIGID),
         }
     }
 
@@ -211,10 +141,10 @@ impl Nodes {
         (&self.of[component][..arms.len()], arms)
     }
 
-    /// Whether a body holds an own node.
+    /// Whether a body holds a velocity, halo included.
     #[inline]
     pub fn holds(&self, component: usize, place: usize) -> bool {
-        self.masks[component].own_node(place).is_some()
+        self.masks[component].contains(place)
     }
 
     /// Whether a place is that of an own node not next to the surface.
@@ -248,7 +178,7 @@ impl Nodes {
     pub fn solid_stresses(&self, subgrid: &Subgrid) -> SolidStresses {
         let (layout, strides, active) = (subgrid.layout, subgrid.layout.strides(), subgrid.active);
         let range = |a: usize| if active[a] { -1..layout.cells[a] as isize + 1 } else { 0..1 };
-        let holds = |component: usize, place: usize| self.holders(component).holds(place);
+        let holds = |component: usize, place: usize| self.holds(component, place);
         let mut solid = SolidStresses::default();
         for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
             for place in range(0).map(|i| layout.index(i, j, k)) {
@@ -296,124 +226,66 @@ impl Nodes {
         let radius = body.radius(solids.shapes);
         // From here the way out is longer than a cell in any direction.
         let deep = (solids.inscribed_radius(number) - subgrid.diagonal()).max(0.0);
-        let slack = ROUNDING.sqrt() * radius;
-        let [_, y, z] = ball_indices(subgrid, component, &body.center, radius);
-        let coordinate = |a: usize, i: isize| subgrid.coordinate(component, a, i);
         let own = subgrid.unknowns(component).map(|n| 0..n as isize);
-        for k in z {
-            for j in y.clone() {
-                let (row, is_own) =
-                    (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
-                let across = Vec3::new(body.center.x, coordinate(1, j), coordinate(2, k));
-                // A little more than half the chord: rounding of the squares counts where it is short.
-                let half = (radius * radius - (across - body.center).norm_squared()).max(0.0).sqrt() + slack;
-                let x = subgrid.indices_between(component, 0, [across.x - half, across.x + half]);
-                let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
-                self.masks[component].prefetch(later.wrapping_add_signed(*x.start()));
-                for i in x {
-                    let position = Vec3::new(coordinate(0, i), across.y, across.z);
-                    let square = (position - body.center).norm_squared();
-                    if square < radius * radius {
-                        let place = row.wrapping_add_signed(i);
-                        let is =
-                            Claimed { is_own: is_own && own[0].contains(&i), is_deep: square < deep * deep };
-                        self.claim_node((component, place), number, (&position, is), solids);
-                    }
+        let [_, y, z] = ball_indices(subgrid, component, &body.center, radius);
+        for (j, k) in z.flat_map(|k| y.clone().map(move |j| (j, k))) {
+            let (row, is_own) = (subgrid.layout.index(0, j, k), own[1].contains(&j) && own[2].contains(&k));
+            let coordinate = |a: usize, i: isize| subgrid.coordinate(component, a, i);
+            let across = Vec3::new(body.center.x, coordinate(1, j), coordinate(2, k));
+            // A little more than half the chord: rounding of the squares counts where it is short.
+            let square = radius * radius - (across - body.center).norm_squared();
+            let half = square.max(0.0).sqrt() + ROUNDING.sqrt() * radius;
+            let x = subgrid.indices_between(component, 0, [across.x - half, across.x + half]);
+            let later = row + ROWS_AHEAD * subgrid.layout.strides()[1];
+            self.masks[component].prefetch(later.wrapping_add_signed(*x.start()));
+            for i in x {
+                let position = Vec3::new(coordinate(0, i), across.y, across.z);
+                let square = (position - body.center).norm_squared();
+                let depth = if square < deep * deep {
+                    Some(Depth::Deep)
+                } else if square < radius * radius {
+                    solids.closest_point(number, &position).map(|out| Depth::of(&out, subgrid))
+                } else {
+                    None
+                };
+                if let Some(depth) = depth {
+                    let (place, is_own) = (row.wrapping_add_signed(i), is_own && own[0].contains(&i));
+                    self.give((component, place), is_own, (number, square), &depth, solids);
                 }
             }
         }
     }
 
-    /// Gives a node inside a body to it, unless a wall or a body with a nearer centre has it.
-    fn claim_node(
+    /// Gives a node at this depth in a body to it, unless a wall or a body with a nearer centre has it; the squared distance (m²)
+    /// is from the centre of the body of this number.
+    #[inline(always)]
+    fn give(
         &mut self,
         (component, place): (usize, usize),
-        number: usize,
-        (position, Claimed { is_own, is_deep }): (&Vec3, Claimed),
+        is_own: bool,
+        (number, square): (usize, f64),
+        depth: &Depth,
         solids: &Solids,
     ) {
         let (nodes, mask) = (&mut self.of[component], &mut self.masks[component]);
-        let (body, subgrid) = (&solids.bodies[number], solids.subgrid);
         let held = Holders { mask, nodes }.body(place).map(|m| &solids.bodies[m as usize]);
         if held.is_some_and(|other| {
-            let [from_other, from_body] = [other, body].map(|body| (position - body.center).norm_squared());
-            other.is_wall() || (from_other, other.id) <= (from_body, body.id)
+            let from_other = (solids.subgrid.position(component, place) - other.center).norm_squared();
+            other.is_wall() || (from_other, other.id) <= (square, solids.bodies[number].id)
         }) {
-            return;
-        }
-        let out = if is_deep { None } else { solids.closest_point(number, position) };
-        if out.is_none() && !is_deep {
             return;
         }
         if !is_own {
             mask.set_halo(place, number as u32);
             return;
         }
-        let node = match &out {
-            Some(out) => Node::new(place, number as u32, out, subgrid, &mut self.closest_points),
-            None => Node::deep(place, number as u32),
-        };
+        let node = Node::new(place, number as u32, depth, &mut self.closest_points);
         match mask.own_node(place) {
             None => {
                 mask.set_own(place, nodes.len() as u32);
                 nodes.push(node);
             }
             Some(number) => nodes[number as usize] = node,
-        }
-    }
-}
-
-impl WallNodes {
-    /// Notes that what is added from here on is of the next wall.
-    fn begin_wall(&mut self) {
-        self.begins.push(WallBegin {
-            own: self.own.len(),
-            closest_points: self.closest_points.len(),
-            halo: self.halo.len(),
-            cut: self.cut.len(),
-        });
-    }
-
-    /// Forgets what walls from one on hold.
-    fn forget_from(&mut self, wall: usize) {
-        let Some(begin) = self.begins.get(wall).copied() else { return };
-        self.begins.truncate(wall);
-        self.own.truncate(begin.own);
-        self.arms.truncate(begin.own);
-        self.closest_points.truncate(begin.closest_points);
-        self.halo.truncate(begin.halo);
-        self.cut.truncate(begin.cut);
-    }
-
-    /// Adds what no earlier wall holds of a run of velocities in a wall; all but the first are deep.
-    fn add(
-        &mut self,
-        run: &WallRun,
-        (component, wall): (usize, u32),
-        subgrid: &Subgrid,
-        mask: &mut SolidMask,
-    ) {
-        let [first, j, k] = run.first;
-        let place = subgrid.layout.index(first, j, k);
-        self.cut.extend(CutFace::new(component, place, (wall, run.out), subgrid));
-        if !run.is_solid {
-            return;
-        }
-        for (m, i) in (first..first + run.count as isize).enumerate() {
-            let place = subgrid.layout.index(i, j, k);
-            if mask.contains(place) {
-                continue;
-            }
-            mask.set_halo(place, 0);
-            if !subgrid.is_own(component, [i, j, k]) {
-                self.halo.push((place as u32, wall));
-                continue;
-            }
-            let mut out = run.out;
-            out.arm.x += m as f64 * subgrid.spacing.x;
-            let node = Node::new(place, wall, &out, subgrid, &mut self.closest_points);
-            self.own.push(node);
-            self.arms.push(out.arm);
         }
     }
 }
@@ -426,39 +298,6 @@ pub(crate) fn ball_indices(
     radius: f64,
 ) -> [RangeInclusive<isize>; 3] {
     std::array::from_fn(|a| subgrid.indices_between(component, a, [center[a] - radius, center[a] + radius]))
-}
-
-impl Node {
-    /// A node with the closest point of its body's surface, which is kept if it is next to the surface.
-    fn new(
-        place: usize,
-        body: u32,
-        out: &ClosestPoint,
-        subgrid: &Subgrid,
-        closest_points: &mut Vec<ClosestPoint>,
-    ) -> Self {
-        let out = &ClosestPoint {
-            surface: ClosestSurface { distance: out.surface.distance.max(0.0), ..out.surface },
-            ..*out
-        };
-        let interface = if out.surface.distance < pitch(&out.surface.direction, subgrid) * (1.0 - ROUNDING) {
-            closest_points.push(*out);
-            closest_points.len() as u32 - 1
-        } else {
-            DEEP
-        };
-        Self { place: place as u32, body, interface }
-    }
-
-    /// One that is not next to the surface.
-    pub fn deep(place: usize, body: u32) -> Self {
-        Self { place: place as u32, body, interface: DEEP }
-    }
-
-    /// Whether it is not next to the surface.
-    pub fn is_deep(&self) -> bool {
-        self.interface == DEEP
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Which velocities of a component lie in bodies and walls, halo included, and in which.
 
-use crate::nodes::Node;
+use crate::node::Node;
 use grains_domain::prefetch;
 
 /// Of a mark: the rest is the place of a body in the list, not the number of an own node.
@@ -43,7 +43,7 @@ impl SolidMask {
     /// Number of the own node at a place.
     #[inline]
     pub fn own_node(&self, place: usize) -> Option<u32> {
-        Some(self.marks[place]).filter(|mark| self.contains(place) && *mark < HALO)
+        self.contains(place).then(|| self.marks[place]).filter(|mark| *mark < HALO)
     }
 
     /// Sets the place of an own node of this number.

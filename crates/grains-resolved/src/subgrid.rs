@@ -1,11 +1,12 @@
 //! The uniform cells of one rank: where velocities lie, and the ranks around.
 
 use crate::SetupError;
+use crate::cell_stencil::{Cells, Stencil};
 use crate::point_stencil::PointStencil;
-use crate::solid_mask::Holders;
 use grains_domain::Transport;
 use grains_fluid::{FlowSetup, Layout};
 use grains_geometry::Vec3;
+use grains_geometry::lanes::{Number, Vector};
 use std::ops::{Range, RangeInclusive};
 
 /// What rounding may make of a place (cells): points on nodes have the same cell on any rank.
@@ -144,6 +145,11 @@ impl Subgrid {
         self.neighbour_strides.iter().map(move |stride| place.wrapping_add_signed(*stride))
     }
 
+    /// How many places that are.
+    pub(crate) fn neighbours_of_a_velocity(&self) -> usize {
+        self.neighbour_strides.len()
+    }
+
     /// Where the velocities along `component` lie, at places that for the most part follow one another along x.
     pub(crate) fn positions(&self, component: usize) -> Positions<'_> {
         Positions { subgrid: self, component, row: 0..0, first: Vec3::zeros(), left: 0 }
@@ -251,10 +257,10 @@ impl Subgrid {
         (0..3).filter(|&a| self.active[a]).all(|a| point[a] >= self.lower[a] && point[a] < self.upper[a])
     }
 
-    /// Corner and weights of the cell of velocities about a point (m); none if one of them means nothing.
+    /// The cells of velocities about points (m), where all corners mean something.
     #[inline(always)]
-    pub(crate) fn stencil(&self, component: usize, point: &Vec3) -> Option<Stencil> {
-        self.cell_about(component, point, &self.valid)
+    pub(crate) fn cells_about<T: Number>(&self, component: usize, points: &Vector<T>) -> Cells<T> {
+        self.allowed_cells(component, points, &self.valid)
     }
 
     /// Places and weights of 3 x 3 x 3 velocities about a point (m): the cell about it, and on from there the way the
@@ -286,35 +292,43 @@ impl Subgrid {
 
     /// Places and weights of the cell of velocities about a point (m); none if one of them is imposed by a boundary.
     pub(crate) fn block_about(&self, component: usize, point: &Vec3) -> Option<PointStencil> {
-        let Stencil { base, fractions } = self.cell_about(component, point, &self.unknown)?;
+        let cell = self.allowed_cells(component, &Vector::<f64>::of(point), &self.unknown);
+        let Stencil { base, fractions } = cell.stencil(0)?;
         let weights = fractions.map(|t| [1.0 - t, t, 0.0]);
         Some(PointStencil { first: base as u32, weights })
     }
 
+    /// The cells about points (m) whose corners are all allowed.
     #[inline(always)]
-    fn cell_about(&self, component: usize, point: &Vec3, allowed: &[[[isize; 2]; 2]; 3]) -> Option<Stencil> {
-        let (mut base, mut fractions) = (0, [0.0; 3]);
+    fn allowed_cells<T: Number>(
+        &self,
+        component: usize,
+        Vector(points): &Vector<T>,
+        allowed: &[[[isize; 2]; 2]; 3],
+    ) -> Cells<T> {
+        let [zero, one] = [0.0, 1.0].map(T::of);
+        let mut cells = Cells { base: zero, fractions: [zero; 3], is_there: one };
         let (strides, halo) = (self.layout.strides(), self.layout.halo as isize);
         for a in 0..3 {
             if !self.active[a] {
-                base += halo as usize * strides[a];
+                cells.base = cells.base + T::of((halo as usize * strides[a]) as f64);
                 continue;
             }
-            let place = self.cells_to(component, a, point[a]);
+            let first = T::of(self.coordinate(component, a, 0));
+            let place = (points[a] - first) / T::of(self.spacing[a]);
             let [low, high] = allowed[a][usize::from(a != component)];
-            // In cells from the first; those that are not negative are rounded down as they become whole numbers.
-            let from_first = place - low as f64 + ROUNDING;
-            if !(from_first > 0.0 && place < high as f64 + ROUNDING) {
-                return None;
-            }
-            let cell = low + (from_first as isize).min(high - 1 - low);
-            base += (cell + halo) as usize * strides[a];
-            let fraction = (place - cell as f64).clamp(0.0, 1.0);
+            let from_first = place - T::of(low as f64 - ROUNDING);
+            cells.is_there = from_first.if_above(zero, cells.is_there, zero);
+            cells.is_there = T::of(high as f64 + ROUNDING).if_above(place, cells.is_there, zero);
+            let last = T::of((high - 1 - low) as f64);
+            let cell = last.if_above(from_first, from_first.whole(), last);
+            let fraction = place - (cell + T::of(low as f64));
             // A corner that counts by rounding alone would be found to lie in a body on one rank and not on another.
-            fractions[a] =
-                if (fraction - fraction.round()).abs() < ROUNDING { fraction.round() } else { fraction };
+            let fraction = fraction.if_above(T::of(1.0 - ROUNDING), one, fraction);
+            cells.fractions[a] = fraction.if_above(T::of(ROUNDING), fraction, zero);
+            cells.base = cells.base + (cell + T::of((low + halo) as f64)) * T::of(strides[a] as f64);
         }
-        Some(Stencil { base, fractions })
+        cells
     }
 
     /// Sends a message to the rank below (0) and above (1); returns what came from below and above; collective.
@@ -358,7 +372,7 @@ pub(crate) struct Positions<'a> {
 
 impl Positions<'_> {
     /// Where the velocity at a place in the arrays lies (m).
-    #[inline]
+    #[inline(always)]
     pub fn at(&mut self, place: usize) -> Vec3 {
         if !self.row.contains(&place) {
             self.find_row(place);
@@ -384,68 +398,6 @@ impl Positions<'_> {
     }
 }
 
-/// Weights of the corners of a cell of velocities.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stencil {
-    /// Place in the arrays of the lowest corner.
-    pub base: usize,
-    /// Place of the point between the lower and the upper corners (-).
-    pub fractions: [f64; 3],
-}
-
-impl Stencil {
-    /// Places and weights of the corners that count.
-    #[inline]
-    pub fn corners(&self, strides: [usize; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
-        (0..8).filter_map(move |corner| {
-            let (mut place, mut weight) = (self.base, 1.0);
-            for (a, (stride, fraction)) in strides.iter().zip(self.fractions).enumerate() {
-                if corner >> a & 1 == 1 {
-                    place += stride;
-                    weight *= fraction;
-                } else {
-                    weight *= 1.0 - fraction;
-                }
-            }
-            (weight != 0.0).then_some((place, weight))
-        })
-    }
-
-    /// Multilinear interpolation of the values at the corners.
-    #[inline]
-    pub fn mean(&self, strides: [usize; 3], values: &[f64]) -> f64 {
-        self.between(self.rows(strides).map(|row| [values[row], values[row + 1]]))
-    }
-
-    /// Weight of the corners that are held (-).
-    #[inline(always)]
-    pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
-        let [a, b, c, d] = self.rows(strides);
-        // Maps of arrays would be calls of their own.
-        let on = |row: usize| holders.mask.contains_edge(row);
-        let solid = [on(a), on(b), on(c), on(d)];
-        match solid.as_flattened().contains(&true) {
-            true => self.between(solid.map(|row| row.map(|is_solid| f64::from(u8::from(is_solid))))),
-            false => 0.0,
-        }
-    }
-
-    /// Lower corners of the four edges along x.
-    #[inline]
-    fn rows(&self, [_, sy, sz]: [usize; 3]) -> [usize; 4] {
-        [0, sy, sz, sy + sz].map(|offset| self.base + offset)
-    }
-
-    /// Multilinear interpolation of values on the four edges along x.
-    #[inline]
-    fn between(&self, edges: [[f64; 2]; 4]) -> f64 {
-        let [x, y, z] = self.fractions;
-        let between = |[low, high]: [f64; 2], t: f64| low + t * (high - low);
-        let [a, b, c, d] = edges.map(|edge| between(edge, x));
-        between([between([a, b], y), between([c, d], y)], z)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -465,8 +417,8 @@ mod tests {
             let place = subgrid.layout.index(i, j, l);
             let shift = Vec3::from_fn(|a, _| 1e-12 * (random.next() - 0.5) * subgrid.spacing[a]);
             let point = subgrid.position(component, place) + shift;
-            let corners: Vec<(usize, f64)> =
-                subgrid.stencil(component, &point).unwrap().corners(subgrid.layout.strides()).collect();
+            let cell = subgrid.cells_about(component, &Vector::<f64>::of(&point)).stencil(0).unwrap();
+            let corners: Vec<(usize, f64)> = cell.corners(subgrid.layout.strides()).collect();
             assert_eq!(corners, [(place, 1.0)], "{point:?}");
         }
     }

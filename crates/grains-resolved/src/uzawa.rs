@@ -20,7 +20,7 @@
 
 use crate::body::others;
 use crate::multiplier::{MultiplierMethod, Multipliers, REACH};
-use crate::nodes::Node;
+use crate::node::Node;
 use crate::{Action, BodyMotion, ConstraintError, Resolved};
 use grains_domain::Transport;
 use grains_fluid::Flow;
