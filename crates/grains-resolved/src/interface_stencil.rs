@@ -112,6 +112,12 @@ impl InterfaceStencil {
 
 #[cfg(test)]
 impl InterfaceStencil {
+    /// Whether another one extrapolates from the same points with the same weights.
+    pub fn is_as(&self, other: &Self) -> bool {
+        let opposite = |stencil: &Self| stencil.opposite().map(|o| (o.body, o.foot, o.weight));
+        self.foot == other.foot && self.fluid().eq(other.fluid()) && opposite(self) == opposite(other)
+    }
+
     /// What velocities in the fluid add to the extrapolated one.
     pub fn weighted(&self, velocity: &[f64], strides: [usize; 3]) -> f64 {
         self.fluid().map(|(weight, stencil)| weight * stencil.mean(strides, velocity)).sum()

@@ -304,9 +304,65 @@ pub(crate) fn ball_indices(
 mod tests {
     use super::*;
     use crate::Form;
+    use crate::profile::{Normals, Profile, Target};
     use crate::spectrum::Random;
     use grains_fluid::{FlowSetup, Grid};
+    use grains_geometry::lanes::Vector;
     use grains_geometry::{Mat3, Shape};
+    use nalgebra::Rotation3;
+
+    /// Extrapolations found side by side are those found one by one, among close and overlapping bodies of several shapes.
+    #[test]
+    fn profiles_side_by_side_are_those_one_by_one() {
+        let mut random = Random(8);
+        let shapes = [Shape::sphere(1.6).unwrap(), Shape::cuboid(Vec3::new(2.4, 2.8, 3.2), 0.01).unwrap()];
+        let (mut made, mut passages, mut rigid) = (0, 0, 0);
+        for k in 0..40 {
+            let grid = Grid::uniform([0.0; 3], [14.0; 3], [14; 3], [true, false, true]).unwrap();
+            let subgrid = Subgrid::new(&FlowSetup { halo: 7, ..FlowSetup::new(grid, 1.0, 1.0) }).unwrap();
+            let (velocity, spin) = (Vec3::zeros(), Vec3::zeros());
+            let bodies: Vec<RigidBody> = (0..6)
+                .map(|id| RigidBody {
+                    id,
+                    form: Form::Shape((id % 2) as u16),
+                    scale: 1.0 + 0.5 * random.next(),
+                    center: Vec3::from_fn(|_, _| 14.0 * random.next()),
+                    rotation: *Rotation3::from_scaled_axis(Vec3::from_fn(|_, _| random.next())).matrix(),
+                    velocity,
+                    spin,
+                })
+                .collect();
+            let solids = Solids { bodies: &bodies, shapes: &shapes, walls: &[], subgrid: &subgrid };
+            let extrapolation =
+                [Extrapolation::Linear, Extrapolation::Quadratic, Extrapolation::Cubic][k % 3];
+            let mut nodes = Nodes::new(&subgrid);
+            nodes.find(&solids, extrapolation);
+            for component in 0..3 {
+                let holders = nodes.holders(component);
+                for node in nodes.of[component].iter().filter(|node| !node.is_deep()) {
+                    let (place, rule) = (node.place as usize, extrapolation.rule().unwrap());
+                    let position = subgrid.position(component, place);
+                    let out = solids.closest_point(node.body as usize, &position).unwrap();
+                    let (direction, distance) = (Vector::of(&out.surface.direction), out.surface.distance);
+                    let normal =
+                        Normals::through(&Vector::of(&position), (&direction, distance.max(0.0)), &subgrid);
+                    let target = Target { subgrid: &subgrid, place, holders, rule, out: &out };
+                    let mut found = InterfaceStencil::default();
+                    let is_made = Profile { target, component, solids: &solids, normal }.find(&mut found);
+                    let side_by_side = nodes.interface(component, node);
+                    assert_eq!(side_by_side.is_some(), is_made, "{k} {component} {place}");
+                    assert!(
+                        side_by_side.is_none_or(|stencil| stencil.is_as(&found)),
+                        "{side_by_side:?} {found:?}"
+                    );
+                    made += usize::from(is_made);
+                    passages += usize::from(is_made && found.opposite().is_some());
+                    rigid += usize::from(!is_made);
+                }
+            }
+        }
+        assert!(made > 20_000 && passages > 200 && rigid > 500, "{made} {passages} {rigid}");
+    }
 
     /// A ball holds all velocities in it, halo included, also where it grazes them.
     #[test]
