@@ -14,6 +14,7 @@
 //! (particles)  the granular phase goes through the step with the flow's last force and torque ([`Surroundings::add_loads`])
 //! place        ghosts of bodies on all ranks they reach into (`body_ghosts`); which velocities are inside, and where the surface
 //!              is from them ([`grains_geometry::Shape::closest_surface`])
+//!              (`nodes`), and how they follow the flow, eight side by side (`near_surface`)
 //! (fluid)      predictor with γ fⁿ, projection: u^{n+1/2}, pⁿ⁺¹                              (7.9 to 7.11)
 //! release      fⁿ is taken back where no body is any more
 //! move_bodies  new U, ω of every body: one system of 6 x 6 with all that its velocities impose

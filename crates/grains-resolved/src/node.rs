@@ -28,7 +28,7 @@ pub(crate) const RIGID: u32 = u32::MAX - 1;
 
 impl Node {
     /// A node at this depth; the closest point of its body's surface is kept if it is next to that.
-    #[inline]
+    #[inline(always)]
     pub fn new(place: usize, body: u32, depth: &Depth, closest_points: &mut Vec<ClosestPoint>) -> Self {
         let Depth::Near(out) = depth else { return Self::deep(place, body) };
         closest_points.push(*out);
@@ -56,6 +56,7 @@ pub(crate) enum Depth {
 
 impl Depth {
     /// That of a velocity with this closest point of the surface.
+    #[inline(always)]
     pub fn of(out: &ClosestPoint, subgrid: &Subgrid) -> Self {
         let ClosestSurface { distance, direction } = out.surface;
         if distance >= pitch(&Vector::<f64>::of(&direction), subgrid) * (1.0 - ROUNDING) {

@@ -77,17 +77,15 @@ impl<T: Number> Normals<T> {
         component: usize,
         subgrid: &Subgrid,
     ) -> FlowSamples<T, N> {
-        let mut distances = [T::of(0.0); N];
-        for (n, distance) in distances.iter_mut().enumerate() {
-            *distance = self.unit * T::of((n + 1) as f64 * rule.spacing);
-        }
+        let zero = T::of(0.0);
         // Maps of arrays would be calls of their own.
-        let mut cells = [self.cells(distances[0], component, subgrid); N];
+        let mut cells = [Cells { base: zero, fractions: [zero; 3], is_there: zero }; N];
         let mut powers = [self.wanted; N];
         let widths = self.widths(subgrid);
         for n in 0..N {
-            cells[n] = self.cells(distances[n], component, subgrid);
-            powers[n] = powers_between(distances[n] / self.unit, &cells[n].fractions, &widths);
+            let y = T::of((n + 1) as f64 * rule.spacing);
+            cells[n] = self.cells(self.unit * y, component, subgrid);
+            powers[n] = powers_between(y, &cells[n].fractions, &widths);
         }
         FlowSamples { cells, weights: solve(&powers, &self.wanted) }
     }
@@ -245,14 +243,15 @@ impl Profile<'_> {
         self.normal.samples(self.target.rule, self.component, self.target.subgrid)
     }
 
-    /// Finds the extrapolation where there are not as many points in the fluid as are wanted.
+    /// Finds the extrapolation where that from as many points in the fluid as are wanted, or as there are, is not taken.
     ///
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
     #[cold]
     pub fn partial(&self, found: &mut InterfaceStencil) -> bool {
         let (samples, step) = (self.target.rule.samples, self.target.rule.spacing * self.normal.unit);
-        let flow = Samples::of((1..=samples).map_while(|n| self.flow(n as f64 * step)));
+        let cells = found.fluid().enumerate();
+        let flow = Samples::of(cells.map(|(n, (_, stencil))| Sample::Flow((n + 1) as f64 * step, stencil)));
         let flow = flow.all();
         let across = |found: &mut InterfaceStencil| {
             let Some((width, end)) = flow.iter().find_map(|sample| self.opposite(sample)) else {

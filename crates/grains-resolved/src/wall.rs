@@ -140,8 +140,17 @@ pub(crate) struct ClosestPoint {
 }
 
 impl ClosestPoint {
+    /// That of a body of a shape to a point at an arm (m) from its centre; none from outside.
+    fn of_shape(arm: Vec3, (body, shape): (&RigidBody, &Shape), flat: Option<usize>) -> Option<Self> {
+        let local = body.rotation.tr_mul(&arm) / body.scale;
+        let across = flat.map(|a| body.rotation.row(a).transpose());
+        let surface = shape.closest_surface(&local, across.as_ref())?;
+        let (distance, direction) = (surface.distance * body.scale, body.rotation * surface.direction);
+        Some(Self { arm, surface: ClosestSurface { distance, direction } })
+    }
+
     /// That of a sphere of a radius (m) to a point at an arm (m) from its centre; none from outside.
-    #[inline]
+    #[inline(always)]
     fn of_sphere(arm: Vec3, radius: f64) -> Option<Self> {
         let length = arm.norm();
         let direction = if length > 0.0 { arm / length } else { Vec3::x() };
@@ -180,21 +189,17 @@ impl Solids<'_> {
     }
 
     /// The surface point of a body closest to a point (m); none from outside.
+    #[inline(always)]
     pub fn closest_point(&self, body: usize, point: &Vec3) -> Option<ClosestPoint> {
         let body = &self.bodies[body];
+        let arm = point - body.center;
         match body.form {
             Form::Shape(shape) => {
-                let arm = point - body.center;
-                let is_flat = self.subgrid.flat().is_some();
-                if !is_flat && self.shapes[usize::from(shape)].is_sphere() {
-                    return ClosestPoint::of_sphere(arm, body.radius(self.shapes));
+                let (shape, flat) = (&self.shapes[usize::from(shape)], self.subgrid.flat());
+                match flat.is_none() && shape.is_sphere() {
+                    true => ClosestPoint::of_sphere(arm, body.radius(self.shapes)),
+                    false => ClosestPoint::of_shape(arm, (body, shape), flat),
                 }
-                let local = body.rotation.tr_mul(&arm) / body.scale;
-                let across = self.subgrid.flat().map(|a| body.rotation.row(a).transpose());
-                let surface = self.shapes[usize::from(shape)].closest_surface(&local, across.as_ref())?;
-                let (distance, direction) =
-                    (surface.distance * body.scale, body.rotation * surface.direction);
-                Some(ClosestPoint { arm, surface: ClosestSurface { distance, direction } })
             }
             Form::Wall(wall) => {
                 let (depth, out) =

@@ -5,6 +5,10 @@ use super::pieces::{Outlines, Piece};
 use super::{Boundaries, BoxFace, Condition, Profile, Side};
 use crate::metrics::Local;
 use crate::{Grid, Layout};
+use std::ops::Range;
+
+/// Layers of ghosts that are ever read beyond an end of the box.
+const MAX_GHOSTS: usize = 2;
 
 /// How a velocity component behaves on a boundary cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +29,8 @@ pub(crate) struct BoundaryData {
     /// Tangential axes and the extents of the arrays along them.
     pub tangents: [usize; 2],
     pub extents: [usize; 2],
+    /// Those entries along them whose ghosts are read: all but those further beyond the ends of the box.
+    pub(super) read: [Range<usize>; 2],
     /// Per velocity component.
     pub kinds: [Vec<Kind>; 3],
     /// Imposed velocities (m/s).
@@ -76,11 +82,17 @@ impl BoundaryData {
         let tangents = tangents_of(face.axis);
         let extents = tangents.map(|t| layout.dims()[t]);
         let size = extents[0] * extents[1];
+        let read = tangents.map(|t| {
+            let [below, above] =
+                local.ends[t].map(|is_end| if is_end { layout.halo.saturating_sub(MAX_GHOSTS) } else { 0 });
+            below..layout.dims()[t] - above
+        });
         let zeros = || std::array::from_fn(|_| vec![0.0; size]);
         Self {
             face,
             tangents,
             extents,
+            read,
             kinds: std::array::from_fn(|_| vec![Kind::Fixed; size]),
             values: zeros(),
             increments: zeros(),

@@ -18,13 +18,14 @@ impl BoundaryData {
         component: usize,
     ) -> impl Iterator<Item = (Kind, impl Iterator<Item = (usize, usize)> + Clone)> {
         let (length, stride) = (self.extents[0], layout.strides()[self.tangents[0]]);
-        let rows = self.kinds[component].chunks_exact(length).enumerate();
-        rows.flat_map(move |(m2, kinds)| {
-            let (mut m1, first) = (0, self.inside(layout, 0, m2));
-            kinds.chunk_by(PartialEq::eq).map(move |run| {
+        let [along, rows] = self.read.clone();
+        rows.flat_map(move |m2| {
+            let row = m2 * length;
+            let (mut m1, first) = (along.start, self.inside(layout, 0, m2));
+            self.kinds[component][row..][along.clone()].chunk_by(PartialEq::eq).map(move |run| {
                 let entries = m1..m1 + run.len();
                 m1 = entries.end;
-                (run[0], entries.map(move |m1| (m2 * length + m1, first + m1 * stride)))
+                (run[0], entries.map(move |m1| (row + m1, first + m1 * stride)))
             })
         })
     }
