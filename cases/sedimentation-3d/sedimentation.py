@@ -18,6 +18,9 @@ sys.path.insert(0, str(HERE.parent))
 import sweep
 
 SPHERE = 'kind = "sphere"\nradius = 0.5'
+SOURCE_END = 30
+# Packed cubes do not come to rest, see README.md.
+ENDS = {"spheres": 50, "cubes": SOURCE_END}
 EDGE = (np.pi / 6) ** (1 / 3)
 
 
@@ -28,6 +31,7 @@ def case(shape, share, folder):
         text = text.replace(SPHERE, f'kind = "box"\nedges = [{EDGE!r}, {EDGE!r}, {EDGE!r}]')
         # As they come they would find no room for the last ones.
         text = text.replace("count = 1528", 'count = 1528\norientation = "aligned"')
+    text = text.replace("end = 50", f"end = {ENDS[shape]}")
     side = round(14 * share**0.5)
     for old, new in (("[14, 14,", f"[{side}, {side},"), ("[140, 140,", f"[{10 * side}, {10 * side},"), ("13.5, 13.5", f"{side - 0.5}, {side - 0.5}")):
         text = text.replace(old, new)
@@ -56,27 +60,30 @@ def main():
     folder = lambda shape: sweep.RESULTS / "sedimentation-3d" / f"{shape}-{options.share:g}"
     sweep.run_all([(case(s, options.share, folder(s)), folder(s)) for s in options.shapes], options.jobs)
     shown = [s for s in options.shapes if (folder(s) / "done").exists()]
-    figure, axes = plt.subplots(1, 1 + 2 * len(shown), figsize=(4 + 5 * len(shown), 4.4), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(1, 1 + 3 * len(shown), figsize=(4 + 6 * len(shown), 4.4), layout="constrained", squeeze=False)
     for k, shape in enumerate(shown):
         run = folder(shape) / "run"
         found = rows(run)
+        found = found[found[:, 0] <= ENDS[shape]]
         axes[0, 0].plot(found[:, 0], found[:, 1], label=shape)
         early = (found[:, 0] > 1) & (found[:, 0] < 3)
         series = sweep.table(run / "series.csv")
+        at = lambda time: found[np.abs(found[:, 0] - time).argmin()]
         print(
-            f"{shape}: settle at {found[early, 1].mean():.3f} U_c from t = 1 to 3; mean height {found[0, 2]:.2f} to"
-            f" {found[-1, 2]:.2f}, highest centre at the end {found[-1, 3]:.2f}; largest overlap"
-            f" {max(float(r['max_overlap']) for r in series):.4f} of the radius; t = {found[-1, 0]:g}"
+            f"{shape}: settle at {found[early, 1].mean():.3f} U_c from t = 1 to 3; mean height {found[0, 2]:.2f} at first,"
+            f" {at(SOURCE_END)[2]:.2f} at t = {SOURCE_END}, {found[-1, 2]:.2f} at t = {found[-1, 0]:g}, where they settle at"
+            f" {found[-1, 1]:.4f} U_c and the highest centre is at {found[-1, 3]:.2f}; largest overlap"
+            f" {max(float(r['max_overlap']) for r in series if float(r['time']) <= ENDS[shape]):.4f} of the radius"
         )
         with h5py.File(run / "fluid.vtkhdf") as file:
             times = file["VTKHDF/Steps/Values"][:]
-            for n, time in enumerate((5.0, 12.5)):
+            for n, time in enumerate((5.0, 12.5, found[-1, 0])):
                 step = np.abs(times - time).argmin()
                 velocity = file["VTKHDF/CellData/velocity"][step]
                 solid = file["VTKHDF/CellData/void_fraction"][step]
                 middle = velocity.shape[1] // 2
                 width, height = velocity.shape[2] / 10, velocity.shape[0] / 10
-                axis = axes[0, 1 + 2 * k + n]
+                axis = axes[0, 1 + 3 * k + n]
                 picture = axis.imshow(velocity[:, middle, :, 2], origin="lower", extent=(0, width, 0, height), cmap="RdBu_r", vmin=-2, vmax=2)
                 axis.contour(solid[:, middle], [0.5], colors="k", linewidths=0.6, extent=(0, width, 0, height))
                 axis.set(title=f"{shape}, t = {times[step]:.1f}")
