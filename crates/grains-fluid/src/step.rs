@@ -1,6 +1,6 @@
 //! One step: predict, diffuse, divergence, pressure, correct.
 
-use crate::boundary::fill_velocity;
+use crate::boundary::{MAX_GHOSTS, fill_velocity};
 use crate::clock::Phase;
 use crate::flow::{Drive, Flow, Immersed, March, StepReport, close_faces};
 use crate::mixture::{SolidFlux, StepInputs};
@@ -239,7 +239,7 @@ impl Flow {
 
     /// Layers of ghosts that the next step reads: central differences one, the bounded scheme and rates of strain two.
     fn ghosts(&self) -> usize {
-        if self.setup.advection == Advection::Central && self.viscosity.is_none() { 1 } else { 2 }
+        if self.setup.advection == Advection::Central && self.viscosity.is_none() { 1 } else { MAX_GHOSTS }
     }
 
     /// Right-hand side of the pressure equation; extrapolated velocities are taken out of the velocity and come back to the own

@@ -59,7 +59,7 @@ impl Stencil {
         self.between(self.rows(strides).map(|row| [values[row], values[row + 1]]))
     }
 
-    /// Weight of the corners that are held (-).
+    /// Weight of the corners in bodies (-).
     #[inline(always)]
     pub fn hidden(&self, strides: [usize; 3], holders: Holders) -> f64 {
         let [a, b, c, d] = self.rows(strides);

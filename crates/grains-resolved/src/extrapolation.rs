@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// neighbours, i the velocities inside, o those in the fluid, and W the weights of the extrapolation.
 /// They die out where κ λ < 1 for the largest eigenvalue λ of L_ii − W L_oi.
 /// Into a body with a flat side they decay by 1/S per cell, S = −Σ W_io n_o with n_o neighbours of o inside, which gives
-/// λ = S + 1/S − 2 for S > 1, and less than 0 otherwise: at most ½ for S = 2.
+/// λ = S + 1/S − 2 for S > 1, and less than 0 otherwise: no more than ½ for S = 2.
 /// Straight lines and parabolas stay below 0 in any pose.
 const MAX_RESPONSE: f64 = 2.0;
 /// Largest ν Δt/Δx² with cubics (-).

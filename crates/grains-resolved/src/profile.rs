@@ -150,7 +150,7 @@ pub(crate) struct Target<'a> {
     pub out: &'a ClosestPoint,
 }
 
-/// The profile along the normal at a point of a surface.
+/// The profile along the normal through a velocity, with what is needed where the flow alone does not give it.
 pub(crate) struct Profile<'a> {
     pub target: Target<'a>,
     pub component: usize,
@@ -243,7 +243,7 @@ impl Profile<'_> {
         self.normal.samples(self.target.rule, self.component, self.target.subgrid)
     }
 
-    /// Finds the extrapolation where that from as many points in the fluid as are wanted, or as there are, is not taken.
+    /// Finds the extrapolation where [`Target::take`] takes none: from the cells that it found.
     ///
     /// Where bodies hide the last one, the surface opposite takes its place, or the midst of the passage and that surface; or
     /// there are fewer points.
@@ -308,7 +308,7 @@ impl Profile<'_> {
 
     /// Distance (m) to the surface opposite, if a sample of the flow is hidden by it, and that surface.
     ///
-    /// It is the tangent plane at the surface point closest to a corner of the sample's cell: of the corner that counts most.
+    /// It is the tangent plane at the surface point closest to a corner of the sample's cell: of the corner with the largest weight.
     fn opposite(&self, sample: &Sample) -> Option<(f64, Sample)> {
         let Sample::Flow(_, stencil) = *sample else { return None };
         let Target { subgrid, holders, .. } = self.target;

@@ -8,7 +8,7 @@ use crate::{Grid, Layout};
 use std::ops::Range;
 
 /// Layers of ghosts that are ever read beyond an end of the box.
-const MAX_GHOSTS: usize = 2;
+pub(crate) const MAX_GHOSTS: usize = 2;
 
 /// How a velocity component behaves on a boundary cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,7 +14,7 @@ use crate::{Axis, Grid, SetupError};
 use outline::tangents_of;
 use std::fmt::{self, Display, Formatter};
 
-pub(crate) use data::{BoundaryData, Kind};
+pub(crate) use data::{BoundaryData, Kind, MAX_GHOSTS};
 pub use fan::FanCurve;
 pub(crate) use fill::fill_velocity;
 pub use outline::Outline;

@@ -11,12 +11,23 @@ use std::sync::Arc;
 
 /// Velocity components and pressure after some steps.
 fn run(setup: &FlowSetup, ranks: [usize; 3], steps: usize) -> Vec<Vec<f64>> {
+    run_from(setup, ranks, steps, |_| ())
+}
+
+/// The same from a flow that was changed at the beginning.
+fn run_from(
+    setup: &FlowSetup,
+    ranks: [usize; 3],
+    steps: usize,
+    change: impl Fn(&mut Flow) + Sync,
+) -> Vec<Vec<f64>> {
     let results = on_ranks(ranks.iter().product(), |transport| {
         let own = partition(&setup.grid, ranks, transport.rank());
         let mut flow = Flow::new(FlowSetup { partition: own, ..setup.clone() }, &transport).unwrap();
         let wave =
             |x: f64, y: f64, z: f64| 0.3 * (6.0 * x + 1.0).sin() * (5.0 * y).cos() * (4.0 * z + 0.5).sin();
         flow.initialise(|[x, y, z]| [wave(x, y, z), wave(y, z, x), wave(z, x, y)], |[x, ..]| x, &transport);
+        change(&mut flow);
         for step in 0..steps {
             add_particles(&mut flow, step as f64 * 0.1);
             // What appears at once would leave by the fan.
@@ -101,6 +112,43 @@ fn bed(mixture: Option<MixtureModel>) -> FlowSetup {
 #[test]
 fn a_bed_with_an_inlet_patch_and_an_outlet() {
     compare(&bed(None), &GRIDS);
+}
+
+/// Velocities further than two layers beyond an end of the box are never read, however wide the halo is.
+#[test]
+fn ghosts_far_beyond_the_box_are_not_read() {
+    let spoil = |flow: &mut Flow| {
+        let (layout, grid, first) = (flow.layout(), flow.setup.grid.clone(), flow.first_cell());
+        let h = layout.halo as isize;
+        let [x, y, z] = layout.cells.map(|n| -h..n as isize + h);
+        let cells = z.flat_map(|k| {
+            y.clone().flat_map({
+                let x = x.clone();
+                move |j| x.clone().map(move |i| [i, j, k])
+            })
+        });
+        let is_far = |at: [isize; 3]| {
+            (0..3).any(|a| {
+                let (i, n) = (at[a] + first[a] as isize, grid.cells()[a] as isize);
+                !grid.axis(a).is_periodic() && !(-2..n + 2).contains(&i)
+            })
+        };
+        let far: Vec<usize> = cells.filter(|&at| is_far(at)).map(|[i, j, k]| layout.index(i, j, k)).collect();
+        assert!(!far.is_empty());
+        for component in 0..3 {
+            let velocity = flow.state.velocity.component_mut(component);
+            far.iter().for_each(|&place| velocity[place] = f64::NAN);
+        }
+    };
+    for mixture in [None, Some(MixtureModel::A), Some(MixtureModel::B)] {
+        for advection in [Advection::Central, Advection::VanLeer] {
+            let setup = FlowSetup { halo: 4, advection, ..bed(mixture) };
+            for ranks in [[1; 3], [2, 1, 1], [2, 1, 2], [2, 2, 2]] {
+                let [plain, spoilt] = [run(&setup, ranks, 4), run_from(&setup, ranks, 4, spoil)];
+                assert!(plain == spoilt, "{mixture:?} {advection:?} {ranks:?}");
+            }
+        }
+    }
 }
 
 /// Edges off the lines of the grid and beyond the end of the period, a patch narrower than cells, profiles of all kinds.
