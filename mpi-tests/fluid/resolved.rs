@@ -103,6 +103,30 @@ fn free_fixed_and_driven_bodies_share_a_flow_on_any_ranks_and_across_restarts() 
     assert!(brake[2..].iter().all(|&t| t < 0.0), "{brake:?}");
 }
 
+/// A step of the fluid is as long as a contact here. Were it told of contacts a step late, they would shake the cubes without end: their
+/// energy of rotation would stay above 0.2 J.
+#[test]
+fn packed_cubes_come_to_rest_on_any_ranks_and_across_restarts() {
+    let (home, text) = (folder("fluid_packing"), case("resolved_packing.toml"));
+    let shared = |ranks: &str| replaced(&text, "[domain]\n", &format!("[domain]\nranks = {ranks}\n"));
+    let four = results_of(&home, "4", 4, &shared("[1, 2, 2]"));
+    for result in [&four, &continued(&home, "4", 2, &shared("[1, 2, 1]"))] {
+        let table = series(result);
+        let (turning, moving) = (table.column("kinetic_rotation"), table.column("kinetic_translation"));
+        let largest = |energy: &[f64]| energy.iter().copied().fold(0.0, f64::max);
+        assert!(largest(&moving) > 5.0 && largest(&turning) > 0.3, "they fall and tumble");
+        let (turning, moving) = (largest(&turning[80..]), largest(&moving[80..]));
+        assert!(turning < 0.05 && moving < 0.2, "{}: {turning} and {moving} J", result.display());
+    }
+    // Until rounding has grown, the first contacts included.
+    let one = series(&results_of(&home, "1", 1, &replaced(&text, "end = 5", "end = 0.75")));
+    for column in ["kinetic_rotation", "kinetic_translation", "contacts"] {
+        let a = one.column(column);
+        assert_close(&a, &series(&four).column(column)[..a.len()], 1e-6, column);
+    }
+    assert!(one.column("contacts").iter().any(|&n| n > 2.0), "some touch by then");
+}
+
 /// Asserts that the time series has the forces and torques of the snapshots, summed and of the particle with id 2.
 fn assert_series_have_the_loads(results: &Path) {
     let (table, path) = (series(results), results.join("particles.vtkhdf"));

@@ -4,10 +4,6 @@ use crate::RigidBody;
 use grains_geometry::{Mat3, Vec3};
 use nalgebra::{Matrix6, Vector6};
 
-/// Part of the displaced fluid's inertia that a body is given besides, with its acceleration in the last step for a force:
-/// no body is so light that what the fluid answers a step later makes it swing.
-pub(crate) const VIRTUAL_MASS: f64 = 1.0;
-
 /// What a body is moved by in a step; of six numbers the last three are those of rotation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMotion {
@@ -19,8 +15,10 @@ pub struct BodyMotion {
     pub density_ratio: f64,
     /// Momentum before the step (N s, N m s).
     pub momentum: [f64; 6],
-    /// Impulse of contacts, weight and buoyancy in the step (N s, N m s).
-    pub impulse: [f64; 6],
+    /// Impulse of contacts in the step (N s, N m s).
+    pub contacts: [f64; 6],
+    /// Impulse of weight and buoyancy in the step (N s, N m s).
+    pub weight: [f64; 6],
     /// What the last step left to this one, [`Action::carried_over`].
     pub carried_over: [f64; 6],
     /// Components of velocity and angular velocity that are imposed (m/s, rad/s).
@@ -34,17 +32,23 @@ pub struct Action {
     pub force: Vec3,
     /// Torque about the body's centre (N m).
     pub torque: Vec3,
-    /// Momentum and angular momentum that the balance of this step leaves to the next (N s, N m s): E − C m_f (U − Uⁿ).
+    /// Momentum and angular momentum that the balance of this step leaves to the next (N s, N m s): E − C (m_f (U − Uⁿ) − m_f/m K_c).
     pub carried_over: [f64; 6],
 }
 
 impl BodyMotion {
-    /// Inertia (m − m_f + C m_f, and of rotation), and the momentum after the step without the flow.
-    pub(crate) fn balance(&self) -> (Matrix6<f64>, Vector6<f64>) {
-        let share = 1.0 + (VIRTUAL_MASS - 1.0) * self.density_ratio;
+    /// Inertia (m − m_f + C m_f, and of rotation) with a virtual mass C, and the momentum after the step without the flow.
+    pub(crate) fn balance(&self, virtual_mass: f64) -> (Matrix6<f64>, Vector6<f64>) {
+        let virtual_mass = virtual_mass * self.density_ratio;
+        let share = 1.0 - self.density_ratio + virtual_mass;
         let six = Vector6::from_column_slice;
-        let right = six(&self.momentum) * share + six(&self.impulse) - six(&self.carried_over);
-        (self.six_by_six() * share, right)
+        let pushed = six(&self.weight) + six(&self.contacts) * (1.0 + virtual_mass);
+        (self.six_by_six() * share, six(&self.momentum) * share + pushed - six(&self.carried_over))
+    }
+
+    /// Change of the velocities by contacts, were there no fluid outside: what is inside goes along.
+    pub(crate) fn change_by_contacts(&self) -> Vector6<f64> {
+        self.change(self.six_by_six(), Vector6::from_column_slice(&self.contacts))
     }
 
     /// Whether forces do not move the body.

@@ -89,6 +89,13 @@ impl RigidBody {
     }
 }
 
+/// Component of U + ω × r at an arm r (m) from the centre of a body that moves with (U, ω).
+#[inline]
+pub(crate) fn component_at(velocities: &[f64; 6], a: usize, arm: &Vec3) -> f64 {
+    let [b, c] = others(a);
+    velocities[a] + velocities[3 + b] * arm[c] - velocities[3 + c] * arm[b]
+}
+
 /// The axes b, c for which e_a · (ω × r) = ω_b r_c − ω_c r_b.
 pub(crate) fn others(a: usize) -> [usize; 2] {
     [(a + 1) % 3, (a + 2) % 3]

@@ -88,6 +88,7 @@ impl Resolved {
                     .extend(self.outlets[component].iter().map(|(place, _)| *place as usize));
             }
         }
+        self.take_contact_force(flow, dt);
         flow.refresh_velocity(flow.layers_of_step(), transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
         self.note_walls(flow, transport);
@@ -161,10 +162,10 @@ impl Resolved {
     /// New velocities of the bodies from the balance of momentum of each and of the fluid that turns with it, at nodes that count;
     /// returns the inertia of the own ones with that fluid. Collective.
     ///
-    /// (m − m_f + C m_f)(U − Uⁿ) + C m_f (Uⁿ⁻¹ − Uⁿ) = −J + E − Eⁿ + K
+    /// (m − m_f)(U − Uⁿ) + C m_f (ΔU − ΔUⁿ) = −J + E − Eⁿ + K,   ΔU = U − Uⁿ − K_c/m
     ///
-    /// with K the impulse of all but the flow, J that on the fluid, C the virtual mass, and E the momentum of the fluid
-    /// inside beyond that of rigid motion, which jumps when nodes come and go; likewise for the angular momentum.
+    /// with K the impulse of all but the flow, K_c that of contacts, J that on the fluid, C the virtual mass, and E the momentum of
+    /// the fluid inside beyond that of rigid motion, which jumps when nodes come and go; likewise for the angular momentum.
     pub(crate) fn move_bodies(
         &mut self,
         (motions, counts): (&[BodyMotion], impl Fn(&Node) -> bool),
@@ -212,7 +213,7 @@ impl Resolved {
         let mut values = vec![[0.0; 6]; self.bodies.len()];
         let mut inertia = Vec::with_capacity(motions.len());
         for ((value, sum), motion) in values.iter_mut().zip(&sums).zip(motions) {
-            let (matrix, right) = motion.balance();
+            let (matrix, right) = motion.balance(self.virtual_mass(motion));
             let matrix = matrix + Matrix6::from_row_slice(&sum[..36]);
             let right = right - Vector6::from_column_slice(&sum[36..]);
             *value = motion.solved(matrix, right).into();

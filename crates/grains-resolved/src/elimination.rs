@@ -66,17 +66,18 @@ fn dense(resolved: &Resolved, flow: &Flow, motions: &[BodyMotion]) -> ([Vec<f64>
     let free: Vec<Vector6<f64>> = motions
         .iter()
         .map(|m| {
-            let (matrix, right) = m.balance();
+            let (matrix, right) = m.balance(resolved.virtual_mass(m));
             m.solved(matrix, right)
         })
         .collect();
+    let of_body = |body: usize| resolved.virtual_mass(&motions[body]);
     let n = all.len();
     let mut matrix = DMatrix::zeros(n, n);
     let mut right = DVector::zeros(n);
     let mut field = vec![0.0; resolved.subgrid.layout.len()];
     for (i, one) in all.iter().enumerate() {
         one.entries.iter().for_each(|&(place, weight)| field[place] = weight);
-        let recoil = motions[one.body].change(motions[one.body].balance().0, one.along * DT);
+        let recoil = motions[one.body].change(motions[one.body].balance(of_body(one.body)).0, one.along * DT);
         for (j, other) in all.iter().enumerate() {
             if one.component == other.component {
                 matrix[(i, j)] += scale * other.entries.iter().map(|&(p, w)| w * field[p]).sum::<f64>();
@@ -95,8 +96,8 @@ fn dense(resolved: &Resolved, flow: &Flow, motions: &[BodyMotion]) -> ([Vec<f64>
         one.entries
             .iter()
             .for_each(|&(place, weight)| velocity[one.component][place] += scale * weight * value);
-        bodies[one.body] +=
-            motions[one.body].change(motions[one.body].balance().0, one.along * (-DT * value));
+        bodies[one.body] += motions[one.body]
+            .change(motions[one.body].balance(of_body(one.body)).0, one.along * (-DT * value));
     }
     (velocity, bodies)
 }
@@ -145,7 +146,8 @@ fn multipliers_on_surfaces_alone_do_what_all_do() {
         inertia: Mat3::identity() * (0.4 * mass * 0.24 * 0.24),
         density_ratio: 1.0 / 1.7,
         momentum,
-        impulse: [0.0, 1e-3, 0.0, 2e-4, 0.0, 1e-4],
+        contacts: [0.0; 6],
+        weight: [0.0, 1e-3, 0.0, 2e-4, 0.0, 1e-4],
         carried_over: [0.0; 6],
         imposed: if id == 3 { [0.1, 0.0, -0.2, 0.0, 1.0, 0.0].map(Some) } else { [None; 6] },
     };

@@ -15,6 +15,7 @@
 //! place        ghosts of bodies on all ranks they reach into (`body_ghosts`); which velocities are inside, and where the surface
 //!              is from them ([`grains_geometry::Shape::closest_surface`])
 //!              (`nodes`), and how they follow the flow, eight side by side (`near_surface`)
+//! contacts     f is told what contacts do to the fluid inside (`contact_force`)
 //! (fluid)      predictor with γ fⁿ, projection: u^{n+1/2}, pⁿ⁺¹                              (7.9 to 7.11)
 //! release      fⁿ is taken back where no body is any more
 //! move_bodies  new U, ω of every body: one system of 6 x 6 with all that its velocities impose
@@ -61,14 +62,22 @@
 //! # Bodies of any density
 //!
 //! ```text
-//! (m − m_f + C m_f)(Uⁿ⁺¹ − Uⁿ) − C m_f (Uⁿ − Uⁿ⁻¹) = −J + Eⁿ⁺¹ − Eⁿ + K
+//! (m − m_f)(Uⁿ⁺¹ − Uⁿ) + C m_f (ΔUⁿ⁺¹ − ΔUⁿ) = −J + Eⁿ⁺¹ − Eⁿ + K,   ΔUⁿ⁺¹ = Uⁿ⁺¹ − Uⁿ − K_c/m
 //! ```
 //!
 //! J is the impulse on the fluid, linear in Uⁿ⁺¹ with about m_f for its slope, so that bodies as heavy as the fluid are as
 //! good as others. E is the momentum of the fluid inside beyond rigid motion: it jumps when nodes come and go, and f with it,
-//! but not their difference. C = 1 adds the displaced fluid's inertia and, explicitly, the force it takes: without it bodies
-//! lighter than half the fluid swing, since pressure answers a step later. What is left to the next step is *carried over*
+//! but not their difference. C adds the displaced fluid's inertia and, explicitly, the force it takes: without it bodies
+//! lighter than half the fluid swing, since pressure answers a step later. C is 1 for bodies as heavy as the fluid and grows to 7
+//! for lighter ones; beside multipliers it is 3 more. What is left to the next step is *carried over*
 //! ([`Action`]): fluid + (m − m_f) U less what is carried over is kept to rounding.
+//!
+//! # Contacts
+//!
+//! K, the impulse of all but the flow, has a part K_c of contacts. These may be faster than the fluid's step, so that nothing of them
+//! is taken from the step before: C acts on what the flow changes alone, ΔU, and the fluid inside is told before it is predicted
+//! how contacts move it (`contact_force`). A body on a spring of frequency ω (rad/s) with damping ζ = 0.05 comes to rest at any ω Δt,
+//! whatever mass the fluid outside adds (tests/resolved/contacts.rs).
 //!
 //! # Bodies of prescribed motion
 //!
@@ -115,6 +124,7 @@ mod cell_stencil;
 #[cfg(test)]
 mod classification;
 mod constraints;
+mod contact_force;
 mod cut_faces;
 mod direct;
 #[cfg(test)]

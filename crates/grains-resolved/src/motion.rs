@@ -11,7 +11,7 @@ pub struct FlowLink {
     pub force: Vec3,
     /// Torque of the flow in the last step (N m).
     pub torque: Vec3,
-    /// Impulse of contacts, weight and buoyancy since then (N s); of a body of prescribed motion the momentum m_f U of the fluid
+    /// Impulse of contacts since then (N s); of a body of prescribed motion the momentum m_f U of the fluid
     /// it displaced then.
     pub impulse: Vec3,
     /// Angular impulse of contacts since then (N m s), or that angular momentum.
@@ -87,17 +87,23 @@ impl Surroundings {
             }
             let mut link = FlowLink::read(cargo);
             let share = self.density / catalogue.densities[body.kind.material as usize];
-            load.force -= rates.gravity * (share * body.mass);
             for a in (0..3).filter(|&a| !self.active[a]) {
-                load.force[a] = -rates.gravity[a] * body.mass;
+                load.force[a] = 0.0;
                 (0..3).filter(|&b| b != a).for_each(|b| load.torque[b] = 0.0);
             }
-            link.impulse += (load.force + rates.gravity * body.mass) * rates.dt;
+            link.impulse += load.force * rates.dt;
             link.angular_impulse += load.torque * rates.dt;
-            load.force += link.force;
+            // Weight is added as the particles move.
+            load.force += link.force + (self.weight(&rates.gravity, share) - rates.gravity) * body.mass;
             load.torque += link.torque;
             *cargo = link.write();
         }
+    }
+
+    /// Weight less buoyancy per mass (m/s²) of a body, with the density of the fluid over its own; none along axes that the flow does
+    /// not vary along.
+    fn weight(&self, gravity: &Vec3, density_ratio: f64) -> Vec3 {
+        Vec3::from_fn(|a, _| if self.active[a] { (1.0 - density_ratio) * gravity[a] } else { 0.0 })
     }
 
     /// What the own bodies are moved by in a step of the fluid `dt` (s) that their particles have just gone through.
@@ -107,22 +113,27 @@ impl Surroundings {
             let body = &particles.bodies[i];
             let link = FlowLink::read(&particles.cargo[i]);
             let inertia = world_inertia(particles, i, &dem.setup.catalogue);
-            let before = particles.half_velocity[i] * body.mass - link.impulse - link.force * dt;
+            let density_ratio = self.density / dem.setup.catalogue.densities[body.kind.material as usize];
+            let weight = self.weight(&dem.setup.parameters.gravity, density_ratio) * (body.mass * dt);
+            let before = particles.half_velocity[i] * body.mass - link.impulse - weight - link.force * dt;
             let spun = angular_momentum(dem, i, &inertia) - link.angular_impulse - link.torque * dt;
             let mut imposed = [None; 6];
             for a in (0..3).filter(|&a| !self.active[a]) {
                 imposed[a] = Some(0.0);
                 (0..3).filter(|&b| b != a).for_each(|b| imposed[3 + b] = Some(0.0));
             }
+            let mut contacts = six(&link.impulse, &link.angular_impulse);
             if body.is_prescribed() {
                 imposed = six(&body.velocity, &body.angular_velocity).map(Some);
+                contacts = [0.0; 6];
             }
             BodyMotion {
                 mass: body.mass,
                 inertia,
-                density_ratio: self.density / dem.setup.catalogue.densities[body.kind.material as usize],
+                density_ratio,
                 momentum: six(&before, &spun),
-                impulse: six(&link.impulse, &link.angular_impulse),
+                contacts,
+                weight: six(&weight, &Vec3::zeros()),
                 carried_over: six(&link.carried_over[0], &link.carried_over[1]),
                 imposed,
             }

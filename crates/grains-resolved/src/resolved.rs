@@ -1,6 +1,6 @@
 //! The bodies of a rank, and how their rigid-body velocity is imposed on the fluid.
 
-use crate::balance::{VIRTUAL_MASS, velocities};
+use crate::balance::velocities;
 use crate::body_ghosts::BodyGhosts;
 use crate::multiplier::{MultiplierMethod, Multipliers};
 use crate::nodes::Nodes;
@@ -56,6 +56,8 @@ pub struct Resolved {
     /// Places of faces of outlets that lie in walls, per component, and the bodies that these are.
     pub(crate) outlets: [Vec<(u32, u32)>; 3],
     pub(crate) multipliers: Multipliers,
+    /// Changes of the velocities of all bodies but walls by contacts in the step, if the force knows of them.
+    pub(crate) changes_by_contacts: Vec<[f64; 6]>,
 }
 
 impl Resolved {
@@ -86,6 +88,7 @@ impl Resolved {
             ghosts: BodyGhosts::default(),
             forced: Default::default(),
             outlets: Default::default(),
+            changes_by_contacts: Vec::new(),
         })
     }
 
@@ -208,6 +211,17 @@ impl Resolved {
         }
     }
 
+    /// Part C of the displaced fluid's inertia that a body is given besides, with its acceleration by the flow in the last step for a
+    /// force: the pressure answers a step later, and the lighter a body, the more of that it swings by. Multipliers leave the fluid
+    /// next to the surface out of the balance and need more.
+    pub(crate) fn virtual_mass(&self, motion: &BodyMotion) -> f64 {
+        let least = match self.forcing.method {
+            Method::Direct { .. } => 1.0,
+            Method::Multiplier(_) => 4.0,
+        };
+        least + 6.0 * (1.0 - 1.0 / motion.density_ratio).max(0.0)
+    }
+
     /// Imposes the rigid-body velocity on the fluid inside the bodies after a step of it of `dt` (s); collective.
     ///
     /// Bodies of which `motions` tells the dynamics get new velocities; the others keep theirs. Returns what each own body
@@ -228,9 +242,11 @@ impl Resolved {
         };
         let moved = actions.iter_mut().zip(&self.bodies).zip(motions.unwrap_or_default());
         for ((action, body), motion) in moved.filter(|(_, motion)| !motion.is_prescribed()) {
+            let virtual_mass = self.virtual_mass(motion) * motion.density_ratio;
             let after = motion.six_by_six() * velocities(body);
             for (a, carried_over) in action.carried_over.iter_mut().enumerate() {
-                *carried_over -= VIRTUAL_MASS * motion.density_ratio * (after[a] - motion.momentum[a]);
+                let by_flow = after[a] - motion.momentum[a] - motion.contacts[a];
+                *carried_over -= virtual_mass * by_flow;
             }
         }
         Ok(actions)

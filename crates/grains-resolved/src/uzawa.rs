@@ -18,7 +18,7 @@
 //! What remains are those on the surfaces, a few per body: symmetric and positive, solved with the sizes of the rows of C for a
 //! preconditioner, from the multipliers that the same points had in the last step.
 
-use crate::body::others;
+use crate::body::{component_at, others};
 use crate::multiplier::{MultiplierMethod, Multipliers, REACH};
 use crate::node::Node;
 use crate::{Action, BodyMotion, ConstraintError, Resolved};
@@ -270,6 +270,7 @@ impl Resolved {
                 self.forced[component].iter().for_each(|&place| force[place] *= self.forcing.explicit);
             }
         }
+        self.take_contact_force(flow, dt);
         let action = |load: &[f64; 6]| {
             let mut sums = [0.0; 12];
             sums[..6].copy_from_slice(load);
@@ -277,13 +278,6 @@ impl Resolved {
         };
         loads[..self.owned].iter().map(action).collect()
     }
-}
-
-/// Component of U + ω × r at an arm r (m) from the centre of a body that moves with (U, ω).
-#[inline]
-fn component_at(velocities: &[f64; 6], a: usize, arm: &Vec3) -> f64 {
-    let [b, c] = others(a);
-    velocities[a] + velocities[3 + b] * arm[c] - velocities[3 + c] * arm[b]
 }
 
 fn square(values: &[f64]) -> f64 {

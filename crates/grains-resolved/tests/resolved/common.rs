@@ -32,6 +32,8 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     pub own: Vec<RigidBody>,
     pub actions: Vec<Action>,
+    /// Impulse of contacts on each body in the next step (N s, N m s).
+    pub contacts: Vec<[f64; 6]>,
 }
 
 pub const CUBIC: Forcing =
@@ -71,7 +73,8 @@ impl Scene {
         let own = bodies.iter().filter(is_own).cloned().collect();
         let own: Vec<RigidBody> = own;
         let actions = vec![Action::default(); own.len()];
-        let mut scene = Self { flow, resolved, shapes: vec![shape.clone()], own, actions };
+        let contacts = vec![[0.0; 6]; own.len()];
+        let mut scene = Self { flow, resolved, shapes: vec![shape.clone()], own, actions, contacts };
         scene.place(transport);
         scene
     }
@@ -88,29 +91,37 @@ impl Scene {
     }
 
     /// One step with spheres that move, of a mass, inertia, and density over that of the fluid, under a force.
-    pub fn move_freely(
+    pub fn move_freely(&mut self, of_ball: (f64, f64, f64), force: Vec3, dt: f64, transport: &dyn Transport) {
+        self.own.iter_mut().for_each(|body| body.center += body.velocity * dt);
+        self.follow(of_ball, force, dt, transport);
+    }
+
+    /// One step of the fluid to where the bodies are now, with the contacts they had on the way.
+    pub fn follow(
         &mut self,
         (mass, inertia, density): (f64, f64, f64),
         force: Vec3,
         dt: f64,
         transport: &dyn Transport,
     ) {
-        self.own.iter_mut().for_each(|body| body.center += body.velocity * dt);
         self.place(transport);
-        self.flow.step(dt, transport).unwrap();
-        let motion = |(body, action): (&RigidBody, &Action)| {
+        let motion = |((body, action), contacts): ((&RigidBody, &Action), &[f64; 6])| {
             let (momentum, spun, impulse) = (body.velocity * mass, body.spin * inertia, force * dt);
             BodyMotion {
                 mass,
                 inertia: Mat3::identity() * inertia,
                 density_ratio: 1.0 / density,
                 momentum: [momentum.x, momentum.y, momentum.z, spun.x, spun.y, spun.z],
-                impulse: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
+                contacts: *contacts,
+                weight: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
                 carried_over: action.carried_over,
                 imposed: [None; 6],
             }
         };
-        let motions: Vec<BodyMotion> = self.own.iter().zip(&self.actions).map(motion).collect();
+        let bodies = self.own.iter().zip(&self.actions).zip(&self.contacts);
+        let motions: Vec<BodyMotion> = bodies.map(motion).collect();
+        self.resolved.add_contact_force(&motions, &mut self.flow, dt, transport);
+        self.flow.step(dt, transport).unwrap();
         self.actions =
             self.resolved.impose_rigid_velocity(Some(&motions), &mut self.flow, dt, transport).unwrap();
         self.own.clone_from_slice(&self.resolved.bodies[..self.resolved.owned]);

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+mod contacts;
 mod fixed;
 mod free;
 mod points;

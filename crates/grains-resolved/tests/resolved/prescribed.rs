@@ -28,7 +28,8 @@ impl Displaced {
             inertia: Mat3::identity() * (density * self.inertia),
             density_ratio: 1.0 / density,
             momentum: self.momentum(body).map(|p| density * p),
-            impulse: [0.0; 6],
+            contacts: [0.0; 6],
+            weight: [0.0; 6],
             carried_over,
             imposed: if is_free { [None; 6] } else { [u.x, u.y, u.z, w.x, w.y, w.z].map(Some) },
         }

@@ -343,6 +343,8 @@ impl FluidPhase {
         if let Some(steady) = &mut self.steady {
             steady.begin(&mut self.flow, dt);
         }
+        let resolved = self.resolved.as_mut();
+        let motions = resolved.and_then(|resolved| resolved.motions(dem, &mut self.flow, dt, transport));
         let exchanged = begun.elapsed().as_secs_f64();
         let outcome = self.flow.step(dt, transport);
         let failed =
@@ -358,7 +360,7 @@ impl FluidPhase {
         }
         if let Some(resolved) = &mut self.resolved {
             resolved.after_scalars(dem, &mut self.flow, dt, transport);
-            resolved.impose_rigid_velocity(dem, &mut self.flow, dt, transport)?;
+            resolved.impose_rigid_velocity((dem, motions.as_deref()), &mut self.flow, dt, transport)?;
         }
         if let Some(steady) = &mut self.steady {
             let bodies = self.resolved.as_ref().map(|resolved| &resolved.bodies);

@@ -9,7 +9,9 @@ use grains_comm::MpiTransport;
 use grains_contact::Lubrication;
 use grains_dem::{Catalogue, Dem};
 use grains_fluid::{Centre, Field, Flow};
-use grains_resolved::{ConstraintError, Forcing, Method, MultiplierMethod, Resolved, Surroundings, bodies};
+use grains_resolved::{
+    BodyMotion, ConstraintError, Forcing, Method, MultiplierMethod, Resolved, Surroundings, bodies,
+};
 use std::f64::consts::PI;
 
 /// Width of the halo of all fields (cells): from a velocity inside a body, less than √3 of them, through the surface to two
@@ -91,19 +93,32 @@ impl ResolvedBodies {
         self.surroundings.add_loads(dem);
     }
 
-    /// Imposes the rigid-body velocity of the particles on the fluid after a step of the fluid `dt` (s); collective.
+    /// What moves the particles in a step of the fluid `dt` (s) that follows, if they move; tells the fluid of their contacts. Collective.
+    pub fn motions(
+        &mut self,
+        dem: &Dem,
+        flow: &mut Flow,
+        dt: f64,
+        transport: &MpiTransport,
+    ) -> Option<Vec<BodyMotion>> {
+        let motions = (!self.is_fixed).then(|| self.surroundings.motions(dem, dt))?;
+        self.bodies.add_contact_force(&motions, flow, dt, transport);
+        Some(motions)
+    }
+
+    /// Imposes the rigid-body velocity of the particles on the fluid after a step of the fluid `dt` (s), with what moves them;
+    /// collective.
     ///
     /// # Errors
     /// Multipliers that were not found.
     pub fn impose_rigid_velocity(
         &mut self,
-        dem: &mut Dem,
+        (dem, motions): (&mut Dem, Option<&[BodyMotion]>),
         flow: &mut Flow,
         dt: f64,
         transport: &MpiTransport,
     ) -> Result<(), RunError> {
-        let motions = (!self.is_fixed).then(|| self.surroundings.motions(dem, dt));
-        let actions = self.bodies.impose_rigid_velocity(motions.as_deref(), flow, dt, transport);
+        let actions = self.bodies.impose_rigid_velocity(motions, flow, dt, transport);
         let failed = |e: ConstraintError| RunError::unphysical(format!("t = {:.6e} s: {e}", dem.time()));
         let actions = agreed(transport, actions.map_err(failed))?;
         if motions.is_some() {
