@@ -7,9 +7,11 @@
 //!  f = g + ρ/Δt (ΔU_c + Δω_c × r),   (ΔU_c, Δω_c) = M⁻¹ K_c
 //! ```
 //!
-//! with g what is kept from step to step, K_c the impulse of the contacts in the step, and M the inertia of the body.
+//! with g what is kept from step to step, as f is found less that part, K_c the impulse of the contacts in the step, and M the inertia
+//! of the body.
 
 use crate::body::component_at;
+use crate::node::prefetch_at;
 use crate::{BodyMotion, Method, Resolved};
 use grains_domain::Transport;
 use grains_fluid::Flow;
@@ -40,15 +42,14 @@ impl Resolved {
         }
     }
 
-    /// Takes it out of the force that is kept for the next step.
-    pub(crate) fn take_contact_force(&mut self, flow: &mut Flow, dt: f64) {
-        self.apply_contact_force(flow, -self.forcing.explicit / dt);
-        self.changes_by_contacts.clear();
+    /// What contacts change a body's velocities by in the step, if they do.
+    pub(crate) fn change_by_contacts(&self, body: u32) -> Option<&[f64; 6]> {
+        self.changes_by_contacts.get(body as usize).filter(|change| **change != [0.0; 6])
     }
 
     /// Adds a multiple (1/s) of ρ (ΔU_c + Δω_c × r) to the force at velocities that bodies hold: all that are set directly, those deep
     /// inside beside multipliers.
-    fn apply_contact_force(&mut self, flow: &mut Flow, factor: f64) {
+    pub(crate) fn apply_contact_force(&self, flow: &mut Flow, factor: f64) {
         let factor = factor * flow.setup.density;
         let all = matches!(self.forcing.method, Method::Direct { .. });
         let Some(immersed) = &mut flow.immersed else { return };
@@ -56,17 +57,15 @@ impl Resolved {
             let force = immersed.force.component_mut(component);
             let nodes = &self.nodes.of[component];
             let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
-            let mut number = 0;
+            let mut first = 0;
             for group in nodes.chunk_by(|n, m| n.body == m.body) {
-                let numbers = number..number + group.len();
-                number = numbers.end;
-                let Some(change) = self.changes_by_contacts.get(group[0].body as usize) else { continue };
-                if *change == [0.0; 6] {
-                    continue;
-                }
+                let numbers = first..first + group.len();
+                first = numbers.end;
+                let Some(change) = self.change_by_contacts(group[0].body) else { continue };
                 for (node, number) in group.iter().zip(numbers).filter(|(node, _)| all || node.is_deep()) {
-                    let (place, arm) = (node.place as usize, arms.to(number, node));
-                    force[place] += factor * component_at(change, component, &arm);
+                    prefetch_at(nodes, number, [force]);
+                    force[node.place as usize] +=
+                        factor * component_at(change, component, &arms.to(number, node));
                 }
             }
         }

@@ -1,10 +1,10 @@
 //! Direct forcing: the bodies' velocities from the balance of their momentum, the fluid's from them.
 
-use crate::body::others;
-use crate::node::Node;
+use crate::body::{component_at, others};
+use crate::node::{AHEAD, Node, prefetch_at};
 use crate::wall_load::Stresses;
 use crate::{Action, BodyMotion, FlowOnWall, Resolved};
-use grains_domain::{Transport, prefetch};
+use grains_domain::Transport;
 use grains_fluid::Flow;
 use grains_geometry::Vec3;
 use nalgebra::{Matrix6, Vector6};
@@ -52,11 +52,14 @@ impl Resolved {
                     let (body, number) = (&self.bodies[group[0].body as usize], group[0].body as usize);
                     // Force and momentum beyond rigid motion: along the component, and about the two other axes.
                     let (mut whole, mut excess) = ([0.0; 3], [0.0; 3]);
+                    let by_contacts = self.change_by_contacts(group[0].body);
                     for ((node, &wanted), number) in group.iter().zip(wanted).zip(&mut numbers) {
                         let (place, arm) = (node.place as usize, arms.to(number, node));
                         prefetch_at(nodes, number, [force, velocity]);
                         let f = force[place] + density / dt * (wanted - velocity[place]);
-                        force[place] = self.forcing.explicit * f;
+                        let of_contacts = by_contacts
+                            .map_or(0.0, |change| density / dt * component_at(change, component, &arm));
+                        force[place] = self.forcing.explicit * (f - of_contacts);
                         velocity[place] = wanted;
                         let differs = wanted - body.component_at(component, &arm);
                         if let Some(extrapolated) = extrapolated.as_mut().filter(|_| differs != 0.0) {
@@ -88,7 +91,6 @@ impl Resolved {
                     .extend(self.outlets[component].iter().map(|(place, _)| *place as usize));
             }
         }
-        self.take_contact_force(flow, dt);
         flow.refresh_velocity(flow.layers_of_step(), transport);
         self.nodes.cut_faces.note(&self.bodies, &self.subgrid, flow, transport);
         self.note_walls(flow, transport);
@@ -226,17 +228,6 @@ impl Resolved {
             body.spin = Vec3::from_column_slice(&value[3..]);
         }
         inertia
-    }
-}
-
-/// As many nodes as are worked off while memory answers.
-const AHEAD: usize = 16;
-
-/// Asks for the values of fields at a node some way after the one of this number.
-#[inline(always)]
-fn prefetch_at(nodes: &[Node], number: usize, fields: [&[f64]; 2]) {
-    if let Some(node) = nodes.get(number + AHEAD) {
-        fields.iter().for_each(|field| prefetch(field, node.place as usize));
     }
 }
 

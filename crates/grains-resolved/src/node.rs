@@ -3,6 +3,7 @@
 use crate::Subgrid;
 use crate::profile::pitch;
 use crate::wall::ClosestPoint;
+use grains_domain::prefetch;
 use grains_geometry::ClosestSurface;
 use grains_geometry::lanes::Vector;
 
@@ -66,5 +67,16 @@ impl Depth {
             surface: ClosestSurface { distance: distance.max(0.0), direction },
             ..*out
         })
+    }
+}
+
+/// As many nodes as are worked off while memory answers.
+pub(crate) const AHEAD: usize = 16;
+
+/// Asks for the values of fields at a node some way after the one of this number.
+#[inline(always)]
+pub(crate) fn prefetch_at<const N: usize>(nodes: &[Node], number: usize, fields: [&[f64]; N]) {
+    if let Some(node) = nodes.get(number + AHEAD) {
+        fields.iter().for_each(|field| prefetch(field, node.place as usize));
     }
 }

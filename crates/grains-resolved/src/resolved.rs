@@ -249,6 +249,7 @@ impl Resolved {
                 *carried_over -= virtual_mass * by_flow;
             }
         }
+        self.changes_by_contacts.clear();
         Ok(actions)
     }
 }

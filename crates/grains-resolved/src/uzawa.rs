@@ -270,7 +270,7 @@ impl Resolved {
                 self.forced[component].iter().for_each(|&place| force[place] *= self.forcing.explicit);
             }
         }
-        self.take_contact_force(flow, dt);
+        self.apply_contact_force(flow, -self.forcing.explicit / dt);
         let action = |load: &[f64; 6]| {
             let mut sums = [0.0; 12];
             sums[..6].copy_from_slice(load);
