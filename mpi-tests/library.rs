@@ -119,6 +119,94 @@ fn a_silo_in_pieces_is_that_in_one() {
     });
 }
 
+/// Names and columns of the time series of a run.
+fn series(results: &Path) -> Vec<(String, Vec<f64>)> {
+    let text = std::fs::read_to_string(results.join("series.csv")).unwrap();
+    let mut rows = text.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(','));
+    let names: Vec<&str> = rows.next().unwrap().collect();
+    let mut columns: Vec<(String, Vec<f64>)> =
+        names.into_iter().map(|name| (name.to_string(), Vec::new())).collect();
+    for row in rows {
+        // A row has no number where there is nothing to measure.
+        columns.iter_mut().zip(row).for_each(|((_, column), x)| column.push(x.parse().unwrap_or(0.0)));
+    }
+    columns
+}
+
+/// Stops fall amid steps of the fluid, where bodies and walls lie elsewhere than in its last one.
+#[test]
+fn a_fluid_that_is_stopped_amid_its_steps_goes_on_as_if_it_had_not_been() {
+    let name = "a_fluid_that_is_stopped_amid_its_steps_goes_on_as_if_it_had_not_been";
+    let packing = [("end = 5", "end = 0.6"), ("checkpoint = 2.5", "checkpoint = 0.3")];
+    let dye = "cfl = 0.5\n[[fluid.scalar]]\nname = \"dye\"\nkind = \"concentration\"\ndiffusivity = 0.02\n\
+               initial = \"step(z - 2)\"\nparticles = { value = 2 }\n";
+    let dyed = [packing[0], packing[1], ("cfl = 0.5\n", dye)];
+    let cases: [(&str, &[(&str, &str)]); 11] = [
+        ("resolved.toml", &[]),
+        ("resolved_driven.toml", &[]),
+        ("resolved_heat.toml", &[]),
+        ("resolved_packing.toml", &packing),
+        ("resolved_packing.toml", &dyed),
+        ("walls_of_fluid.toml", &[]),
+        ("bed.toml", &[]),
+        ("column.toml", &[]),
+        ("heated.toml", &[]),
+        ("leaving.toml", &[]),
+        ("settling.toml", &[]),
+    ];
+    on_ranks(&[1, 2], name, |job| {
+        let mut state = 0x2545_f491_4f6c_dd1d_u64;
+        let mut draw = |count: u64| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state % count
+        };
+        for (number, (case, changes)) in cases.iter().enumerate() {
+            let label = |kind: &str| format!("amid-{number}-{kind}");
+            let whole = folder(job, &label("whole"));
+            let new = |results: &Path, restart: Option<&str>| {
+                let options = Options { restart: restart.map(PathBuf::from), ..Options::default() };
+                Simulation::new(&changed_case(case, results, changes), job, options).unwrap()
+            };
+            let mut run = new(&whole, None);
+            let mut steps = 0;
+            while run.step().unwrap() == Status::Running {
+                steps += 1;
+            }
+            drop(run);
+            let pieces = folder(job, &label("pieces"));
+            for piece in 0.. {
+                let mut run = new(&pieces, (piece > 0).then_some("latest"));
+                for _ in 0..1 + draw(steps / 3) {
+                    run.step().unwrap();
+                }
+                run.stop();
+                finish(&mut run);
+                if run.step().unwrap() == Status::Finished {
+                    assert!(piece > 1, "{case} was stopped {piece} times");
+                    break;
+                }
+            }
+            if job.transport().rank() > 0 {
+                continue;
+            }
+            let table = series(&whole);
+            let largest = |column: &[f64]| column.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            for ((name, expected), (_, found)) in table.iter().zip(series(&pieces)) {
+                // What is unaccounted for is rounding of what there is.
+                let content = name.strip_suffix("_unaccounted").map(|scalar| format!("{scalar}_content"));
+                let of = table.iter().find(|(other, _)| content.as_ref() == Some(other));
+                let size = largest(of.map_or(expected, |(_, content)| content));
+                assert_eq!(expected.len(), found.len());
+                let worst = expected.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let told = format!("{case} {number} {name}: differs by {worst:e} of {size:e}");
+                assert!(worst <= (1e-7 * size).max(1e-12), "{told}");
+            }
+        }
+    });
+}
+
 #[test]
 fn the_summary_counts_the_particles_that_were_inside_at_each_step() {
     on_ranks(&[1, 2, 3], "the_summary_counts_the_particles_that_were_inside_at_each_step", |job| {

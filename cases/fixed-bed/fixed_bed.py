@@ -65,16 +65,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shapes", nargs="+", default=["CYL", "TL", "QL"], choices=list(FRACTION))
     parser.add_argument("--ratios", nargs="+", type=float, default=[2.0], help="lengths over diameter")
-    parser.add_argument("--seeds", type=int, default=3, help="seeds in the periodic box; one in tubes")
+    parser.add_argument("--seeds", type=int, default=3, help="seeds in the periodic box")
+    parser.add_argument("--tube-seeds", type=int, default=1, help="seeds in tubes")
     parser.add_argument("--windows", nargs="+", type=float, default=[6.0], help="edges of the window (mm)")
     parser.add_argument("--tubes", nargs="+", type=float, default=[0, 19], help="diameters (mm), 0 for the periodic box")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     points = [(s, r, t, w) for t in options.tubes for r in options.ratios for w in options.windows for s in options.shapes]
     folder = lambda s, r, t, w, k: sweep.RESULTS / "fixed-bed" / f"{s}-{r:g}-{'box' if t == 0 else f'D{t:g}'}-w{w:g}-{k}"
-    seeds = lambda t: range(1, 1 + (options.seeds if t == 0 else 1))
+    seeds = lambda t: range(1, 1 + (options.seeds if t == 0 else options.tube_seeds))
     # The first seed of every point, then the second ...
-    runs = [(*p, k) for k in range(1, options.seeds + 1) for p in points if k in seeds(p[2])]
+    runs = [(*p, k) for k in range(1, 1 + max(options.seeds, options.tube_seeds)) for p in points if k in seeds(p[2])]
     sweep.run_all([(case(*r, folder(*r)), folder(*r)) for r in runs], options.jobs)
     print(f"{'shape':<6} {'L/d':>5} {'vessel':>8} {'window':>7} {'thesis':>7} {'here':>7} {'spread':>7}   each seed")
     for p in points:

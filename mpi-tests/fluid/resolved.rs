@@ -1,6 +1,6 @@
 //! Resolved bodies in a flow: free, fixed and driven, on any ranks and across restarts.
 
-use super::{array, assert_close, assert_same_fluid, continued, results_of};
+use super::{array, assert_close, assert_same_fluid, continued, number_after, results_of};
 use crate::common::results::{checkpoints, series, step_of};
 use crate::common::{case, folder, replaced, run_case};
 use hdf5::File;
@@ -125,6 +125,45 @@ fn packed_cubes_come_to_rest_on_any_ranks_and_across_restarts() {
         assert_close(&a, &series(&four).column(column)[..a.len()], 1e-6, column);
     }
     assert!(one.column("contacts").iter().any(|&n| n > 2.0), "some touch by then");
+}
+
+/// Borders between ranks follow the bodies at any of their steps, also where these have left velocities of the fluid for a moment.
+#[test]
+fn borders_that_move_amid_a_step_of_the_fluid_change_nothing() {
+    let home = folder("fluid_moved_borders");
+    let changes = [
+        ("upper = [2.3, 3.9, 3.9]", "upper = [3.9, 3.9, 5.9]"),
+        ("cells = [18, 30, 30]", "cells = [30, 30, 45]"),
+        ("count = 18", "count = 40"),
+        ("end = 5", "end = 0.4"),
+        ("checkpoint = 2.5", "checkpoint = 0.2"),
+    ];
+    // The box of the domain is that of the wall.
+    let larger = case("resolved_packing.toml").replace("upper = [2.4, 4, 4]", "upper = [4, 4, 6]");
+    let text = changes.iter().fold(larger, |text, (old, new)| replaced(&text, old, new));
+    let dye = "[[fluid.scalar]]\nname = \"dye\"\nkind = \"concentration\"\ndiffusivity = 0.02\n\
+               initial = \"step(z - 3)\"\nparticles = { value = 2 }\n";
+    let shared = |ranks: &str| {
+        replaced(&format!("{text}{dye}"), "[domain]\n", &format!("[domain]\nranks = {ranks}\n"))
+    };
+    let one = results_of(&home, "1", 1, &shared("[1, 1, 1]"));
+    let table = series(&one);
+    let content = table.column("dye_content")[0];
+    for (label, ranks, grid) in [("4", 4, "[1, 2, 2]"), ("8", 8, "[2, 2, 2]")] {
+        let own = home.join(label);
+        fs::create_dir_all(&own).unwrap();
+        let output = run_case(ranks, &own, &shared(grid), &[]).succeeded();
+        assert!(number_after(&output.stdout, "borders moved ") > 0, "{}", output.stdout);
+        for result in [&own.join("results"), &continued(&home, label, 3, &shared("[1, 1, 3]"))] {
+            for column in
+                ["kinetic_rotation", "kinetic_translation", "fluid_kinetic", "contacts", "dye_from_particles"]
+            {
+                assert_close(&table.column(column), &series(result).column(column), 1e-8, column);
+            }
+            let unaccounted = series(result).column("dye_unaccounted");
+            assert!(unaccounted.iter().all(|x| x.abs() < 1e-12 * content), "{unaccounted:?} of {content}");
+        }
+    }
 }
 
 /// Asserts that the time series has the forces and torques of the snapshots, summed and of the particle with id 2.

@@ -116,6 +116,8 @@ impl Resolved {
     }
 
     /// Takes the own bodies where they are now; collective. The next step of the flow is for these places.
+    ///
+    /// Extrapolated velocities that bodies have left are the fluid's from now on.
     pub fn place(
         &mut self,
         own: Vec<RigidBody>,
@@ -123,6 +125,17 @@ impl Resolved {
         flow: &mut Flow,
         transport: &dyn Transport,
     ) {
+        self.stand(own, shapes, flow, transport);
+        if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
+        {
+            for (component, values) in extrapolated.iter_mut().enumerate() {
+                values.retain(|&(place, _)| self.nodes.holds(component, place as usize));
+            }
+        }
+    }
+
+    /// Finds what bodies and walls hold where they are now.
+    fn stand(&mut self, own: Vec<RigidBody>, shapes: &[Shape], flow: &mut Flow, transport: &dyn Transport) {
         self.owned = own.len();
         self.bodies = own;
         self.ghosts = BodyGhosts::new(&mut self.bodies, shapes, &self.subgrid, transport);
@@ -139,12 +152,6 @@ impl Resolved {
         if let Method::Multiplier(method) = self.forcing.method {
             let bodies = (&self.bodies[..], shapes);
             self.multipliers.place(&method, &self.nodes, bodies, &self.subgrid, transport);
-        }
-        if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
-        {
-            for (component, values) in extrapolated.iter_mut().enumerate() {
-                values.retain(|&(place, _)| self.nodes.holds(component, place as usize));
-            }
         }
         self.find_outlets_in_walls(flow);
         if let Some(immersed) = &mut flow.immersed {
@@ -196,8 +203,22 @@ impl Resolved {
         self.multipliers.iterations = iterations;
     }
 
-    /// Goes on from the forces of a flow that was continued.
-    pub fn resume(&mut self, flow: &Flow) {
+    /// Takes the own bodies where they are now in a flow that is continued, maybe amid a step of it; collective.
+    ///
+    /// What bodies have left since the last step is known once they are placed at its end.
+    pub fn resume(
+        &mut self,
+        own: Vec<RigidBody>,
+        shapes: &[Shape],
+        flow: &mut Flow,
+        transport: &dyn Transport,
+    ) {
+        self.find_forced(flow);
+        self.stand(own, shapes, flow, transport);
+    }
+
+    /// Finds where the forces of the last step are.
+    fn find_forced(&mut self, flow: &Flow) {
         let Some(immersed) = &flow.immersed else { return };
         for ((component, forced), outlets) in self.forced.iter_mut().enumerate().zip(flow.outlets()) {
             let force = immersed.force.component(component);

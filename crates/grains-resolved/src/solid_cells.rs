@@ -14,8 +14,10 @@ const MIDDLES: usize = 3;
 const NEAR: f64 = 2.0;
 
 impl Resolved {
-    /// Tells the scalars of the flow where bodies and walls are; `of_bodies` has the value of every own body for each scalar,
-    /// `numbers` those of the walls that are there in [`grains_fluid::SolidConditions::walls`]. Collective.
+    /// Tells the scalars of the flow where bodies and walls are, to be followed by [`Flow::pass_solids`]; collective.
+    ///
+    /// `of_bodies` has the value of every own body for each scalar, `numbers` those of the walls that are there in
+    /// [`grains_fluid::SolidConditions::walls`].
     pub fn place_for_scalars(
         &self,
         (shapes, numbers): (&[Shape], &[usize]),
@@ -38,7 +40,7 @@ impl Resolved {
             claim_middles(body, &solids, &mut builder);
         }
         let of_solids = of_bodies.iter().map(|values| self.of_all_bodies(values, transport)).collect();
-        flow.place_solids(builder, of_solids, transport);
+        flow.place_solids(builder, of_solids);
     }
 
     /// Tells a scalar of the flow the values of the own bodies, which stay where they are; collective.

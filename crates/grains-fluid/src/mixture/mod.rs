@@ -66,8 +66,8 @@ pub struct Mixture {
     pub(crate) gradient_factor: Faces,
     /// Coefficients of the pressure equation, ε × gradient factor (m⁴/(N s)).
     pub(crate) coefficients: Faces,
-    /// ∂ε/∂t (1/s).
-    pub(crate) rate: Field<Centre>,
+    /// ∂ε/∂t over the last step (1/s).
+    pub rate: Field<Centre>,
     /// Whether `previous` is filled with its halo and `faces` belong to it: what a step leaves behind.
     is_continued: bool,
 }

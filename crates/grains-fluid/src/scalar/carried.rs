@@ -37,6 +37,7 @@ impl Flow {
             entered: 0.0,
             produced: 0.0,
             conditions,
+            free: None,
             barrier: None,
         });
         let number = scalars.all.len() - 1;
@@ -67,7 +68,7 @@ impl Flow {
         let strides = self.local.layout.strides();
         scalars.set_volumes(&self.local, self.mixture.as_ref().map(|mixture| &mixture.previous));
         for scalar in &mut scalars.all {
-            self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+            scalar.fill(&mut self.halo, transport);
             scalar.conditions.iter().for_each(|face| face.continue_beyond(scalar.value.data_mut(), strides));
         }
     }

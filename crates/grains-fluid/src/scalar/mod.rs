@@ -49,8 +49,9 @@ pub(crate) use carried::add_buoyancy;
 
 use crate::metrics::Local;
 use crate::tridiagonal::ConductionLines;
-use crate::{CellPartition, Centre, Faces, Field, Grid};
+use crate::{CellPartition, Centre, Faces, Field, Grid, Halo};
 use conditions::FaceConditions;
+use grains_domain::Transport;
 use solids::{Barrier, Linear};
 
 /// A scalar on the cells of a rank.
@@ -81,6 +82,8 @@ pub struct Scalar {
     /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
     /// left, on this rank (unit m³).
     pub produced: f64,
+    /// 1 in cells that the last step changed, 0 in those inside solids, halo filled; none before solids are passed.
+    pub free: Option<Field<Centre>>,
     conditions: Vec<FaceConditions>,
     barrier: Option<Barrier>,
 }
@@ -89,6 +92,13 @@ impl Scalar {
     /// The value with which the last step exchanged, halo filled: V (s − κ φ) Δt is what a cell got.
     pub fn exchanged_at(&self) -> &Field<Centre> {
         self.divided.as_ref().unwrap_or(&self.value)
+    }
+
+    /// Fills the halo of its fields; collective.
+    fn fill(&mut self, halo: &mut Halo, transport: &dyn Transport) {
+        let fields = [Some(&mut self.value), Some(&mut self.previous), self.free.as_mut()];
+        let mut fields: Vec<&mut [f64]> = fields.into_iter().flatten().map(Field::data_mut).collect();
+        halo.fill(&mut fields, transport);
     }
 
     /// Takes the value at the end of part `part` of a step in `parts`.

@@ -347,6 +347,7 @@ fn place(scene: &mut Scene, transport: &dyn Transport) {
     let count = scene.flow.scalars.as_ref().unwrap().all.len();
     let values = vec![vec![0.5; scene.own.len()]; count];
     scene.resolved.place_for_scalars((&scene.shapes, &[]), &values, &mut scene.flow, transport);
+    scene.flow.pass_solids(transport);
 }
 
 /// What is uniform stays so, what is not stays within its limits, and all of it is accounted for, past bodies of any shape that stay or

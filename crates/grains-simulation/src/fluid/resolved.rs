@@ -75,11 +75,20 @@ impl ResolvedBodies {
         4.0 * PI * kinds.iter().map(radius).fold(0.0, f64::max).powi(2)
     }
 
-    /// Takes particles and walls where they are; collective.
+    /// Takes particles and walls where they are for the coming step of the fluid; collective.
     pub fn place(&mut self, dem: &Dem, flow: &mut Flow, transport: &MpiTransport) {
         self.bodies.place_walls(self.walls.placed(dem));
         let catalogue = &dem.setup.catalogue;
         self.bodies.place(bodies(&dem.particles, catalogue), &catalogue.shapes, flow, transport);
+        self.place_for_scalars(dem, flow, transport);
+        flow.pass_solids(transport);
+    }
+
+    /// Takes particles and walls where they are in a fluid that is continued, maybe amid a step of it; collective.
+    pub fn resume(&mut self, dem: &Dem, flow: &mut Flow, transport: &MpiTransport) {
+        self.bodies.place_walls(self.walls.placed(dem));
+        let catalogue = &dem.setup.catalogue;
+        self.bodies.resume(bodies(&dem.particles, catalogue), &catalogue.shapes, flow, transport);
         self.place_for_scalars(dem, flow, transport);
     }
 

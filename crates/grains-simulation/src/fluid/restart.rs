@@ -20,6 +20,8 @@ const FORCE: [&str; 3] = ["body_force_x", "body_force_y", "body_force_z"];
 const BEYOND: [&str; 3] = ["beyond_x", "beyond_y", "beyond_z"];
 /// The void fraction at the beginning of the coming step: with what was inserted since the last one, without what left.
 const COMING: &str = "coming_void_fraction";
+/// What the divergence of the last step is told with.
+const RATE: &str = "void_fraction_rate";
 const MEANS: [&str; 9] =
     ["sum_u", "sum_v", "sum_w", "sum_p", "sum_void", "sum_flux_x", "sum_flux_y", "sum_flux_z", "sum_solid"];
 
@@ -234,11 +236,16 @@ impl FluidPhase {
         if let Some(mixture) = &flow.mixture {
             add("void_fraction", "-", &mixture.void_fraction);
             add(COMING, "-", mixture.previous_void_fraction());
+            add(RATE, "1/s", &mixture.rate);
         }
         let scalars = flow.scalars.iter().flat_map(|scalars| &scalars.all);
         for (scalar, names) in scalars.zip(&self.scalar_names) {
             add(names.value, names.unit, &scalar.value);
             add(names.before, names.unit, &scalar.previous);
+            // In a flow without bodies walls are put back where the last step met them.
+            if let Some(free) = scalar.free.as_ref().filter(|_| self.resolved.is_some()) {
+                add(names.free, "-", free);
+            }
         }
         if let Some(means) = &self.means {
             for (field, name) in means.fields.iter().zip(mean_names(means.there, &self.scalar_names)) {
@@ -365,6 +372,7 @@ impl FluidPhase {
         if let Some(mixture) = &mut self.flow.mixture {
             take("void_fraction", place, mixture.void_fraction.data_mut())?;
             take(COMING, place, mixture.previous_void_fraction_mut().data_mut())?;
+            take(RATE, place, mixture.rate.data_mut())?;
         }
         if let Some(scalars) = &mut self.flow.scalars {
             scalars.last_dt = clocks.scalars.last_dt;
@@ -374,6 +382,12 @@ impl FluidPhase {
                 let Some(account) = known else { continue };
                 take(names.value, place, scalar.value.data_mut())?;
                 take(names.before, place, scalar.previous.data_mut())?;
+                if self.resolved.is_some() {
+                    let free = scalar.free.insert(Field::new(layout));
+                    // Beyond the box, where nothing fills it.
+                    free.fill(1.0);
+                    take(names.free, place, free.data_mut())?;
+                }
                 (scalar.entered, scalar.produced) = (account.entered, account.produced);
             }
         }
@@ -412,8 +426,7 @@ impl FluidPhase {
             self.halo.fill(&mut fields, transport);
         }
         if let Some(resolved) = &mut self.resolved {
-            resolved.bodies.resume(&self.flow);
-            resolved.place(dem, &mut self.flow, transport);
+            resolved.resume(dem, &mut self.flow, transport);
         }
     }
 }

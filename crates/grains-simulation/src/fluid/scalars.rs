@@ -27,9 +27,10 @@ pub struct ScalarNames {
     /// Of its field, and the unit.
     pub field: &'static str,
     pub unit: &'static str,
-    /// Of its values in a checkpoint, those before the last step, and the sum of its samples.
+    /// Of its values in a checkpoint, those before the last step, the cells that it changed, and the sum of its samples.
     pub value: &'static str,
     pub before: &'static str,
+    pub free: &'static str,
     pub sum: &'static str,
 }
 
@@ -43,6 +44,7 @@ impl ScalarNames {
                 unit: scalar.units()[0],
                 value: interned(format!("scalar_{name}")),
                 before: interned(format!("scalar_{name}_before")),
+                free: interned(format!("scalar_{name}_free")),
                 sum: interned(format!("sum_scalar_{name}")),
             }
         };

@@ -7,7 +7,7 @@ use super::build::{SolidCellsBuilder, SurfacePoint};
 use super::cells::{BEYOND, SolidCells};
 use super::step::middle;
 use crate::metrics::Local;
-use crate::{Enclosure, Flow, Grid};
+use crate::{Enclosure, Field, Flow, Grid};
 use grains_domain::Transport;
 use std::collections::BTreeMap;
 
@@ -21,16 +21,9 @@ impl Flow {
         all.into_iter().any(|scalar| scalar.setup.solids.need_shares(is_body))
     }
 
-    /// Tells the scalars where solids lie for the coming step; `of_solids` has the value of each solid for each scalar.
-    ///
-    /// What solids cover leaves the fluid. A cell that they leave takes the value between the surface and the next one in the fluid.
-    /// Collective.
-    pub fn place_solids(
-        &mut self,
-        builder: SolidCellsBuilder,
-        of_solids: Vec<Vec<f64>>,
-        transport: &dyn Transport,
-    ) {
+    /// Tells the scalars where solids lie for the coming step, to be followed by [`Flow::pass_solids`]; `of_solids` has the value of each
+    /// solid for each scalar.
+    pub fn place_solids(&mut self, builder: SolidCellsBuilder, of_solids: Vec<Vec<f64>>) {
         let Some(scalars) = &mut self.scalars else { return };
         let mut cells = builder.finish(&self.local);
         for (scalar, of_solids) in scalars.all.iter_mut().zip(of_solids) {
@@ -38,15 +31,23 @@ impl Flow {
             scalar.gained = vec![0.0; cells.count];
             scalar.reacted = vec![0.0; cells.count];
             scalar.gained_over = 0.0;
-        }
-        for number in 0..scalars.all.len() {
-            scalars.place(number, &cells, (&self.setup.grid, &self.local), self.state.time);
-        }
-        for scalar in &mut scalars.all {
-            self.halo.fill(&mut [scalar.value.data_mut(), scalar.previous.data_mut()], transport);
+            // Not two at a time.
+            scalar.barrier = None;
+            scalar.barrier = Some(Barrier::new(&cells, &scalar.setup, &self.local));
         }
         cells.forget_cuts();
         scalars.solids = Some(cells);
+    }
+
+    /// Takes what solids have covered since the last step out of the fluid; collective.
+    ///
+    /// A cell that they have left gets the value between the surface and the next one in the fluid.
+    pub fn pass_solids(&mut self, transport: &dyn Transport) {
+        let Some(scalars) = &mut self.scalars else { return };
+        for number in 0..scalars.all.len() {
+            scalars.pass_solids(number, (&self.setup.grid, &self.local), self.state.time);
+        }
+        scalars.all.iter_mut().for_each(|scalar| scalar.fill(&mut self.halo, transport));
     }
 }
 
@@ -78,7 +79,8 @@ impl Flow {
             }
         }
         let of_solids = self.scalars.iter().flat_map(|scalars| &scalars.all).map(|_| Vec::new()).collect();
-        self.place_solids(builder, of_solids, transport);
+        self.place_solids(builder, of_solids);
+        self.pass_solids(transport);
     }
 }
 
@@ -91,17 +93,18 @@ fn widest(local: &Local, axis: usize) -> f64 {
 }
 
 impl Scalars {
-    /// The barrier of a scalar, and its values where cells changed sides, at a time (s).
-    fn place(&mut self, number: usize, cells: &SolidCells, (grid, local): (&Grid, &Local), time: f64) {
+    /// The values of a scalar where cells have changed sides since the last step, at a time (s).
+    fn pass_solids(&mut self, number: usize, (grid, local): (&Grid, &Local), time: f64) {
         let (scalar, volume) = (&mut self.all[number], &self.volume);
-        let mut barrier = Barrier::new(cells, &scalar.setup, local);
-        let old = scalar.barrier.take();
-        let mut on_surfaces = scalar.value.clone();
-        barrier.evaluate((&scalar.setup, cells), &scalar.of_solids, (grid, local), time, &mut on_surfaces);
-        if let Some(old) = old {
-            let left = left_cells(&old, &barrier, cells, scalar.value.data(), local.layout.strides());
+        let (Some(cells), Some(barrier)) = (&self.solids, &mut scalar.barrier) else { return };
+        if let Some(old) = &scalar.free {
+            let mut on_surfaces = scalar.value.clone();
+            let of = (&scalar.setup, cells);
+            barrier.evaluate(of, &scalar.of_solids, (grid, local), time, &mut on_surfaces);
+            let was_free = |place: usize| old.data()[place] > 0.0;
+            let left = left_cells(was_free, barrier, cells, scalar.value.data(), local.layout.strides());
             let (value, previous) = (scalar.value.data_mut(), scalar.previous.data_mut());
-            own_cells(local.layout).for_each(|place| match (old.is_free(place), barrier.is_free(place)) {
+            own_cells(local.layout).for_each(|place| match (was_free(place), barrier.is_free(place)) {
                 (true, false) => {
                     scalar.entered -= volume[place] * value[place];
                     let solid = cells.holder[place].wrapping_sub(1) as usize;
@@ -120,7 +123,10 @@ impl Scalars {
                 _ => {}
             });
         }
-        scalar.barrier = Some(barrier);
+        let free = scalar.free.get_or_insert_with(|| Field::new(local.layout));
+        free.data_mut().iter_mut().enumerate().for_each(|(place, free)| {
+            *free = f64::from(u8::from(barrier.is_free(place)));
+        });
     }
 }
 
@@ -134,7 +140,7 @@ struct Left {
 
 /// The cells that solids have left, with values between those of the surface and of the next cells in the fluid.
 fn left_cells(
-    old: &Barrier,
+    was_free: impl Fn(usize) -> bool,
     new: &Barrier,
     cells: &SolidCells,
     value: &[f64],
@@ -142,10 +148,10 @@ fn left_cells(
 ) -> BTreeMap<usize, Left> {
     let mut left = BTreeMap::new();
     for (axis, ties) in new.ties.iter().enumerate() {
-        for tie in ties.iter().filter(|tie| !old.is_free(tie.free)) {
+        for tie in ties.iter().filter(|tie| !was_free(tie.free)) {
             let next = if tie.side > 0.0 { tie.free - strides[axis] } else { tie.free + strides[axis] };
             let Some(surface) = tie.value else { continue };
-            let is_known = old.is_free(next) && new.is_free(next) && cells.holder[next] != BEYOND;
+            let is_known = was_free(next) && new.is_free(next) && cells.holder[next] != BEYOND;
             let (weight, rise) = match is_known {
                 true => (1.0, (value[next] - surface) * tie.way / (1.0 + tie.way)),
                 false => (UNKNOWN, 0.0),

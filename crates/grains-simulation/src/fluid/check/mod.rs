@@ -221,15 +221,19 @@ pub fn min_seconds(case: &Case) -> Option<f64> {
 
 /// Bytes of the snapshots of the fluid, of their means, and of its state in the checkpoints that are kept; uncompressed.
 pub fn bytes_on_disk(case: &Case) -> f64 {
-    /// Numbers per cell of a checkpoint: velocities and explicit terms on faces, pressure, correction, void fraction.
-    const STATE: f64 = 9.0;
+    /// Numbers per cell of a checkpoint: velocities and explicit terms on faces, pressure, correction.
+    const STATE: f64 = 8.0;
+    /// Those of a mixture: void fraction now and at the beginning of the next step, and its rate.
+    const MIXTURE: f64 = 3.0;
     /// Those of resolved bodies: their force, and the velocities that continue the flow inside, on the faces.
     const BODIES: f64 = 6.0;
     let Some(fluid) = &case.fluid else { return 0.0 };
     let cells = fluid.cells.iter().product::<u64>() as f64;
     let has_particles = (fluid.coupling.is_some() || fluid.resolved.is_some()) && !case.inserts.is_empty();
-    let of_scalars = 2.0 * fluid.scalar.len() as f64;
-    let state = STATE + of_scalars + if fluid.resolved.is_some() { BODIES } else { 0.0 };
+    let [is_mixture, is_resolved] =
+        [fluid.coupling.is_some(), fluid.resolved.is_some()].map(|is| f64::from(u8::from(is)));
+    let of_scalars = (2.0 + is_resolved) * fluid.scalar.len() as f64;
+    let state = STATE + MIXTURE * is_mixture + BODIES * is_resolved + of_scalars;
     let varies = fluid.rheology.is_some() || fluid.turbulence.is_some();
     let components = |field: &FluidField| match (field, has_particles) {
         (FluidField::Velocity, _) | (FluidField::SolidVelocity, true) => 3.0,
