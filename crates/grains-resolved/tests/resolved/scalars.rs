@@ -273,6 +273,7 @@ fn about_a_disc_that_changes_its_size_heat_spreads_in_second_order() {
                 scene.own[0].scale = 1.0 + growth * step as f64 * dt / 0.392;
                 scene.place(&SERIAL);
                 scene.resolved.place_for_scalars((&scene.shapes, &[]), &[vec![]], &mut scene.flow, &SERIAL);
+                scene.flow.pass_solids(&SERIAL);
                 if step == 0 {
                     scene.flow.begin_scalars(|_| true);
                 } else {
