@@ -183,38 +183,56 @@ impl Sampled {
         let mut closest = vec![0; layout.len()];
         let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
         let (h, dims) = (layout.halo as isize, layout.dims().map(|n| n as isize));
-        for p in 0..layout.len() as isize {
-            let place = [p % dims[0], p / dims[0] % dims[1], p / (dims[0] * dims[1])];
-            let cell: [isize; 3] = std::array::from_fn(|a| {
-                let (n, i) = (grid.cells()[a] as isize, place[a] - h + local.first[a] as isize);
-                match (grid.axis(a).is_periodic(), i < 0, i >= n) {
-                    (true, ..) => i.rem_euclid(n),
-                    (_, true, _) => (-1 - i).min(n - 1),
-                    (_, _, true) => (2 * n - 1 - i).max(0),
-                    _ => i,
-                }
-            });
+        // Cells, and nodes above them, that places along each axis stand for. Beyond the box the faces are mirrored too; the lower end
+        // of it is the upper face of the cell beyond.
+        let along: [Vec<[isize; 2]>; 3] = std::array::from_fn(|a| {
+            let (n, is_periodic) = (grid.cells()[a] as isize, grid.axis(a).is_periodic());
+            let of_place = |place: isize| match place - h + local.first[a] as isize {
+                i if is_periodic => [i.rem_euclid(n), i.rem_euclid(n) + 1],
+                i if i < 0 => [(-1 - i).min(n - 1); 2],
+                i if i >= n => [(2 * n - 1 - i).max(0); 2],
+                i => [i, i + 1],
+            };
+            (0..dims[a]).map(of_place).collect()
+        });
+        // Walls that move are looked at in each step, mirrored and repeated cells once.
+        let first = |a: usize, is_same: &dyn Fn(&[isize; 2], &[isize; 2]) -> bool| -> Vec<usize> {
+            let of = |one: &[isize; 2]| along[a].iter().position(|other| is_same(one, other)).unwrap_or(0);
+            along[a].iter().map(of).collect()
+        };
+        let first_cell = [0, 1, 2].map(|a| first(a, &|one, other| one[0] == other[0]));
+        let first_face = [0, 1, 2].map(|a| first(a, &|one, other| one == other));
+        let (strides, active) = (layout.strides(), [0, 1, 2].map(|a| grid.is_active(a)));
+        for p in 0..layout.len() {
+            let place = [p % dims[0] as usize, p / strides[1] % dims[1] as usize, p / strides[2]];
+            let first = |axis: Option<usize>| -> usize {
+                let of = |a: usize| {
+                    if axis == Some(a) { first_face[a][place[a]] } else { first_cell[a][place[a]] }
+                };
+                (0..3).map(|a| of(a) * strides[a]).sum()
+            };
+            let axes = (0..3).filter(|&a| active[a]);
+            let same_cell = first(None);
+            if same_cell < p && axes.clone().all(|axis| first(Some(axis)) < p) {
+                (cells[p], closest[p]) = (cells[same_cell], closest[same_cell]);
+                axes.for_each(|axis| faces[axis][p] = faces[axis][first(Some(axis))]);
+                continue;
+            }
+            let cell = [0, 1, 2].map(|a| along[a][place[a]][0]);
             let center: [f64; 3] = std::array::from_fn(|a| grid.axis(a).centre(cell[a]));
-            let widths: [f64; 3] = std::array::from_fn(|a| match grid.is_active(a) {
-                true => grid.axis(a).width(cell[a]),
-                false => 0.0,
-            });
+            let widths: [f64; 3] =
+                std::array::from_fn(|a| if active[a] { grid.axis(a).width(cell[a]) } else { 0.0 });
             // Where even the cells around are whole, a face is as its cell.
             let far = Open::whole(walls.clearance(center), AROUND * reach(widths));
             let cell_open = far.unwrap_or_else(|| Open::of(center, widths, walls));
-            (cells[p as usize], closest[p as usize]) = (cell_open.share, cell_open.wall as u32);
-            for axis in (0..3).filter(|&a| grid.is_active(a)) {
-                // Beyond the box the faces are mirrored too; the lower end of it is the upper face of the cell beyond.
-                let number = place[axis] - h + local.first[axis] as isize;
-                let is_within =
-                    grid.axis(axis).is_periodic() || (0..grid.cells()[axis] as isize).contains(&number);
-                let node = if is_within { cell[axis] + 1 } else { cell[axis] };
+            (cells[p], closest[p]) = (cell_open.share, cell_open.wall as u32);
+            for axis in axes {
                 let (mut center, mut widths) = (center, widths);
-                (center[axis], widths[axis]) = (grid.axis(axis).node(node), 0.0);
+                (center[axis], widths[axis]) = (grid.axis(axis).node(along[axis][place[axis]][1]), 0.0);
                 let mut face = far.unwrap_or_else(|| Open::of(center, widths, walls));
                 (face.slips, face.velocity) =
                     (walls.slips(face.wall), walls.velocity(face.wall, center)[axis]);
-                faces[axis][p as usize] = face;
+                faces[axis][p] = face;
             }
         }
         let widths = std::array::from_fn(|a| {
