@@ -165,6 +165,37 @@ fn reach(widths: [f64; 3]) -> f64 {
 /// is open about these, and the walls of cells.
 const MORE_LAYERS: usize = 3;
 
+/// What places along an axis stand for.
+struct Places {
+    /// The cell, and the node of its face above: beyond the box faces are mirrored too, and the lower end of it is the upper face of the
+    /// cell beyond.
+    of: Vec<[isize; 2]>,
+    /// The first place that stands for the same cell.
+    first_cell: Vec<usize>,
+    /// The first one that stands for the same cell and face.
+    first_face: Vec<usize>,
+}
+
+impl Places {
+    /// Those of cells of these numbers, some of them beyond the box.
+    fn new(grid: &Grid, axis: usize, numbers: impl Iterator<Item = isize>) -> Self {
+        let (n, is_periodic) = (grid.cells()[axis] as isize, grid.axis(axis).is_periodic());
+        let stands_for = |i: isize| match i {
+            _ if is_periodic => [i.rem_euclid(n), i.rem_euclid(n) + 1],
+            _ if i < 0 => [(-1 - i).min(n - 1); 2],
+            _ if i >= n => [(2 * n - 1 - i).max(0); 2],
+            _ => [i, i + 1],
+        };
+        let of: Vec<[isize; 2]> = numbers.map(stands_for).collect();
+        let first = |is_same: fn(&[isize; 2], &[isize; 2]) -> bool| -> Vec<usize> {
+            of.iter().map(|one| of.iter().position(|other| is_same(one, other)).unwrap_or(0)).collect()
+        };
+        let (first_cell, first_face) =
+            (first(|one, other| one[0] == other[0]), first(|one, other| one == other));
+        Self { of, first_cell, first_face }
+    }
+}
+
 /// The cells about a rank, and some layers more than it holds: where those beyond the box are those mirrored or repeated.
 struct Sampled {
     layout: Layout,
@@ -183,31 +214,16 @@ impl Sampled {
         let mut closest = vec![0; layout.len()];
         let mut faces: [Vec<Open>; 3] = std::array::from_fn(|_| vec![Open::default(); layout.len()]);
         let (h, dims) = (layout.halo as isize, layout.dims().map(|n| n as isize));
-        // Cells, and nodes above them, that places along each axis stand for. Beyond the box the faces are mirrored too; the lower end
-        // of it is the upper face of the cell beyond.
-        let along: [Vec<[isize; 2]>; 3] = std::array::from_fn(|a| {
-            let (n, is_periodic) = (grid.cells()[a] as isize, grid.axis(a).is_periodic());
-            let of_place = |place: isize| match place - h + local.first[a] as isize {
-                i if is_periodic => [i.rem_euclid(n), i.rem_euclid(n) + 1],
-                i if i < 0 => [(-1 - i).min(n - 1); 2],
-                i if i >= n => [(2 * n - 1 - i).max(0); 2],
-                i => [i, i + 1],
-            };
-            (0..dims[a]).map(of_place).collect()
-        });
         // Walls that move are looked at in each step, mirrored and repeated cells once.
-        let first = |a: usize, is_same: &dyn Fn(&[isize; 2], &[isize; 2]) -> bool| -> Vec<usize> {
-            let of = |one: &[isize; 2]| along[a].iter().position(|other| is_same(one, other)).unwrap_or(0);
-            along[a].iter().map(of).collect()
-        };
-        let first_cell = [0, 1, 2].map(|a| first(a, &|one, other| one[0] == other[0]));
-        let first_face = [0, 1, 2].map(|a| first(a, &|one, other| one == other));
+        let along =
+            [0, 1, 2].map(|a| Places::new(grid, a, (0..dims[a]).map(|i| i - h + local.first[a] as isize)));
         let (strides, active) = (layout.strides(), [0, 1, 2].map(|a| grid.is_active(a)));
         for p in 0..layout.len() {
             let place = [p % dims[0] as usize, p / strides[1] % dims[1] as usize, p / strides[2]];
             let first = |axis: Option<usize>| -> usize {
                 let of = |a: usize| {
-                    if axis == Some(a) { first_face[a][place[a]] } else { first_cell[a][place[a]] }
+                    let Places { first_cell, first_face, .. } = &along[a];
+                    if axis == Some(a) { first_face[place[a]] } else { first_cell[place[a]] }
                 };
                 (0..3).map(|a| of(a) * strides[a]).sum()
             };
@@ -218,7 +234,7 @@ impl Sampled {
                 axes.for_each(|axis| faces[axis][p] = faces[axis][first(Some(axis))]);
                 continue;
             }
-            let cell = [0, 1, 2].map(|a| along[a][place[a]][0]);
+            let cell = [0, 1, 2].map(|a| along[a].of[place[a]][0]);
             let center: [f64; 3] = std::array::from_fn(|a| grid.axis(a).centre(cell[a]));
             let widths: [f64; 3] =
                 std::array::from_fn(|a| if active[a] { grid.axis(a).width(cell[a]) } else { 0.0 });
@@ -228,7 +244,7 @@ impl Sampled {
             (cells[p], closest[p]) = (cell_open.share, cell_open.wall as u32);
             for axis in axes {
                 let (mut center, mut widths) = (center, widths);
-                (center[axis], widths[axis]) = (grid.axis(axis).node(along[axis][place[axis]][1]), 0.0);
+                (center[axis], widths[axis]) = (grid.axis(axis).node(along[axis].of[place[axis]][1]), 0.0);
                 let mut face = far.unwrap_or_else(|| Open::of(center, widths, walls));
                 (face.slips, face.velocity) =
                     (walls.slips(face.wall), walls.velocity(face.wall, center)[axis]);

@@ -125,7 +125,7 @@ impl Resolved {
         flow: &mut Flow,
         transport: &dyn Transport,
     ) {
-        self.stand(own, shapes, flow, transport);
+        self.take_bodies(own, shapes, flow, transport);
         if let Some(extrapolated) = flow.immersed.as_mut().and_then(|immersed| immersed.extrapolated.as_mut())
         {
             for (component, values) in extrapolated.iter_mut().enumerate() {
@@ -134,8 +134,14 @@ impl Resolved {
         }
     }
 
-    /// Finds what bodies and walls hold where they are now.
-    fn stand(&mut self, own: Vec<RigidBody>, shapes: &[Shape], flow: &mut Flow, transport: &dyn Transport) {
+    /// Takes the own bodies and their ghosts, and finds what they and the walls hold where they are now.
+    fn take_bodies(
+        &mut self,
+        own: Vec<RigidBody>,
+        shapes: &[Shape],
+        flow: &mut Flow,
+        transport: &dyn Transport,
+    ) {
         self.owned = own.len();
         self.bodies = own;
         self.ghosts = BodyGhosts::new(&mut self.bodies, shapes, &self.subgrid, transport);
@@ -214,7 +220,7 @@ impl Resolved {
         transport: &dyn Transport,
     ) {
         self.find_forced(flow);
-        self.stand(own, shapes, flow, transport);
+        self.take_bodies(own, shapes, flow, transport);
     }
 
     /// Finds where the forces of the last step are.

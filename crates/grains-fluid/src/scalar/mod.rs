@@ -82,7 +82,7 @@ pub struct Scalar {
     /// What sources have brought, less what was exchanged, and what fluid took along that made room for particles, or brought as they
     /// left, on this rank (unit m³).
     pub produced: f64,
-    /// 1 in cells that the last step changed, 0 in those inside solids, halo filled; none before solids are passed.
+    /// 1 in cells that change in the step for which solids were last passed, 0 in those inside solids, halo filled; none before.
     pub free: Option<Field<Centre>>,
     conditions: Vec<FaceConditions>,
     barrier: Option<Barrier>,
